@@ -1,0 +1,11 @@
+# Everything comes from the distribution; tools/setup installs it on Debian 12.
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(SQLite3 3.40 REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(TBB REQUIRED)
+
+# dlib's optimisers are header-only templates: its headers are used, its library (BLAS, image and GUI code) is not linked.
+find_path(SILA_DLIB_INCLUDE_DIR dlib/optimization.h REQUIRED)
+add_library(sila_dlib INTERFACE)
+target_include_directories(sila_dlib SYSTEM INTERFACE $<BUILD_INTERFACE:${SILA_DLIB_INCLUDE_DIR}>)

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace sila {
+
+/// The admitted interval of a number; `open_min` leaves the lower end out.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool open_min = false;
+};
+
+/// How a configuration struct tells of itself. Each one has beside it
+///
+///     template <class Config, class Visitor>            // Config: the struct or its const
+///     void fields(Config& config, Visitor&& visit)
+///
+/// that calls `visit.number(name, member, Range, unit, text)`, `visit.flag(name, member, text)`,
+/// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order. Validation, JSON,
+/// `--set` and the documentation are all visitors of that one list.
+struct FieldInfo {
+  std::string path;
+  std::string value;
+  std::string unit;
+  std::string range;
+  std::string text;
+};
+
+std::string describe(const Range& range);
+
+/// Throws std::invalid_argument "<function>: <field> = <value> is outside <range>".
+void require_in_range(std::string_view function, std::string_view field, double value, const Range& range);
+
+/// Visits every field of a configuration and throws std::invalid_argument for the first one out of its range.
+class RangeCheck {
+ public:
+  explicit RangeCheck(std::string_view function) : function_(function) {}
+
+  template <class Number>
+  void number(const char* name, const Number& value, const Range& range, const char*, const char*) {
+    require_in_range(function_, prefix_ + name, static_cast<double>(value), range);
+  }
+  void flag(const char*, const bool&, const char*) {}
+  template <class Enum>
+  void choice(const char*, const Enum&, std::span<const char* const>, const char*) {}
+  template <class Group>
+  void group(const char* name, const Group& nested) {
+    const std::string outer = prefix_;
+    prefix_ += std::string(name) + ".";
+    fields(nested, *this);
+    prefix_ = outer;
+  }
+
+ private:
+  std::string function_;
+  std::string prefix_;
+};
+
+/// Throws std::invalid_argument for the first field out of its range, naming `function`, the field, its value and the rule.
+template <class Config>
+void validate_fields(std::string_view function, const Config& config) {
+  fields(config, RangeCheck(function));
+}
+
+}  // namespace sila

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "sila/core/curb_frame.hpp"
+
+namespace sila {
+
+/// A time-stamped path in the world frame.
+/// Invariant: as many positions as times, at least one of each, times strictly increasing, everything finite.
+struct Trajectory {
+  std::string id;
+  std::vector<double> times_s;
+  std::vector<Vector2> positions_m;
+};
+
+/// A path in the frame of a corner, with velocities, sampled at equal intervals. A type of its own, so that the two frames cannot
+/// be mixed up.
+/// Invariant: as `Trajectory`; as many velocities as positions.
+struct CurbTrajectory {
+  std::string id;
+  CurbFrame frame;                  ///< where it was seen; brings predictions back to metres
+  std::vector<double> times_s;      ///< on the clock of the input
+  std::vector<Vector2> positions;   ///< sidewalk widths
+  std::vector<Vector2> velocities;  ///< sidewalk widths per second
+};
+
+/// Throws std::invalid_argument, naming the track and the sample, if the invariant does not hold.
+void validate(const Trajectory& track);
+void validate(const CurbTrajectory& track);
+
+}  // namespace sila

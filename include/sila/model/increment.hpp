@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "sila/model/model.hpp"
+
+namespace sila {
+
+/// The samples of one transition in this batch, d_2 of the paper.
+struct TransitionSamples {
+  Eigen::MatrixXd positions;   ///< 2 x n [sidewalk widths]
+  Eigen::MatrixXd velocities;  ///< n x 2 [widths/s]
+};
+
+/// What one batch taught, M'(n): a model and the samples of each of its transitions. A stored model holds no raw tracks; an
+/// increment does, until it is fused.
+/// Invariant: check(model); samples.size() == model.transitions.size(), or samples is empty when the data are gone (model + model).
+struct Increment {
+  Model model;
+  std::vector<TransitionSamples> samples;
+};
+
+}  // namespace sila

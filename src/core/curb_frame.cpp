@@ -1,0 +1,85 @@
+#include "sila/core/curb_frame.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+/// Below this |sin| (angles under 20.5 or over 159.5 degrees) the inverse map amplifies noise more than threefold.
+constexpr double kSmallestSine = 0.35;
+
+double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("curb_frame: " + what); }
+
+Vector2 unit_axis(const char* name, const Vector2& axis) {
+  const double length = axis.norm();
+  if (!std::isfinite(length) || length < 1e-9) refuse(std::string(name) + " has no direction; it must be a non-zero vector");
+  return axis / length;
+}
+
+void require_positive(const char* name, double value) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  std::ostringstream text;
+  text << name << " = " << value << ", it must be positive";
+  refuse(text.str());
+}
+
+}  // namespace
+
+CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2, const SidewalkWidths& widths,
+                          CurbScaling scaling) {
+  CurbFrame frame;
+  frame.origin_m = origin_m;
+  frame.axis_1 = unit_axis("axis_1", axis_1);
+  frame.axis_2 = unit_axis("axis_2", axis_2);
+  frame.sidewalk_width_m = widths.mean_m;
+  require_positive("sidewalk_width_m", widths.mean_m);
+  if (scaling == CurbScaling::mean_width) {
+    frame.unit_m = Vector2::Constant(widths.mean_m);
+  } else {
+    require_positive("sidewalk_width_1_m", widths.width_1_m);
+    require_positive("sidewalk_width_2_m", widths.width_2_m);
+    // The strip along curb 1 is `width_1` wide across, so width_1 / |sin| long along axis_2, and the other way round.
+    const double sine = std::abs(cross(frame.axis_1, frame.axis_2));
+    if (sine >= kSmallestSine) frame.unit_m = Vector2(widths.width_2_m, widths.width_1_m) / sine;
+  }
+  validate(frame);
+  return frame;
+}
+
+void validate(const CurbFrame& frame) {
+  if (!frame.origin_m.allFinite()) refuse("origin is not finite");
+  require_positive("sidewalk_width_m", frame.sidewalk_width_m);
+  require_positive("unit_m of axis_1", frame.unit_m.x());
+  require_positive("unit_m of axis_2", frame.unit_m.y());
+  const double sine = cross(frame.axis_1, frame.axis_2);
+  if (std::abs(sine) >= kSmallestSine) return;
+  std::ostringstream text;
+  text << "axis_1 and axis_2 are near parallel: |sin| of the angle between them is " << std::abs(sine) << ", at least "
+       << kSmallestSine << " is needed";
+  refuse(text.str());
+}
+
+Matrix2 world_from_curb(const CurbFrame& frame) {
+  Matrix2 matrix;
+  matrix.col(0) = frame.axis_1 * frame.unit_m.x();
+  matrix.col(1) = frame.axis_2 * frame.unit_m.y();
+  return matrix;
+}
+
+Vector2 to_curb(const CurbFrame& frame, const Vector2& world_m) { return velocity_to_curb(frame, world_m - frame.origin_m); }
+
+Vector2 to_world(const CurbFrame& frame, const Vector2& curb) { return frame.origin_m + velocity_to_world(frame, curb); }
+
+Vector2 velocity_to_curb(const CurbFrame& frame, const Vector2& world_mps) {
+  const double sine = cross(frame.axis_1, frame.axis_2);
+  return Vector2(cross(world_mps, frame.axis_2), cross(frame.axis_1, world_mps)).cwiseQuotient(sine * frame.unit_m);
+}
+
+Vector2 velocity_to_world(const CurbFrame& frame, const Vector2& curb_per_s) { return world_from_curb(frame) * curb_per_s; }
+
+}  // namespace sila

@@ -1,0 +1,40 @@
+#include "sila/core/grid.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+std::int32_t floor_divide(std::int32_t value, std::int32_t by) {
+  return value >= 0 ? value / by : -((-value + by - 1) / by);
+}
+
+}  // namespace
+
+CellKey cell_of(const Grid& grid, const Vector2& point) {
+  const Vector2 scaled = (point - grid.origin) / grid.cell;
+  if (!(scaled.cwiseAbs().maxCoeff() < 1e9)) {
+    std::ostringstream text;
+    text << "cell_of: point = (" << point.x() << ", " << point.y() << ") lies over 1e9 cells from the grid's origin";
+    throw std::invalid_argument(text.str());
+  }
+  return {static_cast<std::int32_t>(std::floor(scaled.x())), static_cast<std::int32_t>(std::floor(scaled.y()))};
+}
+
+Vector2 centre_of(const Grid& grid, const CellKey& cell) {
+  return grid.origin + grid.cell * Vector2(cell.x + 0.5, cell.y + 0.5);
+}
+
+CellKey tile_of(const Grid& grid, const CellKey& cell) {
+  return {floor_divide(cell.x, grid.tile_cells), floor_divide(cell.y, grid.tile_cells)};
+}
+
+void validate(const Grid& grid) {
+  if (!(grid.cell > 0.0) || !std::isfinite(grid.cell)) throw std::invalid_argument("grid: cell must be positive");
+  if (!grid.origin.allFinite()) throw std::invalid_argument("grid: origin must be finite");
+  if (grid.tile_cells < 1) throw std::invalid_argument("grid: tile_cells must be at least 1");
+}
+
+}  // namespace sila

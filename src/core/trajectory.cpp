@@ -1,0 +1,40 @@
+#include "sila/core/trajectory.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+[[noreturn]] void refuse(const std::string& id, std::size_t sample, const char* what) {
+  std::ostringstream text;
+  text << "trajectory '" << id << "', sample " << sample << ": " << what;
+  throw std::invalid_argument(text.str());
+}
+
+void check(const std::string& id, const std::vector<double>& times_s, const std::vector<Vector2>& positions) {
+  if (times_s.empty()) refuse(id, 0, "there is no sample");
+  if (times_s.size() != positions.size()) refuse(id, times_s.size(), "there are not as many positions as times");
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    if (!std::isfinite(times_s[i]) || !positions[i].allFinite()) refuse(id, i, "time or position is not finite");
+    if (i > 0 && times_s[i] <= times_s[i - 1]) refuse(id, i, "times do not increase");
+  }
+}
+
+}  // namespace
+
+void validate(const Trajectory& track) { check(track.id, track.times_s, track.positions_m); }
+
+void validate(const CurbTrajectory& track) {
+  check(track.id, track.times_s, track.positions);
+  validate(track.frame);
+  if (track.velocities.size() != track.times_s.size()) {
+    refuse(track.id, track.velocities.size(), "there are not as many velocities as times");
+  }
+  for (std::size_t i = 0; i < track.velocities.size(); ++i) {
+    if (!track.velocities[i].allFinite()) refuse(track.id, i, "velocity is not finite");
+  }
+}
+
+}  // namespace sila

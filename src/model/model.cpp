@@ -1,0 +1,63 @@
+#include "sila/model/model.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace sila {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("model: " + what); }
+
+void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
+  const std::string name = "primitive " + std::to_string(index);
+  if (primitive.cells.empty()) refuse(name + " has no cell");
+  if (!(primitive.weight > 0.0)) refuse(name + " has a weight that is not positive");
+  for (std::size_t c = 0; c < primitive.cells.size(); ++c) {
+    if (c > 0 && !(primitive.cells[c - 1].cell < primitive.cells[c].cell)) refuse(name + ": cells are not sorted");
+    const double length = primitive.cells[c].velocity.norm();
+    if (!(length > 0.0 && length <= 1.0 + 1e-9)) refuse(name + ": the length of an arrow is outside (0, 1]");
+  }
+}
+
+void check_transition(const Model& model, std::size_t index) {
+  const Transition& transition = model.transitions[index];
+  const std::string name = "transition " + std::to_string(transition.from) + " -> " + std::to_string(transition.to);
+  const int primitives = static_cast<int>(model.primitives.size());
+  if (transition.from < 0 || transition.to < 0 || transition.from >= primitives || transition.to >= primitives) {
+    refuse(name + ": there are only " + std::to_string(primitives) + " primitives");
+  }
+  if (!(transition.count > 0.0) || !std::isfinite(transition.count)) refuse(name + ": the count is not positive");
+  if (index > 0) {
+    const Transition& before = model.transitions[index - 1];
+    if (std::pair(before.from, before.to) >= std::pair(transition.from, transition.to)) {
+      refuse(name + " is out of order or stands twice");
+    }
+  }
+  try {
+    validate(transition.field.gp);
+  } catch (const std::invalid_argument& error) {
+    refuse(name + ": " + error.what());
+  }
+  if (transition.field.gp.pseudo_inputs.rows() != 2 || transition.field.gp.mean.size() != 2) {
+    refuse(name + ": the field is not a map from 2 inputs to 2 outputs");
+  }
+}
+
+}  // namespace
+
+bool operator==(const Conventions& a, const Conventions& b) {
+  return a.grid == b.grid && a.scaling == b.scaling && a.sample_interval_s == b.sample_interval_s &&
+         a.reference_width_m == b.reference_width_m;
+}
+
+std::size_t size(const Model& model) { return model.primitives.size() + model.transitions.size(); }
+
+void check(const Model& model) {
+  validate(model.conventions.grid);
+  for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
+  for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
+}
+
+}  // namespace sila
