@@ -104,10 +104,10 @@ ReadOptions options_in(const JsonFields& entry) {
   return options;
 }
 
-Similarity similarity_in(const JsonFields& entry) {
+SimilarityTransform similarity_in(const JsonFields& entry) {
   if (!entry.has("to_scene")) return {};
   const JsonFields fields = entry.object("to_scene");
-  const Similarity result{fields.number("a"), fields.number_or("b", 0.0), fields.number_or("tx", 0.0),
+  const SimilarityTransform result{fields.number("a"), fields.number_or("b", 0.0), fields.number_or("tx", 0.0),
                           fields.number_or("ty", 0.0)};
   if (!(std::hypot(result.a, result.b) > 0.0)) fields.refuse("a", "a similarity of positive scale");
   return result;
@@ -129,7 +129,7 @@ nlohmann::json corner_json(const Corner& corner) {
 }
 
 nlohmann::json file_json(const SceneFile& file) {
-  const Similarity& s = file.to_scene;
+  const SimilarityTransform& s = file.to_scene;
   nlohmann::json json = {{"path", file.path}, {"to_scene", {{"a", s.a}, {"b", s.b}, {"tx", s.tx}, {"ty", s.ty}}}};
   const ReadOptions& options = file.options;
   if (options.format) json["format"] = std::string(name_of(*options.format));
@@ -147,7 +147,7 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-Vector2 apply(const Similarity& s, const Vector2& point_m) {
+Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
   return {s.a * point_m.x() - s.b * point_m.y() + s.tx, s.b * point_m.x() + s.a * point_m.y() + s.ty};
 }
 

@@ -10,8 +10,8 @@
 namespace sila {
 namespace {
 
-Detections in_scene(Detections detections, const Similarity& to_scene) {
-  if (to_scene == Similarity{}) return detections;
+Detections in_scene(Detections detections, const SimilarityTransform& to_scene) {
+  if (to_scene == SimilarityTransform{}) return detections;
   for (Detection& row : detections.rows) row.position_m = apply(to_scene, row.position_m);
   return detections;
 }
@@ -81,7 +81,7 @@ CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scen
   for (const std::filesystem::path& path : paths) {
     const SceneFile* entry = matching_entry(scene, path);
     const ReadOptions effective = entry == nullptr ? options : first_of(options, entry->options);
-    const Similarity to_scene = entry == nullptr ? Similarity{} : entry->to_scene;
+    const SimilarityTransform to_scene = entry == nullptr ? SimilarityTransform{} : entry->to_scene;
     sources.push_back(in_scene(read_detections(path, effective).detections, to_scene));
   }
   return require_tracks(clean(sources, config), paths.front().string());

@@ -12,22 +12,22 @@
 namespace sila {
 
 /// p_scene = [[a, -b], [b, a]] p_file + (tx, ty), p_file in metres.
-struct Similarity {
+struct SimilarityTransform {
   double a = 1.0;
   double b = 0.0;
   double tx = 0.0;
   double ty = 0.0;
-  bool operator==(const Similarity&) const = default;
+  bool operator==(const SimilarityTransform&) const = default;
 };
 
-Vector2 apply(const Similarity& similarity, const Vector2& point_m);
+Vector2 apply(const SimilarityTransform& similarity, const Vector2& point_m);
 
 /// One entry of a scene's `files`.
 struct SceneFile {
   std::string path;                ///< as the scene file has it
   std::filesystem::path resolved;  ///< the readable file or folder; empty if there is none
   ReadOptions options;
-  Similarity to_scene;
+  SimilarityTransform to_scene;
 };
 
 struct Corner {
