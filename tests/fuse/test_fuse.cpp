@@ -101,7 +101,8 @@ std::string refusal(Call call) {
 const std::vector<MotionPrimitive> kTwoRows{row_of_arrows(0, 3), row_of_arrows(10, 13)};
 
 TEST(Fuse, GivesValidModelsNoLargerThanAccumulating) {
-  for_seeds(100, [](Random& random) {
+  FuseReport seen;  // random models that never meet a case would test nothing
+  for_seeds(100, [&seen](Random& random) {
     Increment batch = random_increment(random);
     FuseConfig config = with_threshold(uniform(random, 0.3, 1.0));
     config.split_credit = integer(random, 0, 1) == 1;
@@ -115,10 +116,21 @@ TEST(Fuse, GivesValidModelsNoLargerThanAccumulating) {
       EXPECT_EQ(fused.model.episodes, episode);
       EXPECT_EQ(fused.model.tracks, model.tracks + batch.model.tracks);
       EXPECT_EQ(size(fused.model), fused.plan.model_size());
+      seen.one_to_one += fused.report.one_to_one;
+      seen.case_1 += fused.report.case_1;
+      seen.case_2 += fused.report.case_2;
+      seen.case_3 += fused.report.case_3;
+      seen.relaxed += fused.report.relaxed;
+      seen.refitted += fused.report.refitted;
+      seen.fused += fused.report.fused;
       model = fused.model;
       batch = random_increment(random);
     }
   });
+  for (const int often :
+       {seen.one_to_one, seen.case_1, seen.case_2, seen.case_3, seen.relaxed, seen.refitted, seen.fused}) {
+    EXPECT_GE(often, 20);
+  }
 }
 
 TEST(Fuse, OfAModelWithItselfKeepsPrimitivesAndDoublesCounts) {
