@@ -20,6 +20,7 @@ struct SparseGp {
   Eigen::MatrixXd response;         ///< M x P, h = V diag(1/lambda) (y - mean)
   Eigen::VectorXd mean_response;    ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
   double points = 0.0;              ///< how many data points were absorbed
+  double jitter = 1e-6;             ///< relative to signal_variance; part of what the statistics are whitened with
 };
 
 /// Mean (P) and variance of the latent function at one point; the variance is common to the outputs.

@@ -24,6 +24,7 @@ struct ResidualMoments {
 struct Lessons {
   int steps = 0;
   int classes = 0;
+  double interval_s = 0.2;  ///< between steps
   std::vector<RegressionMoments> with_map;     ///< kinematics and roll-outs
   std::vector<RegressionMoments> without_map;  ///< kinematics alone, for when no transition matches
   std::vector<ResidualMoments> residuals_with_map;
