@@ -1,26 +1,32 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
-#include <vector>
 
 #include "sila/gp/kernel.hpp"
 
 namespace sila {
 
+/// Data of one GP. Shapes: inputs D x n (one point a column), outputs n x P.
+struct GpData {
+  Eigen::MatrixXd inputs;
+  Eigen::MatrixXd outputs;
+};
+
 /// A sparse Gaussian process (FITC) with P outputs that share pseudo-inputs, kernel and noise, kept as whitened natural
 /// statistics, so that data can be added and models fused when the data are gone.
-/// D inputs, M pseudo-inputs, P outputs. Outputs are modelled as mean + GP of zero mean.
+/// D inputs, M pseudo-inputs, P outputs. Outputs are modelled as mean + GP of zero mean. M = 0 is the constant mean
+/// with the prior's variance. V = L_u \ k(Z, X), L_u = chol(k(Z, Z) + jitter * signal_variance * I), lambda the noise
+/// of each point.
 struct SparseGp {
   Kernel kernel;
   double noise_variance = 1.0;
-  Eigen::MatrixXd pseudo_inputs;    ///< D x M, Z
-  Eigen::VectorXd mean;             ///< P, constant mean of each output
-  Eigen::MatrixXd information;      ///< M x M, G = V diag(1/lambda) V'
-  Eigen::MatrixXd response;         ///< M x P, h = V diag(1/lambda) (y - mean)
-  Eigen::VectorXd mean_response;    ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
-  double points = 0.0;              ///< how many data points were absorbed
-  double jitter = 1e-6;             ///< relative to signal_variance; part of what the statistics are whitened with
+  Eigen::MatrixXd pseudo_inputs;  ///< D x M, Z
+  Eigen::VectorXd mean;           ///< P, constant mean of each output
+  Eigen::MatrixXd information;    ///< M x M, G = V diag(1/lambda) V'
+  Eigen::MatrixXd response;       ///< M x P, h = V diag(1/lambda) (y - mean)
+  Eigen::VectorXd mean_response;  ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
+  double points = 0.0;            ///< how many data points were absorbed
+  double jitter = 1e-6;           ///< relative to signal_variance; part of what the statistics are whitened with
 };
 
 /// Mean (P) and variance of the latent function at one point; the variance is common to the outputs.
@@ -29,16 +35,23 @@ struct GpPrediction {
   double variance = 0.0;  ///< of f; add noise_variance for that of an observation
 };
 
-// The functions below are listed for orientation; the rest of the room (greedy selection, training, transfer, fusion) has headers of
-// its own.
+/// A GP that has seen nothing. If k(Z, Z) has no Cholesky factor with `jitter`, jitter is multiplied by 10 up to 1e-2;
+/// the GP keeps the one that worked. Shapes: pseudo_inputs D x M, mean P. Throws: std::invalid_argument for wrong
+/// shapes or numbers; NumericalError if no jitter helps. Source: algorithms 2.1, 2.6.
+SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                  const Eigen::VectorXd& mean, double jitter = 1e-6);
 
-/// A GP that has seen nothing.
-SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs, const Eigen::VectorXd& mean);
-
-/// Adds data under the GP's own pseudo-inputs and kernel; exact and order-free (algorithms 3.2).
+/// Adds data under the GP's own pseudo-inputs and kernel; exact and order-free.
 /// Shapes: inputs D x n, outputs n x P. `alpha` = 1: FITC, 0: DTC, between: Power EP.
+/// Throws: std::invalid_argument for wrong shapes, NaN, or alpha outside [0, 1].
+/// Source: algorithms 2.2, 3.2 (lambda = noise + alpha (signal_variance - Q_nn) of 3.3).
 SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha = 1.0);
 
+/// Throws: std::invalid_argument naming the first field of wrong shape, not finite, or out of range.
 void validate(const SparseGp& gp);
+
+/// Throws: std::invalid_argument, in the name of `function`, unless data has D rows of inputs, P columns of outputs,
+/// equally many points, and only finite numbers.
+void validate(const char* function, const GpData& data, Eigen::Index input_dimensions, Eigen::Index output_dimensions);
 
 }  // namespace sila

@@ -1,0 +1,58 @@
+#include "sila/eval/evaluate.hpp"
+
+#include <iostream>
+#include <memory>
+
+#include "options.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/eval/report.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/model_store.hpp"
+#include "sila/io/track_report.hpp"
+#include "threads.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct EvaluateOptions {
+  CommonOptions common;
+  TrackOptions tracks;
+  std::string model;
+};
+
+void evaluate_model(const EvaluateOptions& options) {
+  const ThreadLimit limit(options.common.threads);
+  const StoredModel stored = load_model(options.model);
+  const Config base = apply_json(Config{}, nlohmann::json::parse(stored.configuration), options.model);
+  const Config config = configured(options.common, base);
+  SceneTracks input = read_placed(options.tracks, config);
+  if (options.tracks.hold_out > 0.0) {
+    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).test;
+  }
+  const Evaluation evaluation = evaluate(stored.model, input.tracks, config.episode, config.evaluate);
+  if (options.common.json) {
+    nlohmann::ordered_json json = to_json(evaluation);
+    json["tracks"] = input.tracks.size();
+    json["size"] = size(stored.model);
+    json["rows"] = to_json(input.report);
+    std::cout << json.dump(2) << "\n";
+  } else {
+    std::cout << input.tracks.size() << " tracks, model of size " << size(stored.model) << " from " << stored.model.tracks
+              << " tracks in " << stored.model.episodes << " episodes\n"
+              << to_text(evaluation);
+  }
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& app) {
+  auto options = std::make_shared<EvaluateOptions>();
+  CLI::App* verb = add_verb(app, "evaluate", "Judge a model's predictions on tracks, beside constant velocity.",
+                            "sila evaluate tracks.csv --scene corner.json --model corner.sila", options->common);
+  add_tracks(*verb, options->tracks);
+  verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
+  verb->callback([options] { evaluate_model(*options); });
+}
+
+}  // namespace sila::cli

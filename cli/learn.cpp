@@ -1,0 +1,88 @@
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "options.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/model_store.hpp"
+#include "threads.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct LearnOptions {
+  CommonOptions common;
+  TrackOptions tracks;
+  std::string model;
+  int batch = 20;
+};
+
+/// What the model file keeps of an episode beside its sizes.
+std::string statistics_of(const EpisodeReport& report) {
+  nlohmann::ordered_json statistics;
+  statistics["standing"] = report.learn.standing;
+  statistics["unexplained"] = report.learn.unexplained;
+  statistics["batch_primitives"] = report.learn.primitives;
+  statistics["batch_transitions"] = report.learn.transitions;
+  return statistics.dump();
+}
+
+void tell(int number, int of, const EpisodeReport& report) {
+  std::ostringstream line;
+  line << "episode " << number << "/" << of << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
+       << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
+  std::cerr << line.str() << "\n";
+}
+
+void learn_tracks(const LearnOptions& options) {
+  const ThreadLimit limit(options.common.threads);
+  ModelFile file = ModelFile::open_or_create(options.model);
+  StoredModel stored;
+  Config base;
+  if (!file.empty()) {
+    stored = file.read();
+    base = apply_json(base, nlohmann::json::parse(stored.configuration), options.model);
+  }
+  const Config config = configured(options.common, base);
+  SceneTracks input = read_placed(options.tracks, config);
+  std::vector<PlacedTrack> tracks = std::move(input.tracks);
+  if (options.tracks.hold_out > 0.0) {
+    tracks = split_tracks(std::move(tracks), options.tracks.hold_out, options.common.seed.value_or(1)).train;
+  }
+  const std::string configuration = to_json(config).dump();
+  const int before = static_cast<int>(stored.episodes.size());
+  const int episodes = (static_cast<int>(tracks.size()) + options.batch - 1) / options.batch;
+  const Run run = run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
+                               sila_update(config.episode), [&](int number, const Episode& episode) {
+                                 const EpisodeReport& report = episode.report;
+                                 file.commit(episode.model,
+                                             {before + number, report.tracks, report.seconds, report.size_before,
+                                              report.size_after, statistics_of(report)},
+                                             configuration);
+                                 tell(number, episodes, report);
+                               });
+  if (options.common.json) {
+    nlohmann::ordered_json json{{"model", options.model}, {"episodes", episodes}, {"tracks", tracks.size()}, {"size", size(run.model)}};
+    std::cout << json.dump(2) << "\n";
+  } else {
+    std::cout << options.model << ": " << run.model.tracks << " tracks in " << run.model.episodes << " episodes, "
+              << run.model.primitives.size() << " primitives, " << run.model.transitions.size() << " transitions\n";
+  }
+}
+
+}  // namespace
+
+void add_learn(CLI::App& app) {
+  auto options = std::make_shared<LearnOptions>();
+  CLI::App* verb = add_verb(app, "learn", "Learn tracks into a model, new or already there; every batch is an episode.",
+                            "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20", options->common);
+  add_tracks(*verb, options->tracks);
+  verb->add_option("--model", options->model, "model file to make or to go on with")->required()->type_name("M.sila");
+  verb->add_option("--batch", options->batch, "tracks an episode [20]")->check(CLI::Range(1, 1000000));
+  verb->callback([options] { learn_tracks(*options); });
+}
+
+}  // namespace sila::cli

@@ -1,0 +1,55 @@
+#pragma once
+
+// Options that several verbs share.
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sila/config.hpp"
+#include "sila/core/placed_track.hpp"
+#include "sila/io/scene.hpp"
+#include "sila/io/scene_tracks.hpp"
+
+namespace sila::cli {
+
+/// Told to every verb.
+struct CommonOptions {
+  std::string config_file;
+  std::vector<std::string> sets;
+  int threads = 0;  ///< 0: as many as there are processors
+  std::optional<std::uint64_t> seed;
+  bool json = false;
+};
+
+/// Which tracks, and how to read them.
+struct TrackOptions {
+  std::vector<std::string> paths;
+  std::string scene;
+  std::string data_dir;
+  std::string format;
+  ReadOptions read;
+  double hold_out = 0.0;
+};
+
+/// What is read: the scene, its tracks in their frames, and what became of the rows.
+struct SceneTracks {
+  Scene scene;
+  std::vector<PlacedTrack> tracks;
+  TrackReport report;
+};
+
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
+                   CommonOptions& common);
+void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required = true);
+
+/// `base` with the configuration file, then the --set assignments, applied.
+Config configured(const CommonOptions& common, Config base = {});
+
+/// Reads tracks, tells what became of their rows on stderr, and puts each in the frame of its corner.
+SceneTracks read_placed(const TrackOptions& options, const Config& config);
+
+}  // namespace sila::cli

@@ -1,0 +1,82 @@
+#include "sila/predict/predictor.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <iostream>
+#include <memory>
+
+#include "options.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/model_store.hpp"
+#include "sila/io/output.hpp"
+#include "sila/predict/prediction_json.hpp"
+#include "threads.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct PredictOptions {
+  CommonOptions common;
+  TrackOptions tracks;
+  std::string model, out;
+  std::optional<double> observe_s, horizon_s;
+  double every_s = 1.0;
+};
+
+Config predict_config(const PredictOptions& options, const StoredModel& stored) {
+  Config base = apply_json(Config{}, nlohmann::json::parse(stored.configuration), options.model);
+  base = configured(options.common, base);
+  if (options.observe_s) base.episode.predict.observe_s = *options.observe_s;
+  if (options.horizon_s) base.episode.predict.horizon_s = *options.horizon_s;
+  validate_fields("predict", base.episode.predict);
+  return base;
+}
+
+/// One line a prediction, in the order of the tracks.
+std::vector<std::string> lines_of(const PlacedTrack& placed, const Predictor& predictor, const Config& config, double every_s) {
+  std::vector<std::string> lines;
+  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, every_s)) {
+    const CurbTrajectory observed =
+        observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
+    lines.push_back(prediction_line(placed.track.id, predictor.predict(observed)));
+  }
+  return lines;
+}
+
+void predict_tracks(const PredictOptions& options) {
+  const ThreadLimit limit(options.common.threads);
+  const StoredModel stored = load_model(options.model);
+  const Config config = predict_config(options, stored);
+  const SceneTracks input = read_placed(options.tracks, config);
+  const Predictor predictor(stored.model, config.episode.predict);
+  std::vector<std::vector<std::string>> lines(input.tracks.size());
+  tbb::parallel_for(std::size_t{0}, lines.size(),
+                    [&](std::size_t i) { lines[i] = lines_of(input.tracks[i], predictor, config, options.every_s); });
+  std::string text;
+  std::size_t count = 0;
+  for (const auto& of_track : lines) {
+    for (const std::string& line : of_track) text += line + "\n", ++count;
+  }
+  if (options.out.empty()) std::cout << text;
+  else write_file(options.out, text);
+  std::cerr << count << " predictions for " << input.tracks.size() << " tracks\n";
+}
+
+}  // namespace
+
+void add_predict(CLI::App& app) {
+  auto options = std::make_shared<PredictOptions>();
+  CLI::App* verb = add_verb(app, "predict", "Predict the next seconds of each track, one JSON object a line.",
+                            "sila predict tracks.csv --scene corner.json --model corner.sila --out predictions.ndjson",
+                            options->common);
+  add_tracks(*verb, options->tracks);
+  verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
+  verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");
+  verb->add_option("--observe", options->observe_s, "seconds of a track that are looked at [3.2]");
+  verb->add_option("--horizon", options->horizon_s, "seconds that are predicted [5]");
+  verb->add_option("--every", options->every_s, "seconds between predictions of a track [1]")->check(CLI::PositiveNumber);
+  verb->callback([options] { predict_tracks(*options); });
+}
+
+}  // namespace sila::cli

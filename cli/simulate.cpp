@@ -1,0 +1,57 @@
+#include "sila/sim/simulate.hpp"
+
+#include <iostream>
+#include <memory>
+
+#include "options.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/write_tracks.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct SimulateOptions {
+  CommonOptions common;
+  std::string layout, out;
+  std::optional<int> tracks;
+};
+
+/// The scene file that belongs to a track file: tracks.csv -> tracks.scene.json.
+std::filesystem::path scene_path(std::filesystem::path tracks) { return tracks.replace_extension(".scene.json"); }
+
+Scene scene_of(const Simulation& simulation, const std::filesystem::path& tracks) {
+  Scene scene;
+  scene.name = "simulated " + simulation.scene.name;
+  const double width_m = simulation.scene.sidewalk_width_m;
+  for (const NamedCorner& corner : simulation.scene.corners) scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
+  SceneFile file;
+  file.path = tracks.filename().string();
+  file.options.format = TrackFormat::csv;
+  scene.files.push_back(file);
+  return scene;
+}
+
+void simulate_tracks(const SimulateOptions& options) {
+  Config config = configured(options.common);
+  if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
+  if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
+  const Simulation simulation = simulate(config.simulate);
+  write_tracks_csv(options.out, simulation.tracks);
+  write_scene(scene_path(options.out), scene_of(simulation, options.out));
+  std::cerr << simulation.tracks.size() << " tracks in " << options.out << ", scene in " << scene_path(options.out).string() << "\n";
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App* verb = add_verb(app, "simulate", "Make tracks of pedestrians at a simulated intersection.",
+                            "sila simulate --layout four-way --tracks 989 --seed 1 --out tracks.csv", options->common);
+  verb->add_option("--layout", options->layout, "four-way, t-junction, acute or obtuse [four-way]");
+  verb->add_option("--tracks", options->tracks, "how many tracks [989]");
+  verb->add_option("--out", options->out, "track file to write; its scene file is written beside it")->required()->type_name("FILE");
+  verb->callback([options] { simulate_tracks(*options); });
+}
+
+}  // namespace sila::cli

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace sila::cli {
+
+// One function a verb: adds it to the program; what it does runs from its callback.
+void add_simulate(CLI::App& app);
+void add_learn(CLI::App& app);
+void add_predict(CLI::App& app);
+void add_evaluate(CLI::App& app);
+void add_fuse(CLI::App& app);
+void add_inspect(CLI::App& app);
+void add_config(CLI::App& app);
+
+}  // namespace sila::cli

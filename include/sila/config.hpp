@@ -1,0 +1,38 @@
+#pragma once
+
+#include <concepts>
+
+#include "sila/core/clean.hpp"
+#include "sila/episode/config.hpp"
+#include "sila/eval/evaluate.hpp"
+#include "sila/sim/config.hpp"
+
+namespace sila {
+
+/// By which corner of a scene its tracks are looked at.
+enum class CornerChoice {
+  primary,  ///< all by the scene's primary corner
+  nearest,  ///< each by the corner nearest to it: what is learnt at one corner serves the others
+};
+inline constexpr const char* kCornerChoices[] = {"primary", "nearest"};
+
+/// Everything that the program can be told, the one home of every default. `sila config` prints it.
+struct Config {
+  CleanConfig clean;
+  CornerChoice corners = CornerChoice::primary;
+  EpisodeConfig episode;  ///< its groups stand at the top level: fuse.similarity_threshold, predict.horizon_s, ...
+  EvaluateConfig evaluate;
+  SimulationConfig simulate;
+};
+
+template <class C, class Visitor>
+  requires std::same_as<std::remove_const_t<C>, Config>
+void fields(C& config, Visitor&& visit) {
+  visit.group("clean", config.clean);
+  visit.choice("corners", config.corners, kCornerChoices, "by which corner of a scene its tracks are looked at");
+  fields(config.episode, visit);
+  visit.group("evaluate", config.evaluate);
+  visit.group("simulate", config.simulate);
+}
+
+}  // namespace sila

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "sila/core/detections.hpp"
+#include "sila/core/fields.hpp"
+#include "sila/core/trajectory.hpp"
+
+namespace sila {
+
+/// How rows become trajectories.
+struct CleanConfig {
+  double max_gap_s = 1.0;
+  double max_speed_mps = 12.0;
+  double jump_tolerance_m = 0.5;
+  double max_abs_position_m = 1e6;
+  double standing_extent_m = 0.5;
+  bool pedestrians_only = true;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, CleanConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("max_gap_s", config.max_gap_s, Range{0.0, 60.0, true}, "s",
+               "a longer gap between samples splits a track");
+  visit.number("max_speed_mps", config.max_speed_mps, Range{0.0, 100.0, true}, "m/s",
+               "a faster jump is a re-used id (the track is split) or an outlier (the sample is dropped)");
+  visit.number("jump_tolerance_m", config.jump_tolerance_m, Range{0.0, 10.0}, "m",
+               "noise that is allowed on top of max_speed_mps, and between samples of the same time stamp");
+  visit.number("max_abs_position_m", config.max_abs_position_m, Range{0.0, 1e9, true}, "m",
+               "coordinates beyond this are absurd and dropped");
+  visit.number("standing_extent_m", config.standing_extent_m, Range{0.0, 100.0}, "m",
+               "tracks of a smaller extent are counted as standing (and kept)");
+  visit.flag("pedestrians_only", config.pedestrians_only, "drop rows whose class label is not that of a pedestrian");
+}
+
+void validate(const CleanConfig& config);
+
+/// What became of every row. Invariant: `rows_read` = `rows_kept` + the rows of `dropped`.
+struct TrackReport {
+  std::size_t sources = 0;
+  std::size_t rows_read = 0;
+  std::size_t rows_kept = 0;
+  std::vector<DroppedRows> dropped;   ///< by reason, in the order of `DropReason`
+  std::size_t track_ids = 0;          ///< ids that had a usable row
+  std::size_t tracks_kept = 0;        ///< trajectories made
+  std::size_t out_of_order_rows = 0;  ///< earlier than the row before them; sorted, not dropped
+  std::size_t splits_at_gaps = 0;
+  std::size_t splits_at_jumps = 0;  ///< re-used ids
+  std::size_t standing_tracks = 0;  ///< kept
+  std::vector<std::string> warnings;
+};
+
+struct CleanTracks {
+  std::vector<Trajectory> trajectories;  ///< by source, then start time, then id; ids are unique
+  std::vector<std::size_t> source;       ///< for each trajectory the index of its source
+  TrackReport report;
+};
+
+/// Sorts, splits and counts: rows in, trajectories out, every row accounted for. The order of the rows has no influence
+/// on the trajectories. Ids stay as they are; later pieces of a split track are "17#2", "17#3"; if there are several
+/// sources, ids begin with the shortest distinct name of the source, "file:17". Throws: std::invalid_argument for a
+/// configuration out of range.
+CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config);
+
+/// Whether a class label means a person on foot; an empty one does.
+bool is_pedestrian(std::string_view label);
+
+/// The report for people, one fact a line; counts of zero are left out.
+std::vector<std::string> to_lines(const TrackReport& report);
+
+}  // namespace sila

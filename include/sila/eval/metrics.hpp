@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sila/predict/prediction.hpp"
+
+namespace sila {
+
+/// Errors of one prediction until one horizon, in metres and in the world frame. "MHD" is the modified Hausdorff distance.
+struct Metrics {
+  double weighted_mhd_m = 0.0;   ///< sum over modes of weight * MHD (the paper's measure)
+  double likeliest_mhd_m = 0.0;  ///< of the heaviest mode
+  double best_mhd_m = 0.0;       ///< of the best mode
+  double mean_path_mhd_m = 0.0;  ///< of the weighted mean path
+  double ade_m = 0.0;            ///< average displacement of the heaviest mode
+  double fde_m = 0.0;            ///< final displacement of the heaviest mode
+  double best_ade_m = 0.0;       ///< least average displacement over modes
+  double best_fde_m = 0.0;
+  double nll = 0.0;              ///< -log of the mixture's density [1/m²] at the true position at the horizon
+};
+
+/// `steps` positions of the truth are compared. Throws: std::invalid_argument if the truth or a mode is shorter.
+Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps);
+
+Metrics operator+(const Metrics& a, const Metrics& b);
+Metrics operator*(double factor, const Metrics& a);
+
+/// -log density of the mixture at one step. Never infinite: densities below 1e-300 count as that.
+double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m);
+
+}  // namespace sila

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <type_traits>
+
+#include "sila/core/fields.hpp"
+#include "sila/gp/config.hpp"
+#include "sila/model/fusion_problem.hpp"
+
+namespace sila {
+
+/// How the arrows of fused primitives are averaged, cell by cell.
+enum class PrimitiveMean {
+  plain,   ///< every primitive counts the same, no arrow counts as zero (paper): where they disagree they fade
+  count,   ///< as plain, weighted by how many primitives each was made of
+  active,  ///< over those that have an arrow in the cell
+};
+
+inline constexpr std::array<const char*, 3> primitive_mean_names = {"plain", "count", "active"};
+
+/// How a model and an increment are fused.
+struct FuseConfig : FusionRules {
+  FuseConfig() { split_credit = true; }
+
+  double similarity_threshold = 0.7;
+  PrimitiveMean mean = PrimitiveMean::plain;
+  double drop_below = 0.05;
+  GpConfig gp;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, FuseConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("similarity_threshold", config.similarity_threshold, Range{.min = 0, .max = 1, .open_min = true}, "",
+               "primitives this similar may be fused, t_s; 1 fuses exact copies only");
+  visit.flag("strict_relax", config.strict_relax, "Alg. 1 literally: relax to two edges even if they do not touch");
+  visit.flag("both_directions", config.both_directions, "case 1 looks for a transition between the leaves both ways");
+  visit.flag("split_credit", config.split_credit,
+             "count those who walked through a split primitive between its two parts");
+  visit.flag("literal_self_transitions", config.literal_self_transitions,
+             "Alg. 2 literally: the self transition of a split primitive leads back");
+  visit.flag("case_3_fuses_stronger", config.case_3_fuses_stronger, "case 3 fuses the stronger pair, not nothing");
+  visit.choice("mean", config.mean, primitive_mean_names,
+               "mean of fused primitives: plain, by count, over active cells");
+  visit.number("drop_below", config.drop_below, Range{.min = 0, .max = 0.5}, "",
+               "arrows shorter than this after a mean are dropped");
+  visit.group("gp", config.gp);
+}
+
+/// Throws: std::invalid_argument for the first field out of its range.
+void validate(const FuseConfig& config);
+
+}  // namespace sila

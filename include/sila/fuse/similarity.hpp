@@ -1,0 +1,31 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sila/fuse/reindex.hpp"
+#include "sila/model/model.hpp"
+
+namespace sila {
+
+/// Cosine of two primitives: the sum over common cells of the product of their arrows, over the lengths of both
+/// primitives. In [-1, 1]; below 0 for opposite directions; 0 if one of them has no length. Scaling a primitive does
+/// not change it. Source: SILA paper, Eq. 1.
+double similarity(const MotionPrimitive& a, const MotionPrimitive& b);
+
+/// The graph G_s between the primitives of two models.
+struct SimilarityGraph {
+  int previous_primitives = 0;
+  int incoming_primitives = 0;
+  SimilarityEdges edges;  ///< joint indices: incoming primitive j is previous_primitives + j; sorted
+};
+
+/// All pairs of a previous and an incoming primitive with S >= threshold - kSimilaritySlack. Primitives that share no
+/// cell are never compared. Throws: std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
+SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold);
+
+/// Similarities within a model, of those pairs that case 2 may ask for: two primitives with a common neighbour in the
+/// graph. Joint indices, sorted.
+std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming);
+
+}  // namespace sila

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "sila/core/detections.hpp"
+
+namespace sila {
+
+/// The formats of docs/formats.md.
+enum class TrackFormat {
+  csv,             ///< header with a track id, a time (or frame) and x, y
+  obsmat,          ///< ETH/UCY, 8 columns: frame id x z y vx vz vy
+  frame_id_x_y,    ///< the 4-column form
+  trajnetpp,       ///< TrajNet++ ndjson
+  stanford_drone,  ///< 10 columns: id xmin ymin xmax ymax frame lost occluded generated "label"
+  ind,             ///< inD, rounD, uniD: XX_tracks.csv with its two meta files beside it
+  sind,            ///< SinD Ped_smoothed_tracks.csv
+  dut,             ///< DUT: id,frame,label,x_est,y_est,...
+  vru,             ///< one track a file: timestamp,x,y; a folder of them is one recording
+  juelich,         ///< # comments, then: id frame x y z
+};
+
+struct TrackFormatText {
+  TrackFormat format;
+  std::string_view name;     ///< as on the command line and in scene files
+  std::string_view columns;  ///< for messages
+};
+
+/// Every format once.
+std::span<const TrackFormatText> track_formats();
+std::string_view name_of(TrackFormat format);
+/// Nothing if there is no format of that name.
+std::optional<TrackFormat> track_format(std::string_view name);
+
+/// What a file does not say of itself. Unset fields follow the rules of the format (docs/formats.md).
+struct ReadOptions {
+  std::optional<TrackFormat> format;        ///< unset: recognised by content
+  std::optional<double> frames_per_second;  ///< makes seconds of frame numbers; no effect on files with time stamps
+  std::optional<double> sample_interval_s;  ///< time between annotations; used if `frames_per_second` is unset
+  std::optional<double> metres_per_unit;    ///< of a pixel, centimetre, ...; unset: the file is in metres
+};
+
+/// `first` where it is set, else `second`, field by field.
+ReadOptions first_of(const ReadOptions& first, const ReadOptions& second);
+
+/// Throws std::invalid_argument for a rate, interval or scale that is not positive and finite.
+void validate(const ReadOptions& options);
+
+struct TrackFile {
+  Detections detections;
+  TrackFormat format = TrackFormat::csv;
+  std::string clock;  ///< how stamps became seconds, for people
+};
+
+/// Reads a track file, gzipped or not, or a folder of one-track files.
+/// Bad rows are counted by reason in `detections`; labels and units are judged by `clean`.
+/// Units: seconds on the clock of the file, metres.
+/// Throws: FormatError for a file that is missing, empty, truncated, binary, of no known format or without a usable
+/// row; std::invalid_argument for options out of range.
+TrackFile read_detections(const std::filesystem::path& path, const ReadOptions& options = {});
+
+}  // namespace sila

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
+#include "sila/io/read_tracks.hpp"
+
+namespace sila {
+
+/// p_scene = [[a, -b], [b, a]] p_file + (tx, ty), p_file in metres.
+struct SimilarityTransform {
+  double a = 1.0;
+  double b = 0.0;
+  double tx = 0.0;
+  double ty = 0.0;
+  bool operator==(const SimilarityTransform&) const = default;
+};
+
+Vector2 apply(const SimilarityTransform& similarity, const Vector2& point_m);
+
+/// One entry of a scene's `files`.
+struct SceneFile {
+  std::string path;                ///< as the scene file has it
+  std::filesystem::path resolved;  ///< the readable file or folder; empty if there is none
+  ReadOptions options;
+  SimilarityTransform to_scene;
+};
+
+struct Corner {
+  std::string name;
+  CurbFrame frame;
+  SidewalkWidths widths;
+};
+
+/// The direction of the y axis of the scene's metres: `down` in image frames.
+enum class YAxis { up, down };
+
+/// A place: where the corners are and which files were recorded there.
+/// Invariant: at least one corner, `primary` < corners.size(), every frame valid.
+struct Scene {
+  std::string name;
+  std::filesystem::path path;  ///< of the scene file, for messages
+  YAxis y_axis = YAxis::up;
+  std::vector<Corner> corners;
+  std::size_t primary = 0;
+  std::vector<SceneFile> files;
+  std::vector<std::filesystem::path> searched;  ///< folders in which the paths of `files` were looked for
+  std::vector<std::string> warnings;
+};
+
+/// Reads a scene file (docs/formats.md). The first-level `origin`, `axis_1`, `axis_2`, `sidewalk_width_m` are the
+/// primary corner. Paths of `files` are looked for in the folder of the scene file, in that folder's parent, and in
+/// `data_dir` if it is given; a path found nowhere is an error only when its tracks are asked for. Throws: FormatError
+/// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
+Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir = {});
+
+/// Writes what `read_scene` reads. Throws: FormatError if the path cannot be written.
+void write_scene(const std::filesystem::path& path, const Scene& scene);
+
+/// The corner whose origin is nearest to the median position of the track. Throws: std::invalid_argument for no corner
+/// or sample.
+std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
+
+}  // namespace sila

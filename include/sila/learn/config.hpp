@@ -1,0 +1,105 @@
+#pragma once
+
+#include <concepts>
+
+#include "sila/core/fields.hpp"
+#include "sila/gp/config.hpp"
+
+namespace sila {
+
+/// Lengths in metres become sidewalk widths when a model begins (see Conventions).
+struct GridConfig {
+  double cell_m = 1.0;
+  int tile_cells = 8;
+};
+
+template <class Config, class Visitor>
+  requires std::same_as<std::remove_const_t<Config>, GridConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("cell_m", config.cell_m, Range{0.05, 20.0}, "m", "side of a grid cell at the place where the model begins");
+  visit.number("tile_cells", config.tile_cells, Range{1, 1000}, "cells", "side of a tile; aligned primitives are cut at its border");
+}
+
+/// Where a path is cut into the support of a new primitive.
+enum class CutRule {
+  aligned,            ///< at the borders of a fixed tiling, so that two batches cut the same way
+  first_unexplained,  ///< at the first cells that no primitive explains yet (as the paper's growth suggests)
+};
+inline constexpr const char* kCutRules[] = {"aligned", "first_unexplained"};
+
+/// Dictionary learning (ASNSC). Source: Chen, Liu, How 2016; algorithms 1.3 to 1.8.
+struct DictionaryConfig {
+  double min_speed_mps = 0.2;
+  double activeness_weight = 1.0;
+  double sparsity = 1.0;
+  double gain_m = 6.0;
+  bool support_mask = true;
+  int dilation_cells = 1;
+  CutRule cut = CutRule::aligned;
+  double run_m = 10.0;
+  int max_primitives = 2000;
+};
+
+template <class Config, class Visitor>
+  requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("min_speed_mps", config.min_speed_mps, Range{0.0, 5.0}, "m/s", "slower samples have no heading (v_min)");
+  visit.number("activeness_weight", config.activeness_weight, Range{0.0, 100.0, true}, "-", "weight of the activeness channel (gamma)");
+  visit.number("sparsity", config.sparsity, Range{0.0, 100.0}, "cells", "using a primitive must pay for so many cell visits (lambda)");
+  visit.number("gain_m", config.gain_m, Range{0.0, 1000.0}, "m", "a new primitive must explain so much path (tau)");
+  visit.flag("support_mask", config.support_mask, "limit each primitive to its own cells; off: one primitive swallows a whole route");
+  visit.number("dilation_cells", config.dilation_cells, Range{0, 10}, "cells", "how far the support reaches beyond the path (delta)");
+  visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
+  visit.number("run_m", config.run_m, Range{0.5, 1000.0}, "m", "longest path of a primitive under first_unexplained");
+  visit.number("max_primitives", config.max_primitives, Range{1, 100000}, "-", "most primitives learnt from one batch (L_max)");
+}
+
+/// Labelling of samples by primitives. Source: algorithms 1.9.
+struct SegmentationConfig {
+  double min_coefficient = 0.1;
+  double switch_penalty = 1.5;
+  int min_run_samples = 3;
+};
+
+template <class Config, class Visitor>
+  requires std::same_as<std::remove_const_t<Config>, SegmentationConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("min_coefficient", config.min_coefficient, Range{0.0, 1.0}, "-", "primitives used less by a track do not label it");
+  visit.number("switch_penalty", config.switch_penalty, Range{0.0, 100.0}, "samples", "evidence that a change of primitive needs");
+  visit.number("min_run_samples", config.min_run_samples, Range{1, 100}, "samples", "shorter runs join the run before");
+}
+
+/// Velocity fields of the transitions: the kernel that they start from, and how the GPs are fitted.
+struct FieldConfig {
+  double signal_std_mps = 0.8;
+  double length_scale_m = 2.0;
+  double noise_std_mps = 0.3;
+  GpConfig gp;
+};
+
+template <class Config, class Visitor>
+  requires std::same_as<std::remove_const_t<Config>, FieldConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("signal_std_mps", config.signal_std_mps, Range{0.01, 20.0}, "m/s", "prior deviation of a field from its mean (sigma_f)");
+  visit.number("length_scale_m", config.length_scale_m, Range{0.05, 100.0}, "m", "distance over which velocities agree (l)");
+  visit.number("noise_std_mps", config.noise_std_mps, Range{0.01, 20.0}, "m/s", "spread of people around a field (sigma_n)");
+  visit.group("gp", config.gp);
+}
+
+struct LearnConfig {
+  GridConfig grid;
+  DictionaryConfig dictionary;
+  SegmentationConfig segmentation;
+  FieldConfig field;
+};
+
+template <class Config, class Visitor>
+  requires std::same_as<std::remove_const_t<Config>, LearnConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.group("grid", config.grid);
+  visit.group("dictionary", config.dictionary);
+  visit.group("segmentation", config.segmentation);
+  visit.group("field", config.field);
+}
+
+}  // namespace sila

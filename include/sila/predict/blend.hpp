@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "sila/core/trajectory.hpp"
+#include "sila/model/lessons.hpp"
+#include "sila/predict/config.hpp"
+#include "sila/predict/rollout.hpp"
+
+namespace sila {
+
+/// Mean observed speeds that part the classes [m/s]: standing, strolling, slow, normal, fast.
+inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
+inline constexpr int kSpeedClasses = 5;
+/// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
+inline constexpr int kKinematicFeatures = 5;
+/// The same, and the mean velocities of the two particles of a roll-out.
+inline constexpr int kMapFeatures = kKinematicFeatures + 2;
+
+int speed_class(const CurbTrajectory& observed);
+
+/// Candidate mean velocities from t0 to step j [m/s], one a column, all but the last two the same for every step.
+/// Shapes: 2 x kKinematicFeatures.
+Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed);
+/// Shapes: 2 x kMapFeatures. `step` counts from 0.
+Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout, const CurbTrajectory& observed,
+                              std::size_t step, double interval_s);
+
+/// The coefficients with which features are summed, per (step, class): solved once from the lessons.
+/// Ridge regression towards half constant velocity, half roll-out (or constant velocity alone without a map).
+/// Source: none in the paper; docs/decisions/0005-blend.md.
+class Blend {
+ public:
+  Blend(const Lessons& lessons, const PredictConfig& config);
+
+  bool taught() const { return steps_ > 0; }
+  /// Mean velocity from t0 to `step` [m/s]; steps beyond the lessons use the last of them.
+  Vector2 velocity_mps(const Eigen::Matrix2Xd& features, std::size_t step, int speed_class) const;
+  /// Variances [m²] along and across the way to the mean position; zero where nothing was taught.
+  Vector2 residual_m2(std::size_t step, int speed_class, bool with_map) const;
+
+ private:
+  std::size_t cell(std::size_t step, int speed_class) const;
+
+  int steps_ = 0;
+  std::vector<Eigen::VectorXd> with_map_;
+  std::vector<Eigen::VectorXd> without_map_;
+  std::vector<Vector2> residual_with_map_;
+  std::vector<Vector2> residual_without_map_;
+};
+
+/// A covariance with the given variances along and across a direction.
+Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2);
+
+}  // namespace sila

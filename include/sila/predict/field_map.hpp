@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "sila/gp/posterior.hpp"
+#include "sila/model/model.hpp"
+
+namespace sila {
+
+/// What predictions need of a model, made once: factorised fields, a spatial index over them, and the graph of primitives.
+class FieldMap {
+ public:
+  explicit FieldMap(const Model& model);
+
+  struct Field {
+    int from = 0, to = 0;
+    double count = 0.0;
+    double probability = 0.0;      ///< P(to | from)
+    double signal_variance = 1.0;  ///< [widths²/s²]
+    double noise_variance = 1.0;
+    Posterior posterior;
+  };
+
+  const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
+  /// Transitions whose field may know the place.
+  std::span<const int> near(const Vector2& position) const;
+  /// Transitions that leave a primitive, in order.
+  std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
+
+ private:
+  std::int64_t bucket(const Vector2& position) const;
+
+  double bucket_size_ = 1.0;
+  std::vector<Field> fields_;
+  std::vector<std::vector<int>> leaving_;
+  std::unordered_map<std::int64_t, std::vector<int>> buckets_;
+};
+
+}  // namespace sila

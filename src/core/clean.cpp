@@ -1,0 +1,340 @@
+#include "sila/core/clean.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "sila/core/plausibility.hpp"
+
+namespace sila {
+namespace {
+
+/// Beyond this a double has no tenth of a millisecond left; nobody's clock counts that far in seconds.
+constexpr double kLargestTime_s = 1e12;
+constexpr double kSlack_s = 1e-6;  ///< frame numbers become seconds with rounding; a gap of exactly the limit is none
+
+struct Sample {
+  double t_s = 0.0;
+  Vector2 position_m = Vector2::Zero();
+  std::size_t line = 0;
+};
+
+/// The samples of one id of one source.
+struct RawTrack {
+  std::string id;
+  std::vector<Sample> samples;
+};
+
+/// One piece of a raw track, after the cuts.
+struct Piece {
+  const RawTrack* track = nullptr;
+  std::vector<Sample> samples;
+};
+
+/// The report while it grows.
+class Ledger {
+ public:
+  TrackReport report;
+
+  void add(const DroppedRows& entry) {
+    DroppedRows& total = dropped_[entry.reason];
+    if (total.rows == 0) total = {entry.reason, 0, entry.first};
+    total.rows += entry.rows;
+  }
+  void drop(DropReason reason, const std::string& source, const std::string& track, std::size_t line) {
+    DroppedRows& total = dropped_[reason];
+    if (total.rows++ > 0) return;
+    total.reason = reason;
+    total.first = source;
+    if (line > 0) total.first.append(":").append(std::to_string(line));
+    total.first.append(", track ").append(track);
+  }
+  TrackReport finished() {
+    for (const auto& [reason, entry] : dropped_) report.dropped.push_back(entry);
+    return std::move(report);
+  }
+
+ private:
+  std::map<DropReason, DroppedRows> dropped_;
+};
+
+std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& config) {
+  if (!std::isfinite(row.t_s) || !row.position_m.allFinite()) return DropReason::not_finite;
+  if (row.position_m.cwiseAbs().maxCoeff() > config.max_abs_position_m || std::abs(row.t_s) > kLargestTime_s) {
+    return DropReason::absurd_value;
+  }
+  if (config.pedestrians_only && !is_pedestrian(row.label)) return DropReason::other_label;
+  return std::nullopt;
+}
+
+/// The usable rows by id, sorted by time. Equal stamps are sorted by place, so that the order of the input cannot
+/// matter.
+std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& config, Ledger& ledger) {
+  std::vector<RawTrack> tracks;
+  std::unordered_map<std::string_view, std::size_t> index;
+  for (const Detection& row : source.rows) {
+    if (const auto fault = fault_of(row, config)) {
+      ledger.drop(*fault, source.source, row.track, row.line);
+      continue;
+    }
+    const auto [entry, is_new] = index.try_emplace(row.track, tracks.size());
+    if (is_new) tracks.push_back({row.track, {}});
+    std::vector<Sample>& samples = tracks[entry->second].samples;
+    if (!samples.empty() && row.t_s < samples.back().t_s) ++ledger.report.out_of_order_rows;
+    samples.push_back({row.t_s, row.position_m, row.line});
+  }
+  const auto key = [](const Sample& s) { return std::make_tuple(s.t_s, s.position_m.x(), s.position_m.y(), s.line); };
+  for (RawTrack& track : tracks) {
+    std::sort(track.samples.begin(), track.samples.end(),
+              [&](const Sample& a, const Sample& b) { return key(a) < key(b); });
+  }
+  ledger.report.track_ids += tracks.size();
+  return tracks;
+}
+
+double spread(std::span<const Sample> samples) {
+  double widest = 0.0;
+  for (const Sample& sample : samples)
+    widest = std::max(widest, (sample.position_m - samples.front().position_m).norm());
+  return widest;
+}
+
+/// The one sample of a stamp that several rows share; nothing if they contradict one another.
+std::optional<Sample> merged(std::span<const Sample> same, const std::string& id, const std::string& source,
+                             const CleanConfig& config, Ledger& ledger) {
+  if (same.size() == 1) return same.front();
+  const bool contradictory = spread(same) > config.jump_tolerance_m;
+  Vector2 sum = Vector2::Zero();
+  std::size_t places = 0;
+  for (std::size_t i = 0; i < same.size(); ++i) {
+    const bool again = i > 0 && same[i].position_m == same[i - 1].position_m;
+    if (!again) sum += same[i].position_m, ++places;
+    if (contradictory) ledger.drop(DropReason::contradictory, source, id, same[i].line);
+    if (!contradictory && i > 0)
+      ledger.drop(again ? DropReason::repeated : DropReason::averaged, source, id, same[i].line);
+  }
+  if (contradictory) return std::nullopt;
+  return Sample{same.front().t_s, sum / static_cast<double>(places), same.front().line};
+}
+
+/// Sorted samples to samples with strictly increasing times.
+std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& source, const CleanConfig& config,
+                                  Ledger& ledger) {
+  std::vector<Sample> result;
+  result.reserve(track.samples.size());
+  for (std::size_t begin = 0, end = 0; begin < track.samples.size(); begin = end) {
+    while (end < track.samples.size() && track.samples[end].t_s == track.samples[begin].t_s) ++end;
+    const std::span<const Sample> same(track.samples.data() + begin, end - begin);
+    if (const auto sample = merged(same, track.id, source, config, ledger)) result.push_back(*sample);
+  }
+  return result;
+}
+
+bool is_gap(const Sample& from, const Sample& to, const CleanConfig& config) {
+  return to.t_s - from.t_s > config.max_gap_s + kSlack_s;
+}
+
+bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
+  const double reach = config.jump_tolerance_m + config.max_speed_mps * (to.t_s - from.t_s);
+  return (to.position_m - from.position_m).norm() > reach;
+}
+
+/// Cuts at gaps and jumps; a single sample off a path that goes on without it is dropped.
+std::vector<Piece> pieces_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
+                             Ledger& ledger) {
+  const std::vector<Sample> samples = one_per_stamp(track, source, config, ledger);
+  std::vector<Piece> pieces;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Sample* last = pieces.empty() ? nullptr : &pieces.back().samples.back();
+    const bool jump = last != nullptr && is_jump(*last, samples[i], config);
+    if (jump && i + 1 < samples.size() && !is_jump(*last, samples[i + 1], config) &&
+        !is_gap(*last, samples[i + 1], config)) {
+      ledger.drop(DropReason::outlier, source, track.id, samples[i].line);
+      continue;
+    }
+    const bool gap = last != nullptr && is_gap(*last, samples[i], config);
+    if (jump) ++ledger.report.splits_at_jumps;
+    if (gap && !jump) ++ledger.report.splits_at_gaps;
+    if (last == nullptr || jump || gap) pieces.push_back({&track, {}});
+    pieces.back().samples.push_back(samples[i]);
+  }
+  std::erase_if(pieces, [&](const Piece& piece) {
+    if (piece.samples.size() > 1) return false;
+    ledger.drop(DropReason::single_sample, source, track.id, piece.samples.front().line);
+    return true;
+  });
+  return pieces;
+}
+
+Trajectory trajectory_of(std::string id, std::span<const Sample> samples) {
+  Trajectory result{std::move(id), {}, {}};
+  for (const Sample& sample : samples) {
+    result.times_s.push_back(sample.t_s);
+    result.positions_m.push_back(sample.position_m);
+  }
+  return result;
+}
+
+double extent_m(const Trajectory& track) {
+  Eigen::AlignedBox2d box;
+  for (const Vector2& position : track.positions_m) box.extend(position);
+  return box.diagonal().norm();
+}
+
+bool all_digits(const std::string& text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// "9" before "10"; numbers before names.
+bool id_less(const std::string& a, const std::string& b) {
+  const bool a_number = all_digits(a);
+  const bool b_number = all_digits(b);
+  if (a_number != b_number) return a_number;
+  if (a_number && a.size() != b.size()) return a.size() < b.size();
+  return a < b;
+}
+
+/// The last `parts` components of a path, without the extensions of the file.
+std::string tail_of(const std::filesystem::path& path, std::size_t parts) {
+  std::string name = path.filename().string();
+  if (const std::size_t dot = name.find('.', 1); dot != std::string::npos) name.erase(dot);
+  std::filesystem::path folder = path.parent_path();
+  for (std::size_t i = 1; i < parts && folder.has_filename(); ++i, folder = folder.parent_path()) {
+    name = folder.filename().string() + "/" + name;
+  }
+  return name;
+}
+
+/// For each source the prefix of its ids: nothing for one source, else the shortest tail of the path that tells all
+/// apart.
+std::vector<std::string> prefixes(std::span<const Detections> sources) {
+  if (sources.size() <= 1) return std::vector<std::string>(sources.size());
+  for (std::size_t parts = 1; parts <= 8; ++parts) {
+    std::vector<std::string> names;
+    for (const Detections& source : sources) names.push_back(tail_of(source.source, parts) + ":");
+    if (std::unordered_set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
+  }
+  std::vector<std::string> numbers;
+  for (std::size_t i = 0; i < sources.size(); ++i) numbers.push_back(std::to_string(i + 1) + ":");
+  return numbers;
+}
+
+/// Ids for pieces in their final order: the first piece of a track keeps its id, later ones get "#2", "#3", ...
+std::vector<std::string> ids_of(const std::vector<Piece>& pieces, const std::string& prefix) {
+  std::unordered_set<std::string> taken;
+  for (const Piece& piece : pieces) taken.insert(piece.track->id);
+  std::unordered_map<const RawTrack*, std::size_t> count;
+  std::vector<std::string> ids;
+  for (const Piece& piece : pieces) {
+    std::string id = piece.track->id;
+    if (std::size_t& n = count[piece.track]; ++n > 1) {
+      // A recording may have an id "17#2" of its own.
+      while (!taken.insert(id = piece.track->id + "#" + std::to_string(n)).second) ++n;
+    }
+    ids.push_back(prefix + id);
+  }
+  return ids;
+}
+
+std::vector<std::string> unit_warnings(const Detections& source, const std::vector<RawTrack>& tracks,
+                                       const CleanConfig& config) {
+  std::vector<Trajectory> paths;
+  for (const RawTrack& track : tracks) paths.push_back(trajectory_of(track.id, track.samples));
+  std::vector<std::string> warnings;
+  for (const std::string& doubt : unit_doubts(paths, config.max_gap_s))
+    warnings.push_back(source.source + ": " + doubt);
+  return warnings;
+}
+
+/// The tracks of one source by start time, then id.
+std::vector<Trajectory> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
+                                     Ledger& ledger) {
+  for (const DroppedRows& entry : source.dropped) ledger.add(entry);
+  const std::vector<RawTrack> tracks = raw_tracks(source, config, ledger);
+  auto& warnings = ledger.report.warnings;
+  warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
+  for (std::string& warning : unit_warnings(source, tracks, config)) warnings.push_back(std::move(warning));
+  std::vector<Piece> pieces;
+  for (const RawTrack& track : tracks) {
+    for (Piece& piece : pieces_of(track, source.source, config, ledger)) pieces.push_back(std::move(piece));
+  }
+  std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
+    if (a.samples.front().t_s != b.samples.front().t_s) return a.samples.front().t_s < b.samples.front().t_s;
+    return id_less(a.track->id, b.track->id);
+  });
+  std::vector<std::string> ids = ids_of(pieces, prefix);
+  std::vector<Trajectory> result;
+  for (std::size_t i = 0; i < pieces.size(); ++i) result.push_back(trajectory_of(std::move(ids[i]), pieces[i].samples));
+  return result;
+}
+
+}  // namespace
+
+std::string_view name_of(DropReason reason) {
+  return kDropReasons[static_cast<std::size_t>(reason)].name;
+}
+
+void validate(const CleanConfig& config) {
+  validate_fields("clean", config);
+}
+
+CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config) {
+  validate(config);
+  CleanTracks result;
+  Ledger ledger;
+  const std::vector<std::string> prefix = prefixes(sources);
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    ledger.report.rows_read += sources[s].rows_read;
+    for (Trajectory& track : clean_source(sources[s], prefix[s], config, ledger)) {
+      ledger.report.rows_kept += track.times_s.size();
+      if (extent_m(track) < config.standing_extent_m) ++ledger.report.standing_tracks;
+      result.trajectories.push_back(std::move(track));
+      result.source.push_back(s);
+    }
+  }
+  ledger.report.sources = sources.size();
+  ledger.report.tracks_kept = result.trajectories.size();
+  result.report = ledger.finished();
+  return result;
+}
+
+bool is_pedestrian(std::string_view label) {
+  static constexpr std::array<std::string_view, 8> names{"",       "ped",    "pedestrian", "pedestrians",
+                                                         "person", "people", "walker",     "human"};
+  std::string lower(label);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return std::find(names.begin(), names.end(), lower) != names.end();
+}
+
+std::vector<std::string> to_lines(const TrackReport& report) {
+  std::vector<std::string> lines;
+  const auto number = [](std::size_t value) { return std::to_string(value); };
+  lines.push_back(number(report.tracks_kept) + " tracks of " + number(report.track_ids) + " ids in " +
+                  number(report.sources) + " files; " + number(report.rows_kept) + " of " + number(report.rows_read) +
+                  " rows kept");
+  for (const DroppedRows& entry : report.dropped) {
+    lines.push_back(number(entry.rows) + " rows dropped: they " +
+                    std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) + " (first: " + entry.first +
+                    ")");
+  }
+  const auto tell = [&](std::size_t count, const char* text) {
+    if (count > 0) lines.push_back(number(count) + text);
+  };
+  tell(report.out_of_order_rows, " rows were out of order and are sorted");
+  tell(report.splits_at_gaps, " splits at gaps in time");
+  tell(report.splits_at_jumps, " splits at jumps (re-used ids)");
+  tell(report.standing_tracks, " tracks stand still (kept)");
+  for (const std::string& warning : report.warnings) lines.push_back("warning: " + warning);
+  return lines;
+}
+
+}  // namespace sila

@@ -1,0 +1,125 @@
+#include "sila/core/sampling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace sila {
+namespace {
+
+/// Kernel weights beyond this many widths are below 4e-4 and left out.
+constexpr double kKernelReach = 4.0;
+/// Stamps are compared with this slack, far below any tracker's resolution.
+constexpr double kTimeSlack_s = 1e-6;
+
+double median_interval(std::span<const double> times_s) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < times_s.size(); ++i) intervals.push_back(times_s[i] - times_s[i - 1]);
+  if (intervals.empty()) return 0.0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+MotionState local_line(const Trajectory& track, double time_s, std::size_t known, double width_s) {
+  const auto begin = track.times_s.begin(), end = begin + static_cast<std::ptrdiff_t>(known);
+  const auto from = std::lower_bound(begin, end, time_s - kKernelReach * width_s);
+  const auto to = std::upper_bound(from, end, time_s + kKernelReach * width_s);
+  double weight = 0.0, time = 0.0, time_square = 0.0;
+  Vector2 position = Vector2::Zero(), product = Vector2::Zero();
+  for (auto t = from; t != to; ++t) {
+    const double offset = *t - time_s;
+    const double w = std::exp(-0.5 * (offset / width_s) * (offset / width_s));
+    const Vector2& p = track.positions_m[static_cast<std::size_t>(t - begin)];
+    weight += w, time += w * offset, time_square += w * offset * offset;
+    position += w * p, product += w * offset * p;
+  }
+  if (weight < 1e-12) {  // nothing in reach: the nearest known sample, at rest
+    const auto next = std::min(std::lower_bound(begin, end, time_s), end - 1);
+    return {track.positions_m[static_cast<std::size_t>(next - begin)], Vector2::Zero()};
+  }
+  const double mean_time = time / weight;
+  const double spread = time_square / weight - mean_time * mean_time;
+  const Vector2 mean = position / weight;
+  const Vector2 slope = spread < 1e-12 ? Vector2(Vector2::Zero()) : Vector2((product / weight - mean_time * mean) / spread);
+  return {mean - slope * mean_time, slope};
+}
+
+CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::vector<double> times_s,
+                        const std::vector<MotionState>& states) {
+  CurbTrajectory result{track.id, frame, std::move(times_s), {}, {}};
+  result.positions.reserve(states.size());
+  result.velocities.reserve(states.size());
+  for (const MotionState& state : states) {
+    result.positions.push_back(to_curb(frame, state.position_m));
+    result.velocities.push_back(velocity_to_curb(frame, state.velocity_mps));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
+                                const SamplingConfig& config) {
+  if (known == 0 || known > track.times_s.size()) {
+    throw std::invalid_argument("smooth: known = " + std::to_string(known) + ", the track has " +
+                                std::to_string(track.times_s.size()) + " samples");
+  }
+  const double interval_s = median_interval(std::span(track.times_s).first(known));
+  const double width_s = std::max(config.smoothing_s, config.smoothing_intervals * interval_s);
+  std::vector<MotionState> states;
+  states.reserve(times_s.size());
+  for (double t : times_s) states.push_back(local_line(track, t, known, width_s));
+  return states;
+}
+
+CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
+                       const SamplingConfig& config) {
+  const double t0 = track.times_s.at(last);
+  const auto wanted = static_cast<long>(std::lround(observe_s / config.interval_s));
+  std::vector<double> times_s;
+  for (long k = std::max(wanted, 1L) - 1; k >= 0; --k) {
+    const double t = t0 - static_cast<double>(k) * config.interval_s;
+    if (t >= track.times_s.front() - kTimeSlack_s) times_s.push_back(t);
+  }
+  const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
+  return in_frame(track, frame, std::move(times_s), states);
+}
+
+CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config) {
+  validate(track);
+  std::vector<double> times_s;
+  const double start = track.times_s.front(), end = track.times_s.back();
+  for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k) {
+    times_s.push_back(start + static_cast<double>(k) * config.interval_s);
+  }
+  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), config);
+  return in_frame(track, frame, std::move(times_s), states);
+}
+
+std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config) {
+  std::vector<double> times_s;
+  for (std::size_t j = 1; j <= steps; ++j) {
+    const double t = track.times_s.at(last) + static_cast<double>(j) * config.interval_s;
+    if (t > track.times_s.back() + kTimeSlack_s) break;
+    times_s.push_back(t);
+  }
+  std::vector<Vector2> path;
+  for (const MotionState& state : smooth(track, times_s, track.times_s.size(), config)) path.push_back(state.position_m);
+  return path;
+}
+
+std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double every_s) {
+  if (!(every_s > 0.0)) throw std::invalid_argument("prediction_samples: every_s must be positive");
+  std::vector<std::size_t> samples;
+  double due = track.times_s.front() + observe_s;
+  for (std::size_t i = 0; i < track.times_s.size(); ++i) {
+    if (track.times_s[i] < due - kTimeSlack_s) continue;
+    samples.push_back(i);
+    while (due <= track.times_s[i] + kTimeSlack_s) due += every_s;
+  }
+  return samples;
+}
+
+}  // namespace sila

@@ -1,0 +1,108 @@
+#include "sila/episode/episode.hpp"
+
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+namespace sila {
+namespace {
+
+/// The conventions that the batch must be learnt under: the model's, which the configuration may not contradict.
+Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
+  const Conventions fresh = begin_conventions(frame, config.scaling, config.sampling.interval_s, config.learn.grid);
+  if (previous.episodes == 0) return fresh;
+  const Conventions& kept = previous.conventions;
+  if (fresh.scaling != kept.scaling) throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
+  if (fresh.sample_interval_s != kept.sample_interval_s) {
+    throw std::invalid_argument("run_episode: sampling.interval_s = " + std::to_string(fresh.sample_interval_s) +
+                                ", the model began with " + std::to_string(kept.sample_interval_s));
+  }
+  const double kept_cell_m = kept.grid.cell * kept.reference_width_m;
+  if (std::abs(config.learn.grid.cell_m - kept_cell_m) > 1e-9 * kept_cell_m || config.learn.grid.tile_cells != kept.grid.tile_cells) {
+    throw std::invalid_argument("run_episode: learn.grid is not the grid that the model began with (cell_m = " +
+                                std::to_string(kept_cell_m) + ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
+  }
+  return kept;
+}
+
+std::vector<CurbTrajectory> resample_all(std::span<const PlacedTrack> batch, const SamplingConfig& sampling) {
+  std::vector<CurbTrajectory> tracks;
+  for (const PlacedTrack& placed : batch) tracks.push_back(resample(placed.track, placed.frame, sampling));
+  return tracks;
+}
+
+/// What the model's errors on tracks that it has not learnt yet teach.
+Lessons taught_by(const Model& previous, const Conventions& conventions, std::span<const PlacedTrack> batch,
+                  const EpisodeConfig& config) {
+  if (!config.lessons.enabled) return previous.lessons;
+  Model seen = previous;
+  seen.conventions = conventions;
+  const std::vector<Window> windows = windows_of(batch, config.sampling, config.predict, config.lessons.every_s);
+  return add_lessons(previous.lessons, gather_lessons(Predictor(seen, config.predict), windows), config.lessons.decay);
+}
+
+}  // namespace
+
+Update sila_update(const EpisodeConfig& config) {
+  return [config](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
+    const Learnt incoming = learn(batch, conventions, config.learn);  // M'(n)
+    Fused fused = fuse(previous, incoming.increment, config.fuse);    // M(n)
+    return Updated{std::move(fused.model), incoming.report, fused.report};
+  };
+}
+
+Update accumulate_update(const EpisodeConfig& config) {
+  return [config](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
+    const Learnt incoming = learn(batch, conventions, config.learn);
+    Fused sum = accumulate(previous, incoming.increment);
+    return Updated{std::move(sum.model), incoming.report, sum.report};
+  };
+}
+
+Update relearn_update(const EpisodeConfig& config) {
+  auto seen = std::make_shared<std::vector<CurbTrajectory>>();
+  return [config, seen](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
+    seen->insert(seen->end(), batch.begin(), batch.end());
+    Learnt learnt = learn(*seen, conventions, config.learn);
+    learnt.increment.model.episodes = previous.episodes + 1;
+    return Updated{std::move(learnt.increment.model), learnt.report, {}};
+  };
+}
+
+std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling, const PredictConfig& predict,
+                               double every_s) {
+  const auto steps = static_cast<std::size_t>(std::lround(predict.horizon_s / sampling.interval_s));
+  std::vector<Window> windows;
+  for (const PlacedTrack& placed : tracks) {
+    for (std::size_t last : prediction_samples(placed.track, predict.observe_s, every_s)) {
+      windows.push_back({observe(placed.track, last, placed.frame, predict.observe_s, sampling),
+                         future(placed.track, last, steps, sampling)});
+    }
+  }
+  return windows;
+}
+
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config, const Update& update) {
+  validate_fields("run_episode", config);
+  if (batch.empty()) return {previous, {}};
+  const auto start = std::chrono::steady_clock::now();
+  const Conventions conventions = conventions_for(previous, batch.front().frame, config);
+  Lessons lessons = taught_by(previous, conventions, batch, config);
+  Updated updated = update(previous, resample_all(batch, config.sampling), conventions);
+  updated.model.lessons = std::move(lessons);
+  Episode episode{std::move(updated.model), {}};
+  episode.report.tracks = static_cast<int>(batch.size());
+  episode.report.size_before = size(previous);
+  episode.report.size_after = size(episode.model);
+  episode.report.learn = updated.learn;
+  episode.report.fuse = std::move(updated.fuse);
+  episode.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return episode;
+}
+
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config) {
+  return run_episode(previous, batch, config, sila_update(config));
+}
+
+}  // namespace sila

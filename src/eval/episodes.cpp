@@ -1,0 +1,79 @@
+#include "sila/eval/episodes.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+namespace sila {
+namespace {
+
+std::string person_of(const std::string& id) { return id.substr(0, id.find('#')); }
+
+/// Fisher-Yates on raw bits: std::shuffle gives other orders with other standard libraries.
+template <class T>
+void shuffle(std::vector<T>& items, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
+}
+
+Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config) {
+  const std::vector<Window> windows = windows_of(unseen, config.sampling, config.predict, config.lessons.every_s);
+  return gather_lessons(Predictor(model, config.predict), windows);
+}
+
+EpisodeConfig without_lessons(EpisodeConfig config) {
+  config.lessons.enabled = false;
+  return config;
+}
+
+}  // namespace
+
+Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint64_t seed) {
+  if (!(test_share >= 0.0 && test_share < 1.0)) {
+    throw std::invalid_argument("split_tracks: test_share = " + std::to_string(test_share) + " is outside [0, 1)");
+  }
+  std::map<std::string, std::vector<PlacedTrack>> by_person;
+  for (PlacedTrack& track : tracks) by_person[person_of(track.track.id)].push_back(std::move(track));
+  std::vector<std::vector<PlacedTrack>> people;
+  for (auto& [id, pieces] : by_person) people.push_back(std::move(pieces));
+  shuffle(people, seed);
+  const auto held = static_cast<std::size_t>(test_share * static_cast<double>(people.size()));
+  Split split;
+  for (std::size_t i = 0; i < people.size(); ++i) {
+    std::vector<PlacedTrack>& side = i < held ? split.test : split.train;
+    std::move(people[i].begin(), people[i].end(), std::back_inserter(side));
+  }
+  return split;
+}
+
+Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size, const EpisodeConfig& config,
+                 const Update& update, const EpisodeObserver& observer) {
+  if (batch_size == 0) throw std::invalid_argument("run_episodes: batch_size = 0, must be at least 1");
+  Run run{start, {}};
+  for (std::size_t from = 0; from < tracks.size(); from += batch_size) {
+    Episode episode = run_episode(run.model, tracks.subspan(from, std::min(batch_size, tracks.size() - from)), config, update);
+    run.episodes.push_back(episode.report);
+    if (observer) observer(static_cast<int>(run.episodes.size()), episode);
+    run.model = std::move(episode.model);
+  }
+  return run;
+}
+
+Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& config) {
+  const auto started = std::chrono::steady_clock::now();
+  const auto half = tracks.size() / 2;
+  const EpisodeConfig plain = without_lessons(config);
+  const auto learn_all = [&](std::span<const PlacedTrack> some) { return run_episode(Model{}, some, plain, sila_update(plain)); };
+  Episode whole = learn_all(tracks);
+  if (config.lessons.enabled && half > 0) {
+    const Model first = learn_all(tracks.first(half)).model, second = learn_all(tracks.subspan(half)).model;
+    whole.model.lessons = add_lessons(lessons_on(first, tracks.subspan(half), config), lessons_on(second, tracks.first(half), config), 1.0);
+  }
+  whole.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return {std::move(whole.model), {whole.report}};
+}
+
+}  // namespace sila

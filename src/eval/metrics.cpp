@@ -1,0 +1,76 @@
+#include "sila/eval/metrics.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "sila/eval/mhd.hpp"
+
+namespace sila {
+namespace {
+
+double mean_distance_m(std::span<const Vector2> a, std::span<const Vector2> b) {
+  double sum = 0.0;
+  for (std::size_t j = 0; j < a.size(); ++j) sum += (a[j] - b[j]).norm();
+  return sum / static_cast<double>(a.size());
+}
+
+std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) {
+  std::vector<Vector2> mean(steps, Vector2::Zero());
+  for (const Mode& mode : prediction.modes) {
+    for (std::size_t j = 0; j < steps; ++j) mean[j] += mode.weight * mode.path_m[j];
+  }
+  return mean;
+}
+
+}  // namespace
+
+double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
+  double density = 0.0;
+  for (const Mode& mode : prediction.modes) {
+    const Matrix2& covariance = mode.covariances_m2[step];
+    const Vector2 error = truth_m - mode.path_m[step];
+    density += mode.weight * std::exp(-0.5 * error.dot(covariance.inverse() * error)) /
+               (2.0 * std::numbers::pi * std::sqrt(covariance.determinant()));
+  }
+  return -std::log(std::max(density, 1e-300));
+}
+
+Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
+  if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() || prediction.modes.front().path_m.size() < steps) {
+    throw std::invalid_argument("measure: steps = " + std::to_string(steps) + ", truth or prediction is shorter");
+  }
+  const auto truth = truth_m.first(steps);
+  Metrics metrics;
+  metrics.best_mhd_m = metrics.best_ade_m = metrics.best_fde_m = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < prediction.modes.size(); ++m) {
+    const Mode& mode = prediction.modes[m];
+    const auto path = std::span(mode.path_m).first(steps);
+    const double mhd_m = modified_hausdorff_m(path, truth);
+    const double ade_m = mean_distance_m(path, truth), fde_m = (path.back() - truth.back()).norm();
+    metrics.weighted_mhd_m += mode.weight * mhd_m;
+    metrics.best_mhd_m = std::min(metrics.best_mhd_m, mhd_m);
+    metrics.best_ade_m = std::min(metrics.best_ade_m, ade_m);
+    metrics.best_fde_m = std::min(metrics.best_fde_m, fde_m);
+    if (m == 0) metrics.likeliest_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
+  }
+  metrics.mean_path_mhd_m = modified_hausdorff_m(mean_path(prediction, steps), truth);
+  metrics.nll = negative_log_likelihood(prediction, steps - 1, truth.back());
+  return metrics;
+}
+
+Metrics operator+(const Metrics& a, const Metrics& b) {
+  return {a.weighted_mhd_m + b.weighted_mhd_m,   a.likeliest_mhd_m + b.likeliest_mhd_m, a.best_mhd_m + b.best_mhd_m,
+          a.mean_path_mhd_m + b.mean_path_mhd_m, a.ade_m + b.ade_m,                     a.fde_m + b.fde_m,
+          a.best_ade_m + b.best_ade_m,           a.best_fde_m + b.best_fde_m,           a.nll + b.nll};
+}
+
+Metrics operator*(double f, const Metrics& a) {
+  return {f * a.weighted_mhd_m, f * a.likeliest_mhd_m, f * a.best_mhd_m, f * a.mean_path_mhd_m, f * a.ade_m,
+          f * a.fde_m,          f * a.best_ade_m,      f * a.best_fde_m, f * a.nll};
+}
+
+}  // namespace sila

@@ -1,0 +1,284 @@
+#include "sila/fuse/reindex.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+namespace sila {
+namespace {
+
+using Pair = std::pair<int, int>;
+
+/// The total order of relaxing: what comes last is removed first.
+bool stronger(const Similarity& a, const Similarity& b) {
+  return std::tuple(-a.value, a.first, a.second) < std::tuple(-b.value, b.first, b.second);
+}
+
+bool by_position(const Similarity& a, const Similarity& b) {
+  return Pair(a.first, a.second) < Pair(b.first, b.second);
+}
+
+SimilarityEdges sorted(SimilarityEdges edges) {
+  std::sort(edges.begin(), edges.end(), by_position);
+  return edges;
+}
+
+/// Disjoint sets of the primitives that a few edges touch.
+class PrimitiveSets {
+ public:
+  explicit PrimitiveSets(const SimilarityEdges& edges) {
+    for (const Similarity& edge : edges) primitives_.insert(primitives_.end(), {edge.first, edge.second});
+    std::sort(primitives_.begin(), primitives_.end());
+    primitives_.erase(std::unique(primitives_.begin(), primitives_.end()), primitives_.end());
+    parent_.resize(primitives_.size());
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+
+  std::size_t size() const { return parent_.size(); }
+
+  /// The set of a primitive: the position of its smallest member.
+  std::size_t of(int primitive) {
+    const auto place = std::lower_bound(primitives_.begin(), primitives_.end(), primitive);
+    std::size_t set = static_cast<std::size_t>(place - primitives_.begin());
+    while (parent_[set] != set) set = parent_[set] = parent_[parent_[set]];
+    return set;
+  }
+
+  std::size_t join(std::size_t a, std::size_t b) { return parent_[std::max(a, b)] = std::min(a, b); }
+
+ private:
+  std::vector<int> primitives_;
+  std::vector<std::size_t> parent_;
+};
+
+/// The numbers of a sparse table of pairs; a pair that is not in it has 0.
+using PairTable = std::map<Pair, double>;
+
+double lookup(const PairTable& table, int a, int b) {
+  const auto entry = table.find({a, b});
+  return entry == table.end() ? 0.0 : entry->second;
+}
+
+/// S(a, b), a < b, and T(a, b) of a problem.
+struct Tables {
+  PairTable similarity;
+  PairTable transitions;
+};
+
+Tables tables_of(const FusionProblem& problem) {
+  Tables tables;
+  for (const Similarity& pair : problem.similarities) tables.similarity[{pair.first, pair.second}] = pair.value;
+  for (const TransitionCount& edge : problem.transitions) tables.transitions[{edge.from, edge.to}] = edge.count;
+  return tables;
+}
+
+Relaxed relax_strictly(SimilarityEdges component) {
+  std::sort(component.begin(), component.end(), stronger);
+  const auto weakest = component.begin() + 2;
+  Relaxed result{{sorted({component.begin(), weakest})}, {weakest, component.end()}};
+  std::reverse(result.removed.begin(), result.removed.end());
+  return result;
+}
+
+/// Two edges with a common primitive.
+struct Star {
+  int centre = 0;
+  int leaf_1 = 0;  ///< below leaf_2, of the same model
+  int leaf_2 = 0;
+};
+
+/// Case 1: the centre is one leaf followed by the other, if people walk from one to the other. nullopt if nobody does.
+std::optional<PrimitiveSplit> split_of(const Star& star, const Tables& tables, const FusionRules& rules) {
+  const double forth = lookup(tables.transitions, star.leaf_1, star.leaf_2);
+  const double back = rules.both_directions ? lookup(tables.transitions, star.leaf_2, star.leaf_1) : 0.0;
+  if (forth <= 0.0 && back <= 0.0) return std::nullopt;
+  if (forth >= back) return PrimitiveSplit{star.centre, star.leaf_1, star.leaf_2};
+  return PrimitiveSplit{star.centre, star.leaf_2, star.leaf_1};
+}
+
+FusionDecision decide_pair(const SimilarityEdges& edges) {
+  return {FusionReason::one_to_one, edges, 0.0, {edges[0].first, edges[0].second}, std::nullopt};
+}
+
+FusionDecision decide_star(const Star& star, const SimilarityEdges& edges, double threshold, const Tables& tables,
+                           const FusionRules& rules) {
+  const double alike = lookup(tables.similarity, star.leaf_1, star.leaf_2);
+  if (const auto split = split_of(star, tables, rules)) return {FusionReason::case_1, edges, alike, {}, split};
+  if (alike >= threshold - kSimilaritySlack) {
+    std::vector<int> fused{star.centre, star.leaf_1, star.leaf_2};
+    std::sort(fused.begin(), fused.end());
+    return {FusionReason::case_2, edges, alike, fused, std::nullopt};
+  }
+  if (!rules.case_3_fuses_stronger) return {FusionReason::case_3, edges, alike, {}, std::nullopt};
+  const Similarity& best = stronger(edges[0], edges[1]) ? edges[0] : edges[1];
+  return {FusionReason::case_3_stronger, edges, alike, {best.first, best.second}, std::nullopt};
+}
+
+/// The three cases of the paper, for one or two edges; no other part is touched, so the order of the parts does not
+/// matter.
+FusionDecision decide(const SimilarityEdges& edges, double threshold, const Tables& tables, const FusionRules& rules) {
+  if (edges.size() == 1) return decide_pair(edges);
+  const auto& [a, b] = std::pair(edges[0], edges[1]);
+  // The graph is bipartite and edges are sorted: the common primitive is either the previous or the incoming one of
+  // both.
+  if (a.first == b.first) return decide_star({a.first, a.second, b.second}, edges, threshold, tables, rules);
+  if (a.second == b.second) return decide_star({a.second, a.first, b.first}, edges, threshold, tables, rules);
+  return {FusionReason::apart, edges, 0.0, {}, std::nullopt};
+}
+
+FusionComponent resolve(const SimilarityEdges& component, double threshold, const Tables& tables,
+                        const FusionRules& rules) {
+  Relaxed relaxed = relax(component, rules.strict_relax);
+  FusionComponent resolved{std::move(relaxed.removed), {}};
+  for (const SimilarityEdges& part : relaxed.parts) {
+    resolved.decisions.push_back(decide(part, threshold, tables, rules));
+  }
+  return resolved;
+}
+
+/// in, out, fusion set and splits: the decisions, applied to m_in = m_out = m.
+FusionPlan reindex(int primitives, std::vector<FusionComponent> components) {
+  FusionPlan plan;
+  plan.in.resize(static_cast<std::size_t>(primitives));
+  std::iota(plan.in.begin(), plan.in.end(), 0);
+  plan.out = plan.in;
+  for (const FusionComponent& component : components) {
+    for (const FusionDecision& decision : component.decisions) {
+      for (const int member : decision.fused) {
+        plan.in[static_cast<std::size_t>(member)] = plan.out[static_cast<std::size_t>(member)] = decision.fused.front();
+      }
+      if (!decision.fused.empty()) plan.fusion_set.push_back(decision.fused);
+      if (!decision.split) continue;
+      plan.in[static_cast<std::size_t>(decision.split->primitive)] = decision.split->first;
+      plan.out[static_cast<std::size_t>(decision.split->primitive)] = decision.split->second;
+      plan.splits.push_back(*decision.split);
+    }
+  }
+  std::sort(plan.fusion_set.begin(), plan.fusion_set.end());
+  std::sort(plan.splits.begin(), plan.splits.end(),
+            [](const PrimitiveSplit& a, const PrimitiveSplit& b) { return a.primitive < b.primitive; });
+  plan.components = std::move(components);
+  return plan;
+}
+
+/// The primitives that still begin and end where they did.
+std::vector<int> kept_primitives(const FusionPlan& plan) {
+  std::vector<int> kept;
+  for (std::size_t p = 0; p < plan.in.size(); ++p) {
+    const int primitive = static_cast<int>(p);
+    if (plan.in[p] == primitive && plan.out[p] == primitive) kept.push_back(primitive);
+  }
+  return kept;
+}
+
+/// Where a transition begins and ends after the re-indexing.
+Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRules& rules) {
+  const std::size_t from = static_cast<std::size_t>(edge.from);
+  // Who stays in a primitive that was split walks from its first part to its second, not back.
+  if (edge.from == edge.to && !rules.literal_self_transitions) return {plan.in[from], plan.out[from]};
+  return {plan.out[from], plan.in[static_cast<std::size_t>(edge.to)]};
+}
+
+/// How many walked through a primitive: the larger of those who came and those who left.
+double flow_through(int primitive, const std::vector<TransitionCount>& transitions) {
+  double came = 0.0;
+  double left = 0.0;
+  for (const TransitionCount& edge : transitions) {
+    if (edge.from == edge.to) continue;
+    if (edge.to == primitive) came += edge.count;
+    if (edge.from == primitive) left += edge.count;
+  }
+  return std::max(came, left);
+}
+
+std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, const FusionPlan& plan,
+                                               const FusionRules& rules) {
+  std::vector<TransitionCount> transitions = problem.transitions;
+  std::sort(transitions.begin(), transitions.end(),
+            [](const TransitionCount& a, const TransitionCount& b) { return Pair(a.from, a.to) < Pair(b.from, b.to); });
+  std::map<Pair, TransitionGroup> groups;
+  for (const TransitionCount& edge : transitions) {
+    const Pair target = mapped(edge, plan, rules);
+    TransitionGroup& group =
+        groups.try_emplace(target, TransitionGroup{target.first, target.second, 0, 0, {}}).first->second;
+    group.count += edge.count;
+    group.sources.emplace_back(edge.from, edge.to);
+  }
+  for (const PrimitiveSplit& split : plan.splits) {
+    if (!rules.split_credit) break;
+    const double credit = flow_through(split.primitive, transitions);
+    TransitionGroup& between = groups.at({split.first, split.second});  // case 1 asks for this very transition
+    between.credit += credit;
+    between.count += credit;
+  }
+  std::vector<TransitionGroup> result;
+  for (auto& [target, group] : groups) result.push_back(std::move(group));
+  return result;
+}
+
+}  // namespace
+
+SimilarityEdges matching_edges(const FusionProblem& problem) {
+  SimilarityEdges edges;
+  for (const Similarity& pair : problem.similarities) {
+    const bool between_models = pair.first < problem.previous_primitives && pair.second >= problem.previous_primitives;
+    if (between_models && pair.value >= problem.similarity_threshold - kSimilaritySlack) edges.push_back(pair);
+  }
+  return sorted(std::move(edges));
+}
+
+std::vector<SimilarityEdges> connected_components(const SimilarityEdges& edges) {
+  PrimitiveSets sets(edges);
+  for (const Similarity& edge : edges) sets.join(sets.of(edge.first), sets.of(edge.second));
+  std::map<std::size_t, SimilarityEdges> components;
+  for (const Similarity& edge : edges) components[sets.of(edge.first)].push_back(edge);
+  std::vector<SimilarityEdges> result;
+  for (auto& [set, members] : components) result.push_back(sorted(std::move(members)));
+  return result;
+}
+
+// Removing the weakest edge first until at most two hang together is the same as adding the strongest first and closing
+// a part as soon as an edge would make it more than two: the part stays as it was before that edge. One pass over the
+// sorted edges.
+Relaxed relax(const SimilarityEdges& component, bool strict) {
+  if (component.size() <= 2) return {{component}, {}};
+  if (strict) return relax_strictly(component);
+  SimilarityEdges edges = component;
+  std::sort(edges.begin(), edges.end(), stronger);
+  PrimitiveSets sets(edges);
+  std::vector<std::size_t> count(sets.size(), 0);
+  std::vector<bool> closed(sets.size(), false);
+  Relaxed result;
+  SimilarityEdges left;
+  for (const Similarity& edge : edges) {
+    const std::size_t a = sets.of(edge.first);
+    const std::size_t b = sets.of(edge.second);
+    const std::size_t together = 1 + count[a] + (a == b ? 0 : count[b]);
+    if (closed[a] || closed[b] || together > 2) {
+      closed[a] = closed[b] = true;
+      result.removed.push_back(edge);
+    } else {
+      count[sets.join(a, b)] = together;
+      left.push_back(edge);
+    }
+  }
+  std::reverse(result.removed.begin(), result.removed.end());
+  result.parts = connected_components(left);
+  return result;
+}
+
+FusionPlan plan_fusion(const FusionProblem& problem, const FusionRules& rules) {
+  validate(problem);
+  const Tables tables = tables_of(problem);
+  std::vector<FusionComponent> components;
+  for (const SimilarityEdges& component : connected_components(matching_edges(problem))) {
+    components.push_back(resolve(component, problem.similarity_threshold, tables, rules));
+  }
+  FusionPlan plan = reindex(problem.primitives(), std::move(components));
+  plan.kept = kept_primitives(plan);
+  plan.groups = group_transitions(problem, plan, rules);
+  return plan;
+}
+
+}  // namespace sila

@@ -1,0 +1,139 @@
+#include "sila/fuse/similarity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+double length(const MotionPrimitive& primitive) {
+  double sum = 0.0;
+  for (const CellVelocity& arrow : primitive.cells) sum += arrow.velocity.squaredNorm();
+  return std::sqrt(sum);
+}
+
+double product(const MotionPrimitive& a, const MotionPrimitive& b) {
+  double sum = 0.0;
+  auto left = a.cells.begin();
+  auto right = b.cells.begin();
+  while (left != a.cells.end() && right != b.cells.end()) {
+    if (left->cell < right->cell) {
+      ++left;
+    } else if (right->cell < left->cell) {
+      ++right;
+    } else {
+      sum += (left++)->velocity.dot((right++)->velocity);
+    }
+  }
+  return sum;
+}
+
+/// Rounding must not make a cosine of more than 1.
+double cosine(double product, double length_a, double length_b) {
+  const double lengths = length_a * length_b;
+  return lengths > 0.0 ? std::clamp(product / lengths, -1.0, 1.0) : 0.0;
+}
+
+/// An arrow of the model and whose it is.
+struct OwnedArrow {
+  CellKey cell;
+  std::size_t primitive = 0;
+  Vector2 velocity;
+};
+
+/// The arrows of all primitives by cell: who has an arrow here?
+std::vector<OwnedArrow> arrows_by_cell(const Model& model) {
+  std::vector<OwnedArrow> arrows;
+  for (std::size_t p = 0; p < model.primitives.size(); ++p) {
+    for (const CellVelocity& arrow : model.primitives[p].cells) arrows.push_back({arrow.cell, p, arrow.velocity});
+  }
+  std::sort(arrows.begin(), arrows.end(), [](const OwnedArrow& a, const OwnedArrow& b) {
+    return std::pair(a.cell, a.primitive) < std::pair(b.cell, b.primitive);
+  });
+  return arrows;
+}
+
+std::vector<double> lengths_of(const Model& model) {
+  std::vector<double> lengths;
+  for (const MotionPrimitive& primitive : model.primitives) lengths.push_back(length(primitive));
+  return lengths;
+}
+
+/// Products of one primitive with all that share a cell with it, in the order of cells as in `product`.
+std::map<std::size_t, double> products_with(const std::vector<OwnedArrow>& arrows, const MotionPrimitive& primitive) {
+  std::map<std::size_t, double> products;
+  for (const CellVelocity& mine : primitive.cells) {
+    auto theirs = std::lower_bound(arrows.begin(), arrows.end(), mine.cell,
+                                   [](const OwnedArrow& arrow, const CellKey& cell) { return arrow.cell < cell; });
+    for (; theirs != arrows.end() && theirs->cell == mine.cell; ++theirs) {
+      products[theirs->primitive] += theirs->velocity.dot(mine.velocity);
+    }
+  }
+  return products;
+}
+
+/// Primitives with a common neighbour, each pair once.
+std::vector<std::pair<int, int>> siblings(const SimilarityEdges& edges) {
+  std::map<int, std::vector<int>> neighbours;
+  for (const Similarity& edge : edges) {
+    neighbours[edge.first].push_back(edge.second);
+    neighbours[edge.second].push_back(edge.first);
+  }
+  std::vector<std::pair<int, int>> pairs;
+  for (const auto& [centre, leaves] : neighbours) {
+    for (std::size_t a = 0; a < leaves.size(); ++a) {
+      for (std::size_t b = a + 1; b < leaves.size(); ++b) pairs.emplace_back(std::minmax(leaves[a], leaves[b]));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+}  // namespace
+
+double similarity(const MotionPrimitive& a, const MotionPrimitive& b) {
+  return cosine(product(a, b), length(a), length(b));
+}
+
+SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold) {
+  if (!(threshold > 0.0)) {
+    std::ostringstream text;
+    text << "similarity_graph: threshold = " << threshold << ", it must be positive";
+    throw std::invalid_argument(text.str());
+  }
+  SimilarityGraph graph{static_cast<int>(previous.primitives.size()), static_cast<int>(incoming.primitives.size()), {}};
+  const std::vector<OwnedArrow> arrows = arrows_by_cell(previous);
+  const std::vector<double> lengths = lengths_of(previous);
+  for (std::size_t j = 0; j < incoming.primitives.size(); ++j) {
+    const double own_length = length(incoming.primitives[j]);
+    for (const auto& [i, sum] : products_with(arrows, incoming.primitives[j])) {
+      const double alike = cosine(sum, lengths[i], own_length);
+      if (alike < threshold - kSimilaritySlack) continue;
+      graph.edges.push_back({static_cast<int>(i), graph.previous_primitives + static_cast<int>(j), alike});
+    }
+  }
+  std::sort(graph.edges.begin(), graph.edges.end(), [](const Similarity& a, const Similarity& b) {
+    return std::pair(a.first, a.second) < std::pair(b.first, b.second);
+  });
+  return graph;
+}
+
+std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming) {
+  const auto primitive = [&](int joint) -> const MotionPrimitive& {
+    return joint < graph.previous_primitives
+               ? previous.primitives.at(static_cast<std::size_t>(joint))
+               : incoming.primitives.at(static_cast<std::size_t>(joint - graph.previous_primitives));
+  };
+  std::vector<Similarity> result;
+  for (const auto& [a, b] : siblings(graph.edges)) {
+    const double alike = similarity(primitive(a), primitive(b));
+    if (alike != 0.0) result.push_back({a, b, alike});
+  }
+  return result;
+}
+
+}  // namespace sila

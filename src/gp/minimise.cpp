@@ -1,0 +1,94 @@
+#include "minimise.hpp"
+
+#include <dlib/optimization.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace sila::detail {
+namespace {
+
+using Column = dlib::matrix<double, 0, 1>;
+
+Column to_dlib(const Eigen::VectorXd& v) {
+  Column column(v.size());
+  for (Eigen::Index i = 0; i < v.size(); ++i) column(i) = v(i);
+  return column;
+}
+
+Eigen::VectorXd to_eigen(const Column& column) {
+  Eigen::VectorXd v(column.nr());
+  for (Eigen::Index i = 0; i < v.size(); ++i) v(i) = column(i);
+  return v;
+}
+
+/// dlib asks for value and gradient in turn, at the same point: one evaluation serves both. Remembers the best point.
+class Memo {
+ public:
+  explicit Memo(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective) : objective_(objective) {}
+
+  const ValueAndGradient& at(const Column& column) {
+    const Eigen::VectorXd x = to_eigen(column);
+    if (evaluations_ > 0 && x == x_) return last_;
+    x_ = x;
+    last_ = objective_(x);
+    if (evaluations_ == 0 || last_.value < best_.value) best_ = {x, last_.value, 0};
+    ++evaluations_;
+    return last_;
+  }
+
+  Minimum best() const { return {best_.x, best_.value, evaluations_}; }
+
+ private:
+  const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective_;
+  Eigen::VectorXd x_;
+  ValueAndGradient last_;
+  Minimum best_;
+  int evaluations_ = 0;
+};
+
+/// A stop strategy in dlib's sense: relative decrease, and the gradient without the components that press against the
+/// box.
+class StopRule {
+ public:
+  StopRule(const Stopping& stopping, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper)
+      : stopping_(stopping), lower_(lower), upper_(upper) {}
+
+  template <class Vector>
+  bool should_continue_search(const Vector& x, double value, const Vector& gradient) {
+    double largest = 0.0;
+    for (long i = 0; i < x.nr(); ++i) {
+      const bool blocked = (x(i) <= lower_(i) && gradient(i) > 0.0) || (x(i) >= upper_(i) && gradient(i) < 0.0);
+      if (!blocked) largest = std::max(largest, std::abs(gradient(i)));
+    }
+    const bool first = iterations_ == 0;
+    const bool stalled =
+        !first && previous_ - value <= stopping_.relative_tolerance * std::max(1.0, std::abs(previous_));
+    previous_ = value;
+    return largest > stopping_.gradient_tolerance && !stalled && iterations_++ < stopping_.max_iterations;
+  }
+
+ private:
+  Stopping stopping_;
+  Eigen::VectorXd lower_;
+  Eigen::VectorXd upper_;
+  double previous_ = 0.0;
+  int iterations_ = 0;
+};
+
+}  // namespace
+
+Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
+                        const Eigen::VectorXd& start, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+                        const Stopping& stopping) {
+  Memo memo(objective);
+  Column x = to_dlib(start.cwiseMax(lower).cwiseMin(upper));
+  constexpr int remembered_steps = 10;
+  dlib::find_min_box_constrained(
+      dlib::lbfgs_search_strategy(remembered_steps), StopRule(stopping, lower, upper),
+      [&memo](const Column& at) { return memo.at(at).value; },
+      [&memo](const Column& at) { return to_dlib(memo.at(at).gradient); }, x, to_dlib(lower), to_dlib(upper));
+  return memo.best();
+}
+
+}  // namespace sila::detail

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+namespace sila::detail {
+
+struct ValueAndGradient {
+  double value = 0.0;
+  Eigen::VectorXd gradient;
+};
+
+struct Stopping {
+  int max_iterations = 50;
+  double gradient_tolerance = 1e-4;  ///< largest component of the projected gradient
+  double relative_tolerance = 1e-6;  ///< decrease in one iteration, relative to the value
+};
+
+struct Minimum {
+  Eigen::VectorXd x;
+  double value = 0.0;
+  int evaluations = 0;
+};
+
+/// A local minimum in the box [lower, upper], by dlib's box-constrained L-BFGS; never worse than the start, which is
+/// clamped to the box. See docs/decisions/0010 for the choice.
+Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
+                        const Eigen::VectorXd& start, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+                        const Stopping& stopping);
+
+}  // namespace sila::detail

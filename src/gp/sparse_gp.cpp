@@ -1,0 +1,100 @@
+#include "sila/gp/sparse_gp.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "statistics.hpp"
+
+namespace sila {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument(what);
+}
+
+void require_shape(const std::string& name, Eigen::Index rows, Eigen::Index columns, Eigen::Index wanted_rows,
+                   Eigen::Index wanted_columns) {
+  if (rows == wanted_rows && columns == wanted_columns) return;
+  refuse(name + " is " + std::to_string(rows) + " x " + std::to_string(columns) + ", must be " +
+         std::to_string(wanted_rows) + " x " + std::to_string(wanted_columns));
+}
+
+void require_at_least_zero(const std::string& name, double value) {
+  if (!(value >= 0.0) || !std::isfinite(value)) {
+    refuse(name + " = " + std::to_string(value) + ", must be finite and not negative");
+  }
+}
+
+void require_finite(const std::string& name, bool finite) {
+  if (!finite) refuse(name + " holds a number that is not finite");
+}
+
+}  // namespace
+
+SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                  const Eigen::VectorXd& mean, double jitter) {
+  const Eigen::Index size = pseudo_inputs.cols();
+  SparseGp gp;
+  gp.kernel = kernel;
+  gp.noise_variance = noise_variance;
+  gp.pseudo_inputs = pseudo_inputs;
+  gp.mean = mean;
+  gp.information = Eigen::MatrixXd::Zero(size, size);
+  gp.response = Eigen::MatrixXd::Zero(size, mean.size());
+  gp.mean_response = Eigen::VectorXd::Zero(size);
+  gp.jitter = jitter;
+  validate(gp);
+  gp.jitter = detail::factor_kernel_matrix(covariance(kernel, pseudo_inputs, pseudo_inputs), kernel.signal_variance,
+                                           jitter, "empty_gp")
+                  .jitter;
+  return gp;
+}
+
+SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha) {
+  detail::require_alpha("absorb", alpha);
+  validate(gp);
+  validate("absorb", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
+  SparseGp updated = gp;
+  if (inputs.cols() == 0) return updated;
+  const Eigen::MatrixXd residuals = outputs.rowwise() - gp.mean.transpose();
+  detail::add(updated,
+              detail::whitened_statistics(
+                  detail::lower_factor(gp, "absorb"), covariance(gp.kernel, inputs, gp.pseudo_inputs), residuals,
+                  Eigen::VectorXd::Constant(inputs.cols(), gp.noise_variance), gp.kernel.signal_variance, alpha),
+              static_cast<double>(inputs.cols()));
+  return updated;
+}
+
+void validate(const SparseGp& gp) {
+  validate(gp.kernel);
+  const Eigen::Index size = gp.pseudo_inputs.cols();
+  if (!(gp.noise_variance > 0.0) || !std::isfinite(gp.noise_variance)) {
+    refuse("sparse_gp: noise_variance = " + std::to_string(gp.noise_variance) + ", must be positive and finite");
+  }
+  require_shape("sparse_gp: pseudo_inputs", gp.pseudo_inputs.rows(), size, gp.kernel.length_scales.size(), size);
+  require_shape("sparse_gp: information", gp.information.rows(), gp.information.cols(), size, size);
+  require_shape("sparse_gp: response", gp.response.rows(), gp.response.cols(), size, gp.mean.size());
+  require_shape("sparse_gp: mean_response", gp.mean_response.rows(), 1, size, 1);
+  require_finite("sparse_gp: pseudo_inputs", gp.pseudo_inputs.allFinite());
+  require_finite("sparse_gp: mean", gp.mean.allFinite());
+  require_finite("sparse_gp: information", gp.information.allFinite());
+  require_finite("sparse_gp: response", gp.response.allFinite());
+  require_finite("sparse_gp: mean_response", gp.mean_response.allFinite());
+  if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9)) {
+    refuse("sparse_gp: information has a negative diagonal");
+  }
+  require_at_least_zero("sparse_gp: points", gp.points);
+  require_at_least_zero("sparse_gp: jitter", gp.jitter);
+}
+
+void validate(const char* function, const GpData& data, Eigen::Index input_dimensions, Eigen::Index output_dimensions) {
+  const std::string name = function;
+  const Eigen::Index points = data.inputs.cols();
+  require_shape(name + ": inputs", data.inputs.rows(), points, input_dimensions, points);
+  require_shape(name + ": outputs", data.outputs.rows(), data.outputs.cols(), points, output_dimensions);
+  require_finite(name + ": inputs", data.inputs.allFinite());
+  require_finite(name + ": outputs", data.outputs.allFinite());
+}
+
+}  // namespace sila

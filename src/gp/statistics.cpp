@@ -1,0 +1,88 @@
+#include "statistics.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "sila/core/errors.hpp"
+
+namespace sila::detail {
+namespace {
+
+constexpr double max_jitter = 1e-2;
+constexpr double smallest_pivot = 1e-13;  // relative to the signal variance; below it the factor is rounding noise
+
+}  // namespace
+
+KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
+                                  const std::string& function) {
+  for (double trial = jitter; trial <= max_jitter * (1.0 + 1e-9); trial = trial > 0.0 ? trial * 10.0 : 1e-10) {
+    Eigen::MatrixXd jittered = kernel_matrix;
+    jittered.diagonal().array() += trial * signal_variance;
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(jittered);
+    if (cholesky.info() != Eigen::Success) continue;
+    Eigen::MatrixXd lower = cholesky.matrixL();
+    const bool sound = lower.rows() == 0 || (lower.allFinite() && lower.diagonal().array().square().minCoeff() >=
+                                                                      smallest_pivot * signal_variance);
+    if (sound) return {std::move(lower), trial};
+  }
+  std::ostringstream text;
+  text << function << ": the covariance of " << kernel_matrix.rows() << " pseudo-inputs (signal variance "
+       << signal_variance << ") has no Cholesky factor, even with a jitter of " << max_jitter;
+  throw NumericalError(text.str());
+}
+
+Eigen::MatrixXd lower_factor(const SparseGp& gp, const std::string& function) {
+  KernelFactor factor = factor_kernel_matrix(covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs),
+                                             gp.kernel.signal_variance, gp.jitter, function);
+  if (factor.jitter == gp.jitter) return std::move(factor.lower);
+  std::ostringstream text;
+  text << function << ": jitter = " << gp.jitter << " is too small for the covariance of " << gp.pseudo_inputs.cols()
+       << " pseudo-inputs, " << factor.jitter << " would do";
+  throw NumericalError(text.str());
+}
+
+Statistics whitened_statistics(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross,
+                               const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise, double signal_variance,
+                               double alpha) {
+  Eigen::MatrixXd features = cross;  // V', n x M
+  lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(features);
+  Eigen::ArrayXd lambda = noise;
+  // What the pseudo-inputs leave unexplained is never negative but for rounding.
+  if (alpha > 0.0) lambda += alpha * (signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
+  const Eigen::VectorXd scale = lambda.rsqrt();
+  features.array().colwise() *= scale.array();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(lower.rows(), lower.rows());
+  information.selfadjointView<Eigen::Lower>().rankUpdate(features.transpose());
+  information.triangularView<Eigen::StrictlyUpper>() = information.transpose();
+  return {std::move(information), features.transpose() * (scale.asDiagonal() * residuals),
+          features.transpose() * scale};
+}
+
+void add(SparseGp& gp, const Statistics& statistics, double points) {
+  gp.information += statistics.information;
+  gp.response += statistics.response;
+  gp.mean_response += statistics.mean_response;
+  gp.points += points;
+}
+
+void require_alpha(const std::string& function, double alpha) {
+  if (alpha >= 0.0 && alpha <= 1.0) return;
+  throw std::invalid_argument(function + ": alpha = " + std::to_string(alpha) + " is outside [0, 1]");
+}
+
+Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {
+  const Eigen::LDLT<Eigen::MatrixXd> cholesky(a);
+  const Eigen::VectorXd pivots = cholesky.vectorD();
+  // The pivots fall; those under the rounding of the first are noise of either sign.
+  Eigen::Index rank = 0;
+  while (rank < pivots.size() && pivots(rank) > 1e-14 * pivots(0)) ++rank;
+  Eigen::MatrixXd lower = cholesky.matrixL();
+  const Eigen::VectorXd roots = pivots.head(rank).cwiseSqrt();
+  const Eigen::MatrixXd scaled = lower.leftCols(rank) * roots.asDiagonal();
+  return cholesky.transpositionsP().transpose() * scaled;
+}
+
+}  // namespace sila::detail

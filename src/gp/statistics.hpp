@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "sila/gp/sparse_gp.hpp"
+
+/// What the sources of this room share; not public.
+namespace sila::detail {
+
+/// chol(K + jitter * signal_variance * I) and the jitter that it took.
+struct KernelFactor {
+  Eigen::MatrixXd lower;
+  double jitter = 0.0;
+};
+
+/// Tries `jitter`, then ten times as much, up to 1e-2. Throws NumericalError.
+KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
+                                  const std::string& function);
+
+/// L_u of a GP, under exactly its own jitter. Throws NumericalError.
+Eigen::MatrixXd lower_factor(const SparseGp& gp, const std::string& function);
+
+/// The additive part of a SparseGp: what data say, whitened.
+struct Statistics {
+  Eigen::MatrixXd information;
+  Eigen::MatrixXd response;
+  Eigen::VectorXd mean_response;
+};
+
+/// Shapes: lower M x M, cross n x M = k(X, Z), residuals n x P = y - mean, noise n.
+Statistics whitened_statistics(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross,
+                               const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise, double signal_variance,
+                               double alpha);
+
+void add(SparseGp& gp, const Statistics& statistics, double points);
+
+void require_alpha(const std::string& function, double alpha);
+
+/// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
+Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a);
+
+/// Which candidates were chosen, in order, and k(candidates, chosen).
+struct Selection {
+  std::vector<Eigen::Index> chosen;
+  Eigen::MatrixXd cross;
+  double remaining_variance = 0.0;  ///< the largest conditional variance left
+};
+
+/// Greedy conditional variance; the first `given` candidates are taken before any other.
+Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidates, Eigen::Index max_count,
+                          double stop_fraction, Eigen::Index given = 0);
+
+/// Every k-th column, k the smallest that leaves at most `max_count`.
+Eigen::MatrixXd thinned(const Eigen::MatrixXd& points, Eigen::Index max_count);
+
+}  // namespace sila::detail

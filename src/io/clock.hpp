@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sila/io/read_tracks.hpp"
+
+namespace sila {
+
+/// What a format or a file knows of its own clock.
+struct FrameClock {
+  std::optional<double> frames_per_second;
+  std::optional<double> sample_interval_s;  ///< between the annotations of one person
+};
+
+/// Detections whose `t_s` still is a frame number become detections in seconds: by the frame rate of the options, else
+/// by their sample interval, else by what the format says. An interval is the time of the commonest step of a person's
+/// frames. Throws: FormatError if nobody knows the rate.
+TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const FrameClock& of_format);
+
+}  // namespace sila

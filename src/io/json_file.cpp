@@ -1,0 +1,113 @@
+#include "json_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sila/core/errors.hpp"
+#include "text_file.hpp"
+
+namespace sila {
+namespace {
+
+using Json = nlohmann::json;
+
+bool is_finite_number(const Json& value) {
+  return value.is_number() && std::isfinite(value.get<double>());
+}
+
+}  // namespace
+
+nlohmann::json read_json(const std::filesystem::path& path) {
+  const std::string text = read_text(path);
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
+    const auto line = static_cast<std::size_t>(std::count(text.begin(), end, '\n')) + 1;
+    throw FormatError(path.string(), line, "JSON", excerpt(trimmed(text)));
+  } catch (const Json::out_of_range& error) {
+    throw FormatError(path.string(), 0, "JSON with finite numbers", error.what());
+  }
+}
+
+JsonFields::JsonFields(const Json& object, std::string file, std::string where)
+    : object_(&object), file_(std::move(file)), where_(std::move(where)) {
+  if (!object.is_object())
+    throw FormatError(file_, 0, where_.empty() ? "a JSON object" : where_ + " a JSON object", excerpt(object.dump()));
+}
+
+bool JsonFields::has(const char* key) const {
+  const auto found = object_->find(key);
+  return found != object_->end() && !found->is_null();
+}
+
+void JsonFields::refuse(const std::string& key, const std::string& expected) const {
+  const auto found = object_->find(key);
+  throw FormatError(file_, 0, where_ + key + " = " + expected,
+                    found == object_->end() ? "no such field" : where_ + key + " = " + excerpt(found->dump()));
+}
+
+const Json& JsonFields::at(const char* key, const char* expected) const {
+  if (!has(key)) refuse(key, expected);
+  return object_->at(key);
+}
+
+double JsonFields::number(const char* key) const {
+  const Json& value = at(key, "a number");
+  if (!is_finite_number(value)) refuse(key, "a number");
+  return value.get<double>();
+}
+
+double JsonFields::number_or(const char* key, double otherwise) const {
+  return has(key) ? number(key) : otherwise;
+}
+
+double JsonFields::positive(const char* key) const {
+  const double value = is_finite_number(at(key, "a positive number")) ? number(key) : 0.0;
+  if (!(value > 0.0)) refuse(key, "a positive number");
+  return value;
+}
+
+std::optional<double> JsonFields::optional_positive(const char* key) const {
+  return has(key) ? std::optional<double>(positive(key)) : std::nullopt;
+}
+
+std::string JsonFields::text(const char* key) const {
+  const Json& value = at(key, "a text");
+  if (!value.is_string()) refuse(key, "a text");
+  return value.get<std::string>();
+}
+
+std::string JsonFields::text_or(const char* key, const std::string& otherwise) const {
+  return has(key) ? text(key) : otherwise;
+}
+
+std::array<double, 2> JsonFields::pair(const char* key) const {
+  const Json& value = at(key, "[x, y]");
+  if (!value.is_array() || value.size() != 2 || !is_finite_number(value[0]) || !is_finite_number(value[1]))
+    refuse(key, "[x, y]");
+  return {value[0].get<double>(), value[1].get<double>()};
+}
+
+JsonFields JsonFields::object(const char* key) const {
+  return {at(key, "an object"), file_, where_ + key + "."};
+}
+
+std::vector<JsonFields> JsonFields::objects(const char* key) const {
+  std::vector<JsonFields> result;
+  if (!has(key)) return result;
+  const Json& array = object_->at(key);
+  if (!array.is_array()) refuse(key, "a list");
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    result.emplace_back(array[i], file_, where_ + key + "[" + std::to_string(i) + "].");
+  }
+  return result;
+}
+
+bool JsonFields::flag_or(const char* key, bool otherwise) const {
+  if (!has(key)) return otherwise;
+  if (!object_->at(key).is_boolean()) refuse(key, "true or false");
+  return object_->at(key).get<bool>();
+}
+
+}  // namespace sila

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sila {
+
+/// Throws: FormatError (with the line) for a file that is missing, empty or not JSON.
+nlohmann::json read_json(const std::filesystem::path& path);
+
+/// Typed access to the fields of one JSON object of a file; every error names the file, the field, what was expected
+/// and found.
+class JsonFields {
+ public:
+  /// `where` is the path of the object inside the file, such as "files[2]."; empty for the outermost.
+  JsonFields(const nlohmann::json& object, std::string file, std::string where);
+
+  bool has(const char* key) const;  ///< present and not null
+  double number(const char* key) const;
+  double number_or(const char* key, double otherwise) const;
+  double positive(const char* key) const;
+  std::optional<double> optional_positive(const char* key) const;
+  std::string text(const char* key) const;
+  std::string text_or(const char* key, const std::string& otherwise) const;
+  std::array<double, 2> pair(const char* key) const;
+  JsonFields object(const char* key) const;
+  std::vector<JsonFields> objects(const char* key) const;  ///< the objects of an array; empty if the key is absent
+  bool flag_or(const char* key, bool otherwise) const;
+
+  [[noreturn]] void refuse(const std::string& key, const std::string& expected) const;
+  const std::string& where() const { return where_; }
+
+ private:
+  const nlohmann::json& at(const char* key, const char* expected) const;
+
+  const nlohmann::json* object_;
+  std::string file_;
+  std::string where_;
+};
+
+}  // namespace sila

@@ -1,0 +1,255 @@
+#include "layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <initializer_list>
+#include <map>
+
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+using Names = std::initializer_list<std::string_view>;
+
+constexpr std::array<TrackFormatText, 10> kFormats{{
+    {TrackFormat::csv, "csv", "a header line with track_id,t,x,y"},
+    {TrackFormat::obsmat, "obsmat", "8 columns: frame id x z y vx vz vy"},
+    {TrackFormat::frame_id_x_y, "frame-id-x-y", "4 columns: frame id x y"},
+    {TrackFormat::trajnetpp, "trajnetpp", "lines like {\"track\": {\"f\": 0, \"p\": 1, \"x\": 0.5, \"y\": 2.0}}"},
+    {TrackFormat::stanford_drone, "sdd", "10 columns: id xmin ymin xmax ymax frame lost occluded generated \"label\""},
+    {TrackFormat::ind, "ind", "a header line with trackId,frame,xCenter,yCenter"},
+    {TrackFormat::sind, "sind", "a header line with track_id,timestamp_ms,agent_type,x,y"},
+    {TrackFormat::dut, "dut", "a header line with id,frame,label,x_est,y_est"},
+    {TrackFormat::vru, "vru", "a header line with timestamp,x,y"},
+    {TrackFormat::juelich, "juelich", "columns: id frame x y z"},
+}};
+
+std::size_t column(const std::vector<std::string>& names, Names aliases) {
+  for (const std::string_view alias : aliases) {
+    const auto found = std::find(names.begin(), names.end(), alias);
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  }
+  return Layout::kNone;
+}
+
+char separator_of(std::string_view header) {
+  char best = ' ';
+  std::ptrdiff_t most = 0;
+  for (const char candidate : {',', ';', '\t'}) {
+    const std::ptrdiff_t count = std::count(header.begin(), header.end(), candidate);
+    if (count > most) best = candidate, most = count;
+  }
+  return best;
+}
+
+void find_time(Layout& layout, const std::vector<std::string>& names) {
+  const auto use = [&](Names aliases, double seconds) {
+    if (layout.time != Layout::kNone) return;
+    layout.time = column(names, aliases);
+    layout.seconds_per_time = seconds;
+  };
+  use({"t", "t_s", "time", "time_s", "timestamp", "timestamp_s", "seconds", "sec", "secs", "time_sec", "stamp"}, 1.0);
+  use({"t_ms", "time_ms", "timestamp_ms", "milliseconds"}, 1e-3);
+  use({"t_us", "time_us", "timestamp_us", "microseconds"}, 1e-6);
+  use({"t_ns", "time_ns", "timestamp_ns", "stamp_ns", "nanoseconds"}, 1e-9);
+  if (layout.time != Layout::kNone) layout.time_name = names[layout.time];
+}
+
+TrackFormat format_of_names(const Layout& layout, const std::vector<std::string>& names) {
+  const auto has = [&](std::string_view name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  if (layout.id == Layout::kNone) return TrackFormat::vru;
+  if (has("trackid") && has("xcenter") && has("ycenter") && has("frame")) return TrackFormat::ind;
+  if (has("track_id") && has("timestamp_ms") && has("agent_type")) return TrackFormat::sind;
+  if (has("x_est") && has("y_est") && has("frame")) return TrackFormat::dut;
+  return TrackFormat::csv;
+}
+
+std::size_t widest(const Layout& layout) {
+  std::size_t last = 0;
+  for (const std::size_t index :
+       {layout.id, layout.time, layout.frame, layout.x, layout.y, layout.x2, layout.y2, layout.lost}) {
+    if (index != Layout::kNone) last = std::max(last, index);
+  }
+  return last + 1;
+}
+
+Layout obsmat_layout() {
+  return {.format = TrackFormat::obsmat,
+          .separator = ' ',
+          .id = 1,
+          .frame = 0,
+          .x = 2,
+          .y = 4,
+          .cells = 8,
+          .numeric_ids = true};
+}
+
+Layout frame_id_x_y_layout() {
+  return {.format = TrackFormat::frame_id_x_y,
+          .separator = ' ',
+          .id = 1,
+          .frame = 0,
+          .x = 2,
+          .y = 3,
+          .cells = 4,
+          .numeric_ids = true};
+}
+
+Layout juelich_layout() {
+  return {.format = TrackFormat::juelich,
+          .separator = ' ',
+          .id = 0,
+          .frame = 1,
+          .x = 2,
+          .y = 3,
+          .cells = 4,
+          .numeric_ids = true};
+}
+
+Layout stanford_drone_layout() {
+  Layout layout{.format = TrackFormat::stanford_drone, .separator = ' ', .id = 0, .frame = 5, .x = 1, .y = 2};
+  layout.x2 = 3, layout.y2 = 4, layout.label = 9, layout.lost = 6, layout.cells = 10;
+  return layout;
+}
+
+/// How many of the leading cells are numbers.
+std::size_t leading_numbers(const std::vector<std::string_view>& cells) {
+  const auto end = std::find_if(cells.begin(), cells.end(), [](std::string_view cell) { return !number_of(cell); });
+  return static_cast<std::size_t>(end - cells.begin());
+}
+
+struct Shape {
+  std::size_t cells = 0;
+  std::size_t numbers = 0;
+  auto operator<=>(const Shape&) const = default;
+};
+
+/// The commonest shape of the first rows, so that one damaged row does not decide.
+Shape common_shape(const TextTable& table) {
+  std::map<Shape, std::size_t> counts;
+  constexpr std::size_t looked_at = 25;
+  for (std::size_t i = 0; i < std::min(looked_at, table.rows.size()); ++i) {
+    if (table.rows[i].text.find(',') != std::string_view::npos) continue;  // commas without a header: columns unknown
+    const auto cells = cells_of(table.rows[i].text, ' ');
+    ++counts[{cells.size(), leading_numbers(cells)}];
+  }
+  const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
+  return counts.empty() ? Shape{} : std::max_element(counts.begin(), counts.end(), by_count)->first;
+}
+
+bool comments_name_juelich(const TextTable& table) {
+  return std::any_of(table.comments.begin(), table.comments.end(), [](std::string_view comment) {
+    const std::string text = lower(comment);
+    return text.find("framerate") != std::string::npos || text.find("frame rate") != std::string::npos ||
+           (text.find("id") != std::string::npos && text.find("frame") > text.find("id") &&
+            text.find("frame") != std::string::npos);
+  });
+}
+
+std::optional<Layout> headerless_layout(const TextTable& table) {
+  const Shape shape = common_shape(table);
+  if (shape.cells == 10 && shape.numbers == 9) return stanford_drone_layout();
+  if (shape.numbers != shape.cells) return std::nullopt;
+  if (shape.cells == 8) return obsmat_layout();
+  if (shape.cells == 5 || (shape.cells == 4 && comments_name_juelich(table))) return juelich_layout();
+  if (shape.cells == 4) return frame_id_x_y_layout();
+  return std::nullopt;
+}
+
+bool looks_like_trajnetpp(const TextTable& table) {
+  const std::string_view first = trimmed(table.rows.front().text);
+  return first.starts_with('{') && first.ends_with('}') &&
+         (first.find("\"track\"") != std::string_view::npos || first.find("\"scene\"") != std::string_view::npos);
+}
+
+std::optional<Layout> forced_layout(const TextTable& table, TrackFormat format) {
+  if (format == TrackFormat::trajnetpp) return std::nullopt;
+  if (format == TrackFormat::obsmat) return obsmat_layout();
+  if (format == TrackFormat::frame_id_x_y) return frame_id_x_y_layout();
+  if (format == TrackFormat::juelich) return juelich_layout();
+  if (format == TrackFormat::stanford_drone) return stanford_drone_layout();
+  const TextLine& header = table.rows.front();
+  auto layout = header_layout(header.text);
+  const bool fits =
+      layout && (layout->format == format || (format == TrackFormat::csv && layout->format != TrackFormat::vru));
+  if (!fits) {
+    throw FormatError(table.path, header.number, std::string(kFormats[static_cast<std::size_t>(format)].columns),
+                      excerpt(header.text));
+  }
+  layout->format = format;
+  return layout;
+}
+
+[[noreturn]] void refuse_unknown(const TextTable& table) {
+  std::string expected = "tracks: ";
+  for (const TrackFormatText& format : kFormats) {
+    if (&format != &kFormats.front()) expected += "; or ";
+    expected += format.columns;
+  }
+  const TextLine& first = table.rows.front();
+  throw FormatError(table.path, first.number, expected, excerpt(first.text));
+}
+
+}  // namespace
+
+std::span<const TrackFormatText> track_formats() {
+  return kFormats;
+}
+
+std::string_view name_of(TrackFormat format) {
+  return kFormats[static_cast<std::size_t>(format)].name;
+}
+
+std::optional<TrackFormat> track_format(std::string_view name) {
+  for (const TrackFormatText& format : kFormats) {
+    if (format.name == name) return format.format;
+  }
+  return std::nullopt;
+}
+
+TextTable table_of(const std::string& path, std::string_view text) {
+  TextTable table{path, {}, {}};
+  std::vector<TextLine> lines = lines_of(text);
+  const auto is_comment = [](const TextLine& line) { return trimmed(line.text).front() == '#'; };
+  for (const TextLine& line : lines) {
+    if (is_comment(line)) table.comments.push_back(line.text);
+  }
+  std::erase_if(lines, is_comment);
+  if (lines.empty()) throw FormatError(path, 0, "a file with rows", "comments only");
+  table.rows = std::move(lines);
+  return table;
+}
+
+std::optional<Layout> header_layout(std::string_view header) {
+  Layout layout;
+  layout.header = true;
+  layout.separator = separator_of(header);
+  std::vector<std::string> names;
+  for (const std::string_view cell : cells_of(header, layout.separator)) names.push_back(lower(cell));
+  layout.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
+                             "object_id", "obj_id", "traj_id", "trajectory_id", "id"});
+  find_time(layout, names);
+  layout.frame = column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index"});
+  layout.x =
+      column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
+  layout.y =
+      column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
+  layout.label =
+      column(names, {"label", "class", "agent_type", "agent_class", "object_type", "object_class", "category"});
+  const bool timed = layout.time != Layout::kNone || (layout.frame != Layout::kNone && layout.id != Layout::kNone);
+  if (!timed || layout.x == Layout::kNone || layout.y == Layout::kNone) return std::nullopt;
+  layout.format = format_of_names(layout, names);
+  layout.cells = widest(layout);
+  return layout;
+}
+
+std::optional<Layout> layout_of(const TextTable& table, std::optional<TrackFormat> forced) {
+  if (forced) return forced_layout(table, *forced);
+  if (looks_like_trajnetpp(table)) return std::nullopt;
+  if (auto layout = header_layout(table.rows.front().text)) return layout;
+  if (auto layout = headerless_layout(table)) return layout;
+  refuse_unknown(table);
+}
+
+}  // namespace sila

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sila/io/read_tracks.hpp"
+#include "text_file.hpp"
+
+namespace sila {
+
+/// Which column of a table means what. Indices into the cells of a row.
+struct Layout {
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  TrackFormat format = TrackFormat::csv;
+  char separator = ',';         ///< ' ' for runs of blanks
+  bool header = false;          ///< the first line names the columns
+  std::size_t id = kNone;       ///< kNone: the file is one track
+  std::size_t time = kNone;     ///< wins over `frame`
+  double seconds_per_time = 1;  ///< unit of `time`
+  std::string time_name = {};
+  std::size_t frame = kNone;
+  std::size_t x = kNone;
+  std::size_t y = kNone;
+  std::size_t x2 = kNone;  ///< opposite corner of a box: the position is its centre
+  std::size_t y2 = kNone;
+  std::size_t label = kNone;
+  std::size_t lost = kNone;
+  std::size_t cells = 0;     ///< a row with fewer is bad
+  bool numeric_ids = false;  ///< ids are written as "1.000e+00" and mean "1"
+};
+
+/// The lines of a text that are rows, and the comments (lines that begin with '#') apart.
+struct TextTable {
+  std::string path;
+  std::vector<TextLine> rows;
+  std::vector<std::string_view> comments;
+};
+
+TextTable table_of(const std::string& path, std::string_view text);
+
+/// The layout that the content shows, or nothing for ndjson of TrajNet++.
+/// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.
+std::optional<Layout> layout_of(const TextTable& table, std::optional<TrackFormat> forced);
+
+/// The layout of a header line, or nothing if it does not name enough.
+std::optional<Layout> header_layout(std::string_view header);
+
+}  // namespace sila

@@ -1,0 +1,55 @@
+#include <nlohmann/json.hpp>
+
+#include "read_rows.hpp"
+
+namespace sila {
+namespace {
+
+using Json = nlohmann::json;
+
+std::optional<double> number_in(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? std::optional<double>(found->get<double>()) : std::nullopt;
+}
+
+std::optional<std::string> id_in(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end()) return std::nullopt;
+  if (found->is_string()) return found->get<std::string>();
+  if (found->is_number_integer()) return std::to_string(found->get<long long>());
+  return std::nullopt;
+}
+
+}  // namespace
+
+NdjsonRows read_ndjson(const TextTable& table) {
+  NdjsonRows result{{table.path, {}}, {}};
+  BadRows bad;
+  for (const TextLine& line : table.rows) {
+    const Json json = Json::parse(line.text.begin(), line.text.end(), nullptr, false);
+    if (json.is_object() && json.contains("scene")) {
+      const auto rate = json["scene"].is_object() ? number_in(json["scene"], "fps") : std::nullopt;
+      if (rate && *rate > 0.0 && !result.samples_per_second) result.samples_per_second = rate;
+      continue;
+    }
+    ++result.detections.rows_read;
+    if (!json.is_object() || !json.contains("track") || !json["track"].is_object()) {
+      bad.count(DropReason::not_json, table.path, line.number, line.text);
+      continue;
+    }
+    const Json& track = json["track"];
+    const auto id = id_in(track, "p");
+    const auto frame = number_in(track, "f");
+    const auto x = number_in(track, "x");
+    const auto y = number_in(track, "y");
+    if (id && frame && x && y) {
+      result.detections.rows.push_back({*id, *frame, Vector2(*x, *y), {}, line.number});
+    } else {
+      bad.count(DropReason::not_a_number, table.path, line.number, line.text);
+    }
+  }
+  result.detections.dropped = bad.by_reason();
+  return result;
+}
+
+}  // namespace sila

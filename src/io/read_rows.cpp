@@ -1,0 +1,110 @@
+#include "read_rows.hpp"
+
+#include <cmath>
+
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+struct Fault {
+  DropReason reason;
+  std::string_view found;
+};
+
+/// Reads the cells of one row; remembers the first fault instead of throwing.
+class RowReader {
+ public:
+  RowReader(const std::vector<std::string_view>& cells, const Layout& layout) : cells_(cells), layout_(layout) {
+    if (cells.size() < layout.cells) fault_ = Fault{DropReason::missing_cells, {}};
+  }
+
+  double number(std::size_t column) {
+    if (fault_) return 0.0;
+    const auto value = number_of(cells_[column]);
+    if (!value) fault_ = Fault{DropReason::not_a_number, cells_[column]};
+    return value.value_or(0.0);
+  }
+
+  /// The middle of a box, or the plain coordinate where there is no box.
+  double middle(std::size_t column, std::size_t opposite) {
+    const double value = number(column);
+    return opposite == Layout::kNone ? value : 0.5 * (value + number(opposite));
+  }
+
+  double stamp() {
+    return layout_.time == Layout::kNone ? number(layout_.frame) : number(layout_.time) * layout_.seconds_per_time;
+  }
+
+  std::string track(const std::string& only_track) {
+    if (fault_) return {};
+    if (layout_.id == Layout::kNone) return only_track;
+    const std::string_view cell = cells_[layout_.id];
+    if (cell.empty()) fault_ = Fault{DropReason::missing_cells, "an empty track id"};
+    if (!layout_.numeric_ids) return std::string(cell);
+    const double value = number(layout_.id);
+    return std::abs(value) < 1e15 && value == std::floor(value) ? std::to_string(static_cast<long long>(value))
+                                                                : std::string(cell);
+  }
+
+  std::string label() const {
+    const bool present = layout_.label != Layout::kNone && layout_.label < cells_.size();
+    return present ? std::string(cells_[layout_.label]) : std::string();
+  }
+
+  void refuse_lost() {
+    if (layout_.lost != Layout::kNone && number(layout_.lost) != 0.0 && !fault_) fault_ = Fault{DropReason::lost, {}};
+  }
+
+  const std::optional<Fault>& fault() const { return fault_; }
+
+ private:
+  const std::vector<std::string_view>& cells_;
+  const Layout& layout_;
+  std::optional<Fault> fault_;
+};
+
+}  // namespace
+
+void BadRows::count(DropReason reason, const std::string& path, std::size_t line, std::string_view found) {
+  DroppedRows& entry = counts_[reason];
+  if (entry.rows++ > 0) return;
+  entry.reason = reason;
+  entry.first = path + ":" + std::to_string(line);
+  if (!found.empty()) entry.first += ", found " + excerpt(found);
+}
+
+std::vector<DroppedRows> BadRows::by_reason() const {
+  std::vector<DroppedRows> result;
+  for (const auto& [reason, entry] : counts_) result.push_back(entry);
+  return result;
+}
+
+Detections read_rows(const TextTable& table, const Layout& layout, const std::string& only_track) {
+  Detections result{table.path, {}};
+  BadRows bad;
+  result.rows.reserve(table.rows.size());
+  for (std::size_t i = layout.header ? 1 : 0; i < table.rows.size(); ++i) {
+    const TextLine& line = table.rows[i];
+    const auto cells = cells_of(line.text, layout.separator);
+    RowReader row(cells, layout);
+    Detection detection;
+    detection.track = row.track(only_track);
+    detection.t_s = row.stamp();
+    detection.position_m = Vector2(row.middle(layout.x, layout.x2), row.middle(layout.y, layout.y2));
+    detection.label = row.label();
+    detection.line = line.number;
+    row.refuse_lost();
+    ++result.rows_read;
+    if (row.fault()) {
+      bad.count(row.fault()->reason, table.path, line.number,
+                row.fault()->found.empty() ? line.text : row.fault()->found);
+    } else {
+      result.rows.push_back(std::move(detection));
+    }
+  }
+  result.dropped = bad.by_reason();
+  return result;
+}
+
+}  // namespace sila

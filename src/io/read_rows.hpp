@@ -1,0 +1,39 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "layout.hpp"
+#include "sila/core/detections.hpp"
+
+namespace sila {
+
+/// Counts of bad rows while a file is read.
+class BadRows {
+ public:
+  void count(DropReason reason, const std::string& path, std::size_t line, std::string_view found);
+  std::vector<DroppedRows> by_reason() const;
+  bool empty() const { return counts_.empty(); }
+
+ private:
+  std::map<DropReason, DroppedRows> counts_;
+};
+
+/// The rows of a table. `t_s` is in seconds if the layout has a time column, else it is the frame number; positions are
+/// in the units of the file. `only_track` is the id where the file is one track.
+Detections read_rows(const TextTable& table, const Layout& layout, const std::string& only_track);
+
+/// The rows of TrajNet++ ndjson, `t_s` the frame number, and the rate that its scenes name.
+struct NdjsonRows {
+  Detections detections;
+  std::optional<double> samples_per_second;
+};
+NdjsonRows read_ndjson(const TextTable& table);
+
+/// The classes of an inD recording by track id. Throws: FormatError if the meta file is missing or wrong.
+std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path);
+/// The frame rate of an inD recording, if its meta file is there.
+std::optional<double> read_ind_frame_rate(const std::string& tracks_path);
+
+}  // namespace sila

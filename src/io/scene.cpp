@@ -1,0 +1,206 @@
+#include "sila/io/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+
+#include "json_file.hpp"
+#include "sila/core/errors.hpp"
+#include "text_file.hpp"
+
+namespace sila {
+namespace {
+
+Vector2 vector_in(const JsonFields& fields, const char* key) {
+  const auto [x, y] = fields.pair(key);
+  return {x, y};
+}
+
+SidewalkWidths widths_in(const JsonFields& fields) {
+  const double mean = fields.positive("sidewalk_width_m");
+  return {mean, fields.optional_positive("sidewalk_width_1_m").value_or(mean),
+          fields.optional_positive("sidewalk_width_2_m").value_or(mean)};
+}
+
+Corner corner_in(const JsonFields& fields, const std::string& name, const SidewalkWidths& widths, CurbScaling scaling,
+                 const std::string& file) {
+  const Vector2 origin = vector_in(fields, "origin");
+  const Vector2 axis_1 = vector_in(fields, "axis_1");
+  const Vector2 axis_2 = vector_in(fields, "axis_2");
+  try {
+    return {name, make_curb_frame(origin, axis_1, axis_2, widths, scaling), widths};
+  } catch (const std::invalid_argument& error) {
+    throw FormatError(file, 0, fields.where() + "axis_1, axis_2: two curbs at an angle of 20.5 to 159.5 degrees",
+                      std::string(error.what()));
+  }
+}
+
+YAxis y_axis_in(const JsonFields& fields) {
+  const std::string name = fields.text_or("y_axis", "up");
+  if (name != "up" && name != "down") fields.refuse("y_axis", "\"up\" or \"down\"");
+  return name == "up" ? YAxis::up : YAxis::down;
+}
+
+bool is_primary(const JsonFields& corner, const std::string& primary_name) {
+  return corner.flag_or("primary", !primary_name.empty() && corner.text_or("name", "") == primary_name);
+}
+
+bool same_place(const Corner& a, const Corner& b) {
+  constexpr double tolerance = 1e-9;
+  return (a.frame.origin_m - b.frame.origin_m).norm() < tolerance &&
+         (a.frame.axis_1 - b.frame.axis_1).norm() < tolerance && (a.frame.axis_2 - b.frame.axis_2).norm() < tolerance &&
+         std::abs(a.widths.mean_m - b.widths.mean_m) < tolerance;
+}
+
+/// The corners of the list, the primary one replaced by the first-level keys; these alone if there is no list.
+void read_corners(Scene& scene, const JsonFields& fields, CurbScaling scaling) {
+  const std::string file = scene.path.string();
+  const std::string primary_name = fields.text_or("primary_corner", "");
+  const Corner first_level = corner_in(fields, primary_name, widths_in(fields), scaling, file);
+  for (const JsonFields& entry : fields.objects("corners")) {
+    const std::string name = entry.text_or("name", std::to_string(scene.corners.size() + 1));
+    Corner corner = corner_in(entry, name, widths_in(entry), scaling, file);
+    if (is_primary(entry, primary_name)) {
+      scene.primary = scene.corners.size();
+      if (!same_place(corner, first_level)) {
+        scene.warnings.push_back(file + ": " + entry.where() +
+                                 "origin, axes or width differ from the first-level ones, which are used");
+        corner = first_level, corner.name = name;
+      }
+    }
+    scene.corners.push_back(std::move(corner));
+  }
+  if (!scene.corners.empty() && !same_place(scene.corners[scene.primary], first_level)) {
+    scene.warnings.push_back(file + ": no entry of corners is the primary one; the first-level keys are used for it");
+    scene.primary = scene.corners.size();
+    scene.corners.push_back(first_level);
+  }
+  if (scene.corners.empty()) scene.corners.push_back(first_level);
+}
+
+/// Seen from above axis_2 is axis_1 turned counter-clockwise; where y points down that is a negative cross product.
+void warn_of_mirrored_axes(Scene& scene) {
+  for (const Corner& corner : scene.corners) {
+    const double cross =
+        corner.frame.axis_1.x() * corner.frame.axis_2.y() - corner.frame.axis_1.y() * corner.frame.axis_2.x();
+    if ((cross > 0.0) == (scene.y_axis == YAxis::up)) continue;
+    scene.warnings.push_back(
+        scene.path.string() + ": corner '" + corner.name +
+        "': axis_1 and axis_2 are mirrored (axis_2 should be axis_1 turned counter-clockwise, seen from above); "
+        "swap them, or correct y_axis");
+  }
+}
+
+ReadOptions options_in(const JsonFields& entry) {
+  ReadOptions options;
+  options.frames_per_second = entry.optional_positive("frames_per_second");
+  options.sample_interval_s = entry.optional_positive("sample_interval_s");
+  options.metres_per_unit = entry.optional_positive("metres_per_unit");
+  // A scale of pixels says more than "one metre a unit", which stands in many files as a matter of form.
+  if (const auto scale = entry.optional_positive("metres_per_pixel")) options.metres_per_unit = scale;
+  // `format` may be a description for people; only the names of formats count.
+  options.format = track_format(entry.text_or("format", ""));
+  return options;
+}
+
+SimilarityTransform similarity_in(const JsonFields& entry) {
+  if (!entry.has("to_scene")) return {};
+  const JsonFields fields = entry.object("to_scene");
+  const SimilarityTransform result{fields.number("a"), fields.number_or("b", 0.0), fields.number_or("tx", 0.0),
+                          fields.number_or("ty", 0.0)};
+  if (!(std::hypot(result.a, result.b) > 0.0)) fields.refuse("a", "a similarity of positive scale");
+  return result;
+}
+
+std::filesystem::path resolved_in(const std::vector<std::filesystem::path>& folders, const std::string& path) {
+  for (const auto& folder : folders) {
+    std::error_code unknown;
+    if (std::filesystem::exists(folder / path, unknown)) return (folder / path).lexically_normal();
+  }
+  return {};
+}
+
+nlohmann::json corner_json(const Corner& corner) {
+  const CurbFrame& frame = corner.frame;
+  return {{"origin", {frame.origin_m.x(), frame.origin_m.y()}}, {"axis_1", {frame.axis_1.x(), frame.axis_1.y()}},
+          {"axis_2", {frame.axis_2.x(), frame.axis_2.y()}},     {"sidewalk_width_m", corner.widths.mean_m},
+          {"sidewalk_width_1_m", corner.widths.width_1_m},      {"sidewalk_width_2_m", corner.widths.width_2_m}};
+}
+
+nlohmann::json file_json(const SceneFile& file) {
+  const SimilarityTransform& s = file.to_scene;
+  nlohmann::json json = {{"path", file.path}, {"to_scene", {{"a", s.a}, {"b", s.b}, {"tx", s.tx}, {"ty", s.ty}}}};
+  const ReadOptions& options = file.options;
+  if (options.format) json["format"] = std::string(name_of(*options.format));
+  if (options.frames_per_second) json["frames_per_second"] = *options.frames_per_second;
+  if (options.sample_interval_s) json["sample_interval_s"] = *options.sample_interval_s;
+  if (options.metres_per_unit) json["metres_per_unit"] = *options.metres_per_unit;
+  return json;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
+  return {s.a * point_m.x() - s.b * point_m.y() + s.tx, s.b * point_m.x() + s.a * point_m.y() + s.ty};
+}
+
+Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir) {
+  const nlohmann::json json = read_json(path);
+  const JsonFields fields(json, path.string(), "");
+  Scene scene;
+  scene.path = path;
+  scene.name = fields.text_or("name", path.stem().string());
+  scene.y_axis = y_axis_in(fields);
+  read_corners(scene, fields, scaling);
+  warn_of_mirrored_axes(scene);
+  const auto folder = std::filesystem::absolute(path).lexically_normal().parent_path();
+  scene.searched = {folder, folder.parent_path()};
+  if (!data_dir.empty()) scene.searched.push_back(data_dir);
+  for (const JsonFields& entry : fields.objects("files")) {
+    const std::string file = entry.text("path");
+    scene.files.push_back({file, resolved_in(scene.searched, file), options_in(entry), similarity_in(entry)});
+  }
+  return scene;
+}
+
+void write_scene(const std::filesystem::path& path, const Scene& scene) {
+  if (scene.primary >= scene.corners.size())
+    throw std::invalid_argument("write_scene: primary is not an index into corners");
+  nlohmann::json json = corner_json(scene.corners[scene.primary]);
+  json["name"] = scene.name;
+  json["y_axis"] = scene.y_axis == YAxis::up ? "up" : "down";
+  json["primary_corner"] = scene.corners[scene.primary].name;
+  json["units"] = "metres";
+  json["corners"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < scene.corners.size(); ++i) {
+    nlohmann::json corner = corner_json(scene.corners[i]);
+    corner["name"] = scene.corners[i].name;
+    corner["primary"] = i == scene.primary;
+    json["corners"].push_back(std::move(corner));
+  }
+  json["files"] = nlohmann::json::array();
+  for (const SceneFile& file : scene.files) json["files"].push_back(file_json(file));
+  write_text(path, json.dump(2) + "\n");
+}
+
+std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
+  if (scene.corners.empty()) throw std::invalid_argument("nearest_corner: scene.corners = [], at least one is needed");
+  if (track.positions_m.empty()) throw std::invalid_argument("nearest_corner: track '" + track.id + "' has no sample");
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const Vector2& position : track.positions_m) x.push_back(position.x()), y.push_back(position.y());
+  const Vector2 middle(median(std::move(x)), median(std::move(y)));
+  const auto distance = [&](const Corner& corner) { return (corner.frame.origin_m - middle).norm(); };
+  const auto nearest = std::min_element(scene.corners.begin(), scene.corners.end(),
+                                        [&](const Corner& a, const Corner& b) { return distance(a) < distance(b); });
+  return static_cast<std::size_t>(nearest - scene.corners.begin());
+}
+
+}  // namespace sila

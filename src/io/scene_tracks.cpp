@@ -1,0 +1,90 @@
+#include "sila/io/scene_tracks.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+Detections in_scene(Detections detections, const SimilarityTransform& to_scene) {
+  if (to_scene == SimilarityTransform{}) return detections;
+  for (Detection& row : detections.rows) row.position_m = apply(to_scene, row.position_m);
+  return detections;
+}
+
+[[noreturn]] void refuse_missing(const Scene& scene, std::size_t index) {
+  std::string folders;
+  for (const auto& folder : scene.searched) folders += (folders.empty() ? "" : ", ") + folder.string();
+  throw FormatError(scene.path.string(), 0,
+                    "files[" + std::to_string(index) + "].path = a readable file in one of " + folders,
+                    "\"" + scene.files[index].path + "\", which is in none of them");
+}
+
+CleanTracks require_tracks(CleanTracks tracks, const std::string& source) {
+  if (!tracks.trajectories.empty()) return tracks;
+  std::string found;
+  for (const std::string& line : to_lines(tracks.report)) found += (found.empty() ? "" : "; ") + line;
+  throw FormatError(source, 0, "at least one track of two samples", found);
+}
+
+std::size_t common_tail(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const std::vector<std::filesystem::path> left(a.begin(), a.end());
+  const std::vector<std::filesystem::path> right(b.begin(), b.end());
+  const auto [end, unused] = std::mismatch(left.rbegin(), left.rend(), right.rbegin(), right.rend());
+  return static_cast<std::size_t>(end - left.rbegin());
+}
+
+bool same_settings(const SceneFile& a, const SceneFile& b) {
+  return a.to_scene == b.to_scene && a.options.format == b.options.format &&
+         a.options.frames_per_second == b.options.frames_per_second &&
+         a.options.sample_interval_s == b.options.sample_interval_s &&
+         a.options.metres_per_unit == b.options.metres_per_unit;
+}
+
+}  // namespace
+
+const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path& path) {
+  const SceneFile* best = nullptr;
+  std::size_t longest = 0;
+  bool ambiguous = false;
+  const std::filesystem::path normal = (path.has_filename() ? path : path.parent_path()).lexically_normal();
+  for (const SceneFile& file : scene.files) {
+    std::error_code unknown;
+    if (!file.resolved.empty() && std::filesystem::equivalent(file.resolved, path, unknown)) return &file;
+    const std::size_t length = common_tail(normal, std::filesystem::path(file.path).lexically_normal());
+    if (length == 0 || length < longest) continue;
+    ambiguous = length == longest && !same_settings(file, *best);
+    if (length > longest) best = &file, longest = length;
+  }
+  return ambiguous ? nullptr : best;
+}
+
+CleanTracks read_scene_tracks(const Scene& scene, const CleanConfig& config) {
+  if (scene.files.empty()) throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
+  std::vector<Detections> sources;
+  for (std::size_t i = 0; i < scene.files.size(); ++i) {
+    const SceneFile& file = scene.files[i];
+    if (file.resolved.empty()) refuse_missing(scene, i);
+    sources.push_back(in_scene(read_detections(file.resolved, file.options).detections, file.to_scene));
+  }
+  return require_tracks(clean(sources, config), scene.path.string());
+}
+
+CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
+                        const CleanConfig& config) {
+  if (paths.empty()) throw std::invalid_argument("read_tracks: paths = [], at least one is needed");
+  std::vector<Detections> sources;
+  for (const std::filesystem::path& path : paths) {
+    const SceneFile* entry = matching_entry(scene, path);
+    const ReadOptions effective = entry == nullptr ? options : first_of(options, entry->options);
+    const SimilarityTransform to_scene = entry == nullptr ? SimilarityTransform{} : entry->to_scene;
+    sources.push_back(in_scene(read_detections(path, effective).detections, to_scene));
+  }
+  return require_tracks(clean(sources, config), paths.front().string());
+}
+
+}  // namespace sila

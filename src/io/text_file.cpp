@@ -1,0 +1,177 @@
+#include "text_file.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <system_error>
+
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+constexpr std::string_view kReadable = "a readable file";
+constexpr std::string_view kBlank = " \t\r\n\v\f";
+
+struct CloseGzip {
+  void operator()(gzFile file) const { gzclose_r(file); }
+};
+
+std::string system_error_text() {
+  return std::generic_category().message(errno);
+}
+
+[[noreturn]] void refuse_truncated(const std::string& path) {
+  throw FormatError(path, 0, "a whole gzip file", "one that is truncated or damaged");
+}
+
+std::string unzipped_bytes(const std::string& path) {
+  errno = 0;
+  const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
+  if (!file) throw FormatError(path, 0, std::string(kReadable), system_error_text());
+  gzbuffer(file.get(), 1U << 17);
+  std::string bytes;
+  std::vector<char> chunk(1U << 18);
+  for (;;) {
+    const int count = gzread(file.get(), chunk.data(), static_cast<unsigned>(chunk.size()));
+    if (count < 0) break;
+    bytes.append(chunk.data(), static_cast<std::size_t>(count));
+    if (static_cast<std::size_t>(count) < chunk.size()) break;
+  }
+  int code = Z_OK;
+  gzerror(file.get(), &code);
+  // At the end of a truncated file gzread returns what it has; only the error code tells.
+  if (code == Z_ERRNO) throw FormatError(path, 0, std::string(kReadable), system_error_text());
+  if (code != Z_OK && code != Z_STREAM_END) refuse_truncated(path);
+  return bytes;
+}
+
+void refuse_binary(const std::string& path, std::string_view bytes) {
+  if (bytes.starts_with("\x1f\x8b")) refuse_truncated(path);  // a gzip header too short for zlib to see as one
+  const std::size_t zero = bytes.find('\0');
+  if (zero == std::string_view::npos) return;
+  throw FormatError(path, 0, "a text file", "binary data (a zero byte at offset " + std::to_string(zero) + ")");
+}
+
+}  // namespace
+
+std::string read_text(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw FormatError(name, 0, std::string(kReadable), "no such file");
+  if (std::filesystem::is_directory(status)) throw FormatError(name, 0, std::string(kReadable), "a folder");
+  std::string bytes = unzipped_bytes(name);
+  refuse_binary(name, bytes);
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (bytes.starts_with(byte_order_mark)) bytes.erase(0, byte_order_mark.size());
+  if (bytes.find_first_not_of(kBlank) == std::string::npos)
+    throw FormatError(name, 0, "a file with rows", "an empty file");
+  return bytes;
+}
+
+void write_text(const std::filesystem::path& path, std::string_view text) {
+  std::filesystem::path part = path;
+  part += ".part";
+  const auto fail = [&](const std::string& found) {
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw FormatError(path.string(), 0, "a path that can be written", found);
+  };
+  errno = 0;
+  std::FILE* file = std::fopen(part.c_str(), "wb");
+  if (file == nullptr) fail(system_error_text());
+  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  const bool closed = std::fclose(file) == 0;
+  if (!written || !closed) fail(system_error_text());
+  std::error_code error;
+  std::filesystem::rename(part, path, error);
+  if (error) fail(error.message());
+}
+
+std::vector<TextLine> lines_of(std::string_view text) {
+  std::vector<TextLine> lines;
+  lines.reserve(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1);
+  std::size_t number = 1;
+  for (std::size_t begin = 0; begin < text.size(); ++number) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    // Only the line end is cut: in a file separated by tabs a leading tab is an empty cell.
+    std::string_view line = text.substr(begin, end - begin);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (!trimmed(line).empty()) lines.push_back({line, number});
+    begin = end + 1;
+  }
+  return lines;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(kBlank);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
+namespace {
+
+std::string_view unquoted(std::string_view cell) {
+  const bool quoted = cell.size() >= 2 && (cell.front() == '"' || cell.front() == '\'') && cell.back() == cell.front();
+  return quoted ? cell.substr(1, cell.size() - 2) : cell;
+}
+
+}  // namespace
+
+std::vector<std::string_view> cells_of(std::string_view line, char separator) {
+  const bool runs = separator == ' ';
+  const auto separates = [&](char c) { return runs ? c == ' ' || c == '\t' || c == ',' : c == separator; };
+  std::vector<std::string_view> cells;
+  cells.reserve(12);
+  std::size_t begin = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i <= line.size(); ++i) {
+    if (i < line.size() && line[i] == '"') quoted = !quoted;
+    if (i < line.size() && (quoted || !separates(line[i]))) continue;
+    const std::string_view cell = trimmed(line.substr(begin, i - begin));
+    if (!runs || !cell.empty()) cells.push_back(unquoted(cell));
+    begin = i + 1;
+  }
+  return cells;
+}
+
+std::optional<double> number_of(std::string_view cell) {
+  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
+  double value = 0.0;
+  const char* end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, value);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
+}
+
+std::string excerpt(std::string_view text) {
+  constexpr std::size_t longest = 60;
+  std::string shown(text.substr(0, longest));
+  for (char& c : shown) {
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = c == '\t' ? ' ' : '?';
+  }
+  return '"' + shown + (text.size() > longest ? "...\"" : "\"");
+}
+
+std::string exact(double value) {
+  std::array<char, 32> buffer{};
+  const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  return error == std::errc() ? std::string(buffer.data(), end) : std::string("nan");
+}
+
+}  // namespace sila

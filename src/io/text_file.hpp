@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sila {
+
+/// The whole text of a file, unzipped if it is gzipped.
+/// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty or binary.
+std::string read_text(const std::filesystem::path& path);
+
+/// Writes a file that appears whole or not at all. Throws: FormatError if it cannot be written.
+void write_text(const std::filesystem::path& path, std::string_view text);
+
+struct TextLine {
+  std::string_view text;   ///< without the line end
+  std::size_t number = 0;  ///< 1-based
+};
+
+/// The lines that are not blank. They point into `text`.
+std::vector<TextLine> lines_of(std::string_view text);
+
+std::string_view trimmed(std::string_view text);
+std::string lower(std::string_view text);
+
+/// Cells between separators, trimmed, without enclosing quotes. `separator` ' ' means runs of spaces, tabs and commas.
+/// A separator inside quotes does not separate.
+std::vector<std::string_view> cells_of(std::string_view line, char separator);
+
+/// A number that fills the whole cell; in every locale the same. "nan" and "inf" are numbers here.
+std::optional<double> number_of(std::string_view cell);
+
+/// At most 60 printable characters in quotes, for messages.
+std::string excerpt(std::string_view text);
+
+/// The shortest text that reads back as the same double.
+std::string exact(double value);
+
+}  // namespace sila

@@ -1,0 +1,235 @@
+#include "sila/learn/dictionary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "coding_state.hpp"
+
+namespace sila {
+namespace {
+
+constexpr int kAlternationsPerRound = 4;
+constexpr int kPolishAlternations = 20;
+constexpr double kPolishDecrease = 1e-5;   ///< relative; polishing stops below it
+constexpr double kSmallestSeed = 0.5;      ///< squared norm
+constexpr double kSmallestUse = 0.2;       ///< primitives never used more than this are pruned
+constexpr double kShortestArrow = 0.05;    ///< shorter arrows are left out of the finished primitive
+constexpr double kSameSeedCosine = 0.5;    ///< two seeds of one round that agree more than this are one
+
+/// A stretch of a track's path, [begin, end) in its visits.
+struct Run {
+  std::size_t track = 0, begin = 0, end = 0;
+  double energy = 0.0;
+  auto key() const { return std::tuple(track, begin); }
+};
+
+using Banned = std::set<std::tuple<std::size_t, std::size_t>>;
+
+bool tiles_differ(const CodingProblem& problem, int a, int b) {
+  return tile_of(problem.grid, problem.cells[static_cast<std::size_t>(a)]) !=
+         tile_of(problem.grid, problem.cells[static_cast<std::size_t>(b)]);
+}
+
+double squared_norm(std::span<const CellArrow> arrows) {
+  return std::accumulate(arrows.begin(), arrows.end(), 0.0,
+                         [](double sum, const CellArrow& arrow) { return sum + arrow.value.squaredNorm(); });
+}
+
+/// The stretches of one track from which a primitive may grow, by the cut rule.
+std::vector<Run> runs_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest, double run_cells,
+                         CutRule cut) {
+  std::vector<Run> runs;
+  const double explained = 0.5 * (1.0 + problem.g * problem.g);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    const bool open = cut == CutRule::aligned || rest[i].value.squaredNorm() > explained;
+    const bool starts = runs.empty() || runs.back().end != i ||
+                        (cut == CutRule::aligned ? tiles_differ(problem, rest[i].cell, rest[i - 1].cell)
+                                                 : static_cast<double>(i - runs.back().begin) >= run_cells);
+    if (!open) continue;
+    if (starts) runs.push_back({track, i, i, 0.0});
+    runs.back().end = i + 1;
+    runs.back().energy += rest[i].value.squaredNorm();
+  }
+  return runs;
+}
+
+std::vector<CellArrow> seed_on_support(const CodingProblem& problem, std::span<const CellArrow> run,
+                                       const DictionaryConfig& config) {
+  std::map<int, Arrow> cells;
+  if (!config.support_mask) {
+    for (std::size_t c = 0; c < problem.cells.size(); ++c) cells.emplace(static_cast<int>(c), Arrow::Zero());
+  }
+  for (const CellArrow& arrow : run) {
+    const CellKey centre = problem.cells[static_cast<std::size_t>(arrow.cell)];
+    for (int dx = -config.dilation_cells; dx <= config.dilation_cells; ++dx) {
+      for (int dy = -config.dilation_cells; dy <= config.dilation_cells; ++dy) {
+        const CellKey key{centre.x + dx, centre.y + dy};
+        const auto place = std::lower_bound(problem.cells.begin(), problem.cells.end(), key);
+        if (place == problem.cells.end() || *place != key) continue;  // nobody walks there: it would stay zero
+        if (config.cut == CutRule::aligned && tile_of(problem.grid, key) != tile_of(problem.grid, centre)) continue;
+        cells.emplace(static_cast<int>(place - problem.cells.begin()), Arrow::Zero());
+      }
+    }
+  }
+  for (const CellArrow& arrow : run) cells[arrow.cell] = project_arrow(arrow.value, problem.g);
+  std::vector<CellArrow> seed;
+  for (const auto& [cell, value] : cells) seed.push_back({cell, value});
+  return seed;
+}
+
+double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
+  double product = 0.0;
+  for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+    if (a[i].cell < b[j].cell) ++i;
+    else if (b[j].cell < a[i].cell) ++j;
+    else product += a[i++].value.dot(b[j++].value);
+  }
+  return product / std::sqrt(squared_norm(a) * squared_norm(b));
+}
+
+/// The most promising stretches: at most a tenth as many as there are tracks, one a track, no two alike.
+std::vector<std::pair<Run, std::vector<CellArrow>>> choose_seeds(const CodingProblem& problem, const CodingState& state,
+                                                                 const Banned& banned, double run_cells,
+                                                                 const DictionaryConfig& config) {
+  std::vector<std::pair<Run, std::vector<CellArrow>>> best;
+  for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
+    const std::vector<CellArrow> rest = residual(problem, state, i);
+    Run top;
+    for (const Run& run : runs_of(problem, i, rest, run_cells, config.cut)) {
+      if (run.energy > top.energy && !banned.contains(run.key())) top = run;
+    }
+    if (top.energy < kSmallestSeed) continue;
+    const auto stretch = std::span(rest).subspan(top.begin, top.end - top.begin);
+    best.emplace_back(top, std::vector<CellArrow>(stretch.begin(), stretch.end()));
+  }
+  std::stable_sort(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.first.energy > b.first.energy; });
+  const std::size_t most = std::max<std::size_t>(1, problem.tracks.size() / 10);
+  std::vector<std::pair<Run, std::vector<CellArrow>>> seeds;
+  for (auto& [run, rest] : best) {
+    std::vector<CellArrow> seed = seed_on_support(problem, rest, config);
+    const bool known = std::any_of(seeds.begin(), seeds.end(), [&](const auto& other) { return cosine(other.second, seed) > kSameSeedCosine; });
+    if (known || squared_norm(seed) < kSmallestSeed) continue;
+    seeds.emplace_back(run, std::move(seed));
+    if (seeds.size() == most) break;
+  }
+  return seeds;
+}
+
+double priced(const CodingState& state, double gain_cells) {
+  return state.objective + gain_cells * static_cast<double>(state.primitives.size());
+}
+
+CodingState alternate(const CodingProblem& problem, CodingState state, int times, double penalty, double gain_cells,
+                      std::vector<double>* trace) {
+  state = with_new_codes(problem, std::move(state), penalty);
+  for (int round = 0; round < times; ++round) {
+    const double before = state.objective;
+    state = with_new_codes(problem, with_new_primitives(problem, std::move(state)), penalty);
+    if (trace) trace->push_back(priced(state, gain_cells));
+    if (before - state.objective < kPolishDecrease * problem.energy) break;
+  }
+  return state;
+}
+
+/// Drops, newest first, each primitive from index `first` on that does not pay its price.
+CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double penalty, double gain_cells) {
+  for (std::size_t k = state.primitives.size(); k-- > first;) {
+    if (removal_cost(problem, state, static_cast<int>(k), penalty) >= gain_cells) continue;
+    std::vector<bool> drop(state.primitives.size(), false);
+    drop[k] = true;
+    state = without(problem, state, drop, penalty);
+  }
+  return state;
+}
+
+CodingState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config,
+                 std::vector<double>& trace) {
+  CodingState state{{}, std::vector<std::vector<Coefficient>>(problem.tracks.size()), problem.energy};
+  trace.push_back(priced(state, gain_cells));
+  Banned banned;
+  while (static_cast<int>(state.primitives.size()) < config.max_primitives) {
+    auto seeds = choose_seeds(problem, state, banned, run_cells, config);
+    if (seeds.empty()) break;
+    CodingState tried = state;
+    for (auto& [run, seed] : seeds) {
+      tried.primitives.push_back(std::move(seed));
+      banned.insert(run.key());  // one try each; what the primitive leaves unexplained makes other stretches stand out
+    }
+    tried = alternate(problem, std::move(tried), kAlternationsPerRound, config.sparsity, gain_cells, nullptr);
+    tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), config.sparsity, gain_cells);
+    if (priced(tried, gain_cells) >= priced(state, gain_cells)) continue;
+    state = std::move(tried);
+    trace.push_back(priced(state, gain_cells));
+  }
+  return state;
+}
+
+CodingState prune(const CodingProblem& problem, const CodingState& state, double penalty) {
+  std::vector<bool> drop(state.primitives.size(), true);
+  for (const auto& code : state.codes) {
+    for (const Coefficient& used : code) {
+      if (used.value > kSmallestUse) drop[static_cast<std::size_t>(used.primitive)] = false;
+    }
+  }
+  return without(problem, state, drop, penalty);
+}
+
+MotionPrimitive finished(const CodingProblem& problem, std::span<const CellArrow> arrows) {
+  MotionPrimitive primitive;
+  for (const CellArrow& arrow : arrows) {
+    const Vector2 velocity = arrow.value.head<2>();
+    if (velocity.norm() < kShortestArrow) continue;
+    primitive.cells.push_back({problem.cells[static_cast<std::size_t>(arrow.cell)], velocity / std::max(1.0, velocity.norm())});
+  }
+  return primitive;
+}
+
+}  // namespace
+
+Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g) {
+  const double n = std::hypot(arrow.x(), arrow.y());
+  const double kappa = 1.0 / g;
+  double b = arrow.z(), length = n;
+  if (n > kappa * b) {  // outside the cone: onto its side, or onto its tip
+    if (kappa * n <= -b) return Eigen::Vector3d::Zero();
+    b = (kappa * n + b) / (kappa * kappa + 1.0);
+    length = kappa * b;
+  }
+  if (b > g) b = g, length = std::min(n, 1.0);
+  const double scale = n > 0.0 ? length / n : 0.0;
+  return {arrow.x() * scale, arrow.y() * scale, b};
+}
+
+Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid, double gain_cells, double run_cells,
+                            const DictionaryConfig& config) {
+  const CodingProblem problem(tracks, grid, config.activeness_weight);
+  Dictionary dictionary;
+  CodingState state = grow(problem, gain_cells, run_cells, config, dictionary.objective);
+  state = alternate(problem, std::move(state), kPolishAlternations, config.sparsity, gain_cells, &dictionary.objective);
+  state = drop_unprofitable(problem, std::move(state), 0, config.sparsity, gain_cells);
+  dictionary.objective.push_back(priced(state, gain_cells));
+  state = prune(problem, state, config.sparsity);
+
+  std::vector<int> new_index(state.primitives.size(), -1);
+  for (std::size_t k = 0; k < state.primitives.size(); ++k) {
+    MotionPrimitive primitive = finished(problem, state.primitives[k]);
+    if (primitive.cells.empty()) continue;
+    new_index[k] = static_cast<int>(dictionary.primitives.size());
+    dictionary.primitives.push_back(std::move(primitive));
+  }
+  dictionary.codes.resize(tracks.size());
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    for (const Coefficient& used : state.codes[i]) {
+      const int index = new_index[static_cast<std::size_t>(used.primitive)];
+      if (index >= 0) dictionary.codes[i].push_back({index, used.value});
+    }
+  }
+  return dictionary;
+}
+
+}  // namespace sila

@@ -1,0 +1,103 @@
+#include "sila/learn/learn.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <map>
+#include <utility>
+
+#include "sila/gp/train.hpp"
+#include "sila/learn/dictionary.hpp"
+#include "sila/learn/grid_vectors.hpp"
+#include "sila/learn/segmentation.hpp"
+#include "sila/learn/transitions.hpp"
+
+namespace sila {
+namespace {
+
+using Observed = std::map<TransitionKey, ObservedTransition>;
+
+std::vector<GpData> gp_data(const Observed& observed) {
+  std::vector<GpData> data;
+  for (const auto& [key, transition] : observed) data.push_back({transition.samples.positions, transition.samples.velocities});
+  return data;
+}
+
+/// One field a transition, fitted side by side; the result does not depend on the number of threads.
+std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, const GpConfig& config) {
+  const std::vector<GpData> data = gp_data(observed);
+  const Hyperparameters pooled =
+      config.hyperparameters == HyperparameterChoice::pooled ? pool_hyperparameters(data, start, config) : start;
+  std::vector<Transition> transitions;
+  for (const auto& [key, transition] : observed) {
+    transitions.push_back({key.first, key.second, transition.count, {}});
+    FlowField& field = transitions.back().field;
+    for (Eigen::Index i = 0; i < transition.samples.positions.cols(); ++i) {
+      field.extent.extend(Vector2(transition.samples.positions.col(i)));
+    }
+  }
+  tbb::parallel_for(std::size_t{0}, data.size(),
+                    [&](std::size_t i) { transitions[i].field.gp = fit_sparse_gp(data[i], pooled, config); });
+  return transitions;
+}
+
+LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::vector<Segment>> segments,
+                      const Dictionary& dictionary, const Model& model) {
+  LearnReport report;
+  report.tracks = static_cast<int>(vectors.size());
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
+    if (vectors[i].path.empty()) ++report.standing;
+    else if (segments[i].empty()) ++report.unexplained;
+  }
+  report.primitives = model.primitives.size();
+  report.transitions = model.transitions.size();
+  report.objective = dictionary.objective.back();
+  return report;
+}
+
+}  // namespace
+
+Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s, const GridConfig& config) {
+  Conventions conventions;
+  conventions.grid = {config.cell_m / frame.sidewalk_width_m, Vector2::Zero(), config.tile_cells};
+  conventions.scaling = scaling;
+  conventions.sample_interval_s = sample_interval_s;
+  conventions.reference_width_m = frame.sidewalk_width_m;
+  return conventions;
+}
+
+Hyperparameters starting_hyperparameters(const Conventions& conventions, const FieldConfig& config) {
+  const double width_m = conventions.reference_width_m;
+  const double signal = config.signal_std_mps / width_m, noise = config.noise_std_mps / width_m;
+  return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
+}
+
+Learnt learn(std::span<const CurbTrajectory> tracks, const Conventions& conventions, const LearnConfig& config) {
+  validate_fields("learn", config);
+  const double min_speed_mps = config.dictionary.min_speed_mps;
+  const double cell_m = conventions.grid.cell * conventions.reference_width_m;
+  std::vector<GridVector> vectors;  // tr_i
+  for (const CurbTrajectory& track : tracks) {
+    validate(track);
+    vectors.push_back(to_grid_vector(track, conventions.grid, min_speed_mps));
+  }
+  Dictionary dictionary = learn_dictionary(vectors, conventions.grid, config.dictionary.gain_m / cell_m,
+                                           config.dictionary.run_m / cell_m, config.dictionary);  // D, by ASNSC
+  std::vector<std::vector<Segment>> segments;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, conventions.grid, min_speed_mps,
+                               config.segmentation));
+  }
+  Observed observed = observe_transitions(tracks, segments);  // T(i, j) and its samples
+  Model model;
+  model.conventions = conventions;
+  model.transitions = fit_transitions(observed, starting_hyperparameters(conventions, config.field), config.field.gp);
+  model.primitives = std::move(dictionary.primitives);
+  model.episodes = 1;
+  model.tracks = static_cast<long>(tracks.size());
+  const LearnReport report = report_of(vectors, segments, dictionary, model);
+  Learnt learnt{{std::move(model), {}}, report};
+  for (auto& [key, transition] : observed) learnt.increment.samples.push_back(std::move(transition.samples));
+  return learnt;
+}
+
+}  // namespace sila

@@ -1,0 +1,83 @@
+#include "sila/model/fusion_problem.hpp"
+
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+template <class... Parts>
+[[noreturn]] void refuse(const Parts&... parts) {
+  std::ostringstream text;
+  text << "fusion problem: ";
+  (text << ... << parts);
+  throw std::invalid_argument(text.str());
+}
+
+bool exists(const FusionProblem& problem, int primitive) {
+  return primitive >= 0 && primitive < problem.primitives();
+}
+
+void check_similarities(const FusionProblem& problem) {
+  std::set<std::pair<int, int>> seen;
+  for (const Similarity& pair : problem.similarities) {
+    const auto refuse_pair = [&](const char* what) {
+      refuse("similarity of primitives ", pair.first, " and ", pair.second, " (counted from 0) = ", pair.value, ", ",
+             what);
+    };
+    if (!exists(problem, pair.first) || !exists(problem, pair.second))
+      refuse_pair("of a primitive that does not exist");
+    if (pair.first >= pair.second) refuse_pair("first must be below second");
+    if (!(std::abs(pair.value) <= 1.0)) refuse_pair("it must be in [-1, 1]");
+    if (!seen.emplace(pair.first, pair.second).second) refuse_pair("it stands twice");
+  }
+}
+
+void check_transitions(const FusionProblem& problem) {
+  std::set<std::pair<int, int>> seen;
+  for (const TransitionCount& edge : problem.transitions) {
+    const auto refuse_edge = [&](const char* what) {
+      refuse("transition ", edge.from, " -> ", edge.to, " (counted from 0) with count ", edge.count, ", ", what);
+    };
+    if (!exists(problem, edge.from) || !exists(problem, edge.to)) refuse_edge("of a primitive that does not exist");
+    if ((edge.from < problem.previous_primitives) != (edge.to < problem.previous_primitives)) {
+      refuse_edge("it must stay within one model");
+    }
+    if (!(edge.count > 0.0) || !std::isfinite(edge.count)) refuse_edge("the count must be positive");
+    if (!seen.emplace(edge.from, edge.to).second) refuse_edge("it stands twice");
+  }
+}
+
+}  // namespace
+
+void validate(const FusionProblem& problem) {
+  if (!(problem.similarity_threshold > 0.0) || !std::isfinite(problem.similarity_threshold)) {
+    refuse("similarity_threshold = ", problem.similarity_threshold, ", it must be positive");
+  }
+  if (problem.previous_primitives < 0) refuse("previous_primitives = ", problem.previous_primitives, " is negative");
+  if (problem.incoming_primitives < 0) refuse("incoming_primitives = ", problem.incoming_primitives, " is negative");
+  check_similarities(problem);
+  check_transitions(problem);
+}
+
+const char* describe(FusionReason reason) {
+  switch (reason) {
+    case FusionReason::one_to_one:
+      return "one-to-one";
+    case FusionReason::case_1:
+      return "case 1";
+    case FusionReason::case_2:
+      return "case 2";
+    case FusionReason::case_3:
+      return "case 3";
+    case FusionReason::case_3_stronger:
+      return "case 3, stronger pair";
+    case FusionReason::apart:
+      return "apart";
+  }
+  return "unknown";
+}
+
+}  // namespace sila

@@ -1,0 +1,113 @@
+#include "sila/predict/blend.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "sila/predict/constant_velocity.hpp"
+
+namespace sila {
+namespace {
+
+constexpr double kVelocityWindows_s[] = {0.4, 0.8, 1.6, 3.0};
+constexpr int kConstantVelocityFeature = 1;
+/// Before anything was taught errors are believed to grow like this, with the weight of so many examples.
+constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
+
+Eigen::VectorXd untaught(int features) {
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(features);
+  coefficients(kConstantVelocityFeature) = features == kMapFeatures ? 0.5 : 1.0;
+  if (features == kMapFeatures) coefficients(kKinematicFeatures) = 0.5;
+  return coefficients;
+}
+
+std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments, int features, double ridge) {
+  const Eigen::VectorXd prior = untaught(features);
+  std::vector<Eigen::VectorXd> solved;
+  for (const RegressionMoments& cell : moments) {
+    Eigen::MatrixXd matrix = cell.features;
+    matrix.diagonal().array() += ridge;
+    if (cell.weight == 0.0) solved.push_back(prior);
+    else solved.push_back(matrix.ldlt().solve(cell.products + ridge * prior));
+    if (!solved.back().allFinite()) solved.back() = prior;
+  }
+  return solved;
+}
+
+std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
+  std::vector<Vector2> result;
+  for (std::size_t cell = 0; cell < moments.size(); ++cell) {
+    const double t = (static_cast<double>(cell / static_cast<std::size_t>(classes)) + 1.0) * interval_s;
+    const auto square = [](double x) { return x * x; };
+    const Vector2 prior(square(kPriorPosition_m + kPriorAlong_mps * t), square(kPriorPosition_m + kPriorAcross_mps * t));
+    const Vector2 sum(moments[cell].along_m2, moments[cell].across_m2);
+    result.emplace_back((sum + kPriorExamples * prior) / (moments[cell].weight + kPriorExamples));
+  }
+  return result;
+}
+
+}  // namespace
+
+int speed_class(const CurbTrajectory& observed) {
+  double sum = 0.0;
+  for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();
+  const double mean_mps = sum / static_cast<double>(std::max<std::size_t>(1, observed.velocities.size()));
+  const auto* limit = std::upper_bound(std::begin(kSpeedClassLimits_mps), std::end(kSpeedClassLimits_mps), mean_mps);
+  return static_cast<int>(limit - std::begin(kSpeedClassLimits_mps));
+}
+
+Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {
+  Eigen::Matrix2Xd features(2, kKinematicFeatures);
+  Eigen::Index column = 0;
+  for (double window_s : kVelocityWindows_s) features.col(column++) = mean_velocity_mps(observed, window_s);
+  features.col(column) = velocity_to_world(observed.frame, observed.velocities.back());
+  return features;
+}
+
+Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout, const CurbTrajectory& observed,
+                              std::size_t step, double interval_s) {
+  Eigen::Matrix2Xd features(2, kMapFeatures);
+  const Vector2& start = observed.positions.back();
+  const double seconds = static_cast<double>(step + 1) * interval_s;
+  features.leftCols(kKinematicFeatures) = kinematics;
+  features.col(kKinematicFeatures) = velocity_to_world(observed.frame, rollout.path[step] - start) / seconds;
+  features.col(kKinematicFeatures + 1) = velocity_to_world(observed.frame, rollout.own_path[step] - start) / seconds;
+  return features;
+}
+
+Blend::Blend(const Lessons& lessons, const PredictConfig& config) {
+  if (!config.blend || lessons.empty()) return;
+  steps_ = lessons.steps;
+  with_map_ = solve(lessons.with_map, kMapFeatures, config.blend_ridge);
+  without_map_ = solve(lessons.without_map, kKinematicFeatures, config.blend_ridge);
+  residual_with_map_ = variances(lessons.residuals_with_map, lessons.classes, lessons.interval_s);
+  residual_without_map_ = variances(lessons.residuals_without_map, lessons.classes, lessons.interval_s);
+}
+
+std::size_t Blend::cell(std::size_t step, int speed_class) const {
+  const std::size_t row = std::min(step, static_cast<std::size_t>(steps_ - 1));
+  return row * kSpeedClasses + static_cast<std::size_t>(speed_class);
+}
+
+Vector2 Blend::velocity_mps(const Eigen::Matrix2Xd& features, std::size_t step, int speed_class) const {
+  const auto& table = features.cols() == kMapFeatures ? with_map_ : without_map_;
+  if (table.empty()) return features * untaught(static_cast<int>(features.cols()));
+  return features * table[cell(step, speed_class)];
+}
+
+Vector2 Blend::residual_m2(std::size_t step, int speed_class, bool with_map) const {
+  const auto& table = with_map ? residual_with_map_ : residual_without_map_;
+  if (table.empty()) return Vector2::Zero();
+  // Beyond what was taught the error goes on growing as it did on average.
+  const double growth = std::max(1.0, static_cast<double>(step + 1) / steps_);
+  return table[cell(step, speed_class)] * growth * growth;
+}
+
+Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2) {
+  const double length = direction.norm();
+  if (length < 1e-9) return Matrix2::Identity() * along_across_m2.mean();
+  const Vector2 along = direction / length, across(-along.y(), along.x());
+  return along_across_m2.x() * along * along.transpose() + along_across_m2.y() * across * across.transpose();
+}
+
+}  // namespace sila

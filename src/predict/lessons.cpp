@@ -1,0 +1,140 @@
+#include "sila/predict/lessons.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+Lessons empty_lessons(int steps, double interval_s) {
+  Lessons lessons;
+  lessons.steps = steps, lessons.classes = kSpeedClasses, lessons.interval_s = interval_s;
+  const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
+  const auto blank = [](int f) { return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)}; };
+  lessons.with_map.assign(cells, blank(kMapFeatures));
+  lessons.without_map.assign(cells, blank(kKinematicFeatures));
+  lessons.residuals_with_map.resize(cells);
+  lessons.residuals_without_map.resize(cells);
+  return lessons;
+}
+
+void add(RegressionMoments& moments, const Eigen::Matrix2Xd& features, const Vector2& target, double weight) {
+  moments.weight += weight;
+  moments.features.noalias() += weight * features.transpose() * features;
+  moments.products.noalias() += weight * features.transpose() * target;
+}
+
+/// The error in the frame of the predicted way.
+void add(ResidualMoments& moments, const Vector2& way, const Vector2& error, double weight) {
+  const double length = way.norm();
+  const Vector2 along = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
+  const double forward = along.dot(error);
+  moments.weight += weight;
+  moments.along_m2 += weight * forward * forward;
+  moments.across_m2 += weight * (error.squaredNorm() - forward * forward);
+}
+
+double density(const Vector2& error, const Matrix2& covariance) {
+  return std::exp(-0.5 * error.dot(covariance.inverse() * error)) / std::sqrt(covariance.determinant());
+}
+
+struct ModeAtStep {
+  Eigen::Matrix2Xd features;
+  Vector2 way = Vector2::Zero();    ///< predicted displacement [m]
+  double weight = 0.0;
+  double responsibility = 0.0;      ///< how likely this mode is the one that happened
+};
+
+/// What each mode says of one step, and how well that fits what happened.
+std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& window, const Hypotheses& hypotheses,
+                                 const Eigen::Matrix2Xd& kinematics, int speed, std::size_t step, const Vector2& truth) {
+  std::vector<ModeAtStep> modes;
+  const double seconds = static_cast<double>(step + 1) * predictor.interval_s();
+  double total = 0.0;
+  for (const Rollout& rollout : hypotheses.rollouts) {
+    ModeAtStep mode{map_features(kinematics, rollout, window.observed, step, predictor.interval_s()), {}, rollout.weight, 0.0};
+    mode.way = seconds * predictor.blend().velocity_mps(mode.features, step, speed);
+    Vector2 variances = predictor.blend().residual_m2(step, speed, true);
+    if (variances.isZero()) variances = Vector2::Constant(0.25 * seconds * seconds);
+    mode.responsibility = mode.weight * density(truth - mode.way, oriented_covariance(mode.way, variances));
+    total += mode.responsibility;
+    modes.push_back(std::move(mode));
+  }
+  for (ModeAtStep& mode : modes) mode.responsibility = total > 1e-300 ? mode.responsibility / total : mode.weight;
+  return modes;
+}
+
+Lessons lessons_of(const Predictor& predictor, const Window& window, int steps) {
+  Lessons lessons = empty_lessons(steps, predictor.interval_s());
+  const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps);
+  const Eigen::Matrix2Xd kinematics = kinematic_features(window.observed);
+  const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
+  const int speed = speed_class(window.observed);
+  for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
+    const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(speed);
+    const Vector2 truth = window.future_m[j] - start_m;
+    const double seconds = static_cast<double>(j + 1) * predictor.interval_s();
+    const Vector2 kinematic_way = seconds * predictor.blend().velocity_mps(kinematics, j, speed);
+    add(lessons.without_map[cell], kinematics, truth / seconds, 1.0);
+    add(lessons.residuals_without_map[cell], kinematic_way, truth - kinematic_way, 1.0);
+    for (const ModeAtStep& mode : modes_at(predictor, window, hypotheses, kinematics, speed, j, truth)) {
+      add(lessons.with_map[cell], mode.features, truth / seconds, mode.weight);
+      add(lessons.residuals_with_map[cell], mode.way, truth - mode.way, mode.responsibility);
+    }
+  }
+  return lessons;
+}
+
+void accumulate_cells(std::vector<RegressionMoments>& sum, const std::vector<RegressionMoments>& more) {
+  for (std::size_t c = 0; c < sum.size(); ++c) {
+    sum[c].weight += more[c].weight, sum[c].features += more[c].features, sum[c].products += more[c].products;
+  }
+}
+
+void accumulate_cells(std::vector<ResidualMoments>& sum, const std::vector<ResidualMoments>& more) {
+  for (std::size_t c = 0; c < sum.size(); ++c) {
+    sum[c].weight += more[c].weight, sum[c].along_m2 += more[c].along_m2, sum[c].across_m2 += more[c].across_m2;
+  }
+}
+
+void fade(Lessons& lessons, double decay) {
+  for (auto* table : {&lessons.with_map, &lessons.without_map}) {
+    for (RegressionMoments& cell : *table) cell.weight *= decay, cell.features *= decay, cell.products *= decay;
+  }
+  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map}) {
+    for (ResidualMoments& cell : *table) cell.weight *= decay, cell.along_m2 *= decay, cell.across_m2 *= decay;
+  }
+}
+
+}  // namespace
+
+Lessons gather_lessons(const Predictor& predictor, std::span<const Window> windows) {
+  const int steps = static_cast<int>(std::lround(predictor.config().horizon_s / predictor.interval_s()));
+  std::vector<Lessons> each(windows.size());
+  tbb::parallel_for(std::size_t{0}, windows.size(), [&](std::size_t i) { each[i] = lessons_of(predictor, windows[i], steps); });
+  Lessons sum = empty_lessons(steps, predictor.interval_s());  // in the order of the windows, whatever the threads did
+  for (const Lessons& lessons : each) sum = add_lessons(sum, lessons, 1.0);
+  return sum;
+}
+
+Lessons add_lessons(const Lessons& past, const Lessons& recent, double decay) {
+  if (past.empty()) return recent;
+  if (recent.empty()) return past;
+  if (past.steps != recent.steps || past.classes != recent.classes || past.interval_s != recent.interval_s) {
+    throw std::invalid_argument("add_lessons: steps = " + std::to_string(recent.steps) + ", the model was taught " +
+                                std::to_string(past.steps) + " steps; keep predict.horizon_s as it was when the model began");
+  }
+  Lessons sum = past;
+  fade(sum, decay);
+  accumulate_cells(sum.with_map, recent.with_map);
+  accumulate_cells(sum.without_map, recent.without_map);
+  accumulate_cells(sum.residuals_with_map, recent.residuals_with_map);
+  accumulate_cells(sum.residuals_without_map, recent.residuals_without_map);
+  return sum;
+}
+
+}  // namespace sila

@@ -1,0 +1,124 @@
+#include "sila/predict/predictor.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "sila/predict/candidates.hpp"
+#include "sila/predict/constant_velocity.hpp"
+#include "sila/predict/modes.hpp"
+
+namespace sila {
+namespace {
+
+/// How the error of constant velocity grows where nothing was taught about it [m/s].
+constexpr double kUntaughtSpread_mps = 0.3;
+
+int steps_in(double seconds, double interval_s) {
+  return std::max(1, static_cast<int>(std::floor(seconds / interval_s + 1e-9)));
+}
+
+void require_interval(const CurbTrajectory& observed, double interval_s) {
+  for (std::size_t t = 1; t < observed.times_s.size(); ++t) {
+    const double step_s = observed.times_s[t] - observed.times_s[t - 1];
+    if (std::abs(step_s - interval_s) < 1e-3 * interval_s) continue;
+    std::ostringstream text;
+    text << "predict: track '" << observed.id << "' has an interval of " << step_s << " s at sample " << t << ", the model's is "
+         << interval_s << " s";
+    throw std::invalid_argument(text.str());
+  }
+}
+
+std::vector<int> primitives_of(const FieldMap& map, const std::vector<int>& transitions) {
+  std::vector<int> visited;
+  for (int index : transitions) {
+    const FieldMap::Field& field = map.field(index);
+    if (visited.empty() || visited.back() != field.from) visited.push_back(field.from);
+    if (visited.back() != field.to) visited.push_back(field.to);
+  }
+  return visited;
+}
+
+/// The paper's mode: the roll-out itself.
+Mode plain_mode(const FieldMap& map, const Rollout& rollout, const CurbFrame& frame, std::size_t steps) {
+  Mode mode{rollout.weight, {}, {}, primitives_of(map, rollout.transitions)};
+  const Matrix2 matrix = world_from_curb(frame);
+  for (std::size_t j = 0; j < steps; ++j) {
+    mode.path_m.push_back(to_world(frame, rollout.path[j]));
+    mode.covariances_m2.emplace_back(matrix * rollout.covariances[j] * matrix.transpose());
+  }
+  return mode;
+}
+
+/// The roll-out blended with kinematics as past errors taught.
+Mode blended_mode(const FieldMap& map, const Blend& blend, const Rollout& rollout, const CurbTrajectory& observed,
+                  std::size_t steps, double interval_s) {
+  Mode mode{rollout.weight, {}, {}, primitives_of(map, rollout.transitions)};
+  const Eigen::Matrix2Xd kinematics = kinematic_features(observed);
+  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  const int speed = speed_class(observed);
+  for (std::size_t j = 0; j < steps; ++j) {
+    const Eigen::Matrix2Xd features = map_features(kinematics, rollout, observed, j, interval_s);
+    const Vector2 way = static_cast<double>(j + 1) * interval_s * blend.velocity_mps(features, j, speed);
+    mode.path_m.emplace_back(start_m + way);
+    mode.covariances_m2.push_back(oriented_covariance(way, blend.residual_m2(j, speed, true)));
+  }
+  return mode;
+}
+
+/// Kinematics alone: constant velocity until past errors taught better.
+Mode kinematic_mode(const Blend& blend, const CurbTrajectory& observed, std::size_t steps, double interval_s) {
+  Mode mode{1.0, {}, {}, {}};
+  const Eigen::Matrix2Xd features = kinematic_features(observed);
+  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  const int speed = speed_class(observed);
+  for (std::size_t j = 0; j < steps; ++j) {
+    const double seconds = static_cast<double>(j + 1) * interval_s;
+    const double spread = kUntaughtSpread_mps * seconds;
+    const Vector2 way = seconds * blend.velocity_mps(features, j, speed);
+    mode.path_m.emplace_back(start_m + way);
+    mode.covariances_m2.push_back(blend.taught() ? oriented_covariance(way, blend.residual_m2(j, speed, false))
+                                                 : Matrix2(Matrix2::Identity() * spread * spread));
+  }
+  return mode;
+}
+
+}  // namespace
+
+Predictor::Predictor(const Model& model, const PredictConfig& config)
+    : config_(config), interval_s_(model.conventions.sample_interval_s), map_(model), blend_(model.lessons, config) {
+  validate_fields("predict", config);
+}
+
+Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps) const {
+  const int decision_steps = steps_in(config_.mode_horizon_s, interval_s_);
+  const Candidates candidates = find_candidates(map_, observed, config_);
+  std::vector<Rollout> rollouts = roll_out(map_, candidates, observed, std::max(steps, decision_steps), interval_s_, config_);
+  return {merge_rollouts(std::move(rollouts), observed.frame, decision_steps, config_), candidates.novelty};
+}
+
+Prediction Predictor::predict(const CurbTrajectory& observed) const {
+  validate(observed);
+  require_interval(observed, interval_s_);
+  const int steps = steps_in(config_.horizon_s, interval_s_);
+  const auto count = static_cast<std::size_t>(steps);
+  const Hypotheses hypotheses = this->hypotheses(observed, steps);
+  Prediction prediction;
+  prediction.t0_s = observed.times_s.back();
+  prediction.novelty = hypotheses.novelty;
+  prediction.fallback = hypotheses.rollouts.empty();
+  for (int j = 1; j <= steps; ++j) prediction.times_s.push_back(j * interval_s_);
+  for (const Rollout& rollout : hypotheses.rollouts) {
+    prediction.modes.push_back(blend_.taught() ? blended_mode(map_, blend_, rollout, observed, count, interval_s_)
+                                               : plain_mode(map_, rollout, observed.frame, count));
+  }
+  if (prediction.fallback) prediction.modes.push_back(kinematic_mode(blend_, observed, count, interval_s_));
+  return prediction;
+}
+
+Prediction predict(const Model& model, const CurbTrajectory& observed, const PredictConfig& config) {
+  return Predictor(model, config).predict(observed);
+}
+
+}  // namespace sila

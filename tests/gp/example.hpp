@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <initializer_list>
+#include <random>
+
+#include "sila/gp/config.hpp"
+#include "sila/gp/sparse_gp.hpp"
+
+namespace sila::gp_tests {
+
+inline Eigen::MatrixXd row(std::initializer_list<double> values) {
+  Eigen::MatrixXd result(1, static_cast<Eigen::Index>(values.size()));
+  Eigen::Index i = 0;
+  for (const double value : values) result(0, i++) = value;
+  return result;
+}
+
+inline Eigen::VectorXd vector(std::initializer_list<double> values) {
+  return row(values).transpose();
+}
+
+/// The worked example of the algorithm notes: one input, one output, no jitter.
+inline Kernel unit_kernel() {
+  return {1.0, Eigen::VectorXd::Ones(1)};
+}
+inline GpData example_data() {
+  return {row({0, 1, 1.5, 2}), row({1, 0.5, 0.2, -0.3}).transpose()};
+}
+inline GpData first_two() {
+  return {row({0, 1}), row({1, 0.5}).transpose()};
+}
+inline GpData last_two() {
+  return {row({1.5, 2}), row({0.2, -0.3}).transpose()};
+}
+inline SparseGp example_prior(std::initializer_list<double> pseudo_inputs) {
+  return empty_gp(unit_kernel(), 0.1, row(pseudo_inputs), vector({0}), 0.0);
+}
+inline SparseGp absorb(const SparseGp& gp, const GpData& data, double alpha = 1.0) {
+  return sila::absorb(gp, data.inputs, data.outputs, alpha);
+}
+
+/// Numbers for laws; the seed is printed by the test.
+class Generator {
+ public:
+  explicit Generator(unsigned seed) : engine_(seed) {}
+
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  double normal() { return std::normal_distribution<double>()(engine_); }
+
+  Eigen::MatrixXd points(Eigen::Index dimensions, Eigen::Index count, double side = 6.0) {
+    return Eigen::MatrixXd::NullaryExpr(dimensions, count, [&] { return uniform(-0.5 * side, 0.5 * side); });
+  }
+  /// A smooth flow and noise at these points.
+  GpData data_at(const Eigen::MatrixXd& inputs, Eigen::Index outputs, double noise = 0.2) {
+    GpData data{inputs, Eigen::MatrixXd(inputs.cols(), outputs)};
+    for (Eigen::Index n = 0; n < inputs.cols(); ++n) {
+      for (Eigen::Index p = 0; p < outputs; ++p) {
+        data.outputs(n, p) =
+            0.7 + std::sin(0.6 * inputs.col(n).sum() + 1.3 * static_cast<double>(p)) + noise * normal();
+      }
+    }
+    return data;
+  }
+  GpData data(Eigen::Index dimensions, Eigen::Index count, Eigen::Index outputs) {
+    return data_at(points(dimensions, count), outputs);
+  }
+  Hyperparameters hyperparameters(Eigen::Index dimensions) {
+    Hyperparameters theta;
+    theta.kernel.signal_variance = uniform(0.3, 2.0);
+    theta.kernel.length_scales =
+        Eigen::VectorXd::NullaryExpr(dimensions, [&](Eigen::Index) { return uniform(0.8, 2.5); });
+    theta.noise_variance = uniform(0.02, 0.3);
+    return theta;
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+}  // namespace sila::gp_tests

@@ -1,0 +1,111 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "example.hpp"
+#include "sila/gp/evidence.hpp"
+#include "sila/gp/fuse_gps.hpp"
+#include "sila/gp/posterior.hpp"
+#include "sila/gp/transfer.hpp"
+
+// The numbers were computed by an independent implementation and are given to ten digits.
+namespace sila::gp_tests {
+namespace {
+
+void expect_near(const Eigen::MatrixXd& found, const Eigen::MatrixXd& wanted, double relative = 2e-9) {
+  ASSERT_EQ(found.rows(), wanted.rows());
+  ASSERT_EQ(found.cols(), wanted.cols());
+  for (Eigen::Index i = 0; i < wanted.size(); ++i) {
+    EXPECT_NEAR(found.reshaped()(i), wanted.reshaped()(i), relative * std::max(1.0, std::abs(wanted.reshaped()(i))));
+  }
+}
+
+Eigen::MatrixXd symmetric(std::initializer_list<double> upper, Eigen::Index size) {
+  Eigen::MatrixXd result(size, size);
+  auto value = upper.begin();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = i; j < size; ++j) result(i, j) = result(j, i) = *value++;
+  }
+  return result;
+}
+
+void expect_prediction(const SparseGp& gp, double x, double mean, double variance) {
+  const GpPrediction prediction = Posterior(gp).predict(vector({x}));
+  EXPECT_NEAR(prediction.mean(0), mean, 2e-10);
+  EXPECT_NEAR(prediction.variance, variance, 2e-10);
+}
+
+TEST(WorkedExample, EvidenceAndGradient) {
+  const EvidenceGradient gradient =
+      negative_log_evidence_gradient(example_data(), {unit_kernel(), 0.1}, row({0, 2}), 0.0);
+  EXPECT_NEAR(gradient.value, 3.51730337, 1e-8);
+  EXPECT_NEAR(gradient.log_signal_variance, 1.001843796, 1e-9);
+  EXPECT_NEAR(gradient.log_length_scales(0), -1.581250676, 1e-9);
+  EXPECT_NEAR(gradient.log_noise_variance, 0.3678181987, 1e-10);
+  EXPECT_NEAR(gradient.pseudo_inputs(0, 0), -0.8414232575, 1e-10);
+  EXPECT_NEAR(gradient.pseudo_inputs(0, 1), 1.078402428, 1e-9);
+  EXPECT_EQ(negative_log_evidence(example_data(), {unit_kernel(), 0.1}, row({0, 2}), 0.0), gradient.value);
+}
+
+TEST(WorkedExample, StatisticsAndPredictions) {
+  const SparseGp gp = absorb(example_prior({0, 2}), example_data());
+  expect_near(gp.information, symmetric({11.37587405, 3.03858191, 13.01063815}, 2));
+  expect_near(gp.response, vector({10.4983282, -1.778573882}));
+  EXPECT_EQ(gp.points, 4.0);
+  EXPECT_EQ(gp.jitter, 0.0);
+  expect_prediction(gp, 1.2, 0.2333031581, 0.3606688999);
+  expect_prediction(gp, 3.0, -0.1902202032, 0.6548598863);
+}
+
+TEST(WorkedExample, StatisticsOfThePartsAddUp) {
+  const SparseGp first = absorb(example_prior({0, 2}), first_two());
+  const SparseGp last = absorb(example_prior({0, 2}), last_two());
+  expect_near(first.information, symmetric({10.81399031, 0.7103641496, 0.6199302619}, 2));
+  expect_near(first.response, vector({10.67102157, 0.5855962417}));
+  expect_near(last.information, symmetric({0.561883746, 2.32821776, 12.39070788}, 2));
+  expect_near(last.response, vector({-0.1726933724, -2.364170124}));
+}
+
+TEST(WorkedExample, TransferToMorePseudoInputsKeepsEverything) {
+  const SparseGp stored = absorb(example_prior({0, 2}), first_two());
+  for (const double alpha : {0.0, 1.0}) {
+    const SparseGp moved = transfer(stored, example_prior({0, 1, 2}), alpha);
+    expect_near(moved.information,
+                symmetric({10.81399031, 0.4729286652, 0.5300525471, 0.2747717265, 0.3079607226, 0.3451585354}, 3));
+    expect_near(moved.response, vector({10.67102157, 0.3898637749, 0.4369544545}));
+  }
+}
+
+TEST(WorkedExample, TransferThenData) {
+  const SparseGp stored = absorb(example_prior({0, 2}), first_two());
+  const SparseGp dtc = absorb(transfer(stored, example_prior({0, 1, 2}), 0.0), last_two(), 0.0);
+  expect_prediction(dtc, 1.2, 0.3851632293, 0.130228055);
+  expect_prediction(dtc, 3.0, -0.2765425542, 0.6368222052);
+  const SparseGp fitc = absorb(transfer(stored, example_prior({0, 1, 2}), 1.0), last_two(), 1.0);
+  expect_prediction(fitc, 1.2, 0.3754449439, 0.1426863331);
+  expect_prediction(fitc, 3.0, -0.2734895771, 0.6380516975);
+}
+
+TEST(WorkedExample, TwoStoredGpsOnOnePseudoInput) {
+  const SparseGp first = absorb(example_prior({0, 2}), first_two());
+  const SparseGp last = absorb(example_prior({0, 2}), last_two());
+  const SparseGp prior = example_prior({1});
+  expect_near(transfer(first, prior, 0.0).information, row({4.608052765}));
+  expect_near(transfer(first, prior, 0.0).response, row({6.782266882}));
+  expect_near(transfer(last, prior, 0.0).information, row({5.173200176}));
+  expect_near(transfer(last, prior, 0.0).response, row({-1.356135569}));
+  expect_near(transfer(first, prior, 1.0).information, row({0.8618912939}));
+  expect_near(transfer(first, prior, 1.0).response, row({0.9874328913}));
+  expect_near(transfer(last, prior, 1.0).information, row({0.6621162794}));
+  expect_near(transfer(last, prior, 1.0).response, row({0.02083546549}));
+  const SparseGp sharp = transfer(last, transfer(first, prior, 0.0), 0.0);
+  expect_prediction(sharp, 1.2, 0.4933273288, 0.1283272381);
+  expect_prediction(sharp, 3.0, 0.06811332803, 0.9833832025);
+  const SparseGp honest = transfer(last, transfer(first, prior, 1.0), 1.0);
+  expect_prediction(honest, 1.2, 0.3915611491, 0.4198708447);
+  expect_prediction(honest, 3.0, 0.05406254921, 0.9889409316);
+}
+
+}  // namespace
+}  // namespace sila::gp_tests
