@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <optional>
 #include <sstream>
@@ -252,25 +251,6 @@ std::string table(std::span<const FieldInfo> list) {
     text << row.text << '\n';
   }
   return std::move(text).str();
-}
-
-json read_config_json(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path))
-    throw FormatError(path.string(), 0, "a configuration file", "none that can be read");
-  std::ostringstream copied;
-  copied << file.rdbuf();
-  const std::string content = std::move(copied).str();
-  try {
-    return json::parse(content, nullptr, true, true);
-  } catch (const json::exception& error) {
-    const auto* syntax = dynamic_cast<const json::parse_error*>(&error);
-    const std::size_t stop = syntax == nullptr ? 0 : std::min(syntax->byte, content.size());
-    const auto line = std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(stop), '\n') + 1;
-    if (syntax == nullptr) throw FormatError(path.string(), 0, "JSON with finite numbers", error.what());
-    throw FormatError(path.string(), static_cast<std::size_t>(line), "JSON",
-                      stop >= content.size() ? "the end of the file inside it" : "what is not JSON");
-  }
 }
 
 }  // namespace sila

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "sila/core/fields.hpp"
+#include "sila/io/json.hpp"
 
 namespace sila {
 
@@ -93,6 +93,12 @@ std::vector<Field> collect_fields(Config& config) {
   return std::move(collector).list();
 }
 
+/// A struct with fields() beside it.
+template <class Config>
+concept Configuration = requires(Config& config, FieldCollector& collector) {
+  fields(config, collector);
+};
+
 // What does not depend on the type of the configuration; the templates below are the same for whole configurations.
 nlohmann::ordered_json fields_to_json(std::span<const Field> list);
 void fields_from_json(std::span<const Field> list, const nlohmann::json& json, std::string_view source);
@@ -100,7 +106,7 @@ void field_from_assignment(std::span<const Field> list, std::string_view assignm
 std::vector<FieldInfo> field_infos(std::span<const Field> list);
 
 /// A configuration as nested JSON objects, in the order of its fields. Infinite numbers become "inf" and "-inf".
-template <class Config>
+template <Configuration Config>
 nlohmann::ordered_json to_json(Config config) {
   return fields_to_json(collect_fields(config));
 }
@@ -108,7 +114,7 @@ nlohmann::ordered_json to_json(Config config) {
 /// The configuration with the values of a JSON object; what the object does not name stays. Groups are nested objects
 /// or dotted keys. Throws: FormatError, naming `source` and the field, for an unknown key (with the nearest known one),
 /// a value of another type, or one out of range.
-template <class Config>
+template <Configuration Config>
 Config apply_json(Config config, const nlohmann::json& json, std::string_view source) {
   fields_from_json(collect_fields(config), json, source);
   return config;
@@ -116,23 +122,19 @@ Config apply_json(Config config, const nlohmann::json& json, std::string_view so
 
 /// The configuration with one field set, from "path=value" as on the command line.
 /// Throws: std::invalid_argument as apply_json does.
-template <class Config>
+template <Configuration Config>
 Config set_field(Config config, std::string_view assignment) {
   field_from_assignment(collect_fields(config), assignment);
   return config;
 }
 
 /// Path, value, unit, range and meaning of every field, in order.
-template <class Config>
+template <Configuration Config>
 std::vector<FieldInfo> list_fields(Config config) {
   return field_infos(collect_fields(config));
 }
 
 /// The list as aligned columns, one field a line, under a header.
 std::string table(std::span<const FieldInfo> list);
-
-/// The JSON of a configuration file; comments (// and /* */) are skipped, so that a file can say why.
-/// Throws: FormatError, with the line if there is one, for a file that cannot be read or is not JSON.
-nlohmann::json read_config_json(const std::filesystem::path& path);
 
 }  // namespace sila
