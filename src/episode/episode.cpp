@@ -105,4 +105,10 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   return run_episode(previous, batch, config, sila_update(config));
 }
 
+Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config) {
+  Fused fused = fuse(previous, {incoming, {}}, config);
+  fused.model.lessons = add_lessons(previous.lessons, incoming.lessons, 1.0);
+  return fused;
+}
+
 }  // namespace sila

@@ -22,6 +22,13 @@ std::vector<GpData> gp_data(const Observed& observed) {
   return data;
 }
 
+/// The bounds of the fit, configured in metres, in widths of the place where the model began.
+GpConfig in_widths(GpConfig config, double width_m) {
+  config.min_length_scale /= width_m;
+  config.min_noise_variance /= width_m * width_m;
+  return config;
+}
+
 /// One field a transition, fitted side by side; the result does not depend on the number of threads.
 std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, const GpConfig& config) {
   const std::vector<GpData> data = gp_data(observed);
@@ -90,7 +97,8 @@ Learnt learn(std::span<const CurbTrajectory> tracks, const Conventions& conventi
   Observed observed = observe_transitions(tracks, segments);  // T(i, j) and its samples
   Model model;
   model.conventions = conventions;
-  model.transitions = fit_transitions(observed, starting_hyperparameters(conventions, config.field), config.field.gp);
+  model.transitions = fit_transitions(observed, starting_hyperparameters(conventions, config.field),
+                                      in_widths(config.field.gp, conventions.reference_width_m));
   model.primitives = std::move(dictionary.primitives);
   model.episodes = 1;
   model.tracks = static_cast<long>(tracks.size());

@@ -52,8 +52,9 @@ int speed_class(const CurbTrajectory& observed) {
   double sum = 0.0;
   for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();
   const double mean_mps = sum / static_cast<double>(std::max<std::size_t>(1, observed.velocities.size()));
-  const auto* limit = std::upper_bound(std::begin(kSpeedClassLimits_mps), std::end(kSpeedClassLimits_mps), mean_mps);
-  return static_cast<int>(limit - std::begin(kSpeedClassLimits_mps));
+  int speed = 0;
+  for (double limit_mps : kSpeedClassLimits_mps) speed += mean_mps >= limit_mps ? 1 : 0;
+  return speed;
 }
 
 Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {

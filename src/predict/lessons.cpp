@@ -68,25 +68,46 @@ std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& windo
   return modes;
 }
 
-Lessons lessons_of(const Predictor& predictor, const Window& window, int steps) {
-  Lessons lessons = empty_lessons(steps, predictor.interval_s());
+/// What one window shows of one step.
+struct Example {
+  std::vector<ModeAtStep> modes;
+  Vector2 kinematic_way = Vector2::Zero();
+  Vector2 truth = Vector2::Zero();  ///< displacement from t0 [m]
+};
+
+struct WindowExamples {
+  int speed = 0;
+  Eigen::Matrix2Xd kinematics;
+  std::vector<Example> steps;
+};
+
+WindowExamples examples_of(const Predictor& predictor, const Window& window, int steps) {
+  WindowExamples examples{speed_class(window.observed), kinematic_features(window.observed), {}};
   const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps);
-  const Eigen::Matrix2Xd kinematics = kinematic_features(window.observed);
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
-  const int speed = speed_class(window.observed);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
-    const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(speed);
-    const Vector2 truth = window.future_m[j] - start_m;
-    const double seconds = static_cast<double>(j + 1) * predictor.interval_s();
-    const Vector2 kinematic_way = seconds * predictor.blend().velocity_mps(kinematics, j, speed);
-    add(lessons.without_map[cell], kinematics, truth / seconds, 1.0);
-    add(lessons.residuals_without_map[cell], kinematic_way, truth - kinematic_way, 1.0);
-    for (const ModeAtStep& mode : modes_at(predictor, window, hypotheses, kinematics, speed, j, truth)) {
-      add(lessons.with_map[cell], mode.features, truth / seconds, mode.weight);
-      add(lessons.residuals_with_map[cell], mode.way, truth - mode.way, mode.responsibility);
+    Example example;
+    example.truth = window.future_m[j] - start_m;
+    example.kinematic_way = static_cast<double>(j + 1) * predictor.interval_s() *
+                            predictor.blend().velocity_mps(examples.kinematics, j, examples.speed);
+    example.modes = modes_at(predictor, window, hypotheses, examples.kinematics, examples.speed, j, example.truth);
+    examples.steps.push_back(std::move(example));
+  }
+  return examples;
+}
+
+void add(Lessons& lessons, const WindowExamples& window) {
+  for (std::size_t j = 0; j < window.steps.size(); ++j) {
+    const Example& example = window.steps[j];
+    const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(window.speed);
+    const double seconds = static_cast<double>(j + 1) * lessons.interval_s;
+    add(lessons.without_map[cell], window.kinematics, example.truth / seconds, 1.0);
+    add(lessons.residuals_without_map[cell], example.kinematic_way, example.truth - example.kinematic_way, 1.0);
+    for (const ModeAtStep& mode : example.modes) {
+      add(lessons.with_map[cell], mode.features, example.truth / seconds, mode.weight);
+      add(lessons.residuals_with_map[cell], mode.way, example.truth - mode.way, mode.responsibility);
     }
   }
-  return lessons;
 }
 
 void accumulate_cells(std::vector<RegressionMoments>& sum, const std::vector<RegressionMoments>& more) {
@@ -114,10 +135,10 @@ void fade(Lessons& lessons, double decay) {
 
 Lessons gather_lessons(const Predictor& predictor, std::span<const Window> windows) {
   const int steps = static_cast<int>(std::lround(predictor.config().horizon_s / predictor.interval_s()));
-  std::vector<Lessons> each(windows.size());
-  tbb::parallel_for(std::size_t{0}, windows.size(), [&](std::size_t i) { each[i] = lessons_of(predictor, windows[i], steps); });
+  std::vector<WindowExamples> each(windows.size());
+  tbb::parallel_for(std::size_t{0}, windows.size(), [&](std::size_t i) { each[i] = examples_of(predictor, windows[i], steps); });
   Lessons sum = empty_lessons(steps, predictor.interval_s());  // in the order of the windows, whatever the threads did
-  for (const Lessons& lessons : each) sum = add_lessons(sum, lessons, 1.0);
+  for (const WindowExamples& examples : each) add(sum, examples);
   return sum;
 }
 

@@ -19,14 +19,14 @@ TEST(Episode, SizeNeverExceedsThatOfAccumulateAndTracksAddUp) {
   for (unsigned seed : {1u, 2u, 3u}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const std::vector<PlacedTrack> tracks = testing::corner_walks(100, seed);
-    const Run sila = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
-    const Run sum = run_episodes({}, tracks, 20, kConfig, accumulate_update(kConfig));
-    ASSERT_EQ(sila.episodes.size(), 5u);
-    for (std::size_t n = 0; n < 5; ++n) EXPECT_LE(sila.episodes[n].size_after, sum.episodes[n].size_after);
-    EXPECT_LT(size(sila.model), size(sum.model));
-    EXPECT_EQ(sila.model.tracks, 100);
-    EXPECT_EQ(sila.model.episodes, 5);
-    EXPECT_NO_THROW(check(sila.model));
+    const ::sila::Run fused = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
+    const ::sila::Run sum = run_episodes({}, tracks, 20, kConfig, accumulate_update(kConfig));
+    ASSERT_EQ(fused.episodes.size(), 5u);
+    for (std::size_t n = 0; n < 5; ++n) EXPECT_LE(fused.episodes[n].size_after, sum.episodes[n].size_after);
+    EXPECT_LT(size(fused.model), size(sum.model));
+    EXPECT_EQ(fused.model.tracks, 100);
+    EXPECT_EQ(fused.model.episodes, 5);
+    EXPECT_NO_THROW(check(fused.model));
     EXPECT_NO_THROW(check(sum.model));
   }
 }
@@ -44,9 +44,9 @@ TEST(Episode, GivesTheSameModelOnOneThreadAndOnMany) {
 
 TEST(Episode, LessonsAreLearntBeforeTheBatchIsAndDoNotGrow) {
   const std::vector<PlacedTrack> tracks = testing::corner_walks(60, 6);
-  const Run run = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
+  const ::sila::Run run = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
   ASSERT_FALSE(run.model.lessons.empty());
-  const Run longer = run_episodes(run.model, testing::corner_walks(60, 7), 20, kConfig, sila_update(kConfig));
+  const ::sila::Run longer = run_episodes(run.model, testing::corner_walks(60, 7), 20, kConfig, sila_update(kConfig));
   EXPECT_EQ(longer.model.lessons.with_map.size(), run.model.lessons.with_map.size());
   EpisodeConfig none = kConfig;
   none.lessons.enabled = false;
@@ -71,7 +71,7 @@ TEST(Episode, AnEmptyBatchChangesNothing) {
 
 TEST(Relearn, SeesAllBatchesSoFar) {
   const std::vector<PlacedTrack> tracks = testing::corner_walks(40, 10);
-  const Run relearnt = run_episodes({}, tracks, 20, kConfig, relearn_update(kConfig));
+  const ::sila::Run relearnt = run_episodes({}, tracks, 20, kConfig, relearn_update(kConfig));
   EXPECT_EQ(relearnt.model.tracks, 40);
   EXPECT_EQ(relearnt.model.episodes, 2);
   EpisodeConfig plain = kConfig;

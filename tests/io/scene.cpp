@@ -133,7 +133,7 @@ TEST(BadScene, IsRefusedWithTheLineIfItIsNotJson) {
 }
 
 TEST(Similarity, TurnsScalesAndShifts) {
-  const Similarity quarter_turn{0.0, 2.0, 10.0, 20.0};
+  const SimilarityTransform quarter_turn{0.0, 2.0, 10.0, 20.0};
   EXPECT_EQ(apply(quarter_turn, Vector2(1, 0)), Vector2(10, 22));
   EXPECT_EQ(apply(quarter_turn, Vector2(0, 1)), Vector2(8, 20));
 }

@@ -116,19 +116,23 @@ TEST(Predictor, AChangedOrShuffledFutureChangesNoPrediction) {
   }
 }
 
-TEST(Predictor, KnowsMoreThanConstantVelocityRoundTheCorner) {
+// Whether somebody will turn cannot be seen from afar, so the weights may be as even as people's choices are; but one of the modes must
+// have what then happens.
+TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
   const Predictor predictor(corner_model(), kConfig.predict);
   double ours = 0.0, constant = 0.0;
   int windows = 0;
   for (const Window& window : windows_of(testing::corner_walks(60, 96), kConfig.sampling, kConfig.predict, 1.0)) {
     if (window.future_m.size() < 25) continue;
     const Prediction prediction = predictor.predict(window.observed);
-    for (const Mode& mode : prediction.modes) ours += mode.weight * (mode.path_m.back() - window.future_m.back()).norm();
+    double best = 1e9;
+    for (const Mode& mode : prediction.modes) best = std::min(best, (mode.path_m.back() - window.future_m.back()).norm());
+    ours += best;
     constant += (constant_velocity(window.observed, 25, 0.2).back() - window.future_m.back()).norm();
     ++windows;
   }
   ASSERT_GT(windows, 50);
-  EXPECT_LT(ours, 0.8 * constant);
+  EXPECT_LT(ours, 0.6 * constant);
 }
 
 TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {

@@ -55,4 +55,8 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
 /// The same with SILA's update.
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config);
 
+/// Fuses two finished models, whose tracks are gone: as `fuse`, and the lessons of both add up.
+/// Throws: std::invalid_argument if their conventions or the shape of their lessons differ.
+Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config);
+
 }  // namespace sila

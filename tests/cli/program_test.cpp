@@ -1,0 +1,218 @@
+// The program as a user runs it.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code = 0;
+  std::string out;  ///< stdout
+  std::string err;
+};
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write(const fs::path& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
+
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("sila_cli_" + std::to_string(::getpid()) + "_" +
+                                           ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Outcome run(const std::string& arguments) const {
+    const std::string err = (folder_ / "stderr").string();
+    const std::string command = "cd '" + folder_.string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
+    Outcome outcome;
+    FILE* pipe = ::popen(command.c_str(), "r");
+    char buffer[4096];
+    for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
+    const int status = ::pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    outcome.err = read(err);
+    return outcome;
+  }
+
+  /// Runs something wrong: the exit code is 1 or 2, one sentence on stderr has each of `words`.
+  void expect_refused(const std::string& arguments, const std::vector<std::string>& words) const {
+    SCOPED_TRACE(arguments);
+    const Outcome outcome = run(arguments);
+    EXPECT_TRUE(outcome.code == 1 || outcome.code == 2) << "exit code " << outcome.code << "\n" << outcome.err;
+    for (const std::string& word : words) EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
+  }
+
+  void simulate() const { ASSERT_EQ(run("simulate --tracks 60 --seed 1 --out tracks.csv").code, 0); }
+  void learn() const {
+    simulate();
+    const Outcome outcome = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Program, LearnsPredictsAndJudgesASimulatedIntersection) {
+  learn();
+  const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
+  EXPECT_EQ(inspected.at("tracks"), 60);
+  EXPECT_EQ(inspected.at("episodes"), 3);
+  EXPECT_EQ(inspected.at("size").get<int>(), inspected.at("primitives").get<int>() + inspected.at("transitions").get<int>());
+  EXPECT_EQ(inspected.at("bytes").get<std::uintmax_t>(), fs::file_size(folder_ / "m.sila"));
+  ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila --out p.ndjson").code, 0);
+  const Outcome judged = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
+  const auto groups = nlohmann::json::parse(judged.out).at("groups");
+  EXPECT_GT(groups.at("moving").at("windows").get<int>(), 50);
+  EXPECT_EQ(groups.at("all").at("horizons").size(), 5u);
+}
+
+TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
+  learn();
+  const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila --every 0.7");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::map<std::string, std::set<double>> stamps;
+  std::istringstream rows(read(folder_ / "tracks.csv"));
+  std::string row;
+  std::getline(rows, row);
+  while (std::getline(rows, row)) {
+    const auto comma = row.find(',');
+    stamps[row.substr(0, comma)].insert(std::stod(row.substr(comma + 1)));
+  }
+  std::istringstream lines(outcome.out);
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    const auto prediction = nlohmann::json::parse(line);
+    const std::string track = prediction.at("track");
+    EXPECT_TRUE(stamps.at(track.substr(0, track.find('#'))).contains(prediction.at("t0").get<double>())) << line.substr(0, 80);
+    double sum = 0.0;
+    for (const auto& mode : prediction.at("modes")) {
+      sum += mode.at("weight").get<double>();
+      EXPECT_EQ(mode.at("t").size(), 25u);
+      EXPECT_EQ(mode.at("x").size(), 25u);
+      EXPECT_EQ(mode.at("y").size(), 25u);
+      EXPECT_EQ(mode.at("cov").size(), 25u);
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-9);
+    EXPECT_LE(prediction.at("modes").size(), 6u);
+  }
+  EXPECT_GT(count, 100);
+}
+
+TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
+  learn();
+  fs::rename(folder_ / "m.sila", folder_ / "first.sila");
+  const std::string tracks = read(folder_ / "tracks.csv");
+  learn();
+  EXPECT_EQ(read(folder_ / "tracks.csv"), tracks);
+  const std::string predict = "predict tracks.csv --scene tracks.scene.json --threads ";
+  EXPECT_EQ(run(predict + "1 --model first.sila").out, run(predict + "2 --model m.sila").out);
+}
+
+TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
+  learn();
+  const std::string again = "learn tracks.csv --scene tracks.scene.json --batch 30 --model ";
+  ASSERT_EQ(run(again + "m.sila").code, 0);
+  EXPECT_EQ(nlohmann::json::parse(run("inspect m.sila --json").out).at("episodes"), 5);
+  ASSERT_EQ(run(again + "n.sila").code, 0);
+  const Outcome fused = run("fuse m.sila n.sila --out both.sila --explain why.json");
+  ASSERT_EQ(fused.code, 0) << fused.err;
+  EXPECT_EQ(nlohmann::json::parse(run("inspect both.sila --json").out).at("tracks"), 180);
+  fs::create_directory(folder_ / "cases");
+  fs::rename(folder_ / "why.json", folder_ / "cases" / "why.json");
+  EXPECT_EQ(run("fuse --cases cases").code, 0);  // what it explains is a case that it passes
+}
+
+TEST_F(Program, RunsCasesAndSaysWhichFail) {
+  fs::copy(fs::path(SILA_TESTS_DIR) / "cases" / "fuse", folder_ / "cases");
+  EXPECT_EQ(run("fuse --cases cases").code, 0);
+  for (const auto& entry : fs::directory_iterator(folder_ / "cases")) {
+    nlohmann::json wrong = nlohmann::json::parse(read(entry.path()));
+    wrong["expect"]["model_size"] = 999;
+    write(entry.path(), wrong.dump());
+    break;
+  }
+  const Outcome failed = run("fuse --cases cases");
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_NE(failed.out.find("FAIL"), std::string::npos);
+}
+
+TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
+  learn();
+  const std::string before = read(folder_ / "m.sila");
+  write(folder_ / "empty.csv", "");
+  write(folder_ / "binary.csv", std::string("\x00\x01\xff\xfe\x00PNG", 8));
+  write(folder_ / "header.csv", "track_id,t,x,y\n");
+  write(folder_ / "nan.csv", "track_id,t,x,y\na,0,nan,1\na,1,nan,1\n");
+  write(folder_ / "absurd.csv", "track_id,t,x,y\na,0,1e300,1\na,1,1e300,1\n");
+  write(folder_ / "prose.txt", "It was a dark and stormy night.\nNobody walked.\n");
+  const std::string learn_with = " --scene tracks.scene.json --model m.sila";
+  expect_refused("learn missing.csv" + learn_with, {"missing.csv"});
+  for (const char* file : {"empty.csv", "binary.csv", "header.csv", "nan.csv", "absurd.csv", "prose.txt"}) {
+    expect_refused(std::string("learn ") + file + learn_with, {file, "expected"});
+  }
+  const auto scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  const auto spoilt = [&](const char* name, auto change) {
+    nlohmann::json wrong = scene;
+    wrong.erase("corners");
+    change(wrong);
+    write(folder_ / name, wrong.dump());
+  };
+  spoilt("no_axes.json", [](auto& s) { s.erase("axis_1"); });
+  spoilt("parallel.json", [](auto& s) { s["axis_2"] = s["axis_1"]; });
+  spoilt("no_width.json", [](auto& s) { s["sidewalk_width_m"] = 0; });
+  spoilt("no_file.json", [](auto& s) { s["files"][0]["path"] = "nowhere.csv"; });
+  const std::string model = " --model m.sila";
+  expect_refused("learn tracks.csv --scene no_axes.json" + model, {"no_axes.json", "axis_1"});
+  expect_refused("learn tracks.csv --scene parallel.json" + model, {"parallel.json", "axis"});
+  expect_refused("learn tracks.csv --scene no_width.json" + model, {"no_width.json", "sidewalk_width_m"});
+  expect_refused("learn --scene no_file.json" + model, {"nowhere.csv"});
+  expect_refused("learn --scene missing.json" + model, {"missing.json"});
+  expect_refused("learn tracks.csv --scene tracks.scene.json --model no/such/folder/m.sila", {"no/such/folder"});
+  expect_refused("learn tracks.csv --scene tracks.scene.json --model tracks.csv", {"tracks.csv"});
+  const std::string predict_with = "predict tracks.csv --scene tracks.scene.json --model m.sila ";
+  expect_refused(predict_with + "--horizon 0", {"horizon"});
+  expect_refused(predict_with + "--horizon -3", {"horizon"});
+  expect_refused(predict_with + "--every 0", {"every"});
+  expect_refused(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
+  expect_refused("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
+  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7", {"similarity_threshold", "1.7"});
+  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5", {"similarity_treshold", "fuse.similarity_threshold"});
+  expect_refused("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
+  expect_refused("lern", {"lern"});
+  expect_refused("fuse m.sila", {"--out"});
+  EXPECT_EQ(read(folder_ / "m.sila"), before);
+}
+
+TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
+  const Outcome config = run("config");
+  EXPECT_EQ(config.code, 0);
+  for (const char* path : {"fuse.similarity_threshold", "learn.grid.cell_m", "predict.horizon_s", "simulate.noise_std_m"}) {
+    EXPECT_NE(config.out.find(path), std::string::npos) << path;
+  }
+  write(folder_ / "c.json", run("config --json").out);
+  EXPECT_EQ(run("config --config c.json").out, config.out);
+  EXPECT_EQ(run("--version").code, 0);
+  for (const char* verb : {"simulate", "learn", "predict", "evaluate", "fuse", "inspect", "config"}) {
+    EXPECT_NE(run(std::string(verb) + " --help").out.find("Example"), std::string::npos) << verb;
+  }
+}
+
+}  // namespace
