@@ -80,18 +80,21 @@ void attend_gate(Walker& walker, const StreetPlan& plan, const SimulationConfig&
     walker.gate_waited_s = 0.0;
     gate = gate_ahead(walker);
   }
-  if (gate == nullptr || walker.gate_open) return;
+  if (gate == nullptr) return;
   const double distance = distance_to_stop(walker, *gate);
   const double speed = walker.velocity.norm();
+  const bool walking = speed > 0.5 * walker.speed_mps;
+  if (walker.gate_open && (!gate->signal || walking || walker.index + 2 >= gate->begin)) return;
   if (distance > 1.5) return;
   if (gate->signal) {
+    // Whoever was held up on the sidewalk until the signal changed waits again.
     if (!walk_sign(config, *plan.legs[gate->leg].crossed_arm, time_s)) {
       walker.gate_waited_s = 0.0;
       walker.gate_open = walker.route.facts.ignores_red;
       return;
     }
     walker.gate_waited_s += step_s;
-    walker.gate_open = speed > 0.5 * walker.speed_mps || walker.gate_waited_s > walker.reaction_s;
+    walker.gate_open = walking || walker.gate_waited_s > walker.reaction_s;
     return;
   }
   if (distance < 0.6 && speed < kSlowest_mps) walker.gate_waited_s += step_s;
@@ -262,7 +265,7 @@ void keep_apart(std::vector<Walker>& walkers) {
       const Vector2 apart = walkers[i].position - walkers[j].position;
       const double distance = apart.norm();
       if (distance >= kShoulders_m || distance < 1e-9) continue;
-      const Vector2 push = (0.15 * (kShoulders_m - distance) / distance) * apart;
+      const Vector2 push = (0.25 * (kShoulders_m - distance) / distance) * apart;
       walkers[i].position += push;
       walkers[j].position -= push;
     }
