@@ -35,12 +35,13 @@ void for_seeds(int seeds, Law law) {
   }
 }
 
-/// A patch of up to 5 x 5 cells that overlaps with others, all arrows of at least 0.3 in about one of four directions.
+/// A patch of up to 5 x 5 cells that overlaps with others, all arrows of at least 0.3 in about one of two opposite
+/// directions.
 inline MotionPrimitive random_primitive(Random& random) {
-  const CellKey corner{integer(random, 0, 3), integer(random, 0, 3)};
+  const CellKey corner{integer(random, 0, 2), integer(random, 0, 1)};
   const int width = integer(random, 2, 5);
-  const int height = integer(random, 2, 5);
-  const double heading = 0.5 * std::numbers::pi * integer(random, 0, 3) + uniform(random, -0.3, 0.3);
+  const int height = integer(random, 3, 5);
+  const double heading = std::numbers::pi * integer(random, 0, 1) + uniform(random, -0.3, 0.3);
   MotionPrimitive primitive;
   for (int x = 0; x < width; ++x) {
     for (int y = 0; y < height; ++y) {
