@@ -1,0 +1,21 @@
+# find_package(sila) in other projects: headers, library and target sila::sila, as component "development".
+include(CMakePackageConfigHelpers)
+set(sila_config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sila)
+
+install(TARGETS sila EXPORT sila COMPONENT development
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT development)
+install(DIRECTORY include/sila DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/include/sila/version.hpp
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sila COMPONENT development)
+install(EXPORT sila NAMESPACE sila:: FILE silaTargets.cmake DESTINATION ${sila_config_dir} COMPONENT development)
+
+get_target_property(sila_type sila TYPE)
+configure_package_config_file(cmake/silaConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/silaConfig.cmake
+  INSTALL_DESTINATION ${sila_config_dir})
+# Before 1.0 a minor version may change the API.
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/silaConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/silaConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/silaConfigVersion.cmake
+  DESTINATION ${sila_config_dir} COMPONENT development)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)

@@ -9,7 +9,7 @@ namespace sila {
 namespace {
 
 constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a place moves faster
-constexpr double kLargePlace_m = 50.0;  ///< whole-number coordinates over a larger place are not metres
+constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
 
 /// The value below which the share `q` of them lies; 0 for none.
@@ -20,12 +20,28 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
+/// Displacement over about a second, per second, at every sample of a track that has one. A whole second, because
+/// interpolated pixel positions stand still for some frames and then leap.
+std::vector<double> speeds_of(const Trajectory& track) {
+  constexpr double window_s = 1.0;
+  std::vector<double> speeds;
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < track.times_s.size(); ++i) {
+    while (from + 1 < i && track.times_s[i] - track.times_s[from + 1] >= window_s) ++from;
+    const double passed_s = track.times_s[i] - track.times_s[from];
+    const bool is_whole = passed_s >= window_s || i + 1 == track.times_s.size();
+    if (passed_s > 0.0 && is_whole)
+      speeds.push_back((track.positions_m[i] - track.positions_m[from]).norm() / passed_s);
+  }
+  return speeds;
+}
+
 struct Impression {
   Eigen::AlignedBox2d box;
   std::size_t rows = 0;
-  bool whole_numbers = true;
-  double brisk_mps = 0.0;   ///< upper quartile over tracks of the median speed
-  double interval_s = 0.0;  ///< median time between samples of a track
+  bool half_numbers = true;  ///< every coordinate is a multiple of one half, as the centre of a pixel box is
+  double brisk_mps = 0.0;    ///< upper quartile over tracks of the median speed
+  double interval_s = 0.0;   ///< median time between samples of a track
 };
 
 Impression impression_of(std::span<const Trajectory> tracks) {
@@ -33,17 +49,16 @@ Impression impression_of(std::span<const Trajectory> tracks) {
   std::vector<double> speeds;
   std::vector<double> intervals;
   for (const Trajectory& track : tracks) {
-    std::vector<double> steps;
     result.rows += track.times_s.size();
     for (std::size_t i = 0; i < track.times_s.size(); ++i) {
-      const Vector2& position = track.positions_m[i];
-      result.box.extend(position);
-      result.whole_numbers = result.whole_numbers && position == position.array().round().matrix();
-      if (i == 0 || track.times_s[i] <= track.times_s[i - 1]) continue;
-      intervals.push_back(track.times_s[i] - track.times_s[i - 1]);
-      steps.push_back((position - track.positions_m[i - 1]).norm() / intervals.back());
+      const Vector2 doubled = 2.0 * track.positions_m[i];
+      result.box.extend(track.positions_m[i]);
+      result.half_numbers = result.half_numbers && doubled == doubled.array().round().matrix();
+      if (i > 0 && track.times_s[i] > track.times_s[i - 1])
+        intervals.push_back(track.times_s[i] - track.times_s[i - 1]);
     }
-    if (!steps.empty()) speeds.push_back(quantile(std::move(steps), 0.5));
+    const std::vector<double> of_track = speeds_of(track);
+    if (!of_track.empty()) speeds.push_back(quantile(of_track, 0.5));
   }
   result.brisk_mps = quantile(std::move(speeds), 0.75);
   result.interval_s = quantile(std::move(intervals), 0.5);
@@ -74,8 +89,8 @@ std::vector<std::string> unit_doubts(std::span<const Trajectory> tracks, double 
             "faster than "
          << seen.brisk_mps << " m/s, in a place of " << size_text(seen.box) << " m; give metres_per_unit";
     doubts.push_back(text.str());
-  } else if (seen.whole_numbers && large) {
-    text << "these look like pixels: all coordinates are whole numbers, in a place of " << size_text(seen.box)
+  } else if (seen.half_numbers && large) {
+    text << "these look like pixels: all coordinates are multiples of one half, in a place of " << size_text(seen.box)
          << " m; give metres_per_unit";
     doubts.push_back(text.str());
   }

@@ -3,9 +3,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "projection.hpp"
@@ -99,41 +102,79 @@ bool one_basis(const Parts& parts, const Kernel& kernel) {
                      [&](const SparseGp* part) { return detail::same_basis(*part, *parts.front()); });
 }
 
-Eigen::MatrixXd sorted_columns(const Eigen::MatrixXd& points) {
+/// The order of the columns as numbers in a dictionary.
+std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(points.cols()));
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Eigen::Index>(i);
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return std::lexicographical_compare(points.col(a).begin(), points.col(a).end(), points.col(b).begin(),
                                         points.col(b).end());
   });
-  return points(Eigen::all, order);
+  return order;
 }
 
-/// Z_b. Where all parts stand on one basis it is kept, and grows only by data on new ground; if that makes it too
-/// large, and where the bases differ, all candidates compete, sorted so that the order of the parts does not matter.
-Eigen::MatrixXd fused_pseudo_inputs(const Parts& parts, const GpData& data, const Kernel& kernel,
-                                    const GpConfig& config) {
-  const Eigen::MatrixXd fresh = detail::thinned(data.inputs, config.max_candidates);
-  const Eigen::Index limit = config.max_fused_pseudo_inputs;
+/// What the fused GP stands on: Z_b, the factor L_u of its covariance, and V' of the data.
+struct Basis {
+  Eigen::MatrixXd pseudo_inputs;
+  Eigen::MatrixXd lower;
+  double jitter = default_jitter;
+  Eigen::MatrixXd features;
+};
+
+/// `places`: where among the candidates the data (thinned or not) stand.
+Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
+                 const std::vector<Eigen::Index>& places, const Kernel& kernel, double jitter) {
+  Basis basis{candidates(Eigen::all, selection.chosen), selection.lower, jitter, {}};
+  const bool all_stand = places.size() == static_cast<std::size_t>(data.inputs.cols());
+  basis.features = all_stand ? Eigen::MatrixXd(selection.features(places, Eigen::all))
+                             : detail::whitened(selection.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
+  return basis;
+}
+
+/// The parts' one basis, grown by data on new ground; nothing if that makes it too large.
+std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const Eigen::MatrixXd& fresh,
+                                 const GpConfig& config) {
+  const Eigen::Index kept = part.pseudo_inputs.cols();
+  if (kept > config.max_fused_pseudo_inputs) return std::nullopt;
+  Eigen::MatrixXd candidates(fresh.rows(), kept + fresh.cols());
+  candidates << part.pseudo_inputs, fresh;
+  const auto selection = detail::select_greedily(part.kernel, candidates, config.max_fused_pseudo_inputs,
+                                                 config.selection_stop, part.jitter, kept);
+  const bool complete = selection.remaining_variance <= config.selection_stop * part.kernel.signal_variance;
+  if (!complete || !selection.sound) return std::nullopt;
+  std::vector<Eigen::Index> places(static_cast<std::size_t>(fresh.cols()));
+  std::iota(places.begin(), places.end(), kept);
+  return make_basis(selection, candidates, data, places, part.kernel, part.jitter);
+}
+
+/// Where all parts stand on one basis it is kept and grows; else all candidates compete, sorted so that the order of
+/// the parts does not matter.
+Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
+  const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::thinned(data.inputs, config.max_candidates)
+                                                       : Eigen::MatrixXd(kernel.length_scales.size(), 0);
   if (one_basis(parts, kernel)) {
-    const Eigen::MatrixXd& kept = parts.front()->pseudo_inputs;
-    Eigen::MatrixXd candidates(kept.rows(), kept.cols() + fresh.cols());
-    candidates << kept, fresh;
-    const auto selection = detail::select_greedily(kernel, candidates, limit, config.selection_stop, kept.cols());
-    const bool roomy = selection.remaining_variance <= config.selection_stop * kernel.signal_variance;
-    if (kept.cols() <= limit && roomy) return candidates(Eigen::all, selection.chosen);
+    if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);
   }
   Eigen::Index count = fresh.cols();
   for (const SparseGp* part : parts) count += part->pseudo_inputs.cols();
-  Eigen::MatrixXd candidates(kernel.length_scales.size(), count);
+  Eigen::MatrixXd candidates(fresh.rows(), count);
   candidates.leftCols(fresh.cols()) = fresh;
   Eigen::Index filled = fresh.cols();
   for (const SparseGp* part : parts) {
     candidates.middleCols(filled, part->pseudo_inputs.cols()) = part->pseudo_inputs;
     filled += part->pseudo_inputs.cols();
   }
-  candidates = sorted_columns(candidates);
-  return candidates(Eigen::all, detail::select_greedily(kernel, candidates, limit, config.selection_stop).chosen);
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  if (!parts.empty()) order = sorted_order(candidates);
+  candidates = candidates(Eigen::all, order).eval();
+  std::vector<Eigen::Index> places(static_cast<std::size_t>(fresh.cols()));
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (order[i] < fresh.cols()) places[static_cast<std::size_t>(order[i])] = static_cast<Eigen::Index>(i);
+  }
+  const auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs,
+                                                 config.selection_stop, default_jitter);
+  return make_basis(selection, candidates, data, places, kernel, default_jitter);
 }
 
 /// Algorithms 3.1: the posterior mean at the old pseudo-inputs stands for the old data, each point as often as it
@@ -147,18 +188,16 @@ detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& 
     residuals.row(m) = (posterior.predict(part.pseudo_inputs.col(m)).mean - into.mean).transpose();
   }
   const double times = part.points / static_cast<double>(size);
-  return detail::whitened_statistics(lower, covariance(into.kernel, part.pseudo_inputs, into.pseudo_inputs), residuals,
-                                     Eigen::VectorXd::Constant(size, into.noise_variance / times),
-                                     into.kernel.signal_variance, alpha);
+  return detail::statistics_of(detail::whitened(lower, covariance(into.kernel, part.pseudo_inputs, into.pseudo_inputs)),
+                               residuals, Eigen::VectorXd::Constant(size, into.noise_variance / times),
+                               into.kernel.signal_variance, alpha);
 }
 
-void add_data(SparseGp& gp, const GpData& data, const Eigen::MatrixXd& lower, double alpha) {
+void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features, double alpha) {
   if (data.inputs.cols() == 0) return;
   const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
-  detail::add(gp,
-              detail::whitened_statistics(lower, covariance(gp.kernel, data.inputs, gp.pseudo_inputs), residuals,
-                                          Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance),
-                                          gp.kernel.signal_variance, alpha),
+  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance);
+  detail::add(gp, detail::statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
               static_cast<double>(data.inputs.cols()));
 }
 
@@ -187,10 +226,10 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
                     Eigen::VectorXd::Zero(data.outputs.cols()));
   }
 
-  const double jitter = one_basis(known, theta.kernel) ? known.front()->jitter : SparseGp{}.jitter;
-  SparseGp fused = empty_gp(theta.kernel, theta.noise_variance, fused_pseudo_inputs(known, data, theta.kernel, config),
-                            fused_mean(known, data), jitter);
-  const Eigen::MatrixXd lower = detail::lower_factor(fused, "fuse_gps");
+  Basis basis = fused_basis(known, data, theta.kernel, config);
+  const Eigen::MatrixXd& lower = basis.lower;
+  SparseGp fused =
+      detail::blank_gp(theta.kernel, theta.noise_variance, basis.pseudo_inputs, fused_mean(known, data), basis.jitter);
   for (const SparseGp* part : known) {
     if (no_statistics(*part)) {
       fused.points += part->points;
@@ -200,7 +239,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
       detail::add(fused, pseudo_data_statistics(*part, fused, lower, config.alpha), part->points);
     }
   }
-  add_data(fused, data, lower, config.alpha);
+  add_data(fused, data, std::move(basis.features), config.alpha);
   return fused;
 }
 
@@ -215,15 +254,17 @@ double log_streaming_evidence(std::span<const SparseGp* const> parts, const GpDa
     detail::add(joint, projection.statistics, part->points);
     evidence += projection.log_evidence;
   }
-  add_data(joint, data, lower, 1.0);
+  Eigen::MatrixXd features;
+  if (data.inputs.cols() > 0) {
+    features = detail::whitened(lower, covariance(prior.kernel, data.inputs, prior.pseudo_inputs));
+    add_data(joint, data, features, 1.0);
+  }
   const Eigen::Index size = lower.rows();
   const double outputs = static_cast<double>(prior.mean.size());
   const Eigen::LLT<Eigen::MatrixXd> cholesky(Eigen::MatrixXd::Identity(size, size) + joint.information);
   evidence -= outputs * cholesky.matrixLLT().diagonal().array().log().sum();
   evidence += 0.5 * cholesky.matrixL().solve(joint.response).squaredNorm();
   if (data.inputs.cols() == 0) return evidence;
-  Eigen::MatrixXd features = covariance(prior.kernel, data.inputs, prior.pseudo_inputs);
-  lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(features);
   const Eigen::ArrayXd lambda =
       (prior.kernel.signal_variance - features.rowwise().squaredNorm().array()).max(0.0) + prior.noise_variance;
   const Eigen::ArrayXXd residuals = (data.outputs.rowwise() - prior.mean.transpose()).array();

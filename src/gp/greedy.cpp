@@ -12,7 +12,7 @@ namespace detail {
 namespace {
 
 constexpr double tie = 1e-9;         // relative to the signal variance: rounding must not decide
-constexpr double exhausted = 1e-11;  // likewise: what is left is a copy of a chosen point
+constexpr double exhausted = 1e-11;  // likewise: what is left is rounding
 
 Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_variance) {
   const double bar = variances.maxCoeff() - tie * signal_variance;
@@ -21,31 +21,57 @@ Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_varian
   return first;
 }
 
+/// One column of the covariance again and again; points scaled by the length scales, one a row.
+class CovarianceColumns {
+ public:
+  CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)
+      : signal_variance_(kernel.signal_variance),
+        scaled_(points.transpose() * kernel.length_scales.cwiseInverse().asDiagonal()) {}
+
+  Eigen::ArrayXd with(Eigen::Index point) const {
+    Eigen::ArrayXd squares = (scaled_.col(0).array() - scaled_(point, 0)).square();
+    for (Eigen::Index d = 1; d < scaled_.cols(); ++d) {
+      squares += (scaled_.col(d).array() - scaled_(point, d)).square();
+    }
+    return signal_variance_ * (-0.5 * squares).exp();
+  }
+
+ private:
+  double signal_variance_;
+  Eigen::MatrixXd scaled_;
+};
+
 }  // namespace
 
 Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidates, Eigen::Index max_count,
-                          double stop_fraction, Eigen::Index given) {
+                          double stop_fraction, double jitter, Eigen::Index given) {
   const Eigen::Index count = candidates.cols();
   const Eigen::Index limit = std::min(count, std::max(max_count, given));
   const double signal = kernel.signal_variance;
+  const double least = std::max(stop_fraction, exhausted + 2.0 * jitter);  // a copy of a chosen point keeps the jitter
+  const CovarianceColumns columns(kernel, candidates);
   Eigen::ArrayXd variances = Eigen::ArrayXd::Constant(count, signal);
-  Eigen::MatrixXd factor(count, limit);  // rows of the partial Cholesky factor
-  Selection selection;
-  selection.cross.resize(count, limit);
+  Selection selection{{}, Eigen::MatrixXd::Zero(limit, limit), Eigen::MatrixXd(count, limit), 0.0, true};
   Eigen::Index m = 0;
   for (; m < limit; ++m) {
     const Eigen::Index pivot = m < given ? m : first_largest(variances, signal);
     const double variance = variances(pivot);
-    if (m >= given && variance < std::max(stop_fraction, exhausted) * signal) break;
+    if (m >= given && variance < least * signal) break;
     selection.chosen.push_back(pivot);
-    selection.cross.col(m) = covariance(kernel, candidates, candidates.col(pivot));
-    factor.col(m) = selection.cross.col(m);
-    factor.col(m).noalias() -= factor.leftCols(m) * factor.row(pivot).head(m).transpose();
-    factor.col(m) /= std::sqrt(std::max(variance, exhausted * signal));
-    variances = (variances - factor.col(m).array().square()).max(0.0);
+    selection.sound = selection.sound && variance + jitter * signal >= exhausted * signal;
+    const double root = std::sqrt(std::max(variance + jitter * signal, exhausted * signal));
+    const Eigen::VectorXd row = selection.features.row(pivot).head(m);
+    auto column = selection.features.col(m);
+    column = columns.with(pivot);
+    column.noalias() -= selection.features.leftCols(m) * row;
+    column /= root;
+    variances = (variances - column.array().square()).max(0.0);
     variances(pivot) = 0.0;
+    selection.lower.row(m).head(m) = row.transpose();
+    selection.lower(m, m) = root;
   }
-  selection.cross.conservativeResize(count, m);
+  selection.lower.conservativeResize(m, m);
+  selection.features.conservativeResize(count, m);
   selection.remaining_variance = count > 0 ? variances.maxCoeff() : 0.0;
   return selection;
 }
@@ -71,7 +97,8 @@ Eigen::MatrixXd select_pseudo_inputs(const Kernel& kernel, const Eigen::MatrixXd
     throw std::invalid_argument("select_pseudo_inputs: stop_fraction = " + std::to_string(stop_fraction) +
                                 " is outside [0, 1]");
   }
-  return candidates(Eigen::all, detail::select_greedily(kernel, candidates, max_count, stop_fraction).chosen);
+  return candidates(Eigen::all,
+                    detail::select_greedily(kernel, candidates, max_count, stop_fraction, default_jitter).chosen);
 }
 
 }  // namespace sila

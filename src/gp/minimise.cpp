@@ -1,9 +1,16 @@
 #include "minimise.hpp"
 
-#include <dlib/optimization.h>
-
 #include <algorithm>
 #include <cmath>
+
+// dlib is used from its headers alone. The distribution's configuration asks for BLAS and LAPACK, which vectors of some
+// ten numbers do not need, and for the link-time check that headers and a linked dlib agree, which there is nothing to
+// check with.
+#define DLIB_TEST_FOR_ODR_VIOLATIONS_H_
+#include <dlib/assert.h>
+#undef DLIB_USE_BLAS
+#undef DLIB_USE_LAPACK
+#include <dlib/optimization/optimization.h>
 
 namespace sila::detail {
 namespace {

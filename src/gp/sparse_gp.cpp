@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "statistics.hpp"
 
@@ -34,16 +35,7 @@ void require_finite(const std::string& name, bool finite) {
 
 SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
                   const Eigen::VectorXd& mean, double jitter) {
-  const Eigen::Index size = pseudo_inputs.cols();
-  SparseGp gp;
-  gp.kernel = kernel;
-  gp.noise_variance = noise_variance;
-  gp.pseudo_inputs = pseudo_inputs;
-  gp.mean = mean;
-  gp.information = Eigen::MatrixXd::Zero(size, size);
-  gp.response = Eigen::MatrixXd::Zero(size, mean.size());
-  gp.mean_response = Eigen::VectorXd::Zero(size);
-  gp.jitter = jitter;
+  SparseGp gp = detail::blank_gp(kernel, noise_variance, pseudo_inputs, mean, jitter);
   validate(gp);
   gp.jitter = detail::factor_kernel_matrix(covariance(kernel, pseudo_inputs, pseudo_inputs), kernel.signal_variance,
                                            jitter, "empty_gp")
@@ -58,10 +50,10 @@ SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::
   SparseGp updated = gp;
   if (inputs.cols() == 0) return updated;
   const Eigen::MatrixXd residuals = outputs.rowwise() - gp.mean.transpose();
-  detail::add(updated,
-              detail::whitened_statistics(
-                  detail::lower_factor(gp, "absorb"), covariance(gp.kernel, inputs, gp.pseudo_inputs), residuals,
-                  Eigen::VectorXd::Constant(inputs.cols(), gp.noise_variance), gp.kernel.signal_variance, alpha),
+  Eigen::MatrixXd features =
+      detail::whitened(detail::lower_factor(gp, "absorb"), covariance(gp.kernel, inputs, gp.pseudo_inputs));
+  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(inputs.cols(), gp.noise_variance);
+  detail::add(updated, detail::statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
               static_cast<double>(inputs.cols()));
   return updated;
 }

@@ -44,17 +44,34 @@ Eigen::MatrixXd lower_factor(const SparseGp& gp, const std::string& function) {
   throw NumericalError(text.str());
 }
 
-Statistics whitened_statistics(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross,
-                               const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise, double signal_variance,
-                               double alpha) {
-  Eigen::MatrixXd features = cross;  // V', n x M
-  lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(features);
+SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                  const Eigen::VectorXd& mean, double jitter) {
+  const Eigen::Index size = pseudo_inputs.cols();
+  SparseGp gp;
+  gp.kernel = kernel;
+  gp.noise_variance = noise_variance;
+  gp.pseudo_inputs = pseudo_inputs;
+  gp.mean = mean;
+  gp.information = Eigen::MatrixXd::Zero(size, size);
+  gp.response = Eigen::MatrixXd::Zero(size, mean.size());
+  gp.mean_response = Eigen::VectorXd::Zero(size);
+  gp.jitter = jitter;
+  return gp;
+}
+
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {
+  lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(cross);
+  return cross;
+}
+
+Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
+                         double signal_variance, double alpha) {
   Eigen::ArrayXd lambda = noise;
   // What the pseudo-inputs leave unexplained is never negative but for rounding.
   if (alpha > 0.0) lambda += alpha * (signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
   const Eigen::VectorXd scale = lambda.rsqrt();
   features.array().colwise() *= scale.array();
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(lower.rows(), lower.rows());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(features.cols(), features.cols());
   information.selfadjointView<Eigen::Lower>().rankUpdate(features.transpose());
   information.triangularView<Eigen::StrictlyUpper>() = information.transpose();
   return {std::move(information), features.transpose() * (scale.asDiagonal() * residuals),

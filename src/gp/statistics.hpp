@@ -22,6 +22,10 @@ KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double s
 /// L_u of a GP, under exactly its own jitter. Throws NumericalError.
 Eigen::MatrixXd lower_factor(const SparseGp& gp, const std::string& function);
 
+/// A GP that has seen nothing, unchecked.
+SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                  const Eigen::VectorXd& mean, double jitter);
+
 /// The additive part of a SparseGp: what data say, whitened.
 struct Statistics {
   Eigen::MatrixXd information;
@@ -29,10 +33,12 @@ struct Statistics {
   Eigen::VectorXd mean_response;
 };
 
-/// Shapes: lower M x M, cross n x M = k(X, Z), residuals n x P = y - mean, noise n.
-Statistics whitened_statistics(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross,
-                               const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise, double signal_variance,
-                               double alpha);
+/// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross);
+
+/// What data add. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
+Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
+                         double signal_variance, double alpha);
 
 void add(SparseGp& gp, const Statistics& statistics, double points);
 
@@ -41,16 +47,19 @@ void require_alpha(const std::string& function, double alpha);
 /// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a);
 
-/// Which candidates were chosen, in order, and k(candidates, chosen).
+/// Which candidates were chosen, in order, and what the pivoted Cholesky that chose them knows: L_u of the chosen (with
+/// jitter) and V' = k(candidates, chosen) L_u^-T, so that candidates that are also data need no second pass.
 struct Selection {
   std::vector<Eigen::Index> chosen;
-  Eigen::MatrixXd cross;
+  Eigen::MatrixXd lower;
+  Eigen::MatrixXd features;
   double remaining_variance = 0.0;  ///< the largest conditional variance left
+  bool sound = true;                ///< false: given candidates lie too close to one another for this jitter
 };
 
 /// Greedy conditional variance; the first `given` candidates are taken before any other.
 Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidates, Eigen::Index max_count,
-                          double stop_fraction, Eigen::Index given = 0);
+                          double stop_fraction, double jitter, Eigen::Index given = 0);
 
 /// Every k-th column, k the smallest that leaves at most `max_count`.
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& points, Eigen::Index max_count);

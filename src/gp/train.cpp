@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "minimise.hpp"
@@ -17,8 +18,9 @@ GpData about_mean(const GpData& data) {
 
 Eigen::MatrixXd greedy_pseudo_inputs(const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd candidates = detail::thinned(data.inputs, config.max_candidates);
-  return candidates(
-      Eigen::all, detail::select_greedily(kernel, candidates, config.max_pseudo_inputs, config.selection_stop).chosen);
+  return candidates(Eigen::all, detail::select_greedily(kernel, candidates, config.max_pseudo_inputs,
+                                                        config.selection_stop, default_jitter)
+                                    .chosen);
 }
 
 detail::Stopping stopping(const GpConfig& config) {
@@ -155,6 +157,24 @@ Fit optimised_fit(const GpData& data, const Hyperparameters& start, const GpConf
   return {theta, greedy_pseudo_inputs(data, theta.kernel, config)};
 }
 
+/// Greedy Z and theta as given. Unless the data were thinned, the selection has already whitened them.
+SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eigen::VectorXd& mean,
+                    const GpConfig& config) {
+  const Eigen::MatrixXd candidates = detail::thinned(data.inputs, config.max_candidates);
+  detail::Selection selection = detail::select_greedily(theta.kernel, candidates, config.max_pseudo_inputs,
+                                                        config.selection_stop, default_jitter);
+  SparseGp gp = detail::blank_gp(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen), mean,
+                                 default_jitter);
+  if (candidates.cols() < data.inputs.cols()) return absorb(gp, data.inputs, data.outputs, config.alpha);
+  const Eigen::MatrixXd residuals = data.outputs.rowwise() - mean.transpose();
+  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), theta.noise_variance);
+  detail::add(gp,
+              detail::statistics_of(std::move(selection.features), residuals, noise, theta.kernel.signal_variance,
+                                    config.alpha),
+              static_cast<double>(data.inputs.cols()));
+  return gp;
+}
+
 }  // namespace
 
 SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const GpConfig& config) {
@@ -171,9 +191,8 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
   }
   const bool optimises =
       config.pseudo_inputs == PseudoInputChoice::optimised || config.hyperparameters == HyperparameterChoice::optimised;
-  const Fit fit = optimises && points >= config.min_points_to_optimise
-                      ? optimised_fit(data, start, config)
-                      : Fit{start, greedy_pseudo_inputs(data, start.kernel, config)};
+  if (!optimises || points < config.min_points_to_optimise) return greedy_fit(data, start, mean, config);
+  const Fit fit = optimised_fit(data, start, config);
   return absorb(empty_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data.inputs,
                 data.outputs, config.alpha);
 }

@@ -20,7 +20,7 @@ bool is_finite_number(const Json& value) {
 nlohmann::json read_json(const std::filesystem::path& path) {
   const std::string text = read_text(path);
   try {
-    return Json::parse(text);
+    return Json::parse(text, nullptr, true, true);
   } catch (const Json::parse_error& error) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
     const auto line = static_cast<std::size_t>(std::count(text.begin(), end, '\n')) + 1;

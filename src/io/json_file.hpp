@@ -1,16 +1,14 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace sila {
+#include "sila/io/json.hpp"
 
-/// Throws: FormatError (with the line) for a file that is missing, empty or not JSON.
-nlohmann::json read_json(const std::filesystem::path& path);
+namespace sila {
 
 /// Typed access to the fields of one JSON object of a file; every error names the file, the field, what was expected
 /// and found.

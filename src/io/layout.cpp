@@ -182,13 +182,10 @@ std::optional<Layout> forced_layout(const TextTable& table, TrackFormat format) 
 }
 
 [[noreturn]] void refuse_unknown(const TextTable& table) {
-  std::string expected = "tracks: ";
-  for (const TrackFormatText& format : kFormats) {
-    if (&format != &kFormats.front()) expected += "; or ";
-    expected += format.columns;
-  }
   const TextLine& first = table.rows.front();
-  throw FormatError(table.path, first.number, expected, excerpt(first.text));
+  throw FormatError(table.path, first.number,
+                    "tracks in a known format, such as CSV with the header line track_id,t,x,y",
+                    excerpt(trimmed(first.text)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "json_file.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/io/output.hpp"
 #include "text_file.hpp"
 
 namespace sila {
@@ -108,7 +109,7 @@ SimilarityTransform similarity_in(const JsonFields& entry) {
   if (!entry.has("to_scene")) return {};
   const JsonFields fields = entry.object("to_scene");
   const SimilarityTransform result{fields.number("a"), fields.number_or("b", 0.0), fields.number_or("tx", 0.0),
-                          fields.number_or("ty", 0.0)};
+                                   fields.number_or("ty", 0.0)};
   if (!(std::hypot(result.a, result.b) > 0.0)) fields.refuse("a", "a similarity of positive scale");
   return result;
 }
@@ -187,7 +188,7 @@ void write_scene(const std::filesystem::path& path, const Scene& scene) {
   }
   json["files"] = nlohmann::json::array();
   for (const SceneFile& file : scene.files) json["files"].push_back(file_json(file));
-  write_text(path, json.dump(2) + "\n");
+  write_file(path, json.dump(2) + "\n");
 }
 
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {

@@ -65,10 +65,11 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
 
 CleanTracks read_scene_tracks(const Scene& scene, const CleanConfig& config) {
   if (scene.files.empty()) throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
-  std::vector<Detections> sources;
   for (std::size_t i = 0; i < scene.files.size(); ++i) {
-    const SceneFile& file = scene.files[i];
-    if (file.resolved.empty()) refuse_missing(scene, i);
+    if (scene.files[i].resolved.empty()) refuse_missing(scene, i);
+  }
+  std::vector<Detections> sources;
+  for (const SceneFile& file : scene.files) {
     sources.push_back(in_scene(read_detections(file.resolved, file.options).detections, file.to_scene));
   }
   return require_tracks(clean(sources, config), scene.path.string());

@@ -76,25 +76,6 @@ std::string read_text(const std::filesystem::path& path) {
   return bytes;
 }
 
-void write_text(const std::filesystem::path& path, std::string_view text) {
-  std::filesystem::path part = path;
-  part += ".part";
-  const auto fail = [&](const std::string& found) {
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw FormatError(path.string(), 0, "a path that can be written", found);
-  };
-  errno = 0;
-  std::FILE* file = std::fopen(part.c_str(), "wb");
-  if (file == nullptr) fail(system_error_text());
-  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const bool closed = std::fclose(file) == 0;
-  if (!written || !closed) fail(system_error_text());
-  std::error_code error;
-  std::filesystem::rename(part, path, error);
-  if (error) fail(error.message());
-}
-
 std::vector<TextLine> lines_of(std::string_view text) {
   std::vector<TextLine> lines;
   lines.reserve(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1);

@@ -13,9 +13,6 @@ namespace sila {
 /// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty or binary.
 std::string read_text(const std::filesystem::path& path);
 
-/// Writes a file that appears whole or not at all. Throws: FormatError if it cannot be written.
-void write_text(const std::filesystem::path& path, std::string_view text);
-
 struct TextLine {
   std::string_view text;   ///< without the line end
   std::size_t number = 0;  ///< 1-based

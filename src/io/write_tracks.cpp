@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "sila/io/output.hpp"
 #include "text_file.hpp"
 
 namespace sila {
@@ -24,7 +25,7 @@ void write_tracks_csv(const std::filesystem::path& path, std::span<const Traject
       text += id + ',' + exact(track.times_s[i]) + ',' + exact(position.x()) + ',' + exact(position.y()) + '\n';
     }
   }
-  write_text(path, text);
+  write_file(path, text);
 }
 
 }  // namespace sila

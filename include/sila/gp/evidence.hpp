@@ -21,10 +21,10 @@ struct EvidenceGradient {
 /// Throws: std::invalid_argument for wrong shapes or NaN; NumericalError.
 /// Source: algorithms 2.2. Cost O(n M^2).
 double negative_log_evidence(const GpData& data, const Hyperparameters& hyperparameters,
-                             const Eigen::MatrixXd& pseudo_inputs, double jitter = 1e-6);
+                             const Eigen::MatrixXd& pseudo_inputs, double jitter = default_jitter);
 
 /// The same with its gradient by adjoints. Source: algorithms 2.3, with the outputs summed inside. Cost O(n M^2).
 EvidenceGradient negative_log_evidence_gradient(const GpData& data, const Hyperparameters& hyperparameters,
-                                                const Eigen::MatrixXd& pseudo_inputs, double jitter = 1e-6);
+                                                const Eigen::MatrixXd& pseudo_inputs, double jitter = default_jitter);
 
 }  // namespace sila

@@ -12,6 +12,9 @@ struct GpData {
   Eigen::MatrixXd outputs;
 };
 
+/// Added to the diagonal of k(Z, Z), relative to the signal variance, so that its Cholesky factor exists.
+inline constexpr double default_jitter = 1e-6;
+
 /// A sparse Gaussian process (FITC) with P outputs that share pseudo-inputs, kernel and noise, kept as whitened natural
 /// statistics, so that data can be added and models fused when the data are gone.
 /// D inputs, M pseudo-inputs, P outputs. Outputs are modelled as mean + GP of zero mean. M = 0 is the constant mean
@@ -20,13 +23,13 @@ struct GpData {
 struct SparseGp {
   Kernel kernel;
   double noise_variance = 1.0;
-  Eigen::MatrixXd pseudo_inputs;  ///< D x M, Z
-  Eigen::VectorXd mean;           ///< P, constant mean of each output
-  Eigen::MatrixXd information;    ///< M x M, G = V diag(1/lambda) V'
-  Eigen::MatrixXd response;       ///< M x P, h = V diag(1/lambda) (y - mean)
-  Eigen::VectorXd mean_response;  ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
-  double points = 0.0;            ///< how many data points were absorbed
-  double jitter = 1e-6;           ///< relative to signal_variance; part of what the statistics are whitened with
+  Eigen::MatrixXd pseudo_inputs;   ///< D x M, Z
+  Eigen::VectorXd mean;            ///< P, constant mean of each output
+  Eigen::MatrixXd information;     ///< M x M, G = V diag(1/lambda) V'
+  Eigen::MatrixXd response;        ///< M x P, h = V diag(1/lambda) (y - mean)
+  Eigen::VectorXd mean_response;   ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
+  double points = 0.0;             ///< how many data points were absorbed
+  double jitter = default_jitter;  ///< relative to signal_variance; part of what the statistics are whitened with
 };
 
 /// Mean (P) and variance of the latent function at one point; the variance is common to the outputs.
@@ -39,7 +42,7 @@ struct GpPrediction {
 /// the GP keeps the one that worked. Shapes: pseudo_inputs D x M, mean P. Throws: std::invalid_argument for wrong
 /// shapes or numbers; NumericalError if no jitter helps. Source: algorithms 2.1, 2.6.
 SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
-                  const Eigen::VectorXd& mean, double jitter = 1e-6);
+                  const Eigen::VectorXd& mean, double jitter = default_jitter);
 
 /// Adds data under the GP's own pseudo-inputs and kernel; exact and order-free.
 /// Shapes: inputs D x n, outputs n x P. `alpha` = 1: FITC, 0: DTC, between: Power EP.

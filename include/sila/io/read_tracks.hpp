@@ -38,10 +38,11 @@ std::optional<TrackFormat> track_format(std::string_view name);
 
 /// What a file does not say of itself. Unset fields follow the rules of the format (docs/formats.md).
 struct ReadOptions {
-  std::optional<TrackFormat> format;        ///< unset: recognised by content
-  std::optional<double> frames_per_second;  ///< makes seconds of frame numbers; no effect on files with time stamps
-  std::optional<double> sample_interval_s;  ///< time between annotations; used if `frames_per_second` is unset
-  std::optional<double> metres_per_unit;    ///< of a pixel, centimetre, ...; unset: the file is in metres
+  std::optional<TrackFormat> format = {};  ///< unset: recognised by content
+  std::optional<double> frames_per_second =
+      {};  ///< makes seconds of frame numbers; no effect on files with time stamps
+  std::optional<double> sample_interval_s = {};  ///< time between annotations; used if `frames_per_second` is unset
+  std::optional<double> metres_per_unit = {};    ///< of a pixel, centimetre, ...; unset: the file is in metres
 };
 
 /// `first` where it is set, else `second`, field by field.

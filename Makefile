@@ -1,0 +1,37 @@
+# The front door. Nothing but calls of the CMake presets and of tools/; docs/hacking.md has the rest.
+MAKEFLAGS += --no-print-directory
+.PHONY: help demo test bench check format clean setup build
+
+help:    ## what there is to make
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+
+demo: setup build/release/build.ninja    ## learn a simulated intersection and predict, in a minute
+	@cmake --build --preset release --target cli/all
+	@tools/demo build/release/cli/sila out/demo
+
+test: build    ## build everything and run all tests
+	@ctest --preset release
+
+bench: build    ## run the benchmarks
+	@tools/bench build/release/benchmarks
+
+check:    ## format, layers, budgets, links, clang warnings, clang-tidy
+	@tools/setup --check
+	@tools/check
+
+format:    ## format all C++ sources in place
+	@tools/setup --check
+	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
+
+clean:    ## remove all that was built
+	rm -rf build out
+
+build: setup build/release/build.ninja
+	@cmake --build --preset release
+
+setup:
+	@tools/setup
+
+# Only once: from then on ninja configures anew by itself when a CMake file changes.
+build/release/build.ninja: | setup
+	@cmake --preset release

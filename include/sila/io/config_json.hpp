@@ -1,0 +1,140 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "sila/core/fields.hpp"
+#include "sila/io/json.hpp"
+
+namespace sila {
+
+/// The value of a field in transit; a choice travels by its name.
+using FieldValue = std::variant<double, std::int64_t, bool, std::string>;
+
+/// One field of a configuration, with its type erased: what is known of it, and how to read and write it.
+struct Field {
+  std::string path;  ///< dotted, as in fuse.similarity_threshold
+  std::string unit;
+  std::string text;
+  Range range;                       ///< of numbers: what makes sense
+  Range storable;                    ///< of numbers: what the member can hold
+  std::vector<std::string> choices;  ///< of choices
+  std::function<FieldValue()> read;
+  std::function<void(const FieldValue&)> write;  ///< takes the alternative that `read` gives, already checked
+};
+
+/// The visitor that makes the list of all fields from `fields()`. The fields point into the configuration that was
+/// visited.
+class FieldCollector {
+ public:
+  template <class Number>
+  void number(const char* name, Number& value, const Range& range, const char* unit, const char* text) {
+    using Wide = std::conditional_t<std::is_integral_v<Number>, std::int64_t, double>;
+    Range storable;
+    if constexpr (std::is_integral_v<Number>) {
+      storable.min = static_cast<double>(std::numeric_limits<Number>::min());
+      storable.max = static_cast<double>(std::numeric_limits<Number>::max());
+    }
+    add(
+        name, text, [&value] { return FieldValue(static_cast<Wide>(value)); },
+        [&value](const FieldValue& given) { value = static_cast<Number>(std::get<Wide>(given)); });
+    list_.back().unit = unit;
+    list_.back().range = range;
+    list_.back().storable = storable;
+  }
+  void flag(const char* name, bool& value, const char* text) {
+    add(
+        name, text, [&value] { return FieldValue(value); },
+        [&value](const FieldValue& given) { value = std::get<bool>(given); });
+  }
+  template <class Enum>
+  void choice(const char* name, Enum& value, std::span<const char* const> names, const char* text) {
+    const std::vector<std::string> choices(names.begin(), names.end());
+    add(
+        name, text, [&value, choices] { return FieldValue(choices.at(static_cast<std::size_t>(value))); },
+        [&value, choices](const FieldValue& given) {
+          const auto found = std::find(choices.begin(), choices.end(), std::get<std::string>(given));
+          value = static_cast<Enum>(found - choices.begin());
+        });
+    list_.back().choices = choices;
+  }
+  template <class Group>
+  void group(const char* name, Group& nested) {
+    const std::string outer = std::exchange(prefix_, prefix_ + name + ".");
+    fields(nested, *this);
+    prefix_ = outer;
+  }
+
+  std::vector<Field> list() && { return std::move(list_); }
+
+ private:
+  void add(const char* name, const char* text, std::function<FieldValue()> read,
+           std::function<void(const FieldValue&)> write);
+
+  std::string prefix_;
+  std::vector<Field> list_;
+};
+
+/// The fields of a configuration, in order; they point into it.
+template <class Config>
+std::vector<Field> collect_fields(Config& config) {
+  FieldCollector collector;
+  fields(config, collector);
+  return std::move(collector).list();
+}
+
+/// A struct with fields() beside it.
+template <class Config>
+concept Configuration = requires(Config& config, FieldCollector& collector) {
+  fields(config, collector);
+};
+
+// What does not depend on the type of the configuration; the templates below are the same for whole configurations.
+nlohmann::ordered_json fields_to_json(std::span<const Field> list);
+void fields_from_json(std::span<const Field> list, const nlohmann::json& json, std::string_view source);
+void field_from_assignment(std::span<const Field> list, std::string_view assignment);
+std::vector<FieldInfo> field_infos(std::span<const Field> list);
+
+/// A configuration as nested JSON objects, in the order of its fields. Infinite numbers become "inf" and "-inf".
+template <Configuration Config>
+nlohmann::ordered_json to_json(Config config) {
+  return fields_to_json(collect_fields(config));
+}
+
+/// The configuration with the values of a JSON object; what the object does not name stays. Groups are nested objects
+/// or dotted keys. Throws: FormatError, naming `source` and the field, for an unknown key (with the nearest known one),
+/// a value of another type, or one out of range.
+template <Configuration Config>
+Config apply_json(Config config, const nlohmann::json& json, std::string_view source) {
+  fields_from_json(collect_fields(config), json, source);
+  return config;
+}
+
+/// The configuration with one field set, from "path=value" as on the command line.
+/// Throws: std::invalid_argument as apply_json does.
+template <Configuration Config>
+Config set_field(Config config, std::string_view assignment) {
+  field_from_assignment(collect_fields(config), assignment);
+  return config;
+}
+
+/// Path, value, unit, range and meaning of every field, in order.
+template <Configuration Config>
+std::vector<FieldInfo> list_fields(Config config) {
+  return field_infos(collect_fields(config));
+}
+
+/// The list as aligned columns, one field a line, under a header.
+std::string table(std::span<const FieldInfo> list);
+
+}  // namespace sila

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sila/model/model.hpp"
+
+namespace sila {
+
+/// What the file keeps of an episode beside the model that it left.
+struct EpisodeRecord {
+  int number = 0;               ///< 1-based
+  long tracks = 0;              ///< trajectories of its batch
+  double seconds = 0.0;         ///< that learning and fusing took [s]
+  std::size_t size_before = 0;  ///< of the model
+  std::size_t size_after = 0;
+  std::string statistics = "{}";  ///< what else is worth keeping: a JSON object
+};
+
+/// A model and what a model file has beside it.
+struct StoredModel {
+  Model model;
+  std::string configuration = "{}";     ///< that it was learnt with: a JSON object
+  std::vector<EpisodeRecord> episodes;  ///< by number
+  std::string sila_version;             ///< of the last writer; set when read
+  std::uintmax_t bytes = 0;             ///< of the file; set when read
+};
+
+/// A model file that is kept open while a place is learnt: an SQLite database, one transaction an episode. Whenever the
+/// process dies, the file holds the last complete episode; other processes read it in the meantime. The file comes into
+/// being with the first commit. Every error is a FormatError that names the file, and leaves in it what was there
+/// before.
+class ModelFile {
+ public:
+  /// The file may be absent or empty; its folder must exist.
+  /// Throws: FormatError for a folder, a path that cannot be written, a file that is no sila model, is of another
+  /// schema, or damaged.
+  static ModelFile open_or_create(const std::filesystem::path& path);
+
+  /// The file must exist and may be write-protected: to read it again and again while another process learns.
+  static ModelFile open(const std::filesystem::path& path);
+
+  ModelFile(ModelFile&&) noexcept;
+  ModelFile& operator=(ModelFile&&) noexcept;
+  ~ModelFile();
+
+  /// Whether no episode was committed yet: there is nothing to read.
+  bool empty() const;
+
+  /// Throws: FormatError if the file is empty or damaged.
+  StoredModel read();
+
+  /// Puts a model in the place of the present one and adds its episode to the list, all or nothing.
+  /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
+  /// committed, whose episode would be lost; std::invalid_argument if check(model) does or the record's number is not
+  /// the next.
+  void commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration);
+
+  /// Puts all of `stored` in the place of the file's content: for a model that does not continue the present one, as of
+  /// `sila fuse`.
+  void replace(const StoredModel& stored);
+
+ private:
+  struct State;
+  explicit ModelFile(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// Reads a model file; `identical(load_model(p).model, m)` for every model `m` that was saved.
+/// Throws: FormatError as ModelFile does, and if the file does not exist or is empty.
+StoredModel load_model(const std::filesystem::path& path);
+
+/// Writes a model file, in the place of a model that is there already; refuses to overwrite what is not a model.
+void save_model(const std::filesystem::path& path, const StoredModel& stored);
+
+}  // namespace sila

@@ -1,0 +1,256 @@
+#include "sila/io/config_json.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+/// What a configuration refuses: what it wanted, and what it was given. The callers make their kind of error of it.
+struct Refusal {
+  std::string expected;
+  std::string found;
+};
+
+/// How many letters must be put in, taken out or exchanged to make one word of the other (Levenshtein).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> above(
+      b.size());  // distances of the last prefix of `a` to every prefix of `b` but the empty one
+  std::iota(above.begin(), above.end(), std::size_t{1});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = i;
+    std::size_t left = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      left = std::min({diagonal + (a[i] == b[j] ? 0 : 1), left + 1, above[j] + 1});
+      diagonal = std::exchange(above[j], left);
+    }
+  }
+  return above.empty() ? a.size() : above.back();
+}
+
+/// A field is near by its whole path, or by its last name alone: people forget the group.
+std::size_t distance_to(const Field& field, std::string_view path) {
+  const std::string_view last = std::string_view(field.path).substr(field.path.rfind('.') + 1);
+  return std::min(edit_distance(path, field.path), edit_distance(path, last));
+}
+
+const Field& find_field(std::span<const Field> list, std::string_view path) {
+  if (list.empty()) throw std::invalid_argument("configuration: it has no fields");
+  const auto known = std::ranges::find(list, path, &Field::path);
+  if (known != list.end()) return *known;
+  const auto nearest = std::ranges::min_element(list, {}, [&](const Field& field) { return distance_to(field, path); });
+  throw Refusal{"a known field (the nearest is " + nearest->path + ")", std::string(path)};
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : " | ") + name;
+  return text;
+}
+
+std::string text_of(const FieldValue& value) {
+  if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
+  if (const std::string* name = std::get_if<std::string>(&value)) return *name;
+  if (const std::int64_t* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
+  char digits[32];
+  const auto end =
+      std::to_chars(digits, digits + sizeof digits, std::get<double>(value)).ptr;  // shortest that reads back
+  return std::string(digits, end);
+}
+
+std::string kind_of(const Field& field) {
+  struct Name {
+    std::string operator()(double) const { return "a number"; }
+    std::string operator()(std::int64_t) const { return "a whole number"; }
+    std::string operator()(bool) const { return "true or false"; }
+    std::string operator()(const std::string&) const { return "a name"; }
+  };
+  return field.choices.empty() ? std::visit(Name{}, field.read()) : "one of " + joined(field.choices);
+}
+
+bool inside(const Range& range, double value) {
+  return (range.open_min ? value > range.min : value >= range.min) && value <= range.max;  // false for NaN
+}
+
+/// Writes a value of the right type into its field if the field admits it.
+void write_checked(const Field& field, const FieldValue& value) {
+  if (const std::string* name = std::get_if<std::string>(&value)) {
+    if (std::ranges::find(field.choices, *name) == field.choices.end()) {
+      throw Refusal{field.path + " to be " + kind_of(field), "\"" + *name + "\""};
+    }
+  } else if (!std::holds_alternative<bool>(value)) {
+    const std::int64_t* whole = std::get_if<std::int64_t>(&value);
+    const double number = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
+    for (const Range& range : {field.range, field.storable}) {
+      if (!inside(range, number)) throw Refusal{field.path + " in " + describe(range), text_of(value)};
+    }
+  }
+  field.write(value);
+}
+
+std::optional<double> infinity_of(std::string_view text) {
+  if (text == "inf") return std::numeric_limits<double>::infinity();
+  if (text == "-inf") return -std::numeric_limits<double>::infinity();
+  return std::nullopt;
+}
+
+/// A JSON value as the type of the field; nothing if it has another type.
+std::optional<FieldValue> typed(const Field& field, const json& given) {
+  const FieldValue present = field.read();
+  if (std::holds_alternative<bool>(present)) {
+    return given.is_boolean() ? std::optional<FieldValue>(given.get<bool>()) : std::nullopt;
+  }
+  if (std::holds_alternative<std::string>(present)) {
+    return given.is_string() ? std::optional<FieldValue>(given.get<std::string>()) : std::nullopt;
+  }
+  if (std::holds_alternative<double>(present)) {
+    if (given.is_number()) return given.get<double>();
+    const std::optional<double> infinite = given.is_string() ? infinity_of(given.get<std::string>()) : std::nullopt;
+    return infinite ? std::optional<FieldValue>(*infinite) : std::nullopt;
+  }
+  if (!given.is_number()) return std::nullopt;
+  if (given.is_number_integer() && !given.is_number_unsigned()) return given.get<std::int64_t>();
+  const double number = given.get<double>();  // 3.0 is a whole number, too
+  if (std::trunc(number) != number || !(std::abs(number) < 9.2e18)) return std::nullopt;
+  return given.is_number_unsigned() ? given.get<std::int64_t>() : static_cast<std::int64_t>(number);
+}
+
+/// A value from the command line as the type of the field; nothing if it cannot be read as that.
+std::optional<FieldValue> parsed(const Field& field, std::string_view given) {
+  const FieldValue present = field.read();
+  if (std::holds_alternative<std::string>(present)) return std::string(given);
+  if (std::holds_alternative<bool>(present)) {
+    if (given == "true" || given == "1") return true;
+    if (given == "false" || given == "0") return false;
+    return std::nullopt;
+  }
+  const char* const end = given.data() + given.size();
+  if (std::holds_alternative<double>(present)) {
+    double number = 0.0;
+    const auto [stop, error] = std::from_chars(given.data(), end, number);
+    return error == std::errc() && stop == end ? std::optional<FieldValue>(number) : std::nullopt;
+  }
+  std::int64_t whole = 0;
+  const auto [stop, error] = std::from_chars(given.data(), end, whole);
+  return error == std::errc() && stop == end ? std::optional<FieldValue>(whole) : std::nullopt;
+}
+
+void apply_object(std::span<const Field> list, const std::string& prefix, const json& object) {
+  for (const auto& [key, value] : object.items()) {
+    const std::string path = prefix + key;
+    const std::string group = path + ".";
+    if (std::ranges::any_of(list, [&](const Field& field) { return field.path.starts_with(group); })) {
+      if (!value.is_object()) throw Refusal{path + " to be an object", value.dump()};
+      apply_object(list, group, value);
+      continue;
+    }
+    const Field& field = find_field(list, path);
+    const std::optional<FieldValue> given = typed(field, value);
+    if (!given) throw Refusal{field.path + " to be " + kind_of(field), value.dump()};
+    write_checked(field, *given);
+  }
+}
+
+/// The object that holds the last name of a dotted path, made if it is not there.
+ordered_json& leaf(ordered_json& root, std::string_view path) {
+  ordered_json* place = &root;
+  for (std::size_t dot = path.find('.'); dot != std::string_view::npos; dot = path.find('.')) {
+    place = &(*place)[std::string(path.substr(0, dot))];
+    path.remove_prefix(dot + 1);
+  }
+  return (*place)[std::string(path)];
+}
+
+std::string range_of(const Field& field) {
+  if (!field.choices.empty()) return joined(field.choices);
+  if (std::holds_alternative<bool>(field.read())) return "true | false";
+  return std::isinf(field.range.min) && std::isinf(field.range.max) ? "any" : describe(field.range);
+}
+
+}  // namespace
+
+void FieldCollector::add(const char* name, const char* text, std::function<FieldValue()> read,
+                         std::function<void(const FieldValue&)> write) {
+  list_.push_back({prefix_ + name, "", text, {}, {}, {}, std::move(read), std::move(write)});
+}
+
+ordered_json fields_to_json(std::span<const Field> list) {
+  ordered_json root = ordered_json::object();
+  for (const Field& field : list) {
+    const FieldValue value = field.read();
+    const double* number = std::get_if<double>(&value);
+    if (number != nullptr && std::isinf(*number)) {
+      leaf(root, field.path) = *number > 0.0 ? "inf" : "-inf";  // JSON has no infinity
+    } else {
+      std::visit([&](const auto& held) { leaf(root, field.path) = held; }, value);
+    }
+  }
+  return root;
+}
+
+void fields_from_json(std::span<const Field> list, const json& object, std::string_view source) {
+  if (!object.is_object()) throw FormatError(std::string(source), 0, "a JSON object", object.type_name());
+  try {
+    apply_object(list, "", object);
+  } catch (const Refusal& refusal) {
+    throw FormatError(std::string(source), 0, refusal.expected, refusal.found);
+  }
+}
+
+void field_from_assignment(std::span<const Field> list, std::string_view assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos) {
+    throw std::invalid_argument("set: expected path=value, found " + std::string(assignment));
+  }
+  const std::string_view given = assignment.substr(equals + 1);
+  try {
+    const Field& field = find_field(list, assignment.substr(0, equals));
+    const std::optional<FieldValue> value = parsed(field, given);
+    if (!value) throw Refusal{field.path + " to be " + kind_of(field), "\"" + std::string(given) + "\""};
+    write_checked(field, *value);
+  } catch (const Refusal& refusal) {
+    throw std::invalid_argument("set: expected " + refusal.expected + ", found " + refusal.found);
+  }
+}
+
+std::vector<FieldInfo> field_infos(std::span<const Field> list) {
+  std::vector<FieldInfo> infos;
+  infos.reserve(list.size());
+  for (const Field& field : list) {
+    infos.push_back({field.path, text_of(field.read()), field.unit, range_of(field), field.text});
+  }
+  return infos;
+}
+
+std::string table(std::span<const FieldInfo> list) {
+  std::vector<FieldInfo> rows(list.begin(), list.end());
+  rows.insert(rows.begin(), FieldInfo{"field", "value", "unit", "range", "meaning"});
+  const auto width = [&](std::string FieldInfo::*column) {
+    std::size_t widest = 0;
+    for (const FieldInfo& row : rows) widest = std::max(widest, (row.*column).size());
+    return widest;
+  };
+  std::ostringstream text;
+  const std::pair<std::string FieldInfo::*, std::size_t> columns[] = {{&FieldInfo::path, width(&FieldInfo::path)},
+                                                                      {&FieldInfo::value, width(&FieldInfo::value)},
+                                                                      {&FieldInfo::unit, width(&FieldInfo::unit)},
+                                                                      {&FieldInfo::range, width(&FieldInfo::range)}};
+  for (const FieldInfo& row : rows) {
+    for (const auto& [column, widest] : columns) {
+      text << row.*column << std::string(widest - (row.*column).size() + 2, ' ');
+    }
+    text << row.text << '\n';
+  }
+  return std::move(text).str();
+}
+
+}  // namespace sila

@@ -1,0 +1,125 @@
+#include "sila/io/inspect.hpp"
+
+#include <algorithm>
+#include <iomanip>
+#include <set>
+#include <sstream>
+
+namespace sila {
+namespace {
+
+/// What both forms tell, counted once.
+struct Facts {
+  std::size_t cells = 0;           ///< that any primitive covers, each once
+  std::size_t arrows = 0;          ///< cells of all primitives
+  Eigen::Index pseudo_inputs = 0;  ///< of all transitions
+  double points = 0.0;             ///< samples absorbed by all transitions
+  double seconds = 0.0;            ///< of all recorded episodes
+};
+
+Facts facts_of(const StoredModel& stored) {
+  Facts facts;
+  std::set<CellKey> covered;
+  for (const MotionPrimitive& primitive : stored.model.primitives) {
+    facts.arrows += primitive.cells.size();
+    for (const CellVelocity& entry : primitive.cells) covered.insert(entry.cell);
+  }
+  facts.cells = covered.size();
+  for (const Transition& transition : stored.model.transitions) {
+    facts.pseudo_inputs += transition.field.gp.pseudo_inputs.cols();
+    facts.points += transition.field.gp.points;
+  }
+  for (const EpisodeRecord& episode : stored.episodes) facts.seconds += episode.seconds;
+  return facts;
+}
+
+const char* name_of(CurbScaling scaling) {
+  return scaling == CurbScaling::mean_width ? "mean width" : "strip widths";
+}
+
+std::string busiest_transitions(const Model& model, std::size_t how_many) {
+  std::vector<const Transition*> order;
+  for (const Transition& transition : model.transitions) order.push_back(&transition);
+  std::ranges::stable_sort(order, std::ranges::greater{}, &Transition::count);
+  order.resize(std::min(order.size(), how_many));
+  std::ostringstream text;
+  for (const Transition* transition : order) {
+    text << (text.tellp() > 0 ? ", " : "") << transition->from << " -> " << transition->to << " (" << transition->count
+         << ")";
+  }
+  return order.empty() ? "none" : std::move(text).str();
+}
+
+}  // namespace
+
+std::string describe(const StoredModel& stored) {
+  const Model& model = stored.model;
+  const Facts facts = facts_of(stored);
+  std::ostringstream text;
+  const auto line = [&](const char* name) -> std::ostream& {
+    return text << '\n' << std::left << std::setw(14) << name;
+  };
+  text << std::left << std::setw(14) << "file" << stored.bytes << " bytes, written by sila " << stored.sila_version;
+  line("learnt from") << model.tracks << " tracks in " << model.episodes << " episodes";
+  line("size") << size(model) << " = " << model.primitives.size() << " primitives + " << model.transitions.size()
+               << " transitions";
+  line("primitives") << facts.arrows << " arrows in " << facts.cells << " cells";
+  line("transitions") << facts.pseudo_inputs << " pseudo-inputs, " << facts.points << " samples absorbed";
+  line("busiest") << busiest_transitions(model, 5);
+  line("grid") << "cells of " << model.conventions.grid.cell << " sidewalk widths, tiles of "
+               << model.conventions.grid.tile_cells << " cells";
+  line("frame") << "in sidewalk widths by " << name_of(model.conventions.scaling) << "; began where they are "
+                << model.conventions.reference_width_m << " m";
+  line("samples") << "every " << model.conventions.sample_interval_s << " s";
+  line("lessons");
+  if (model.lessons.empty()) {
+    text << "none yet";
+  } else {
+    text << model.lessons.steps << " steps, " << model.lessons.classes << " speed classes";
+  }
+  line("time") << facts.seconds << " s in " << stored.episodes.size() << " recorded episodes";
+  if (!stored.episodes.empty()) {
+    const EpisodeRecord& last = stored.episodes.back();
+    line("last episode") << "number " << last.number << ": " << last.tracks << " tracks, " << last.seconds
+                         << " s, size " << last.size_before << " -> " << last.size_after;
+  }
+  text << '\n';
+  return std::move(text).str();
+}
+
+nlohmann::ordered_json inspect_json(const StoredModel& stored) {
+  const Model& model = stored.model;
+  const Facts facts = facts_of(stored);
+  nlohmann::ordered_json episodes = nlohmann::ordered_json::array();
+  for (const EpisodeRecord& episode : stored.episodes) {
+    episodes.push_back({{"number", episode.number},
+                        {"tracks", episode.tracks},
+                        {"seconds", episode.seconds},
+                        {"size_before", episode.size_before},
+                        {"size_after", episode.size_after},
+                        {"statistics", nlohmann::ordered_json::parse(episode.statistics, nullptr, false)}});
+  }
+  return {{"primitives", model.primitives.size()},
+          {"transitions", model.transitions.size()},
+          {"size", size(model)},
+          {"episodes", model.episodes},
+          {"tracks", model.tracks},
+          {"bytes", stored.bytes},
+          {"sila_version", stored.sila_version},
+          {"cells", facts.cells},
+          {"arrows", facts.arrows},
+          {"pseudo_inputs", facts.pseudo_inputs},
+          {"points", facts.points},
+          {"seconds", facts.seconds},
+          {"grid",
+           {{"cell", model.conventions.grid.cell},
+            {"origin", {model.conventions.grid.origin.x(), model.conventions.grid.origin.y()}},
+            {"tile_cells", model.conventions.grid.tile_cells}}},
+          {"scaling", name_of(model.conventions.scaling)},
+          {"sample_interval_s", model.conventions.sample_interval_s},
+          {"reference_width_m", model.conventions.reference_width_m},
+          {"configuration", nlohmann::ordered_json::parse(stored.configuration, nullptr, false)},
+          {"records", std::move(episodes)}};
+}
+
+}  // namespace sila

@@ -1,0 +1,235 @@
+#include "sila/model/packing.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace sila {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("unpack: " + what);
+}
+
+class Packer {
+ public:
+  void add(double value) { numbers_.push_back(value); }
+  template <class Derived>
+  void add(const Eigen::PlainObjectBase<Derived>& matrix) {
+    add(static_cast<double>(matrix.rows()));
+    add(static_cast<double>(matrix.cols()));
+    numbers_.insert(numbers_.end(), matrix.data(), matrix.data() + matrix.size());
+  }
+  template <class Element, class Add>
+  void add_list(const std::vector<Element>& list, Add&& add_element) {
+    add(static_cast<double>(list.size()));
+    for (const Element& element : list) add_element(element);
+  }
+  std::vector<double> numbers() && { return std::move(numbers_); }
+
+ private:
+  std::vector<double> numbers_;
+};
+
+class Unpacker {
+ public:
+  explicit Unpacker(std::span<const double> numbers) : rest_(numbers) {}
+
+  double number() { return take(1).front(); }
+  /// A whole number that counts something. No check against what remains: sizes of nothing may be any.
+  template <class Count>
+  Count count() {
+    const double value = number();
+    const double largest = std::min(9.0e15, static_cast<double>(std::numeric_limits<Count>::max()));
+    if (!(value >= 0.0 && value <= largest) || std::trunc(value) != value)
+      refuse(std::to_string(value) + " is no size");
+    return static_cast<Count>(value);
+  }
+  Eigen::MatrixXd matrix() {
+    const auto rows = count<Eigen::Index>();
+    const auto columns = count<Eigen::Index>();
+    if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) refuse("a matrix goes over the end");
+    const std::span<const double> entries = take(static_cast<std::size_t>(rows * columns));
+    return Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
+  }
+  Eigen::VectorXd vector() {
+    const Eigen::MatrixXd column = matrix();
+    if (column.cols() != 1) refuse("a vector has " + std::to_string(column.cols()) + " columns");
+    return column;
+  }
+  template <class Element, class Read>
+  std::vector<Element> list(Read&& read) {
+    const auto length = count<std::size_t>();
+    if (length > rest_.size()) refuse("a list goes over the end");  // an element has a number at least
+    std::vector<Element> elements;
+    elements.reserve(length);
+    for (std::size_t i = 0; i < length; ++i) elements.push_back(read());
+    return elements;
+  }
+  void finish() const {
+    if (!rest_.empty()) refuse(std::to_string(rest_.size()) + " numbers are left over");
+  }
+
+ private:
+  std::span<const double> take(std::size_t length) {
+    if (length > rest_.size()) refuse("the numbers end too early");
+    const std::span<const double> taken = rest_.first(length);
+    rest_ = rest_.subspan(length);
+    return taken;
+  }
+
+  std::span<const double> rest_;
+};
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+bool same_bits(std::span<const double> a, std::span<const double> b) {
+  return std::ranges::equal(a, b, [](double x, double y) { return same_bits(x, y); });
+}
+
+bool identical(const MotionPrimitive& a, const MotionPrimitive& b) {
+  const auto same_cell = [](const CellVelocity& x, const CellVelocity& y) {
+    return x.cell == y.cell && same_bits(x.velocity.x(), y.velocity.x()) && same_bits(x.velocity.y(), y.velocity.y());
+  };
+  return same_bits(a.weight, b.weight) && std::ranges::equal(a.cells, b.cells, same_cell);
+}
+
+bool identical(const Transition& a, const Transition& b) {
+  return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field));
+}
+
+}  // namespace
+
+std::vector<double> pack(const Lessons& lessons) {
+  const auto& [steps, classes, interval_s, with_map, without_map, residuals_with_map, residuals_without_map] = lessons;
+  Packer packer;
+  const auto add_moments = [&](const RegressionMoments& moments) {
+    const auto& [weight, features, products] = moments;
+    packer.add(weight);
+    packer.add(features);
+    packer.add(products);
+  };
+  const auto add_residual = [&](const ResidualMoments& moments) {
+    const auto& [weight, along_m2, across_m2] = moments;
+    packer.add(weight);
+    packer.add(along_m2);
+    packer.add(across_m2);
+  };
+  packer.add(steps);
+  packer.add(classes);
+  packer.add(interval_s);
+  packer.add_list(with_map, add_moments);
+  packer.add_list(without_map, add_moments);
+  packer.add_list(residuals_with_map, add_residual);
+  packer.add_list(residuals_without_map, add_residual);
+  return std::move(packer).numbers();
+}
+
+Lessons unpack_lessons(std::span<const double> numbers) {
+  Unpacker unpacker(numbers);
+  const auto moments = [&] {  // braces: the reads happen in this order
+    return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.vector()};
+  };
+  const auto residual = [&] { return ResidualMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
+  Lessons lessons;
+  lessons.steps = unpacker.count<int>();
+  lessons.classes = unpacker.count<int>();
+  lessons.interval_s = unpacker.number();
+  lessons.with_map = unpacker.list<RegressionMoments>(moments);
+  lessons.without_map = unpacker.list<RegressionMoments>(moments);
+  lessons.residuals_with_map = unpacker.list<ResidualMoments>(residual);
+  lessons.residuals_without_map = unpacker.list<ResidualMoments>(residual);
+  unpacker.finish();
+  return lessons;
+}
+
+std::vector<double> pack(const FlowField& field) {
+  // By structured bindings here and in the other two: a member that is added to a struct and forgotten here does not
+  // compile.
+  const auto& [gp, extent] = field;
+  const auto& [kernel, noise_variance, pseudo_inputs, mean, information, response, mean_response, points, jitter] = gp;
+  const auto& [signal_variance, length_scales] = kernel;
+  Packer packer;
+  packer.add(signal_variance);
+  packer.add(length_scales);
+  packer.add(noise_variance);
+  packer.add(pseudo_inputs);
+  packer.add(mean);
+  packer.add(information);
+  packer.add(response);
+  packer.add(mean_response);
+  packer.add(points);
+  packer.add(jitter);
+  packer.add(extent.min());
+  packer.add(extent.max());
+  return std::move(packer).numbers();
+}
+
+FlowField unpack_flow_field(std::span<const double> numbers) {
+  Unpacker unpacker(numbers);
+  const auto corner = [&] {
+    const Eigen::VectorXd point = unpacker.vector();
+    if (point.size() != 2) refuse("a corner of the extent has " + std::to_string(point.size()) + " coordinates");
+    return Vector2(point);
+  };
+  FlowField field;
+  field.gp.kernel.signal_variance = unpacker.number();
+  field.gp.kernel.length_scales = unpacker.vector();
+  field.gp.noise_variance = unpacker.number();
+  field.gp.pseudo_inputs = unpacker.matrix();
+  field.gp.mean = unpacker.vector();
+  field.gp.information = unpacker.matrix();
+  field.gp.response = unpacker.matrix();
+  field.gp.mean_response = unpacker.vector();
+  field.gp.points = unpacker.number();
+  field.gp.jitter = unpacker.number();
+  field.extent.min() = corner();
+  field.extent.max() = corner();
+  unpacker.finish();
+  return field;
+}
+
+std::vector<double> pack(const Conventions& conventions) {
+  const auto& [grid, scaling, sample_interval_s, reference_width_m] = conventions;
+  const auto& [cell, origin, tile_cells] = grid;
+  Packer packer;
+  packer.add(cell);
+  packer.add(origin);
+  packer.add(tile_cells);
+  packer.add(static_cast<double>(scaling));
+  packer.add(sample_interval_s);
+  packer.add(reference_width_m);
+  return std::move(packer).numbers();
+}
+
+Conventions unpack_conventions(std::span<const double> numbers) {
+  Unpacker unpacker(numbers);
+  Conventions conventions;
+  conventions.grid.cell = unpacker.number();
+  const Eigen::VectorXd origin = unpacker.vector();
+  if (origin.size() != 2) refuse("the grid's origin has " + std::to_string(origin.size()) + " coordinates");
+  conventions.grid.origin = origin;
+  conventions.grid.tile_cells = unpacker.count<int>();
+  const int scaling = unpacker.count<int>();
+  if (scaling > static_cast<int>(CurbScaling::strip_widths)) refuse(std::to_string(scaling) + " is no curb scaling");
+  conventions.scaling = static_cast<CurbScaling>(scaling);
+  conventions.sample_interval_s = unpacker.number();
+  conventions.reference_width_m = unpacker.number();
+  unpacker.finish();
+  return conventions;
+}
+
+bool identical(const Model& a, const Model& b) {
+  const auto same = [](const auto& x, const auto& y) { return identical(x, y); };
+  return same_bits(pack(a.conventions), pack(b.conventions)) && same_bits(pack(a.lessons), pack(b.lessons)) &&
+         a.episodes == b.episodes && a.tracks == b.tracks && std::ranges::equal(a.primitives, b.primitives, same) &&
+         std::ranges::equal(a.transitions, b.transitions, same);
+}
+
+}  // namespace sila

@@ -1,0 +1,26 @@
+# Installs the library below the build folder, and builds and runs examples/03_consumer_cmake against it.
+# Needs: BUILD, EXAMPLE, COMPILER, FLAGS, BUILD_TYPE
+function(run)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "failed (${code}): ${ARGV}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+set(prefix ${BUILD}/consumer/installed)
+file(REMOVE_RECURSE ${BUILD}/consumer)
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix} --component development)
+run(${CMAKE_COMMAND} -S ${EXAMPLE} -B ${BUILD}/consumer/build -G Ninja -DCMAKE_PREFIX_PATH=${prefix}
+  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=${BUILD_TYPE})
+run(${CMAKE_COMMAND} --build ${BUILD}/consumer/build)
+run(${BUILD}/consumer/build/consumer)
+if(NOT output MATCHES "lies 1.5 and -0.5 sidewalk widths")
+  message(FATAL_ERROR "the consumer said: ${output}")
+endif()
+
+# It links SQLite, too, and tells what is wrong with a file.
+execute_process(COMMAND ${BUILD}/consumer/build/consumer ${EXAMPLE}/main.cpp RESULT_VARIABLE code ERROR_VARIABLE said)
+if(NOT code EQUAL 1 OR NOT said MATCHES "expected a sila model")
+  message(FATAL_ERROR "the consumer ended with ${code} and said: ${said}")
+endif()

@@ -1,0 +1,131 @@
+#include "sila/episode/episode.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <set>
+
+#include "sila/eval/episodes.hpp"
+#include "sila/eval/evaluate.hpp"
+#include "sila/model/packing.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+TEST(Episode, SizeNeverExceedsThatOfAccumulateAndTracksAddUp) {
+  for (unsigned seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const std::vector<PlacedTrack> tracks = testing::corner_walks(100, seed);
+    const Run sila = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
+    const Run sum = run_episodes({}, tracks, 20, kConfig, accumulate_update(kConfig));
+    ASSERT_EQ(sila.episodes.size(), 5u);
+    for (std::size_t n = 0; n < 5; ++n) EXPECT_LE(sila.episodes[n].size_after, sum.episodes[n].size_after);
+    EXPECT_LT(size(sila.model), size(sum.model));
+    EXPECT_EQ(sila.model.tracks, 100);
+    EXPECT_EQ(sila.model.episodes, 5);
+    EXPECT_NO_THROW(check(sila.model));
+    EXPECT_NO_THROW(check(sum.model));
+  }
+}
+
+TEST(Episode, GivesTheSameModelOnOneThreadAndOnMany) {
+  const std::vector<PlacedTrack> tracks = testing::corner_walks(60, 5);
+  const auto learnt = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
+  };
+  const Model one = learnt(1), two = learnt(2), eight = learnt(8);
+  EXPECT_TRUE(identical(one, two));
+  EXPECT_TRUE(identical(one, eight));
+}
+
+TEST(Episode, LessonsAreLearntBeforeTheBatchIsAndDoNotGrow) {
+  const std::vector<PlacedTrack> tracks = testing::corner_walks(60, 6);
+  const Run run = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
+  ASSERT_FALSE(run.model.lessons.empty());
+  const Run longer = run_episodes(run.model, testing::corner_walks(60, 7), 20, kConfig, sila_update(kConfig));
+  EXPECT_EQ(longer.model.lessons.with_map.size(), run.model.lessons.with_map.size());
+  EpisodeConfig none = kConfig;
+  none.lessons.enabled = false;
+  EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.lessons.empty());
+}
+
+TEST(Episode, RefusesAnotherGridOrIntervalThanTheModels) {
+  const std::vector<PlacedTrack> tracks = testing::corner_walks(20, 8);
+  const Model model = run_episode({}, tracks, kConfig).model;
+  EpisodeConfig other = kConfig;
+  other.learn.grid.cell_m = 2.0;
+  EXPECT_THROW(run_episode(model, tracks, other), std::invalid_argument);
+  other = kConfig;
+  other.sampling.interval_s = 0.1;
+  EXPECT_THROW(run_episode(model, tracks, other), std::invalid_argument);
+}
+
+TEST(Episode, AnEmptyBatchChangesNothing) {
+  const Model model = run_episode({}, testing::corner_walks(20, 9), kConfig).model;
+  EXPECT_TRUE(identical(run_episode(model, {}, kConfig).model, model));
+}
+
+TEST(Relearn, SeesAllBatchesSoFar) {
+  const std::vector<PlacedTrack> tracks = testing::corner_walks(40, 10);
+  const Run relearnt = run_episodes({}, tracks, 20, kConfig, relearn_update(kConfig));
+  EXPECT_EQ(relearnt.model.tracks, 40);
+  EXPECT_EQ(relearnt.model.episodes, 2);
+  EpisodeConfig plain = kConfig;
+  plain.lessons.enabled = false;
+  const Model at_once = run_episode({}, tracks, plain).model;
+  EXPECT_EQ(size(relearnt.model), size(at_once));
+}
+
+TEST(Split, HoldsBackTracksNotPiecesAndIsTheSeeds) {
+  std::vector<PlacedTrack> tracks = testing::corner_walks(40, 11);
+  for (int i = 0; i < 20; ++i) {
+    PlacedTrack piece = tracks[static_cast<std::size_t>(i)];
+    piece.track.id += "#2";
+    tracks.push_back(piece);
+  }
+  const Split a = split_tracks(tracks, 0.15, 3), b = split_tracks(tracks, 0.15, 3), c = split_tracks(tracks, 0.15, 4);
+  EXPECT_EQ(a.train.size() + a.test.size(), 60u);
+  std::set<std::string> test_people;
+  for (const PlacedTrack& track : a.test) test_people.insert(track.track.id.substr(0, track.track.id.find('#')));
+  EXPECT_EQ(test_people.size(), 6u);
+  for (const PlacedTrack& track : a.train) EXPECT_FALSE(test_people.contains(track.track.id.substr(0, track.track.id.find('#'))));
+  ASSERT_EQ(a.train.size(), b.train.size());
+  for (std::size_t i = 0; i < a.train.size(); ++i) EXPECT_EQ(a.train[i].track.id, b.train[i].track.id);
+  EXPECT_NE(a.train.front().track.id + a.train.back().track.id, c.train.front().track.id + c.train.back().track.id);
+  EXPECT_THROW(split_tracks(tracks, 1.0, 1), std::invalid_argument);
+}
+
+TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
+  const Model model = run_episodes({}, testing::corner_walks(100, 12), 20, kConfig, sila_update(kConfig)).model;
+  std::vector<PlacedTrack> tracks = testing::corner_walks(40, 13);
+  tracks.push_back({testing::walk("brief", {{0, 0}, {2, 0}}, 1.0), testing::square_frame()});
+  tracks.push_back({testing::walk("short future", {{0, 1}, {5, 1}}, 1.0), testing::square_frame()});
+  const Evaluation evaluation = evaluate(model, tracks, kConfig, {});
+  std::set<std::string> judged;
+  for (const WindowScore& window : evaluation.windows) judged.insert(window.track);
+  std::size_t skipped = 0;
+  for (const SkippedTracks& reason : evaluation.skipped) skipped += reason.tracks;
+  EXPECT_EQ(judged.size() + skipped, tracks.size());
+  EXPECT_EQ(evaluation.horizons_s, (std::vector<double>{1, 2, 3, 4, 5}));
+  const GroupScore& turning = evaluation.groups[2];
+  ASSERT_GT(turning.windows, 20u);
+  EXPECT_LT(turning.model.back().weighted_mhd_m, turning.constant.back().weighted_mhd_m);
+}
+
+TEST(Evaluate, TellsTurningFromStraightWalks) {
+  const auto path = [](const std::vector<Vector2>& way) {
+    std::vector<Vector2> positions;
+    const Trajectory track = testing::walk("a", way, 1.0, 0.2);
+    return track.positions_m;
+  };
+  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {8, 0}})), 0.0, 1e-9);
+  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {4, 0}, {4, 4}})), 1.5707963, 1e-6);
+  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {4, 0}, {4, -4}})), 1.5707963, 1e-6);
+}
+
+}  // namespace
+}  // namespace sila

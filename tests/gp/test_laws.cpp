@@ -1,0 +1,266 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "example.hpp"
+#include "sila/gp/evidence.hpp"
+#include "sila/gp/greedy.hpp"
+#include "sila/gp/posterior.hpp"
+#include "sila/gp/train.hpp"
+#include "sila/gp/transfer.hpp"
+
+namespace sila::gp_tests {
+namespace {
+
+constexpr unsigned seeds = 12;
+
+SparseGp prior_on(const Hyperparameters& theta, const Eigen::MatrixXd& pseudo_inputs, const Eigen::VectorXd& mean) {
+  return empty_gp(theta.kernel, theta.noise_variance, pseudo_inputs, mean);
+}
+
+/// The formulas of the textbook, without any rearrangement.
+GpPrediction textbook(const SparseGp& gp, const Eigen::VectorXd& x) {
+  const Eigen::Index size = gp.pseudo_inputs.cols();
+  Eigen::MatrixXd own = covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs);
+  own.diagonal().array() += gp.jitter * gp.kernel.signal_variance;
+  const Eigen::MatrixXd lower = own.llt().matrixL();
+  const Eigen::VectorXd k =
+      lower.triangularView<Eigen::Lower>().solve(covariance(gp.kernel, gp.pseudo_inputs, Eigen::MatrixXd(x)));
+  const Eigen::LLT<Eigen::MatrixXd> seen(Eigen::MatrixXd::Identity(size, size) + gp.information);
+  const Eigen::VectorXd reduced = seen.matrixL().solve(k);
+  return {gp.mean + seen.solve(gp.response).transpose() * k,
+          gp.kernel.signal_variance - k.squaredNorm() + reduced.squaredNorm()};
+}
+
+TEST(SparseGp, OnePseudoInputPerPointIsTheFullGp) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const Hyperparameters theta = make.hyperparameters(2);
+    const Eigen::MatrixXd spread = select_pseudo_inputs(theta.kernel, make.points(2, 80), 20, 0.02);
+    const GpData data = make.data_at(spread, 2);
+    const SparseGp gp = absorb(empty_gp(theta.kernel, theta.noise_variance, spread, vector({0.3, -0.2}), 0.0), data);
+    Eigen::MatrixXd full = covariance(theta.kernel, spread, spread);
+    full.diagonal().array() += theta.noise_variance;
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(full);
+    const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::VectorXd x = make.points(2, 1, 9.0);
+      const Eigen::VectorXd k = covariance(theta.kernel, spread, Eigen::MatrixXd(x));
+      const GpPrediction prediction = Posterior(gp).predict(x);
+      const Eigen::VectorXd mean = gp.mean + cholesky.solve(residuals).transpose() * k;
+      EXPECT_NEAR((prediction.mean - mean).norm(), 0.0, 1e-9);
+      EXPECT_NEAR(prediction.variance, theta.kernel.signal_variance - k.dot(cholesky.solve(k)), 1e-9);
+    }
+  }
+}
+
+TEST(SparseGp, AbsorbingInAnyOrderIsOneFit) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const double alpha = seed % 3 * 0.5;
+    const Hyperparameters theta = make.hyperparameters(2);
+    const GpData data = make.data(2, 60, 2);
+    const SparseGp prior = prior_on(theta, select_pseudo_inputs(theta.kernel, data.inputs, 15), vector({0.5, 0.1}));
+    const SparseGp once = absorb(prior, data, alpha);
+    SparseGp pieces = prior;
+    for (const Eigen::Index begin : {40, 0, 20}) {
+      pieces = sila::absorb(pieces, data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20), alpha);
+    }
+    EXPECT_TRUE(pieces.information.isApprox(once.information, 1e-12));
+    EXPECT_TRUE(pieces.response.isApprox(once.response, 1e-12));
+    EXPECT_TRUE(pieces.mean_response.isApprox(once.mean_response, 1e-12));
+    EXPECT_EQ(pieces.points, once.points);
+  }
+}
+
+TEST(SparseGp, TheConstantMeanCanBeChangedLater) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const Hyperparameters theta = make.hyperparameters(2);
+    const GpData data = make.data(2, 40, 2);
+    const Eigen::MatrixXd pseudo_inputs = select_pseudo_inputs(theta.kernel, data.inputs, 15);
+    const SparseGp before = absorb(prior_on(theta, pseudo_inputs, vector({0.4, -0.6})), data);
+    const SparseGp prior = prior_on(theta, pseudo_inputs, vector({-1.0, 2.0}));
+    const SparseGp changed = transfer(before, prior);
+    EXPECT_TRUE(changed.response.isApprox(absorb(prior, data).response, 1e-11));
+    EXPECT_EQ(changed.information, before.information);
+  }
+}
+
+TEST(Posterior, MatchesTheTextbook) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const Hyperparameters theta = make.hyperparameters(2);
+    const SparseGp gp = fit_sparse_gp(make.data(2, 120, 2), theta);
+    const Posterior posterior(gp);
+    for (int i = 0; i < 40; ++i) {
+      const Eigen::Vector2d x = make.points(2, 1, 12.0);
+      const GpPrediction wanted = textbook(gp, x);
+      const GpPrediction general = posterior.predict(x);
+      const FlowPrediction flow = posterior.predict_flow(x);
+      EXPECT_NEAR((general.mean - wanted.mean).norm(), 0.0, 1e-8);
+      EXPECT_NEAR((flow.mean - wanted.mean).norm(), 0.0, 1e-8);
+      EXPECT_NEAR(general.variance, std::max(0.0, wanted.variance), 1e-8);
+      EXPECT_NEAR(flow.variance, std::max(0.0, wanted.variance), 1e-8);
+      const FlowLinearisation both = posterior.linearise_flow(x);
+      EXPECT_EQ(both.flow.mean, flow.mean);
+      EXPECT_EQ(both.flow.variance, flow.variance);
+      EXPECT_EQ(both.jacobian, posterior.mean_jacobian(x));
+    }
+  }
+}
+
+TEST(Posterior, FlowsWithMorePseudoInputsThanTheStackHoldsAreTheSame) {
+  Generator make(3);
+  const Hyperparameters theta{{1.0, vector({0.4, 0.4})}, 0.1};
+  GpConfig config;
+  config.max_pseudo_inputs = 100;
+  const SparseGp gp = fit_sparse_gp(make.data(2, 300, 2), theta, config);
+  ASSERT_GT(gp.pseudo_inputs.cols(), Posterior::max_stack_pseudo_inputs);
+  for (int i = 0; i < 40; ++i) {
+    const Eigen::Vector2d x = make.points(2, 1, 8.0);
+    const GpPrediction wanted = textbook(gp, x);
+    const FlowPrediction flow = Posterior(gp).predict_flow(x);
+    EXPECT_NEAR((flow.mean - wanted.mean).norm(), 0.0, 1e-8);
+    EXPECT_NEAR(flow.variance, wanted.variance, 1e-8);
+  }
+}
+
+TEST(Posterior, JacobianIsTheCentralDifferenceOfTheMean) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const Posterior posterior(fit_sparse_gp(make.data(2, 80, 2), make.hyperparameters(2)));
+    const Eigen::Vector2d x = make.points(2, 1);
+    const Eigen::Matrix2d jacobian = posterior.mean_jacobian(x);
+    const double step = 1e-5;
+    for (Eigen::Index d = 0; d < 2; ++d) {
+      const Eigen::Vector2d shift = step * Eigen::Vector2d::Unit(d);
+      const Eigen::Vector2d slope =
+          (posterior.predict_flow(x + shift).mean - posterior.predict_flow(x - shift).mean) / (2.0 * step);
+      EXPECT_NEAR((jacobian.col(d) - slope).norm(), 0.0, 1e-7);
+    }
+  }
+}
+
+TEST(Posterior, VarianceStaysBetweenZeroAndThePrior) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    Hyperparameters theta = make.hyperparameters(2);
+    if (seed % 2 == 1) theta.noise_variance = 1e-8;  // nothing left to be unsure of at the data
+    const GpData data = make.data(2, 150, 2);
+    const Posterior posterior(fit_sparse_gp(data, theta));
+    for (Eigen::Index i = 0; i < 300; ++i) {
+      const Eigen::Vector2d x =
+          i < 150 ? Eigen::Vector2d(data.inputs.col(i)) : Eigen::Vector2d(make.points(2, 1, 40.0));
+      for (const double variance : {posterior.predict(x).variance, posterior.predict_flow(x).variance}) {
+        EXPECT_GE(variance, 0.0);
+        EXPECT_LE(variance, theta.kernel.signal_variance);
+      }
+    }
+  }
+}
+
+TEST(Posterior, WithoutPseudoInputsIsTheConstantMean) {
+  const SparseGp gp = empty_gp({2.5, vector({1, 1})}, 0.1, Eigen::MatrixXd(2, 0), vector({0.5, -1.0}));
+  const Posterior posterior(gp);
+  EXPECT_EQ(posterior.predict(vector({3, 4})).mean, vector({0.5, -1.0}));
+  EXPECT_EQ(posterior.predict(vector({3, 4})).variance, 2.5);
+  EXPECT_EQ(posterior.predict_flow({3, 4}).mean, Eigen::Vector2d(0.5, -1.0));
+  EXPECT_EQ(posterior.predict_flow({3, 4}).variance, 2.5);
+  EXPECT_EQ(posterior.mean_jacobian({3, 4}), Eigen::Matrix2d(Eigen::Matrix2d::Zero()));
+}
+
+TEST(Greedy, ChoosesUntilEverythingIsExplained) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const Kernel kernel = make.hyperparameters(2).kernel;
+    const Eigen::MatrixXd candidates = make.points(2, 100);
+    const Eigen::MatrixXd chosen = select_pseudo_inputs(kernel, candidates, 100, 0.05);
+    EXPECT_LT(chosen.cols(), 100);
+    const auto remaining = [&](const Eigen::MatrixXd& given) {
+      const Eigen::MatrixXd cross = covariance(kernel, given, candidates);
+      const Eigen::MatrixXd explained = cross.transpose() * covariance(kernel, given, given).ldlt().solve(cross);
+      return (kernel.signal_variance - explained.diagonal().array()).maxCoeff() / kernel.signal_variance;
+    };
+    EXPECT_LT(remaining(chosen), 0.05 + 1e-9);
+    EXPECT_GE(remaining(chosen.leftCols(chosen.cols() - 1)), 0.05 - 1e-9);
+    EXPECT_EQ(select_pseudo_inputs(kernel, candidates, 7, 0.0).cols(), 7);
+    EXPECT_EQ(select_pseudo_inputs(kernel, candidates, 7, 0.0), select_pseudo_inputs(kernel, candidates, 7, 0.0));
+  }
+}
+
+TEST(Greedy, TakesTheFirstOfEqualsAndNeverACopy) {
+  const Kernel kernel{1.0, vector({1.0})};
+  // The ends are equally far from the first choice, the middle.
+  const Eigen::MatrixXd chosen = select_pseudo_inputs(kernel, row({0, 2, 0, -2, 2}), 5, 0.0);
+  EXPECT_EQ(chosen, row({0, 2, -2}));
+  EXPECT_EQ(select_pseudo_inputs(kernel, Eigen::MatrixXd(1, 0), 5).cols(), 0);
+}
+
+TEST(EmptyGp, RaisesTheJitterForCopiesOfAPseudoInput) {
+  const SparseGp gp = empty_gp({1.0, vector({1.0})}, 0.1, row({0, 0, 1}), vector({0}), 0.0);
+  EXPECT_GT(gp.jitter, 0.0);
+  EXPECT_LE(gp.jitter, 1e-2);
+  const SparseGp fitted = absorb(gp, example_data());
+  EXPECT_TRUE(Posterior(fitted).predict(vector({0.5})).mean.allFinite());
+}
+
+TEST(CallersMistakes, AreNamed) {
+  const SparseGp gp = example_prior({0, 2});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refusal = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "nothing was thrown";
+  };
+  EXPECT_EQ(refusal([&] { sila::absorb(gp, row({0, 1}), vector({1})); }), "absorb: outputs is 1 x 1, must be 2 x 1");
+  EXPECT_EQ(refusal([&] { sila::absorb(gp, Eigen::MatrixXd::Zero(2, 1), vector({1})); }),
+            "absorb: inputs is 2 x 1, must be 1 x 1");
+  EXPECT_EQ(refusal([&] { sila::absorb(gp, row({nan}), vector({1})); }),
+            "absorb: inputs holds a number that is not finite");
+  EXPECT_EQ(refusal([&] { sila::absorb(gp, row({1}), vector({nan})); }),
+            "absorb: outputs holds a number that is not finite");
+  EXPECT_EQ(refusal([&] { absorb(gp, example_data(), 1.5); }), "absorb: alpha = 1.500000 is outside [0, 1]");
+  EXPECT_EQ(refusal([&] { transfer(gp, gp, -0.5); }), "transfer: alpha = -0.500000 is outside [0, 1]");
+  EXPECT_EQ(refusal([&] { empty_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
+            "sparse_gp: noise_variance = -1.000000, must be positive and finite");
+  EXPECT_EQ(refusal([&] {
+              empty_gp({0.0, vector({1})}, 1.0, row({0}), vector({0}));
+            }),
+            "kernel: signal_variance = 0.000000, must be positive and finite");
+  EXPECT_EQ(refusal([&] { covariance(unit_kernel(), row({0}), Eigen::MatrixXd::Zero(2, 3)); }),
+            "covariance: b.rows() = 2, must be the kernel's 1 input dimensions");
+  EXPECT_EQ(refusal([&] { Posterior(gp).predict(vector({nan})); }),
+            "posterior: x has 1 entries, must have 1 finite ones");
+  EXPECT_NE(refusal([&] { Posterior(gp).predict_flow({0, 0}); }), "nothing was thrown");
+  EXPECT_NE(refusal([&] { select_pseudo_inputs(unit_kernel(), row({0}), 3, 1.5); }), "nothing was thrown");
+  SparseGp broken = gp;
+  broken.response(0, 0) = nan;
+  EXPECT_EQ(refusal([&] { validate(broken); }), "sparse_gp: response holds a number that is not finite");
+  broken = gp;
+  broken.mean_response.resize(1);
+  EXPECT_EQ(refusal([&] { validate(broken); }), "sparse_gp: mean_response is 1 x 1, must be 2 x 1");
+  GpConfig config;
+  config.alpha = 2.0;
+  EXPECT_EQ(refusal([&] {
+              fit_sparse_gp(example_data(), {unit_kernel(), 0.1}, config);
+            }),
+            "gp: alpha = 2 is outside [0, 1]");
+}
+
+}  // namespace
+}  // namespace sila::gp_tests

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "sila/core/errors.hpp"
+
+namespace sila::tests {
+
+/// A folder of the running test alone, removed at its end.
+class TempFolder {
+ public:
+  TempFolder() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    path_ =
+        std::filesystem::temp_directory_path() / (std::string("sila_") + info->test_suite_name() + "_" + info->name());
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+  }
+  ~TempFolder() { std::filesystem::remove_all(path_); }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << text;
+    return file;
+  }
+
+  std::filesystem::path write_gz(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = path_ / name;
+    gzFile out = gzopen(file.c_str(), "wb");
+    gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
+    gzclose(out);
+    return file;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The folder of the real recordings, if this machine has it: $SILA_DATA_DIR, else ../shared/data beside the
+/// repository.
+inline std::optional<std::filesystem::path> data_folder() {
+  std::error_code unknown;
+  if (const char* given = std::getenv("SILA_DATA_DIR")) return std::filesystem::path(given);
+  const auto repository = std::filesystem::path(SILA_TESTS_DIR).parent_path();
+  for (const auto& base : {repository.parent_path(), repository.parent_path().parent_path()}) {
+    if (std::filesystem::exists(base / "shared/data/scenes", unknown)) return base / "shared/data";
+  }
+  return std::nullopt;
+}
+
+inline std::filesystem::path scenes_of_experiments() {
+  return std::filesystem::path(SILA_TESTS_DIR).parent_path() / "experiments/scenes";
+}
+
+/// The error that `call` throws; fails the test if it throws none.
+template <class Call>
+std::optional<FormatError> format_error_of(Call&& call) {
+  try {
+    call();
+  } catch (const FormatError& error) {
+    return error;
+  }
+  ADD_FAILURE() << "no FormatError was thrown";
+  return std::nullopt;
+}
+
+inline std::string bytes_of(const std::filesystem::path& path) {
+  std::string bytes(std::filesystem::file_size(path), '\0');
+  std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace sila::tests

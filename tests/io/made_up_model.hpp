@@ -1,0 +1,140 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "sila/io/model_store.hpp"
+
+namespace sila {
+
+/// A folder for one test that disappears with it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "sila-test-XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string content_of(const std::filesystem::path& path) {
+  std::ostringstream content;
+  content << std::ifstream(path, std::ios::binary).rdbuf();
+  return std::move(content).str();
+}
+
+inline Eigen::MatrixXd random_matrix(std::mt19937_64& random, Eigen::Index rows, Eigen::Index columns) {
+  std::normal_distribution<double> normal;
+  return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return normal(random); });
+}
+
+inline MotionPrimitive random_primitive(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> angle(0.0, 6.28);
+  std::uniform_real_distribution<double> length(0.1, 1.0);
+  MotionPrimitive primitive;
+  const int cells = 1 + static_cast<int>(random() % 9);
+  for (int i = 0; i < cells; ++i) {
+    const double direction = angle(random);
+    const Vector2 velocity = length(random) * Vector2(std::cos(direction), std::sin(direction));
+    primitive.cells.push_back({CellKey{i - 4, static_cast<std::int32_t>(random() % 7) - 3}, velocity});
+  }
+  primitive.weight = 1.0 + length(random);
+  return primitive;
+}
+
+inline FlowField random_field(std::mt19937_64& random) {
+  const auto pseudo_inputs = static_cast<Eigen::Index>(1 + random() % 8);
+  FlowField field;
+  field.gp.kernel.signal_variance = 0.3;
+  field.gp.kernel.length_scales = random_matrix(random, 2, 1).cwiseAbs() + Eigen::MatrixXd::Constant(2, 1, 0.1);
+  field.gp.noise_variance = 1.0 / 3.0;
+  field.gp.pseudo_inputs = random_matrix(random, 2, pseudo_inputs);
+  field.gp.mean = random_matrix(random, 2, 1);
+  const Eigen::MatrixXd root = random_matrix(random, pseudo_inputs, pseudo_inputs);
+  field.gp.information = root * root.transpose();
+  field.gp.response = random_matrix(random, pseudo_inputs, 2);
+  field.gp.mean_response = random_matrix(random, pseudo_inputs, 1);
+  field.gp.points = 17.0;
+  field.gp.jitter = 1e-5;
+  field.extent = Eigen::AlignedBox2d(Vector2(-1.0, -2.0), Vector2(3.0, 0.1));
+  return field;
+}
+
+inline Lessons random_lessons(std::mt19937_64& random) {
+  Lessons lessons;
+  lessons.steps = 2;
+  lessons.classes = 3;
+  lessons.interval_s = 0.4;
+  for (int i = 0; i < 6; ++i) {
+    lessons.with_map.push_back({0.1 * i, random_matrix(random, 4, 4), random_matrix(random, 4, 1)});
+    lessons.without_map.push_back({0.2 * i, random_matrix(random, 2, 2), random_matrix(random, 2, 1)});
+    lessons.residuals_with_map.push_back({0.3 * i, 1.0 / 7.0, 0.1});
+    lessons.residuals_without_map.push_back({0.4 * i, 1.0 / 9.0, 0.7});
+  }
+  return lessons;
+}
+
+/// A model that passes check(), different for every seed.
+inline Model random_model(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Model model;
+  model.conventions.grid.cell = 0.7;
+  model.conventions.grid.origin = random_matrix(random, 2, 1);
+  model.conventions.scaling = seed % 2 == 0 ? CurbScaling::mean_width : CurbScaling::strip_widths;
+  model.conventions.reference_width_m = 2.1;
+  const int primitives = 3 + static_cast<int>(random() % 10);
+  for (int i = 0; i < primitives; ++i) model.primitives.push_back(random_primitive(random));
+  for (int from = 0; from < primitives; ++from) {
+    for (int to = from; to < primitives; to += 2)
+      model.transitions.push_back({from, to, 1.0 + from, random_field(random)});
+  }
+  model.lessons = random_lessons(random);
+  model.episodes = static_cast<int>(seed % 100);
+  model.tracks = 20 * model.episodes;
+  return model;
+}
+
+inline EpisodeRecord record(int number) {
+  return {number, 20, 0.125, 3, 5, R"({"note": "made up"})"};
+}
+
+inline StoredModel stored(const Model& model) {
+  return {model, R"({"threshold": 0.7})", {record(1), record(2)}, "", 0};
+}
+
+/// The message of the error that an action throws; empty if it throws none of this kind.
+template <class Error, class Action>
+std::string message_of(Action&& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// For EXPECT_TRUE: whether a message has a part, and what it is if not.
+inline testing::AssertionResult says(const std::string& message, const std::string& part) {
+  if (message.find(part) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "\"" << message << "\" does not say \"" << part << "\"";
+}
+
+}  // namespace sila

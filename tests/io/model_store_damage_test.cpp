@@ -1,0 +1,288 @@
+// What the model file does when something goes wrong: damaged and foreign files, killed writers, readers beside a
+// writer.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sqlite3.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <bit>
+#include <fstream>
+#include <thread>
+
+#include "made_up_model.hpp"
+#include "sila/core/errors.hpp"
+#include "sila/io/output.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string refusal_to_load(const fs::path& path) {
+  return message_of<FormatError>([&] { load_model(path); });
+}
+
+std::string refusal_to_learn(const fs::path& path) {
+  return message_of<FormatError>([&] { ModelFile::open_or_create(path); });
+}
+
+void put(const fs::path& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary) << content;
+}
+
+/// Runs statements as a foreign program would.
+void run_sql(const fs::path& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+/// Runs an action in a process of its own, which must end with exit code 0 (or by the signal, if it kills itself).
+template <class Action>
+pid_t fork_to(Action&& action) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      action();
+      _exit(0);
+    } catch (const std::exception& error) {
+      std::fputs(error.what(), stderr);
+      _exit(1);
+    }
+  }
+  return child;
+}
+
+TEST(ModelStoreDamage, RefusesWhatIsNoModelAndSaysSo) {
+  const ScratchFolder folder;
+  EXPECT_TRUE(says(refusal_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));
+  EXPECT_TRUE(says(refusal_to_load(folder.path()), "found a folder"));
+  EXPECT_TRUE(says(refusal_to_learn(folder.path()), "found a folder"));
+  EXPECT_TRUE(says(refusal_to_load("/dev/null"), "no regular file"));
+  put(folder / "tracks.csv", "track_id,t,x,y\n1,0,0,0\n");
+  EXPECT_TRUE(says(refusal_to_load(folder / "tracks.csv"), "another kind"));
+  EXPECT_TRUE(says(refusal_to_learn(folder / "tracks.csv"), "another kind"));
+  EXPECT_EQ(content_of(folder / "tracks.csv"), "track_id,t,x,y\n1,0,0,0\n");
+  put(folder / "empty.sila", "");
+  EXPECT_TRUE(says(refusal_to_load(folder / "empty.sila"), "an empty file"));
+  run_sql(folder / "foreign.db", "CREATE TABLE t (x)");
+  EXPECT_TRUE(says(refusal_to_load(folder / "foreign.db"), "another program"));
+  EXPECT_TRUE(says(refusal_to_learn(folder / "foreign.db"), "another program"));
+}
+
+TEST(ModelStoreDamage, LearnsIntoAnEmptyFile) {
+  const ScratchFolder folder;
+  put(folder / "m.sila", "");
+  ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
+  EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
+}
+
+TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(1)));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 2");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 2 of a newer sila"));
+  EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 0");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 0 of an older sila"));
+}
+
+TEST(ModelStoreDamage, RefusesUnwritablePlacesBeforeAnyLearning) {
+  const ScratchFolder folder;
+  EXPECT_TRUE(says(refusal_to_learn(folder / "absent/m.sila"), "absent does not exist"));
+  save_model(folder / "m.sila", stored(random_model(1)));
+  fs::permissions(folder / "m.sila", fs::perms::owner_read | fs::perms::group_read | fs::perms::others_read);
+  fs::permissions(folder.path(), fs::perms(0555));
+  const pid_t child = fork_to([&] {
+    if (geteuid() == 0 && setuid(65534) != 0) throw std::runtime_error("cannot become an ordinary user");
+    if (!identical(load_model(folder / "m.sila").model, random_model(1))) throw std::runtime_error("read badly");
+    if (refusal_to_learn(folder / "m.sila").find("permission") == std::string::npos)
+      throw std::runtime_error("old file");
+    if (refusal_to_learn(folder / "n.sila").find("permission") == std::string::npos)
+      throw std::runtime_error("new file");
+  });
+  int status = 0;
+  waitpid(child, &status, 0);
+  fs::permissions(folder.path(), fs::perms(0755));
+  EXPECT_EQ(status, 0);
+}
+
+TEST(ModelStoreDamage, RefusesEveryTruncation) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(5)));
+  const std::string whole = content_of(folder / "m.sila");
+  for (std::size_t length = 1; length < whole.size(); length += length < 600 ? 37 : 1777) {
+    SCOPED_TRACE(length);
+    put(folder / "cut.sila", whole.substr(0, length));
+    EXPECT_TRUE(says(refusal_to_load(folder / "cut.sila"), "cut.sila: expected a sila model, found"));
+  }
+}
+
+TEST(ModelStoreDamage, NeverReadsAFlippedBitAsAnotherModel) {
+  const ScratchFolder folder;
+  const Model model = random_model(6);
+  save_model(folder / "m.sila", stored(model));
+  const std::string whole = content_of(folder / "m.sila");
+  std::mt19937_64 random(7);
+  int refused = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const std::size_t place = random() % whole.size();
+    const auto bit = static_cast<unsigned char>(1U << (random() % 8));
+    SCOPED_TRACE(testing::Message() << "seed 7, trial " << trial << ", byte " << place << ", bit " << int{bit});
+    std::string flipped = whole;
+    flipped[place] = static_cast<char>(static_cast<unsigned char>(flipped[place]) ^ bit);
+    put(folder / "flipped.sila", flipped);
+    try {
+      EXPECT_TRUE(identical(load_model(folder / "flipped.sila").model, model));  // unused bytes: no harm
+    } catch (const FormatError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 0);
+}
+
+TEST(ModelStoreDamage, RefusesEveryFlippedBitOfANumber) {
+  const ScratchFolder folder;
+  const Model model = random_model(6);
+  save_model(folder / "m.sila", stored(model));
+  std::string spoilt = content_of(folder / "m.sila");
+  const auto number = std::bit_cast<std::array<char, 8>>(model.transitions[2].field.gp.mean(1));  // little endian here
+  const std::size_t place = spoilt.find(std::string_view(number.data(), number.size()));
+  ASSERT_NE(place, std::string::npos);
+  for (std::size_t bit = 0; bit < 64; ++bit) {
+    SCOPED_TRACE(bit);
+    char& byte = spoilt[place + bit / 8];
+    const char whole = byte;
+    byte = static_cast<char>(static_cast<unsigned char>(byte) ^ (1U << (bit % 8)));
+    put(folder / "spoilt.sila", spoilt);
+    EXPECT_TRUE(says(refusal_to_load(folder / "spoilt.sila"), "a damaged one"));
+    byte = whole;
+  }
+}
+
+TEST(ModelStoreDamage, RefusesGarbageInPages) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(6)));
+  const std::string whole = content_of(folder / "m.sila");
+  std::mt19937_64 random(8);
+  for (int trial = 0; trial < 100; ++trial) {
+    SCOPED_TRACE(testing::Message() << "seed 8, trial " << trial);
+    std::string spoilt = whole;
+    const std::size_t start = random() % (whole.size() - 200);
+    for (std::size_t i = start; i < start + 200; ++i) spoilt[i] = static_cast<char>(random());
+    put(folder / "spoilt.sila", spoilt);
+    try {
+      EXPECT_TRUE(identical(load_model(folder / "spoilt.sila").model, random_model(6)));
+    } catch (const FormatError&) {
+    }
+  }
+}
+
+TEST(ModelStoreDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
+  const char* const spoilers[] = {
+      "UPDATE transitions SET field = substr(field, 1, 80)",
+      "UPDATE transitions SET field = substr(field, 1, length(field) - 3)",
+      "UPDATE transitions SET field = field || zeroblob(8)",
+      "UPDATE transitions SET field = zeroblob(0)",
+      "UPDATE transitions SET field = 'text'",
+      "UPDATE transitions SET to_primitive = 99 WHERE rowid = 1",
+      "UPDATE transitions SET count = -1.0",
+      "UPDATE transitions SET count = 2 * count",
+      "DELETE FROM transitions WHERE rowid = 2",
+      "DELETE FROM primitives WHERE id = 1",
+      "UPDATE primitives SET cells = substr(cells, 1, 4)",
+      "UPDATE primitives SET velocities = cells",
+      "UPDATE meta SET lessons = zeroblob(16)",
+      "UPDATE meta SET conventions = zeroblob(80)",
+      "UPDATE meta SET configuration = '{}'",
+      "UPDATE meta SET episodes = -1",
+      "UPDATE meta SET tracks = tracks + 1",
+      "DELETE FROM meta",
+      "DROP TABLE episodes",
+      "DROP TABLE meta",
+      "ALTER TABLE primitives RENAME COLUMN weight TO heaviness",
+      "UPDATE episodes SET size_after = 'many'",
+  };
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(9)));
+  for (const char* spoiler : spoilers) {
+    SCOPED_TRACE(spoiler);
+    fs::copy_file(folder / "m.sila", folder / "spoilt.sila", fs::copy_options::overwrite_existing);
+    run_sql(folder / "spoilt.sila", spoiler);
+    EXPECT_TRUE(says(refusal_to_load(folder / "spoilt.sila"), "a damaged one"));
+  }
+}
+
+TEST(ModelStoreDamage, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
+  const ScratchFolder folder;
+  std::mt19937_64 random(11);
+  ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
+  for (int trial = 0; trial < 15; ++trial) {
+    SCOPED_TRACE(testing::Message() << "seed 11, trial " << trial);
+    const int before = load_model(folder / "m.sila").episodes.back().number;
+    const pid_t child = fork_to([&] {
+      ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+      for (int number = before + 1;; ++number)
+        file.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
+    });
+    while (load_model(folder / "m.sila").episodes.back().number < before + 2) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 5000));
+    ASSERT_EQ(kill(child, SIGKILL), 0);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));  // by the kill, not by an error of its own
+    const StoredModel read = load_model(folder / "m.sila");
+    const int last = read.episodes.back().number;
+    EXPECT_EQ(read.episodes.size(), static_cast<std::size_t>(last));
+    EXPECT_TRUE(identical(read.model, random_model(static_cast<std::uint64_t>(last))));
+  }
+}
+
+TEST(ModelStoreDamage, AWriterKilledWithPagesHalfWrittenLeavesTheLastCompleteEpisode) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(12)));
+  const std::string whole = content_of(folder / "m.sila");
+  const pid_t child = fork_to([&] {
+    sqlite3* database = nullptr;
+    sqlite3_open((folder / "m.sila").c_str(), &database);
+    const char* const half_an_episode =  // with a cache of one page SQLite writes to the file before the commit
+        "PRAGMA cache_size = 1; BEGIN IMMEDIATE; UPDATE transitions SET field = randomblob(9000); DELETE FROM "
+        "primitives;";
+    const int code = sqlite3_exec(database, half_an_episode, nullptr, nullptr, nullptr);
+    _exit(code == SQLITE_OK ? 0 : 1);  // without closing, as a killed process
+  });
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_EQ(status, 0);
+  ASSERT_TRUE(fs::exists(folder / "m.sila-journal"));
+  ASSERT_NE(content_of(folder / "m.sila"), whole);  // or the test would test nothing
+  EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(12)));
+  EXPECT_EQ(content_of(folder / "m.sila"), whole);
+}
+
+TEST(ModelStoreDamage, OthersReadCompleteEpisodesWhileOneLearns) {
+  const ScratchFolder folder;
+  ModelFile writer = ModelFile::open_or_create(folder / "m.sila");
+  writer.commit(random_model(1), record(1), "{}");
+  const pid_t child = fork_to([&] {
+    ModelFile reader = ModelFile::open(folder / "m.sila");
+    for (int seen = 0; seen < 40;) {
+      const StoredModel read = reader.read();
+      seen = read.episodes.back().number;
+      if (!identical(read.model, random_model(static_cast<std::uint64_t>(seen))))
+        throw std::runtime_error("a torn episode");
+    }
+  });
+  for (int number = 2; number <= 40; ++number) {
+    writer.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+}
+
+}  // namespace
+}  // namespace sila

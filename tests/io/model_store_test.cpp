@@ -1,0 +1,169 @@
+#include <gtest/gtest.h>
+
+#include "made_up_model.hpp"
+#include "sila/core/errors.hpp"
+#include "sila/io/inspect.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+TEST(ModelStore, LoadsWhatItSavedBitForBit) {
+  const ScratchFolder folder;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const Model model = random_model(seed);
+    save_model(folder / "m.sila", stored(model));
+    EXPECT_TRUE(identical(load_model(folder / "m.sila").model, model));
+  }
+}
+
+TEST(ModelStore, KeepsSubnormalsNegativeZeroAndExtremes) {
+  const ScratchFolder folder;
+  Model model = random_model(1);
+  SparseGp& gp = model.transitions[0].field.gp;
+  gp.response(0, 0) = -0.0;
+  gp.response(0, 1) = std::numeric_limits<double>::denorm_min();
+  gp.mean_response(0) = std::numeric_limits<double>::max();
+  gp.mean(0) = std::numeric_limits<double>::lowest();
+  model.conventions.grid.origin.x() = -0.0;
+  model.primitives[0].cells[0].velocity.x() = -0.0;
+  model.primitives[0].weight = std::numeric_limits<double>::denorm_min();
+  model.transitions[1].count = std::nextafter(1.0, 2.0);
+  model.primitives[0].cells.front().cell.x = std::numeric_limits<std::int32_t>::min();
+  model.primitives[0].cells.back().cell.x = std::numeric_limits<std::int32_t>::max();
+  model.lessons.residuals_with_map[0].along_m2 = -0.0;
+  model.tracks = std::numeric_limits<long>::max();
+  save_model(folder / "m.sila", stored(model));
+  EXPECT_TRUE(identical(load_model(folder / "m.sila").model, model));
+}
+
+TEST(ModelStore, IdenticalTellsTheSignOfZeroAndTheLastBit) {
+  const Model model = random_model(2);
+  EXPECT_TRUE(identical(model, model));
+  Model other = model;
+  other.transitions[0].field.gp.mean(0) = std::nextafter(other.transitions[0].field.gp.mean(0), 9.0);
+  EXPECT_FALSE(identical(model, other));
+  Model zero = model;
+  zero.lessons.with_map[0].weight = 0.0;
+  Model negative = model;
+  negative.lessons.with_map[0].weight = -0.0;
+  EXPECT_FALSE(identical(zero, negative));
+  Model fewer = model;
+  fewer.primitives.pop_back();
+  EXPECT_FALSE(identical(model, fewer));
+}
+
+TEST(ModelStore, KeepsAnEmptyModelAndEmptyLessons) {
+  const ScratchFolder folder;
+  const Model nothing;
+  save_model(folder / "m.sila", {nothing, "{}", {}, "", 0});
+  EXPECT_TRUE(identical(load_model(folder / "m.sila").model, nothing));
+}
+
+TEST(ModelStore, KeepsConfigurationAndEpisodesInOrder) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  EXPECT_TRUE(file.empty());
+  file.commit(random_model(1), record(1), R"({"a": 1})");
+  EXPECT_FALSE(file.empty());
+  file.commit(random_model(2), record(2), R"({"a": 2})");
+  const StoredModel read = load_model(folder / "m.sila");
+  EXPECT_TRUE(identical(read.model, random_model(2)));
+  EXPECT_EQ(read.configuration, R"({"a": 2})");
+  ASSERT_EQ(read.episodes.size(), 2u);
+  EXPECT_EQ(read.episodes[1].number, 2);
+  EXPECT_EQ(read.episodes[1].tracks, 20);
+  EXPECT_EQ(read.episodes[1].seconds, 0.125);
+  EXPECT_EQ(read.episodes[1].size_before, 3u);
+  EXPECT_EQ(read.episodes[1].size_after, 5u);
+  EXPECT_EQ(read.episodes[1].statistics, R"({"note": "made up"})");
+  EXPECT_FALSE(read.sila_version.empty());
+  EXPECT_EQ(read.bytes, std::filesystem::file_size(folder / "m.sila"));
+}
+
+TEST(ModelStore, CommittingContinuesAFileThatWasOpenedAgain) {
+  const ScratchFolder folder;
+  ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
+  ModelFile::open_or_create(folder / "m.sila").commit(random_model(2), record(2), "{}");
+  EXPECT_EQ(load_model(folder / "m.sila").episodes.size(), 2u);
+}
+
+TEST(ModelStore, SavingReplacesModelAndEpisodes) {
+  const ScratchFolder folder;
+  ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(7), "{}");
+  save_model(folder / "m.sila", stored(random_model(3)));
+  const StoredModel read = load_model(folder / "m.sila");
+  EXPECT_TRUE(identical(read.model, random_model(3)));
+  EXPECT_EQ(read.episodes.size(), 2u);
+  EXPECT_EQ(read.episodes[0].number, 1);
+}
+
+TEST(ModelStore, LearningLeavesOneFileThatCanBeCopied) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  file.commit(random_model(1), record(1), "{}");
+  const auto files = std::distance(std::filesystem::directory_iterator(folder.path()), {});
+  EXPECT_EQ(files, 1);  // no journal beside it between two episodes
+  std::filesystem::copy_file(folder / "m.sila", folder / "copy.sila");
+  EXPECT_TRUE(identical(load_model(folder / "copy.sila").model, random_model(1)));
+}
+
+TEST(ModelStore, OpeningAloneMakesNoFile) {
+  const ScratchFolder folder;
+  EXPECT_TRUE(ModelFile::open_or_create(folder / "m.sila").empty());
+  EXPECT_FALSE(std::filesystem::exists(folder / "m.sila"));
+}
+
+TEST(ModelStore, RefusesAModelThatBreaksAnInvariantAndKeepsTheFile) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  file.commit(random_model(1), record(1), "{}");
+  Model broken = random_model(2);
+  broken.transitions[0].field.gp.mean(0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(file.commit(broken, record(2), "{}"), std::invalid_argument);
+  EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
+}
+
+TEST(ModelStore, RefusesAnEpisodeTwice) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  file.commit(random_model(1), record(1), "{}");
+  EXPECT_TRUE(says(message_of<FormatError>([&] { file.commit(random_model(2), record(1), "{}"); }), "episode 1"));
+  EXPECT_TRUE(identical(file.read().model, random_model(1)));
+  file.commit(random_model(2), record(2), "{}");  // the file can be used after an error
+  EXPECT_TRUE(identical(file.read().model, random_model(2)));
+}
+
+TEST(ModelStore, RefusesToLoseTheEpisodeOfAnotherProcess) {
+  const ScratchFolder folder;
+  ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
+  ModelFile other = ModelFile::open_or_create(folder / "m.sila");
+  other.commit(random_model(1), record(1), "{}");
+  EXPECT_TRUE(says(message_of<FormatError>([&] { mine.commit(random_model(2), record(2), "{}"); }), "meanwhile"));
+  EXPECT_TRUE(identical(mine.read().model, random_model(1)));
+  mine.commit(random_model(2), record(2), "{}");  // after reading what the other wrote it may
+  EXPECT_EQ(load_model(folder / "m.sila").episodes.size(), 2u);
+}
+
+TEST(ModelStore, InspectionHasTheContractsKeysAndFitsADozenLines) {
+  const ScratchFolder folder;
+  const Model model = random_model(42);
+  save_model(folder / "m.sila", stored(model));
+  const StoredModel read = load_model(folder / "m.sila");
+  const nlohmann::ordered_json json = inspect_json(read);
+  EXPECT_EQ(json.at("primitives"), model.primitives.size());
+  EXPECT_EQ(json.at("transitions"), model.transitions.size());
+  EXPECT_EQ(json.at("size"), size(model));
+  EXPECT_EQ(json.at("episodes"), 42);
+  EXPECT_EQ(json.at("tracks"), 840);
+  EXPECT_EQ(json.at("bytes"), std::filesystem::file_size(folder / "m.sila"));
+  EXPECT_EQ(json.at("configuration").at("threshold"), 0.7);
+  EXPECT_EQ(json.at("records").size(), 2u);
+  const std::string text = describe(read);
+  EXPECT_EQ(std::ranges::count(text, '\n'), 12);
+  EXPECT_TRUE(says(text, "840 tracks in 42 episodes"));
+}
+
+}  // namespace
+}  // namespace sila

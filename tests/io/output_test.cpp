@@ -1,0 +1,71 @@
+#include "sila/io/output.hpp"
+
+#include <gtest/gtest.h>
+
+#include "made_up_model.hpp"
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::ptrdiff_t files_in(const fs::path& folder) {
+  return std::distance(fs::directory_iterator(folder), {});
+}
+
+TEST(Output, TheTargetChangesInOneStepAtCommit) {
+  const ScratchFolder folder;
+  write_file(folder / "a.txt", "old");
+  {
+    OutputFile file(folder / "a.txt");
+    file.stream() << "new" << std::flush;
+    EXPECT_EQ(content_of(folder / "a.txt"), "old");
+    file.commit();
+  }
+  EXPECT_EQ(content_of(folder / "a.txt"), "new");
+  EXPECT_EQ(files_in(folder.path()), 1);
+}
+
+TEST(Output, WithoutCommitNothingChangesAndNothingIsLeftBehind) {
+  const ScratchFolder folder;
+  write_file(folder / "a.txt", "old");
+  { OutputFile(folder / "a.txt").stream() << "half"; }
+  { OutputFile(folder / "b.txt").stream() << "half"; }
+  EXPECT_EQ(content_of(folder / "a.txt"), "old");
+  EXPECT_EQ(files_in(folder.path()), 1);
+}
+
+TEST(Output, ReplacesTheFileBehindALinkNotTheLink) {
+  const ScratchFolder folder;
+  write_file(folder / "a.txt", "old");
+  fs::create_symlink(folder / "a.txt", folder / "link");
+  write_file(folder / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(content_of(folder / "a.txt"), "new");
+}
+
+TEST(Output, KeepsThePermissionsOfAFileItReplaces) {
+  const ScratchFolder folder;
+  write_file(folder / "a.txt", "old");
+  fs::permissions(folder / "a.txt", fs::perms(0640));
+  write_file(folder / "a.txt", "new");
+  EXPECT_EQ(fs::status(folder / "a.txt").permissions(), fs::perms(0640));
+}
+
+TEST(Output, DevicesAreWrittenToAndStayDevices) {
+  write_file("/dev/null", "into the void");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(Output, RefusesInOneSentenceThatNamesTheFile) {
+  const ScratchFolder folder;
+  const auto refusal = [](const fs::path& path) { return message_of<FormatError>([&] { write_file(path, "x"); }); };
+  EXPECT_TRUE(says(refusal(folder.path()), "expected a file that can be written, found a folder"));
+  EXPECT_TRUE(says(refusal(folder / "absent/a.txt"), "absent/a.txt: expected a file that can be written"));
+  EXPECT_TRUE(says(refusal(""), "an empty path"));
+  EXPECT_TRUE(says(refusal("/dev/full"), "disk full"));
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,396 @@
+#include "sila/io/read_tracks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <clocale>
+
+#include "io/files.hpp"
+#include "sila/core/clean.hpp"
+#include "sila/io/write_tracks.hpp"
+
+namespace sila {
+namespace {
+
+using tests::contains;
+using tests::TempFolder;
+
+/// What a row of every format below should become.
+void expect_row(const Detection& row, const std::string& track, double t_s, double x_m, double y_m) {
+  EXPECT_EQ(row.track, track);
+  EXPECT_DOUBLE_EQ(row.t_s, t_s);
+  EXPECT_DOUBLE_EQ(row.position_m.x(), x_m);
+  EXPECT_DOUBLE_EQ(row.position_m.y(), y_m);
+}
+
+std::size_t rows_of(const Detections& detections, DropReason reason) {
+  const auto found = std::find_if(detections.dropped.begin(), detections.dropped.end(),
+                                  [&](const DroppedRows& entry) { return entry.reason == reason; });
+  return found == detections.dropped.end() ? 0 : found->rows;
+}
+
+TEST(GenericCsv, ReadsTheColumnsByNameAndIgnoresOthers) {
+  const TempFolder folder;
+  const auto file =
+      read_detections(folder.write("a.csv", "speed,track_id,t,x,y,note\n1,p 7,0.5,1.25,-2,hi\n1,p 7,1.0,1.5,-3,\n"));
+  EXPECT_EQ(file.format, TrackFormat::csv);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "p 7", 0.5, 1.25, -2.0);
+  EXPECT_EQ(file.detections.rows[1].line, 3U);
+  EXPECT_EQ(file.detections.rows_read, 2U);
+}
+
+TEST(GenericCsv, AcceptsAliasesSeparatorsQuotesByteOrderMarkAndCrLf) {
+  const TempFolder folder;
+  for (const char* text : {"id,time,x,y\r\n3,0.5,1,2\r\n", "\xEF\xBB\xBFPed_ID;Timestamp;X_m;Y_m\n3;0.5;1;2\n",
+                           "agent_id\tseconds\tpos_x\tpos_y\n3\t0.5\t1\t2\n",
+                           "\"object_id\",\"t_s\",\"position_x\",\"position_y\"\n\"3\",\"0.5\",\"+1\",\"2\"\n",
+                           "pedestrian_id timestamp_ms x y\n3 500 1 2\n", "track_id,t_ns,x,y\n3,500000000,1,2\n",
+                           "# made by hand\n\ntrack_id , t , x , y\n 3 , 5e-1 , 1.0 , 2.0\n"}) {
+    SCOPED_TRACE(text);
+    const auto file = read_detections(folder.write("a.csv", text));
+    ASSERT_EQ(file.detections.rows.size(), 1U);
+    expect_row(file.detections.rows[0], "3", 0.5, 1.0, 2.0);
+  }
+}
+
+TEST(GenericCsv, KeepsASeparatorInsideQuotes) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write("a.csv", "track_id,t,x,y\n\"a,b\",0,1,2\n"));
+  expect_row(file.detections.rows.at(0), "a,b", 0.0, 1.0, 2.0);
+}
+
+TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
+  const TempFolder folder;
+  const auto path = folder.write("a.csv", "track_id,frame,x,y\n1,5,0,0\n1,10,1,0\n1,15,2,0\n1,25,3,0\n");
+  EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[1].t_s, 0.4);
+  EXPECT_DOUBLE_EQ(read_detections(path, {.sample_interval_s = 0.5}).detections.rows[1].t_s, 1.0);
+  const auto error = tests::format_error_of([&] { read_detections(path); });
+  EXPECT_TRUE(contains(error->expected, "frames_per_second"));
+}
+
+TEST(GenericCsv, PrefersTimeStampsToFrames) {
+  const TempFolder folder;
+  const auto path = folder.write("a.csv", "track_id,frame,t,x,y\n1,50,0.7,0,0\n");
+  EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[0].t_s, 0.7);
+}
+
+TEST(GenericCsv, ScalesToMetres) {
+  const TempFolder folder;
+  const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,100,200\n");
+  expect_row(read_detections(path, {.metres_per_unit = 0.05}).detections.rows[0], "1", 0.0, 5.0, 10.0);
+}
+
+TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
+  const TempFolder folder;
+  const auto file = read_detections(
+      folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n1,oops,1,2\n1,1\n1,1,,2\n,1,1,2\n1,2,nan,2\n1,3,1,2,9\n"));
+  EXPECT_EQ(file.detections.rows_read, 7U);
+  EXPECT_EQ(file.detections.rows.size(), 3U);  // NaN is a number to the reader; `clean` refuses it
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 2U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 2U);
+  for (const DroppedRows& entry : file.detections.dropped) {
+    const char* line = entry.reason == DropReason::not_a_number ? ":3" : ":4";
+    EXPECT_TRUE(contains(entry.first, line)) << entry.first;
+  }
+}
+
+TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {
+  const TempFolder folder;
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "no such locale on this machine";
+  const auto file = read_detections(folder.write("a.csv", "track_id,t,x,y\n1,0.25,1.5,2\n"));
+  std::setlocale(LC_ALL, before.c_str());
+  expect_row(file.detections.rows[0], "1", 0.25, 1.5, 2.0);
+}
+
+TEST(Obsmat, TakesTheThirdAndFifthColumnAndFindsTheFrameStep) {
+  const TempFolder folder;
+  const auto path = folder.write(
+      "obsmat.txt", "  7.800e+02 1.000e+00 8.5 0.0 3.5 1.6 0.0 0.1\r\n  7.860e+02 1.0 9.0 0.0 3.75 1.6 0.0 0.3\n");
+  const auto file = read_detections(path);
+  EXPECT_EQ(file.format, TrackFormat::obsmat);
+  expect_row(file.detections.rows[0], "1", 52.0, 8.5, 3.5);
+  expect_row(file.detections.rows[1], "1", 52.4, 9.0, 3.75);
+}
+
+TEST(FrameIdXY, ReadsSpacesAndTabs) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write("a.txt", "0 4 1.5 2.5\n12\t4.0\t1.75\t2.5\n24 4 2 2.5\n48 4 3 2.5\n"));
+  EXPECT_EQ(file.format, TrackFormat::frame_id_x_y);
+  expect_row(file.detections.rows[1], "4", 0.4, 1.75, 2.5);
+  EXPECT_DOUBLE_EQ(file.detections.rows[3].t_s, 1.6);
+}
+
+TEST(FrameIdXY, IsRecognisedDespiteADamagedFirstRow) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write("a.txt", "0 4 ? 2.5\n10 4 1 2\n20 4 2 2\n"));
+  EXPECT_EQ(file.format, TrackFormat::frame_id_x_y);
+  EXPECT_EQ(file.detections.rows.size(), 2U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+}
+
+TEST(TrajNetPlusPlus, ReadsTracksAndTheRateOfTheScenes) {
+  const TempFolder folder;
+  const auto file = read_detections(
+      folder.write("a.ndjson",
+                   "{\"scene\": {\"id\": 0, \"p\": 3, \"s\": 0, \"e\": 20, \"fps\": 2.5, \"tag\": [1, []]}}\n"
+                   "{\"track\": {\"f\": 0, \"p\": 3, \"x\": 1.5, \"y\": 2}}\n{\"track\": {\"f\": 10, \"p\": 3, \"x\": "
+                   "2, \"y\": 2.5}}\n"
+                   "{\"track\": {\"f\": 20, \"p\": 3, \"x\": \"far\", \"y\": 2.5}}\n{\"track\": {\"f\": 30, \"p\"\n"));
+  EXPECT_EQ(file.format, TrackFormat::trajnetpp);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[1], "3", 0.4, 2.0, 2.5);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
+  EXPECT_EQ(file.detections.rows_read, 4U);
+}
+
+TEST(StanfordDrone, TakesBoxCentresInPixelsAndCountsLostRows) {
+  const TempFolder folder;
+  const auto path = folder.write("annotations.txt",
+                                 "0 100 200 120 240 30 0 0 0 \"Pedestrian\"\n0 100 200 120 240 31 1 0 0 "
+                                 "\"Pedestrian\"\n1 0 0 9 9 30 0 0 0 \"Biker\"\n");
+  const auto file = read_detections(path, {.metres_per_unit = 0.05});
+  EXPECT_EQ(file.format, TrackFormat::stanford_drone);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "0", 1.0, 5.5, 11.0);
+  EXPECT_EQ(file.detections.rows[1].label, "Biker");
+  EXPECT_EQ(rows_of(file.detections, DropReason::lost), 1U);
+  EXPECT_TRUE(file.detections.warnings.empty());
+  ASSERT_EQ(read_detections(path).detections.warnings.size(), 1U);
+  EXPECT_TRUE(contains(read_detections(path).detections.warnings[0], "pixels"));
+}
+
+class IndRecording : public ::testing::Test {
+ protected:
+  TempFolder folder;
+  std::filesystem::path tracks = folder.write("07_tracks.csv",
+                                              "recordingId,trackId,frame,trackLifetime,xCenter,yCenter,heading,width,"
+                                              "length\n7,0,50,0,10.5,-4.5,90,0,0\n7,1,50,0,3,-3,0,2,4\n");
+  void write_classes() const {
+    folder.write("07_tracksMeta.csv",
+                 "recordingId,trackId,initialFrame,finalFrame,numFrames,width,length,class\n7,0,50,51,2,0,0,"
+                 "pedestrian\n7,1,50,51,2,2,4,car\n");
+  }
+};
+
+TEST_F(IndRecording, JoinsClassesAndFrameRateFromTheMetaFiles) {
+  write_classes();
+  folder.write("07_recordingMeta.csv", "recordingId,locationId,frameRate,speedLimit\n7,1,25,13.9\n");
+  const auto file = read_detections(tracks);
+  EXPECT_EQ(file.format, TrackFormat::ind);
+  expect_row(file.detections.rows[0], "0", 2.0, 10.5, -4.5);
+  EXPECT_EQ(file.detections.rows[0].label, "pedestrian");
+  EXPECT_EQ(file.detections.rows[1].label, "car");
+}
+
+TEST_F(IndRecording, IsRefusedWithoutTheClasses) {
+  const auto error = tests::format_error_of([&] { read_detections(tracks); });
+  EXPECT_TRUE(contains(error->expected, "NN_tracksMeta.csv"));
+}
+
+TEST_F(IndRecording, NeedsAFrameRateFromTheMetaFileOrTheCaller) {
+  write_classes();
+  EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(tracks); })->expected, "frame rate"));
+  EXPECT_DOUBLE_EQ(read_detections(tracks, {.frames_per_second = 50.0}).detections.rows[0].t_s, 1.0);
+}
+
+TEST(Sind, UsesItsMilliseconds) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write(
+      "a.csv", "track_id,frame_id,timestamp_ms,agent_type,x,y,vx,vy,ax,ay\nP0,5,500.5,pedestrian,-4,8,0,0,0,0\n"));
+  EXPECT_EQ(file.format, TrackFormat::sind);
+  expect_row(file.detections.rows[0], "P0", 0.5005, -4.0, 8.0);
+  EXPECT_EQ(file.detections.rows[0].label, "pedestrian");
+}
+
+TEST(Dut, CountsFramesAtItsOwnRate) {
+  const TempFolder folder;
+  const auto file =
+      read_detections(folder.write_gz("a.csv.gz", "id,frame,label,x_est,y_est,vx_est,vy_est\n0,2398,ped,5,9,1,0\n"));
+  EXPECT_EQ(file.format, TrackFormat::dut);
+  expect_row(file.detections.rows[0], "0", 100.0, 5.0, 9.0);
+  EXPECT_EQ(file.detections.rows[0].label, "ped");
+}
+
+TEST(Vru, MakesAFolderOneRecordingWithPathsAsIds) {
+  const TempFolder folder;
+  folder.write("set/moving/b.csv", ",timestamp,x,y\n0,0.0,1,2\n1,0.02,1.5,2\n");
+  folder.write("set/moving/a.csv", ",timestamp,x,y\n0,0.0,5,6\n");
+  folder.write("set/waiting/a.csv", ",timestamp,x,y\n0,0.0,7,8\n1,x,7,8\n");
+  const auto file = read_detections(folder.path() / "set");
+  EXPECT_EQ(file.format, TrackFormat::vru);
+  ASSERT_EQ(file.detections.rows.size(), 4U);
+  expect_row(file.detections.rows[0], "moving/a.csv", 0.0, 5.0, 6.0);
+  expect_row(file.detections.rows[2], "moving/b.csv", 0.02, 1.5, 2.0);
+  expect_row(file.detections.rows[3], "waiting/a.csv", 0.0, 7.0, 8.0);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(file.detections.rows_read, 5U);
+}
+
+TEST(Vru, ReadsOneFileAsOneTrack) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write("17.csv", ",timestamp,x,y\n0,0.0,1,2\n"));
+  expect_row(file.detections.rows[0], "17", 0.0, 1.0, 2.0);
+}
+
+TEST(Vru, TellsOfFilesInTheFolderThatItSkips) {
+  const TempFolder folder;
+  folder.write("a.csv", ",timestamp,x,y\n0,0.0,1,2\n");
+  folder.write("notes.txt", "hello\n");
+  const auto file = read_detections(folder.path());
+  ASSERT_EQ(file.detections.warnings.size(), 1U);
+  EXPECT_TRUE(contains(file.detections.warnings[0], "1 of 2 files skipped"));
+  EXPECT_TRUE(contains(file.detections.warnings[0], "notes.txt"));
+}
+
+TEST(Juelich, ReadsTheRateAndTheUnitFromTheComments) {
+  const TempFolder folder;
+  const auto metres =
+      read_detections(folder.write("a.txt", "#framerate: 16\n# ID\tframe\tX\tY\tZ\n1\t8\t3.5\t-0.5\t1.7\n"));
+  EXPECT_EQ(metres.format, TrackFormat::juelich);
+  expect_row(metres.detections.rows[0], "1", 0.5, 3.5, -0.5);
+  const auto centimetres =
+      read_detections(folder.write("b.txt", "# framerate: 25.00 fps\n# id frame x/cm y/cm z/cm\n1 50 350 -50 170\n"));
+  expect_row(centimetres.detections.rows[0], "1", 2.0, 3.5, -0.5);
+  const auto flat = read_detections(folder.write("c.txt", "# framerate: 10\n# id frame x y\n1 50 3 4\n"));
+  expect_row(flat.detections.rows[0], "1", 5.0, 3.0, 4.0);
+}
+
+TEST(Juelich, NeedsAFrameRate) {
+  const TempFolder folder;
+  const auto path = folder.write("a.txt", "1 8 3.5 -0.5 1.7\n");
+  EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(path); })->expected, "frame rate"));
+  EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 16.0}).detections.rows[0].t_s, 0.5);
+}
+
+TEST(ReadDetections, ReadsGzippedFilesAsThePlainOnes) {
+  const TempFolder folder;
+  const std::string text = "track_id,t,x,y\n1,0,1,2\n1,1,2,3\n";
+  const auto plain = read_detections(folder.write("a.csv", text)).detections;
+  const auto zipped = read_detections(folder.write_gz("a.csv.gz", text)).detections;
+  ASSERT_EQ(plain.rows.size(), zipped.rows.size());
+  for (std::size_t i = 0; i < plain.rows.size(); ++i) EXPECT_EQ(plain.rows[i].position_m, zipped.rows[i].position_m);
+}
+
+TEST(ReadDetections, ObeysAForcedFormat) {
+  const TempFolder folder;
+  const auto path = folder.write("a.txt", "1 16 3.5 -0.5\n");
+  const auto file = read_detections(path, {.format = TrackFormat::juelich, .frames_per_second = 16.0});
+  expect_row(file.detections.rows[0], "1", 1.0, 3.5, -0.5);
+  const auto error = tests::format_error_of([&] { read_detections(path, {.format = TrackFormat::dut}); });
+  EXPECT_TRUE(contains(error->expected, "x_est"));
+  EXPECT_EQ(error->line, 1U);
+}
+
+TEST(ReadDetections, KnowsEveryFormatByItsName) {
+  ASSERT_EQ(track_formats().size(), 10U);
+  for (const TrackFormatText& format : track_formats()) {
+    EXPECT_EQ(track_format(format.name), format.format);
+    EXPECT_EQ(name_of(format.format), format.name);
+  }
+  EXPECT_EQ(track_format("parquet"), std::nullopt);
+}
+
+TEST(ReadDetections, RefusesOptionsThatAreNotPositive) {
+  const TempFolder folder;
+  const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");
+  EXPECT_THROW(read_detections(path, {.frames_per_second = 0.0}), std::invalid_argument);
+  EXPECT_THROW(read_detections(path, {.sample_interval_s = -0.4}), std::invalid_argument);
+  EXPECT_THROW(read_detections(path, {.metres_per_unit = std::nan("")}), std::invalid_argument);
+}
+
+struct BadFile {
+  const char* name;
+  std::string text;
+  const char* expected;
+  const char* found;
+  std::size_t line;
+};
+
+TEST(BadTrackFile, IsRefusedWithPathLineExpectedAndFound) {
+  const TempFolder folder;
+  const std::vector<BadFile> cases = {
+      {"empty.csv", "", "rows", "empty", 0},
+      {"blank.csv", " \n\n \t\n", "rows", "empty", 0},
+      {"comments.csv", "# only\n# comments\n", "rows", "comments only", 0},
+      {"binary.csv", std::string("track_id,t,x,y\n\0\1\2", 18), "text", "binary", 0},
+      {"header_only.csv", "track_id,t,x,y\n", "usable row", "no row", 0},
+      {"no_y.csv", "track_id,t,x\n1,2,3\n", "track_id,t,x,y", "track_id,t,x", 1},
+      {"no_header.csv", "1,2,3,4\n1,3,3,4\n", "track_id,t,x,y", "1,2,3,4", 1},
+      {"three.txt", "1 2 3\n4 5 6\n", "known format", "1 2 3", 1},
+      {"prose.txt", "\nIt was a dark and stormy night.\n", "known format", "It was", 2},
+      {"all_bad.csv", "track_id,t,x,y\n1,a,b,c\n2,a,b,c\n", "usable row", "2 have a cell that is not a number", 0},
+      {"scene.json", "{\"origin\": [0, 0],\n \"axis_1\": [1, 0]}\n", "known format", "origin", 1},
+      {"short.gz", "\x1f\x8b\x08", "gzip", "truncated", 0},
+  };
+  for (const BadFile& bad : cases) {
+    SCOPED_TRACE(bad.name);
+    const auto path = folder.write(bad.name, bad.text);
+    const auto error = tests::format_error_of([&] { read_detections(path); });
+    ASSERT_TRUE(error);
+    EXPECT_EQ(error->path, path.string());
+    EXPECT_EQ(error->line, bad.line);
+    EXPECT_TRUE(contains(error->expected, bad.expected)) << error->what();
+    EXPECT_TRUE(contains(error->found, bad.found)) << error->what();
+  }
+}
+
+TEST(BadTrackFile, IsRefusedIfTheGzipIsTruncatedAnywhere) {
+  const TempFolder folder;
+  std::string text = "track_id,t,x,y\n";
+  for (int i = 0; i < 2000; ++i) text += "1," + std::to_string(i) + "," + std::to_string(i * i % 977) + ",2\n";
+  const auto whole = folder.write_gz("whole.gz", text);
+  const std::string bytes = tests::bytes_of(whole);
+  for (const std::size_t length :
+       {std::size_t{2}, std::size_t{9}, std::size_t{11}, bytes.size() / 2, bytes.size() - 9, bytes.size() - 1}) {
+    SCOPED_TRACE(length);
+    const auto path = folder.write("cut.gz", bytes.substr(0, length));
+    EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(path); })->found, "truncated"));
+  }
+  std::string damaged = bytes;
+  damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 0x55);
+  EXPECT_THROW(read_detections(folder.write("damaged.gz", damaged)), FormatError);
+}
+
+TEST(BadTrackFile, IsRefusedIfMissingOrAFolderWithoutTracks) {
+  const TempFolder folder;
+  EXPECT_TRUE(
+      contains(tests::format_error_of([&] { read_detections(folder.path() / "no.csv"); })->found, "no such file"));
+  EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(folder.path()); })->found, "no .csv"));
+  folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");
+  const auto error = tests::format_error_of([&] { read_detections(folder.path()); });
+  EXPECT_TRUE(contains(error->expected, "one track each"));
+  EXPECT_TRUE(contains(error->found, "a.csv"));
+}
+
+TEST(WriteTracksCsv, WritesWhatTheReaderReadsBackBitForBit) {
+  const TempFolder folder;
+  const std::vector<Trajectory> tracks = {{"a", {0.1, 0.3}, {Vector2(1.0 / 3.0, -2e-17), Vector2(1e5 / 7.0, 3.0)}},
+                                          {"file,x:2", {1.0 / 7.0}, {Vector2(0.0, 5e-324)}}};
+  const auto path = folder.path() / "out.csv";
+  write_tracks_csv(path, tracks);
+  const auto rows = read_detections(path).detections.rows;
+  ASSERT_EQ(rows.size(), 3U);
+  std::size_t row = 0;
+  for (const Trajectory& track : tracks) {
+    for (std::size_t i = 0; i < track.times_s.size(); ++i, ++row) {
+      EXPECT_EQ(rows[row].track, track.id);
+      EXPECT_EQ(rows[row].t_s, track.times_s[i]);
+      EXPECT_EQ(rows[row].position_m, track.positions_m[i]);
+    }
+  }
+}
+
+TEST(WriteTracksCsv, LeavesNothingBehindWhenItCannotWrite) {
+  const TempFolder folder;
+  const std::vector<Trajectory> tracks = {{"a", {0.0}, {Vector2(1, 2)}}};
+  EXPECT_THROW(write_tracks_csv(folder.path() / "missing" / "out.csv", tracks), FormatError);
+  std::filesystem::create_directories(folder.path() / "taken" / "inside");
+  EXPECT_THROW(write_tracks_csv(folder.path() / "taken", tracks), FormatError);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "taken.part"));
+}
+
+}  // namespace
+}  // namespace sila

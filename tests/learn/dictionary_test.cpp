@@ -1,0 +1,169 @@
+#include "sila/learn/dictionary.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "sila/core/sampling.hpp"
+#include "sila/learn/sparse_coding.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+void expect_projection(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  EXPECT_LT((project_arrow(from, 1.0) - to).norm(), 1e-14) << from.transpose();
+}
+
+TEST(ArrowProjection, GivesTheWorkedExamples) {
+  expect_projection({1, 0, 0}, {.5, 0, .5});
+  expect_projection({3, 4, 0}, {.6, .8, 1});
+  expect_projection({0, 0, -1}, {0, 0, 0});
+  expect_projection({.5, 0, 2}, {.5, 0, 1});
+  expect_projection({2, 0, 3}, {1, 0, 1});
+  expect_projection({.3, .4, -.6}, {0, 0, 0});
+  expect_projection({.3, .4, .1}, {.18, .24, .3});
+  expect_projection({.6, .8, 1}, {.6, .8, 1});
+}
+
+TEST(ArrowProjection, IsTheNearestFeasiblePoint) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-2.0, 2.0);
+  for (double g : {0.6, 1.0, 1.7}) {
+    for (int round = 0; round < 30; ++round) {
+      SCOPED_TRACE("seed 5, g " + std::to_string(g) + ", round " + std::to_string(round));
+      const Eigen::Vector3d point(uniform(random), uniform(random), uniform(random));
+      const Eigen::Vector3d nearest = project_arrow(point, g);
+      EXPECT_LE(nearest.head<2>().norm(), nearest.z() / g + 1e-12);
+      EXPECT_LE(nearest.z(), g + 1e-12);
+      for (int probe = 0; probe < 300; ++probe) {  // no feasible point is nearer
+        const double b = g * std::abs(uniform(random)) / 2.0, n = b / g * std::abs(uniform(random)) / 2.0, angle = 3.2 * uniform(random);
+        const Eigen::Vector3d other(n * std::cos(angle), n * std::sin(angle), b);
+        EXPECT_LE((point - nearest).norm(), (point - other).norm() + 1e-12);
+      }
+    }
+  }
+}
+
+TEST(SparseCoding, SatisfiesTheOptimalityConditionsAndIsNeverNegative) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  for (int round = 0; round < 20; ++round) {
+    SCOPED_TRACE("seed 9, round " + std::to_string(round));
+    const Eigen::MatrixXd atoms = Eigen::MatrixXd::NullaryExpr(30, 8, [&](Eigen::Index) { return normal(random); });
+    const Eigen::VectorXd signal = Eigen::VectorXd::NullaryExpr(30, [&](Eigen::Index) { return normal(random); });
+    const Eigen::MatrixXd gram = atoms.transpose() * atoms;
+    const Eigen::VectorXd products = atoms.transpose() * signal;
+    const Eigen::VectorXd s = nonnegative_lasso(gram, products, 0.7, Eigen::VectorXd::Zero(8));
+    const Eigen::VectorXd slope = gram * s - products;
+    for (Eigen::Index k = 0; k < 8; ++k) {
+      EXPECT_GE(s(k), 0.0);
+      if (s(k) > 0.0) EXPECT_NEAR(slope(k) + 0.7, 0.0, 1e-3);
+      else EXPECT_GE(slope(k) + 0.7, -1e-3);
+    }
+  }
+}
+
+std::vector<GridVector> vectors_of(const std::vector<PlacedTrack>& tracks, const Grid& grid) {
+  std::vector<GridVector> vectors;
+  for (const PlacedTrack& placed : tracks) vectors.push_back(to_grid_vector(resample(placed.track, placed.frame, {}), grid, 0.2));
+  return vectors;
+}
+
+TEST(Dictionary, NeverRaisesItsObjectiveAndKeepsEveryPrimitiveInItsSet) {
+  const Grid grid{0.4, Vector2::Zero(), 8};
+  for (unsigned seed : {1u, 2u, 3u}) {
+    for (CutRule cut : {CutRule::aligned, CutRule::first_unexplained}) {
+      SCOPED_TRACE("seed " + std::to_string(seed));
+      DictionaryConfig config;
+      config.cut = cut;
+      const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(20, seed), grid);
+      const Dictionary dictionary = learn_dictionary(vectors, grid, 6.0, 10.0, config);
+      EXPECT_GE(dictionary.primitives.size(), 3u);
+      for (std::size_t i = 1; i < dictionary.objective.size(); ++i) {
+        EXPECT_LE(dictionary.objective[i], dictionary.objective[i - 1] + 1e-9) << "step " << i;
+      }
+      EXPECT_LT(dictionary.objective.back(), 0.5 * dictionary.objective.front());
+      for (const MotionPrimitive& primitive : dictionary.primitives) {
+        for (const CellVelocity& arrow : primitive.cells) EXPECT_LE(arrow.velocity.norm(), 1.0 + 1e-12);
+      }
+      for (const auto& code : dictionary.codes) {
+        for (const Coefficient& used : code) EXPECT_GT(used.value, 0.0);
+      }
+    }
+  }
+}
+
+TEST(Dictionary, SupportMasksKeepPrimitivesLocalAndSharedBetweenRoutes) {
+  const Grid grid{0.4, Vector2::Zero(), 8};
+  const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(20, 4), grid);
+  DictionaryConfig masked, free;
+  free.support_mask = false;
+  const Dictionary local = learn_dictionary(vectors, grid, 6.0, 10.0, masked);
+  const Dictionary global = learn_dictionary(vectors, grid, 6.0, 10.0, free);
+  const auto uses = [](const Dictionary& dictionary) {
+    double sum = 0.0;
+    for (const auto& code : dictionary.codes) sum += static_cast<double>(code.size());
+    return sum / static_cast<double>(dictionary.codes.size());
+  };
+  EXPECT_GT(uses(local), 1.5);  // a route is a chain of primitives
+  EXPECT_LT(uses(global), uses(local));
+}
+
+TEST(Dictionary, AlignedCutsEndAtTileBorders) {
+  const Grid grid{0.4, Vector2::Zero(), 8};
+  const Dictionary dictionary = learn_dictionary(vectors_of(testing::corner_walks(20, 6), grid), grid, 6.0, 10.0, {});
+  for (const MotionPrimitive& primitive : dictionary.primitives) {
+    for (const CellVelocity& arrow : primitive.cells) {
+      EXPECT_EQ(tile_of(grid, arrow.cell), tile_of(grid, primitive.cells.front().cell));
+    }
+  }
+}
+
+TEST(Dictionary, ActivenessForbidsPrimitivesOfOppositeSignThatCancel) {
+  // Two routes that part: without the channel one could be coded as the other minus a piece.
+  const Grid grid{0.4, Vector2::Zero(), 8};
+  const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(30, 8), grid);
+  const Dictionary dictionary = learn_dictionary(vectors, grid, 6.0, 10.0, {});
+  for (std::size_t i = 0; i < vectors.size(); ++i) {
+    std::map<CellKey, std::pair<double, Vector2>> cells;  // sum of lengths, sum of vectors, in cells the track never visits
+    for (const Coefficient& used : dictionary.codes[i]) {
+      for (const CellVelocity& arrow : dictionary.primitives[static_cast<std::size_t>(used.primitive)].cells) {
+        auto& [length, sum] = cells.try_emplace(arrow.cell, 0.0, Vector2::Zero()).first->second;
+        length += used.value * arrow.velocity.norm(), sum += used.value * arrow.velocity;
+      }
+    }
+    double cancelled = 0.0;
+    for (const auto& [cell, entry] : cells) cancelled += entry.first - entry.second.norm();
+    EXPECT_LT(cancelled, 1.0) << "track " << i;
+  }
+}
+
+TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
+  const Grid grid{0.4, Vector2::Zero(), 8};
+  const Trajectory fast = testing::walk("a", {{0.5, 0.5}, {20.5, 0.5}}, 4.0, 0.5);
+  const GridVector vector = to_grid_vector(resample(fast, testing::square_frame(), {}), grid, 0.2);
+  ASSERT_GE(vector.path.size(), 20u);
+  for (std::size_t c = 0; c < vector.path.size(); ++c) {
+    EXPECT_EQ(vector.path[c].y, 0);
+    EXPECT_NEAR(vector.directions[c].norm(), 1.0, 1e-12);
+    if (c > 0) EXPECT_EQ(vector.path[c].x, vector.path[c - 1].x + 1);
+  }
+}
+
+TEST(GridVector, StandingPeopleHaveNoHeadingAndReversalsNoArrow) {
+  const Grid grid{0.4, Vector2::Zero(), 8};
+  Trajectory standing{"s", {}, {}};
+  for (int k = 0; k < 50; ++k) standing.times_s.push_back(0.1 * k), standing.positions_m.emplace_back(1.0, 1.0);
+  EXPECT_TRUE(to_grid_vector(resample(standing, testing::square_frame(), {}), grid, 0.2).path.empty());
+  const Trajectory back = testing::walk("r", {{0, 0.5}, {3.5, 0.5}, {0, 0.5}}, 1.2);
+  const GridVector vector = to_grid_vector(resample(back, testing::square_frame(), {}), grid, 0.2);
+  bool inactive = false;
+  for (const Vector2& direction : vector.directions) inactive = inactive || direction.isZero();
+  EXPECT_TRUE(inactive);
+}
+
+}  // namespace
+}  // namespace sila

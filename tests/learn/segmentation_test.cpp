@@ -1,0 +1,90 @@
+#include "sila/learn/segmentation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "sila/core/sampling.hpp"
+#include "sila/learn/learn.hpp"
+#include "sila/learn/transitions.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+/// Unit arrows in a row of cells along x.
+MotionPrimitive row(int from, int to, const Vector2& direction) {
+  MotionPrimitive primitive;
+  for (int x = from; x < to; ++x) primitive.cells.push_back({{x, 0}, direction});
+  return primitive;
+}
+
+const Grid kGrid{0.4, Vector2::Zero(), 8};
+
+CurbTrajectory straight() {
+  return resample(testing::walk("a", {{0.1, 0.5}, {15.9, 0.5}}, 1.25), testing::square_frame(), {});
+}
+
+TEST(Segmentation, CutsATrackWhereOnePrimitiveEndsAndTheNextBegins) {
+  const std::vector<MotionPrimitive> primitives{row(0, 8, {1, 0}), row(8, 16, {1, 0}), row(0, 16, {-1, 0})};
+  const std::vector<Coefficient> code{{0, 1.0}, {1, 0.9}, {2, 0.3}};
+  const std::vector<Segment> segments = segment(straight(), code, primitives, kGrid, 0.2, {});
+  ASSERT_EQ(segments.size(), 2u);
+  EXPECT_EQ(segments[0].primitive, 0);
+  EXPECT_EQ(segments[1].primitive, 1);
+  EXPECT_EQ(segments[0].begin, 0u);
+  EXPECT_EQ(segments[0].end, segments[1].begin);
+  EXPECT_EQ(segments[1].end, straight().positions.size());
+  EXPECT_NEAR(straight().positions[segments[1].begin].x(), 3.2, 0.15);  // cell 8 begins at 3.2 widths
+}
+
+TEST(Segmentation, LeavesATrackAloneThatUsesNoPrimitive) {
+  const std::vector<MotionPrimitive> primitives{row(0, 8, {1, 0})};
+  EXPECT_TRUE(segment(straight(), {}, primitives, kGrid, 0.2, {}).empty());
+  const std::vector<Coefficient> faint{{0, 0.05}};
+  EXPECT_TRUE(segment(straight(), faint, primitives, kGrid, 0.2, {}).empty());
+}
+
+TEST(Transitions, CountATrackOnceAPairAndKeepTheSamplesOfBothRuns) {
+  const std::vector<CurbTrajectory> tracks{straight(), straight()};
+  const std::size_t n = tracks[0].positions.size();
+  const std::vector<std::vector<Segment>> segments{{{0, 0, 10}, {1, 10, 20}, {0, 20, 30}, {1, 30, n}}, {{2, 0, n}}};
+  const auto observed = observe_transitions(tracks, segments);
+  ASSERT_EQ(observed.size(), 3u);
+  EXPECT_EQ(observed.at({0, 1}).count, 1.0);  // seen twice by one track
+  EXPECT_EQ(observed.at({0, 1}).samples.positions.cols(), static_cast<Eigen::Index>(n));
+  EXPECT_EQ(observed.at({1, 0}).samples.positions.cols(), 20);
+  EXPECT_EQ(observed.at({2, 2}).count, 1.0);
+  EXPECT_EQ(observed.at({2, 2}).samples.velocities.rows(), static_cast<Eigen::Index>(n));
+}
+
+TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
+  std::vector<CurbTrajectory> tracks;
+  for (const PlacedTrack& placed : testing::corner_walks(20, 3)) tracks.push_back(resample(placed.track, placed.frame, {}));
+  CurbTrajectory standing = tracks.front();
+  for (Vector2& velocity : standing.velocities) velocity.setZero();
+  tracks.push_back(standing);
+  const LearnConfig config;
+  const Conventions conventions = begin_conventions(tracks.front().frame, CurbScaling::mean_width, 0.2, config.grid);
+  const Learnt learnt = learn(tracks, conventions, config);
+  EXPECT_NO_THROW(check(learnt.increment.model));
+  EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
+  EXPECT_EQ(learnt.report.tracks, 21);
+  EXPECT_EQ(learnt.report.standing, 1);
+  double counted = 0.0;
+  for (const Transition& transition : learnt.increment.model.transitions) counted += transition.count;
+  EXPECT_GE(counted + learnt.report.unexplained, 20.0);
+  EXPECT_NEAR(conventions.grid.cell * 2.5, 1.0, 1e-12);
+}
+
+TEST(Learn, RefusesAConfigurationOutOfRangeByName) {
+  LearnConfig config;
+  config.dictionary.sparsity = -1.0;
+  try {
+    learn({}, {}, config);
+    FAIL() << "accepted a negative sparsity";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("dictionary.sparsity = -1"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,58 @@
+#pragma once
+
+// Made-up walks for tests.
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "sila/core/placed_track.hpp"
+
+namespace sila::testing {
+
+inline CurbFrame square_frame(double width_m = 2.5) {
+  return make_curb_frame({0, 0}, {1, 0}, {0, 1}, {width_m, width_m, width_m}, CurbScaling::mean_width);
+}
+
+/// A walk through way points at a constant speed, sampled every `interval_s`, with Gaussian noise.
+inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, double speed_mps, double interval_s = 0.1,
+                       double noise_m = 0.0, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  Trajectory track{id, {}, {}};
+  double along_m = 0.0, length_m = 0.0;
+  for (std::size_t i = 1; i < way.size(); ++i) length_m += (way[i] - way[i - 1]).norm();
+  for (int k = 0; along_m <= length_m + 1e-9; ++k, along_m = k * interval_s * speed_mps) {
+    double rest = along_m;
+    Vector2 position = way.back();
+    for (std::size_t i = 1; i < way.size(); ++i) {
+      const double part = (way[i] - way[i - 1]).norm();
+      if (rest <= part) {
+        position = way[i - 1] + (way[i] - way[i - 1]) * (rest / part);
+        break;
+      }
+      rest -= part;
+    }
+    track.times_s.push_back(k * interval_s);
+    track.positions_m.emplace_back(position + noise_m * Vector2(normal(random), normal(random)));
+  }
+  return track;
+}
+
+/// People who come along curb 1 and turn round the corner into curb 2, or walk straight on, each at a speed and offset of their own.
+inline std::vector<PlacedTrack> corner_walks(int count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<PlacedTrack> tracks;
+  for (int i = 0; i < count; ++i) {
+    const double offset = 0.5 + 1.5 * uniform(random), speed = 1.1 + 0.5 * uniform(random);
+    const bool turns = uniform(random) < 0.5;
+    std::vector<Vector2> way = turns ? std::vector<Vector2>{{14.0, offset}, {offset, offset}, {offset, 14.0}}
+                                     : std::vector<Vector2>{{14.0, offset}, {-14.0, offset}};
+    tracks.push_back({walk("w" + std::to_string(i), way, speed, 0.1, 0.02, seed + static_cast<unsigned>(i)), square_frame()});
+  }
+  return tracks;
+}
+
+}  // namespace sila::testing
