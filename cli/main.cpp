@@ -23,7 +23,7 @@ int fail(int code, const std::exception& error) {
 int main(int argc, char** argv) {
   CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.", "sila");
   app.set_version_flag("--version", "sila " SILA_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // an unknown verb is told by its name; a missing one below
   app.footer("`sila VERB --help` has an example of each verb.");
   sila::cli::add_simulate(app);
   sila::cli::add_learn(app);
@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   sila::cli::add_config(app);
   try {
     app.parse(argc, argv);
+    if (app.get_subcommands().empty()) throw CLI::RequiredError("A verb");
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

@@ -60,6 +60,7 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config) {
   const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
   CleanTracks clean = paths.empty() ? read_scene_tracks(result.scene, config.clean) : read_tracks(paths, result.scene, read, config.clean);
   result.report = clean.report;
+  result.input_ids = std::move(clean.input_ids);
   for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
   for (const std::string& line : to_lines(clean.report)) std::cerr << line << "\n";
   for (Trajectory& track : clean.trajectories) {

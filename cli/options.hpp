@@ -39,6 +39,7 @@ struct TrackOptions {
 struct SceneTracks {
   Scene scene;
   std::vector<PlacedTrack> tracks;
+  std::vector<std::string> input_ids;  ///< of each track, as its rows had them
   TrackReport report;
 };
 

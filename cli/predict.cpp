@@ -34,12 +34,12 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
 }
 
 /// One line a prediction, in the order of the tracks.
-std::vector<std::string> lines_of(const PlacedTrack& placed, const Predictor& predictor, const Config& config, double every_s) {
+std::vector<std::string> lines_of(const PlacedTrack& placed, const std::string& input_id, const Predictor& predictor, const Config& config, double every_s) {
   std::vector<std::string> lines;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, every_s)) {
     const CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
-    lines.push_back(prediction_line(placed.track.id, predictor.predict(observed)));
+    lines.push_back(prediction_line(input_id, predictor.predict(observed)));
   }
   return lines;
 }
@@ -52,7 +52,7 @@ void predict_tracks(const PredictOptions& options) {
   const Predictor predictor(stored.model, config.episode.predict);
   std::vector<std::vector<std::string>> lines(input.tracks.size());
   tbb::parallel_for(std::size_t{0}, lines.size(),
-                    [&](std::size_t i) { lines[i] = lines_of(input.tracks[i], predictor, config, options.every_s); });
+                    [&](std::size_t i) { lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options.every_s); });
   std::string text;
   std::size_t count = 0;
   for (const auto& of_track : lines) {

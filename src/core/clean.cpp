@@ -253,8 +253,14 @@ std::vector<std::string> unit_warnings(const Detections& source, const std::vect
   return warnings;
 }
 
+/// A trajectory and the id that the input gave it.
+struct CleanedTrack {
+  Trajectory trajectory;
+  std::string input_id;
+};
+
 /// The tracks of one source by start time, then id.
-std::vector<Trajectory> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
+std::vector<CleanedTrack> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
                                      Ledger& ledger) {
   for (const DroppedRows& entry : source.dropped) ledger.add(entry);
   const std::vector<RawTrack> tracks = raw_tracks(source, config, ledger);
@@ -270,8 +276,10 @@ std::vector<Trajectory> clean_source(const Detections& source, const std::string
     return id_less(a.track->id, b.track->id);
   });
   std::vector<std::string> ids = ids_of(pieces, prefix);
-  std::vector<Trajectory> result;
-  for (std::size_t i = 0; i < pieces.size(); ++i) result.push_back(trajectory_of(std::move(ids[i]), pieces[i].samples));
+  std::vector<CleanedTrack> result;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    result.push_back({trajectory_of(std::move(ids[i]), pieces[i].samples), pieces[i].track->id});
+  }
   return result;
 }
 
@@ -292,10 +300,11 @@ CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config
   const std::vector<std::string> prefix = prefixes(sources);
   for (std::size_t s = 0; s < sources.size(); ++s) {
     ledger.report.rows_read += sources[s].rows_read;
-    for (Trajectory& track : clean_source(sources[s], prefix[s], config, ledger)) {
-      ledger.report.rows_kept += track.times_s.size();
-      if (extent_m(track) < config.standing_extent_m) ++ledger.report.standing_tracks;
-      result.trajectories.push_back(std::move(track));
+    for (CleanedTrack& track : clean_source(sources[s], prefix[s], config, ledger)) {
+      ledger.report.rows_kept += track.trajectory.times_s.size();
+      if (extent_m(track.trajectory) < config.standing_extent_m) ++ledger.report.standing_tracks;
+      result.trajectories.push_back(std::move(track.trajectory));
+      result.input_ids.push_back(std::move(track.input_id));
       result.source.push_back(s);
     }
   }

@@ -10,7 +10,7 @@
 namespace sila {
 namespace {
 
-using PrimitivesAt = std::vector<std::vector<std::pair<int, const Arrow*>>>;  ///< per cell: primitive and its arrow there
+using PrimitivesAt = decltype(Overlap::at);
 
 PrimitivesAt primitives_at(const CodingProblem& problem, const CodingState& state) {
   PrimitivesAt at(problem.cells.size());
@@ -41,11 +41,16 @@ struct TrackLasso {
   Eigen::VectorXd start;
 };
 
-TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const PrimitivesAt& at,
-                       const Eigen::MatrixXd& gram, std::size_t track) {
-  std::map<int, double> products;
+TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, std::size_t track) {
+  std::vector<std::pair<int, double>> shares;
   for (const CellArrow& visit : problem.tracks[track]) {
-    for (const auto& [k, arrow] : at[static_cast<std::size_t>(visit.cell)]) products[k] += arrow->dot(visit.value);
+    for (const auto& [k, arrow] : overlap.at[static_cast<std::size_t>(visit.cell)]) shares.emplace_back(k, arrow->dot(visit.value));
+  }
+  std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::pair<int, double>> products;
+  for (const auto& [k, share] : shares) {
+    if (products.empty() || products.back().first != k) products.emplace_back(k, 0.0);
+    products.back().second += share;
   }
   TrackLasso lasso;
   const auto count = static_cast<Eigen::Index>(products.size());
@@ -54,13 +59,21 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
     lasso.products(static_cast<Eigen::Index>(lasso.primitives.size())) = product;
     lasso.primitives.push_back(k);
   }
-  lasso.gram = gram(lasso.primitives, lasso.primitives);
+  lasso.gram = overlap.gram(lasso.primitives, lasso.primitives);
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {
     const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), used.primitive);
     if (place != lasso.primitives.end() && *place == used.primitive) lasso.start(place - lasso.primitives.begin()) = used.value;
   }
   return lasso;
+}
+
+std::vector<Coefficient> code_of(const TrackLasso& lasso, const Eigen::VectorXd& s) {
+  std::vector<Coefficient> code;
+  for (Eigen::Index k = 0; k < s.size(); ++k) {
+    if (s(k) > 0.0) code.push_back({lasso.primitives[static_cast<std::size_t>(k)], s(k)});
+  }
+  return code;
 }
 
 /// The part of the objective that the code of one track changes.
@@ -91,16 +104,12 @@ CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& gr
 }
 
 CodingState with_new_codes(const CodingProblem& problem, CodingState state, double penalty) {
-  const PrimitivesAt at = primitives_at(problem, state);
-  const Eigen::MatrixXd gram = gram_of(state, at);
+  const Overlap overlap = overlap_of(problem, state);
   state.objective = problem.energy;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
-    const TrackLasso lasso = track_lasso(problem, state, at, gram, i);
+    const TrackLasso lasso = track_lasso(problem, state, overlap, i);
     const Eigen::VectorXd s = nonnegative_lasso(lasso.gram, lasso.products, penalty, lasso.start);
-    state.codes[i].clear();
-    for (Eigen::Index k = 0; k < s.size(); ++k) {
-      if (s(k) > 0.0) state.codes[i].push_back({lasso.primitives[static_cast<std::size_t>(k)], s(k)});
-    }
+    state.codes[i] = code_of(lasso, s);
     state.objective += code_cost(lasso, s, penalty);
   }
   return state;
@@ -147,42 +156,58 @@ std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState&
   return rest;
 }
 
-double removal_cost(const CodingProblem& problem, const CodingState& state, int primitive, double penalty) {
-  const PrimitivesAt at = primitives_at(problem, state);
-  const Eigen::MatrixXd gram = gram_of(state, at);
-  double cost = 0.0;
+Overlap overlap_of(const CodingProblem& problem, const CodingState& state) {
+  Overlap overlap{primitives_at(problem, state), {}};
+  overlap.gram = gram_of(state, overlap.at);
+  return overlap;
+}
+
+Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive, double penalty) {
+  Removal removal;
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     const bool uses = std::any_of(state.codes[i].begin(), state.codes[i].end(),
                                   [&](const Coefficient& used) { return used.primitive == primitive; });
     if (!uses) continue;
-    TrackLasso lasso = track_lasso(problem, state, at, gram, i);
+    TrackLasso lasso = track_lasso(problem, state, overlap, i);
     const double before = code_cost(lasso, lasso.start, penalty);
     const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
     lasso.gram.row(place).setZero();
     lasso.gram.col(place).setZero();
     lasso.products(place) = 0.0;
     lasso.start(place) = 0.0;
-    cost += code_cost(lasso, nonnegative_lasso(lasso.gram, lasso.products, penalty, lasso.start), penalty) - before;
+    const Eigen::VectorXd s = nonnegative_lasso(lasso.gram, lasso.products, penalty, lasso.start);
+    removal.cost += code_cost(lasso, s, penalty) - before;
+    removal.codes.emplace_back(i, code_of(lasso, s));
   }
-  return cost;
+  return removal;
 }
 
-CodingState without(const CodingProblem& problem, const CodingState& state, const std::vector<bool>& drop, double penalty) {
+Overlap without(Overlap overlap, const CodingState& state, int primitive) {
+  for (const CellArrow& arrow : state.primitives[static_cast<std::size_t>(primitive)]) {
+    std::erase_if(overlap.at[static_cast<std::size_t>(arrow.cell)], [&](const auto& here) { return here.first == primitive; });
+  }
+  overlap.gram.row(primitive).setZero();
+  overlap.gram.col(primitive).setZero();
+  return overlap;
+}
+
+CodingState compacted(const CodingState& state, const std::vector<bool>& drop) {
   CodingState rest;
+  rest.objective = state.objective;
   std::vector<int> new_index(drop.size(), -1);
   for (std::size_t k = 0; k < drop.size(); ++k) {
     if (drop[k]) continue;
     new_index[k] = static_cast<int>(rest.primitives.size());
     rest.primitives.push_back(state.primitives[k]);
   }
-  rest.codes.resize(state.codes.size());
-  for (std::size_t i = 0; i < state.codes.size(); ++i) {
-    for (const Coefficient& used : state.codes[i]) {
+  for (const auto& code : state.codes) {
+    rest.codes.emplace_back();
+    for (const Coefficient& used : code) {
       const int index = new_index[static_cast<std::size_t>(used.primitive)];
-      if (index >= 0) rest.codes[i].push_back({index, used.value});
+      if (index >= 0) rest.codes.back().push_back({index, used.value});
     }
   }
-  return with_new_codes(problem, std::move(rest), penalty);
+  return rest;
 }
 
 }  // namespace sila

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "sila/learn/dictionary.hpp"
@@ -47,10 +48,26 @@ CodingState with_new_primitives(const CodingProblem& problem, CodingState state)
 /// What of each visited cell of a track the code does not explain, in path order.
 std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState& state, std::size_t track);
 
-/// How much the objective would rise without a primitive, the other coefficients of the tracks that use it fitted anew.
-double removal_cost(const CodingProblem& problem, const CodingState& state, int primitive, double penalty);
+/// How the primitives of a state overlap: what codes are computed from.
+struct Overlap {
+  std::vector<std::vector<std::pair<int, const Arrow*>>> at;  ///< per cell: each primitive there and its arrow; points into the state
+  Eigen::MatrixXd gram;                                       ///< inner products of the primitives
+};
+Overlap overlap_of(const CodingProblem& problem, const CodingState& state);
 
-/// The state without the primitives for which `drop` is true; codes are fitted anew.
-CodingState without(const CodingProblem& problem, const CodingState& state, const std::vector<bool>& drop, double penalty);
+/// What taking a primitive away would do: the rise of the objective, and the new codes of the tracks that use it. The codes of other
+/// tracks stay optimal without it.
+struct Removal {
+  double cost = 0.0;
+  std::vector<std::pair<std::size_t, std::vector<Coefficient>>> codes;
+};
+/// `overlap` is that of `state`.
+Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive, double penalty);
+
+/// The overlap once a primitive is gone; its index stays, empty.
+Overlap without(Overlap overlap, const CodingState& state, int primitive);
+
+/// The state without the primitives for which `drop` is true; no code may use them.
+CodingState compacted(const CodingState& state, const std::vector<bool>& drop);
 
 }  // namespace sila

@@ -138,13 +138,17 @@ CodingState alternate(const CodingProblem& problem, CodingState state, int times
 
 /// Drops, newest first, each primitive from index `first` on that does not pay its price.
 CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double penalty, double gain_cells) {
+  Overlap overlap = overlap_of(problem, state);
+  std::vector<bool> drop(state.primitives.size(), false);
   for (std::size_t k = state.primitives.size(); k-- > first;) {
-    if (removal_cost(problem, state, static_cast<int>(k), penalty) >= gain_cells) continue;
-    std::vector<bool> drop(state.primitives.size(), false);
+    Removal removal = removal_of(problem, state, overlap, static_cast<int>(k), penalty);
+    if (removal.cost >= gain_cells) continue;
+    for (auto& [track, code] : removal.codes) state.codes[track] = std::move(code);
+    state.objective += removal.cost;
+    overlap = without(std::move(overlap), state, static_cast<int>(k));
     drop[k] = true;
-    state = without(problem, state, drop, penalty);
   }
-  return state;
+  return compacted(state, drop);
 }
 
 CodingState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config,
@@ -176,7 +180,7 @@ CodingState prune(const CodingProblem& problem, const CodingState& state, double
       if (used.value > kSmallestUse) drop[static_cast<std::size_t>(used.primitive)] = false;
     }
   }
-  return without(problem, state, drop, penalty);
+  return with_new_codes(problem, compacted(state, drop), penalty);
 }
 
 MotionPrimitive finished(const CodingProblem& problem, std::span<const CellArrow> arrows) {

@@ -60,7 +60,7 @@ class Program : public ::testing::Test {
     for (const std::string& word : words) EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
   }
 
-  void simulate() const { ASSERT_EQ(run("simulate --tracks 60 --seed 1 --out tracks.csv").code, 0); }
+  void simulate() const { ASSERT_EQ(run("simulate --tracks 60 --seed 1 --set simulate.occlusions_per_min=0 --out tracks.csv").code, 0); }
   void learn() const {
     simulate();
     const Outcome outcome = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
@@ -101,7 +101,7 @@ TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
   for (std::string line; std::getline(lines, line); ++count) {
     const auto prediction = nlohmann::json::parse(line);
     const std::string track = prediction.at("track");
-    EXPECT_TRUE(stamps.at(track.substr(0, track.find('#'))).contains(prediction.at("t0").get<double>())) << line.substr(0, 80);
+    EXPECT_TRUE(stamps.at(track).contains(prediction.at("t0").get<double>())) << line.substr(0, 80);
     double sum = 0.0;
     for (const auto& mode : prediction.at("modes")) {
       sum += mode.at("weight").get<double>();

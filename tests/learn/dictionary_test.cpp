@@ -60,8 +60,10 @@ TEST(SparseCoding, SatisfiesTheOptimalityConditionsAndIsNeverNegative) {
     const Eigen::VectorXd slope = gram * s - products;
     for (Eigen::Index k = 0; k < 8; ++k) {
       EXPECT_GE(s(k), 0.0);
-      if (s(k) > 0.0) EXPECT_NEAR(slope(k) + 0.7, 0.0, 1e-3);
-      else EXPECT_GE(slope(k) + 0.7, -1e-3);
+      EXPECT_GE(slope(k) + 0.7, -1e-3);
+      if (s(k) > 0.0) {
+        EXPECT_NEAR(slope(k) + 0.7, 0.0, 1e-3);
+      }
     }
   }
 }
@@ -149,7 +151,7 @@ TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
   for (std::size_t c = 0; c < vector.path.size(); ++c) {
     EXPECT_EQ(vector.path[c].y, 0);
     EXPECT_NEAR(vector.directions[c].norm(), 1.0, 1e-12);
-    if (c > 0) EXPECT_EQ(vector.path[c].x, vector.path[c - 1].x + 1);
+    EXPECT_EQ(vector.path[c].x, vector.path[0].x + static_cast<int>(c));
   }
 }
 

@@ -83,7 +83,9 @@ TEST(Predictor, AShorterHorizonIsThePrefixOfALongerOne) {
       EXPECT_EQ(a.modes[m].weight, b.modes[m].weight);
       EXPECT_EQ(c.modes[m].weight, b.modes[m].weight);
       for (std::size_t j = 0; j < 25; ++j) {
-        if (j < 10) EXPECT_EQ(a.modes[m].path_m[j], b.modes[m].path_m[j]);
+        if (j < 10) {
+          EXPECT_EQ(a.modes[m].path_m[j], b.modes[m].path_m[j]);
+        }
         EXPECT_EQ(c.modes[m].path_m[j], b.modes[m].path_m[j]);
       }
     }
@@ -119,7 +121,9 @@ TEST(Predictor, AChangedOrShuffledFutureChangesNoPrediction) {
 // Whether somebody will turn cannot be seen from afar, so the weights may be as even as people's choices are; but one of the modes must
 // have what then happens.
 TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
-  const Predictor predictor(corner_model(), kConfig.predict);
+  PredictConfig apart = kConfig.predict;
+  apart.merge_radius_m = 0.5;
+  const Predictor predictor(corner_model(), apart);
   double ours = 0.0, constant = 0.0;
   int windows = 0;
   for (const Window& window : windows_of(testing::corner_walks(60, 96), kConfig.sampling, kConfig.predict, 1.0)) {

@@ -58,6 +58,7 @@ struct TrackReport {
 
 struct CleanTracks {
   std::vector<Trajectory> trajectories;  ///< by source, then start time, then id; ids are unique
+  std::vector<std::string> input_ids;    ///< for each trajectory the id that its rows had in the input
   std::vector<std::size_t> source;       ///< for each trajectory the index of its source
   TrackReport report;
 };
