@@ -3,8 +3,8 @@
 namespace sila::sqlite {
 namespace {
 
-/// SQLite's own handler ends up asking ten times a second; a reader beside a writer that commits without a pause then waits for
-/// very long. Asked 500 times a second, it slips in between two commits.
+/// SQLite's own handler ends up asking ten times a second; a reader beside a writer that commits without a pause then
+/// waits for very long. Asked 500 times a second, it slips in between two commits.
 int wait_for_lock(void*, int attempts) {
   constexpr int kPause_ms = 2;
   constexpr int kPatience_ms = 10000;
