@@ -45,7 +45,8 @@ struct Place {
   std::vector<sila::PlacedTrack> tracks = all_tracks();
   std::size_t half = tracks.size() / 2 / kBatch * kBatch;
   sila::Model model =
-      sila::run_episodes({}, std::span(tracks).first(half), kBatch, kConfig.episode, sila::sila_update(kConfig.episode)).model;
+      sila::run_episodes({}, std::span(tracks).first(half), kBatch, kConfig.episode, sila::sila_update(kConfig.episode))
+          .model;
   std::vector<sila::Window> windows =
       sila::windows_of(std::span(tracks).subspan(half), kConfig.episode.sampling, kConfig.episode.predict, 1.0);
 

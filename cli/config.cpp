@@ -13,8 +13,10 @@ void add_config(CLI::App& app) {
                             "sila config --set predict.horizon_s=3", *common);
   verb->callback([common] {
     const Config config = configured(*common);
-    if (common->json) std::cout << to_json(config).dump(2) << "\n";
-    else std::cout << table(list_fields(config));
+    if (common->json)
+      std::cout << to_json(config).dump(2) << "\n";
+    else
+      std::cout << table(list_fields(config));
   });
 }
 

@@ -38,8 +38,8 @@ void evaluate_model(const EvaluateOptions& options) {
     json["rows"] = to_json(input.report);
     std::cout << json.dump(2) << "\n";
   } else {
-    std::cout << input.tracks.size() << " tracks, model of size " << size(stored.model) << " from " << stored.model.tracks
-              << " tracks in " << stored.model.episodes << " episodes\n"
+    std::cout << input.tracks.size() << " tracks, model of size " << size(stored.model) << " from "
+              << stored.model.tracks << " tracks in " << stored.model.episodes << " episodes\n"
               << to_text(evaluation);
   }
 }

@@ -42,7 +42,8 @@ void run_cases(const FuseOptions& options) {
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
   for (const std::filesystem::path& file : case_files(options.cases)) {
     const FusionCase fusion_case = read_fusion_case(file.string());
-    const std::vector<std::string> wrong = differences(fusion_case.expect, plan_fusion(fusion_case.problem, fusion_case.rules));
+    const std::vector<std::string> wrong =
+        differences(fusion_case.expect, plan_fusion(fusion_case.problem, fusion_case.rules));
     failed += wrong.empty() ? 0 : 1;
     results.push_back({{"case", file.filename().string()}, {"passed", wrong.empty()}, {"differences", wrong}});
     if (options.common.json) continue;
@@ -50,7 +51,8 @@ void run_cases(const FuseOptions& options) {
     for (const std::string& line : wrong) std::cout << "      " << line << "\n";
   }
   if (options.common.json) std::cout << results.dump(2) << "\n";
-  if (failed > 0) throw std::runtime_error(std::to_string(failed) + " of " + std::to_string(results.size()) + " fusion cases failed");
+  if (failed > 0)
+    throw std::runtime_error(std::to_string(failed) + " of " + std::to_string(results.size()) + " fusion cases failed");
 }
 
 /// The episodes of both, in order, so that the file tells where its model came from.
@@ -77,10 +79,13 @@ void fuse_files(const FuseOptions& options) {
   result.episodes = joined(previous.episodes, incoming.episodes);
   save_model(options.out, result);
   if (!options.explain.empty()) {
-    write_file(options.explain, explain_fusion(options.previous + " + " + options.incoming, fused.problem, config.episode.fuse, fused.plan).dump(1) + "\n");
+    write_file(options.explain, explain_fusion(options.previous + " + " + options.incoming, fused.problem,
+                                               config.episode.fuse, fused.plan)
+                                        .dump(1) +
+                                    "\n");
   }
-  std::cout << options.out << ": " << size(previous.model) << " + " << size(incoming.model) << " -> " << size(fused.model)
-            << " (primitives and transitions)\n";
+  std::cout << options.out << ": " << size(previous.model) << " + " << size(incoming.model) << " -> "
+            << size(fused.model) << " (primitives and transitions)\n";
 }
 
 }  // namespace
@@ -92,8 +97,10 @@ void add_fuse(CLI::App& app) {
   verb->add_option("previous", options->previous, "model file")->type_name("A.sila");
   verb->add_option("incoming", options->incoming, "model file")->type_name("B.sila");
   verb->add_option("--out", options->out, "model file to write")->type_name("C.sila");
-  verb->add_option("--explain", options->explain, "write what was matched, fused, split and relaxed, and why")->type_name("E.json");
-  verb->add_option("--cases", options->cases, "run every case of this folder instead; exit 1 if any fails")->type_name("DIR");
+  verb->add_option("--explain", options->explain, "write what was matched, fused, split and relaxed, and why")
+      ->type_name("E.json");
+  verb->add_option("--cases", options->cases, "run every case of this folder instead; exit 1 if any fails")
+      ->type_name("DIR");
   verb->callback([options] { options->cases.empty() ? fuse_files(*options) : run_cases(*options); });
 }
 

@@ -15,8 +15,10 @@ void add_inspect(CLI::App& app) {
   verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
   verb->callback([common, path] {
     const StoredModel stored = load_model(*path);
-    if (common->json) std::cout << inspect_json(stored).dump(2) << "\n";
-    else std::cout << describe(stored);
+    if (common->json)
+      std::cout << inspect_json(stored).dump(2) << "\n";
+    else
+      std::cout << describe(stored);
   });
 }
 

@@ -65,7 +65,8 @@ void learn_tracks(const LearnOptions& options) {
                                  tell(number, episodes, report);
                                });
   if (options.common.json) {
-    nlohmann::ordered_json json{{"model", options.model}, {"episodes", episodes}, {"tracks", tracks.size()}, {"size", size(run.model)}};
+    nlohmann::ordered_json json{
+        {"model", options.model}, {"episodes", episodes}, {"tracks", tracks.size()}, {"size", size(run.model)}};
     std::cout << json.dump(2) << "\n";
   } else {
     std::cout << options.model << ": " << run.model.tracks << " tracks in " << run.model.episodes << " episodes, "
@@ -77,8 +78,9 @@ void learn_tracks(const LearnOptions& options) {
 
 void add_learn(CLI::App& app) {
   auto options = std::make_shared<LearnOptions>();
-  CLI::App* verb = add_verb(app, "learn", "Learn tracks into a model, new or already there; every batch is an episode.",
-                            "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20", options->common);
+  CLI::App* verb =
+      add_verb(app, "learn", "Learn tracks into a model, new or already there; every batch is an episode.",
+               "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20", options->common);
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to make or to go on with")->required()->type_name("M.sila");
   verb->add_option("--batch", options->batch, "tracks an episode [20]")->check(CLI::Range(1, 1000000));

@@ -21,7 +21,8 @@ int fail(int code, const std::exception& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.", "sila");
+  CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.",
+               "sila");
   app.set_version_flag("--version", "sila " SILA_VERSION);
   app.require_subcommand(0, 1);  // an unknown verb is told by its name; a missing one below
   app.footer("`sila VERB --help` has an example of each verb.");

@@ -22,7 +22,8 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
   CLI::App* verb = app.add_subcommand(name, what);
   verb->footer("Example:\n  " + example);
   verb->add_option("--config", common.config_file, "JSON file with configuration values")->type_name("FILE");
-  verb->add_option("--set", common.sets, "set one configuration value, e.g. fuse.similarity_threshold=0.5; see `sila config`")
+  verb->add_option("--set", common.sets,
+                   "set one configuration value, e.g. fuse.similarity_threshold=0.5; see `sila config`")
       ->type_name("PATH=VALUE");
   verb->add_option("--threads", common.threads, "most threads to use [as many as there are processors]")
       ->check(CLI::Range(1, 1024));
@@ -32,14 +33,19 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
 }
 
 void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required) {
-  verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")->type_name("TRACKS");
-  auto* scene = verb.add_option("--scene", options.scene, "scene file: where the corner and the curbs are")->type_name("FILE");
+  verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")
+      ->type_name("TRACKS");
+  auto* scene =
+      verb.add_option("--scene", options.scene, "scene file: where the corner and the curbs are")->type_name("FILE");
   if (scene_required) scene->required();
-  verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")->type_name("DIR");
+  verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")
+      ->type_name("DIR");
   verb.add_option("--format", options.format, "format of the tracks [recognised by content]");
   verb.add_option("--fps", options.read.frames_per_second, "frames per second, for files with frame numbers");
-  verb.add_option("--metres-per-unit", options.read.metres_per_unit, "scale of the positions, e.g. metres per pixel [1]");
-  verb.add_option("--hold-out", options.hold_out, "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` judges them alone")
+  verb.add_option("--metres-per-unit", options.read.metres_per_unit,
+                  "scale of the positions, e.g. metres per pixel [1]");
+  verb.add_option("--hold-out", options.hold_out,
+                  "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` judges them alone")
       ->check(CLI::Range(0.0, 0.99));
 }
 
@@ -58,13 +64,15 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config) {
   ReadOptions read = options.read;
   if (!options.format.empty()) read.format = format_named(options.format);
   const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
-  CleanTracks clean = paths.empty() ? read_scene_tracks(result.scene, config.clean) : read_tracks(paths, result.scene, read, config.clean);
+  CleanTracks clean = paths.empty() ? read_scene_tracks(result.scene, config.clean)
+                                    : read_tracks(paths, result.scene, read, config.clean);
   result.report = clean.report;
   result.input_ids = std::move(clean.input_ids);
   for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
   for (const std::string& line : to_lines(clean.report)) std::cerr << line << "\n";
   for (Trajectory& track : clean.trajectories) {
-    const std::size_t corner = config.corners == CornerChoice::nearest ? nearest_corner(result.scene, track) : result.scene.primary;
+    const std::size_t corner =
+        config.corners == CornerChoice::nearest ? nearest_corner(result.scene, track) : result.scene.primary;
     result.tracks.push_back({std::move(track), result.scene.corners[corner].frame});
   }
   return result;

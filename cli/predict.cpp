@@ -1,5 +1,3 @@
-#include "sila/predict/predictor.hpp"
-
 #include <tbb/parallel_for.h>
 
 #include <iostream>
@@ -10,6 +8,7 @@
 #include "sila/io/model_store.hpp"
 #include "sila/io/output.hpp"
 #include "sila/predict/prediction_json.hpp"
+#include "sila/predict/predictor.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 
@@ -34,7 +33,8 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
 }
 
 /// One line a prediction, in the order of the tracks.
-std::vector<std::string> lines_of(const PlacedTrack& placed, const std::string& input_id, const Predictor& predictor, const Config& config, double every_s) {
+std::vector<std::string> lines_of(const PlacedTrack& placed, const std::string& input_id, const Predictor& predictor,
+                                  const Config& config, double every_s) {
   std::vector<std::string> lines;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, every_s)) {
     const CurbTrajectory observed =
@@ -51,15 +51,18 @@ void predict_tracks(const PredictOptions& options) {
   const SceneTracks input = read_placed(options.tracks, config);
   const Predictor predictor(stored.model, config.episode.predict);
   std::vector<std::vector<std::string>> lines(input.tracks.size());
-  tbb::parallel_for(std::size_t{0}, lines.size(),
-                    [&](std::size_t i) { lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options.every_s); });
+  tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
+    lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options.every_s);
+  });
   std::string text;
   std::size_t count = 0;
   for (const auto& of_track : lines) {
     for (const std::string& line : of_track) text += line + "\n", ++count;
   }
-  if (options.out.empty()) std::cout << text;
-  else write_file(options.out, text);
+  if (options.out.empty())
+    std::cout << text;
+  else
+    write_file(options.out, text);
   std::cerr << count << " predictions for " << input.tracks.size() << " tracks\n";
 }
 
@@ -75,7 +78,8 @@ void add_predict(CLI::App& app) {
   verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");
   verb->add_option("--observe", options->observe_s, "seconds of a track that are looked at [3.2]");
   verb->add_option("--horizon", options->horizon_s, "seconds that are predicted [5]");
-  verb->add_option("--every", options->every_s, "seconds between predictions of a track [1]")->check(CLI::PositiveNumber);
+  verb->add_option("--every", options->every_s, "seconds between predictions of a track [1]")
+      ->check(CLI::PositiveNumber);
   verb->callback([options] { predict_tracks(*options); });
 }
 

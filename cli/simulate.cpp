@@ -18,13 +18,16 @@ struct SimulateOptions {
 };
 
 /// The scene file that belongs to a track file: tracks.csv -> tracks.scene.json.
-std::filesystem::path scene_path(std::filesystem::path tracks) { return tracks.replace_extension(".scene.json"); }
+std::filesystem::path scene_path(std::filesystem::path tracks) {
+  return tracks.replace_extension(".scene.json");
+}
 
 Scene scene_of(const Simulation& simulation, const std::filesystem::path& tracks) {
   Scene scene;
   scene.name = "simulated " + simulation.scene.name;
   const double width_m = simulation.scene.sidewalk_width_m;
-  for (const NamedCorner& corner : simulation.scene.corners) scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
+  for (const NamedCorner& corner : simulation.scene.corners)
+    scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
   SceneFile file;
   file.path = tracks.filename().string();
   file.options.format = TrackFormat::csv;
@@ -39,7 +42,8 @@ void simulate_tracks(const SimulateOptions& options) {
   const Simulation simulation = simulate(config.simulate);
   write_tracks_csv(options.out, simulation.tracks);
   write_scene(scene_path(options.out), scene_of(simulation, options.out));
-  std::cerr << simulation.tracks.size() << " tracks in " << options.out << ", scene in " << scene_path(options.out).string() << "\n";
+  std::cerr << simulation.tracks.size() << " tracks in " << options.out << ", scene in "
+            << scene_path(options.out).string() << "\n";
 }
 
 }  // namespace
@@ -50,7 +54,9 @@ void add_simulate(CLI::App& app) {
                             "sila simulate --layout four-way --tracks 989 --seed 1 --out tracks.csv", options->common);
   verb->add_option("--layout", options->layout, "four-way, t-junction, acute or obtuse [four-way]");
   verb->add_option("--tracks", options->tracks, "how many tracks [989]");
-  verb->add_option("--out", options->out, "track file to write; its scene file is written beside it")->required()->type_name("FILE");
+  verb->add_option("--out", options->out, "track file to write; its scene file is written beside it")
+      ->required()
+      ->type_name("FILE");
   verb->callback([options] { simulate_tracks(*options); });
 }
 

@@ -12,14 +12,16 @@ int main() {
   place.tracks = 120;
   const sila::Simulation simulated = sila::simulate(place);
   std::vector<sila::PlacedTrack> tracks;
-  for (const sila::Trajectory& track : simulated.tracks) tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
+  for (const sila::Trajectory& track : simulated.tracks)
+    tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
 
   const sila::EpisodeConfig config;
   sila::Model model;
   for (std::size_t from = 0; from + 20 <= tracks.size() - 20; from += 20) {
     const sila::Episode episode = sila::run_episode(model, std::span(tracks).subspan(from, 20), config);
     model = episode.model;
-    std::printf("%ld tracks: %zu primitives, %zu transitions\n", model.tracks, model.primitives.size(), model.transitions.size());
+    std::printf("%ld tracks: %zu primitives, %zu transitions\n", model.tracks, model.primitives.size(),
+                model.transitions.size());
   }
 
   // Somebody the model has not seen, 3.2 s after they came into view.

@@ -1,8 +1,10 @@
-// Learns and judges every scene of a list with SILA, accumulate and batch learning, on the same seeded splits, and prints a table.
+// Learns and judges every scene of a list with SILA, accumulate and batch learning, on the same seeded splits, and
+// prints a table.
 //
 //   scene_table experiments/scenes.json DATA_DIR [TRIALS] [SCENE...]  > table.md
 //
-// Tracks are split by track (15 % held back); the order of the rest is the seed's too. Constant velocity is judged on the same windows.
+// Tracks are split by track (15 % held back); the order of the rest is the seed's too. Constant velocity is judged on
+// the same windows.
 
 #include <cmath>
 #include <cstdio>
@@ -45,27 +47,30 @@ struct Spread {
 
 /// One row of the table: what a method gave, trial by trial.
 struct MethodScore {
-  Spread windows, turning_windows, size, seconds, mhd_m, constant_mhd_m, ratio, turning_ratio, mean_path_ratio, best_ratio, fallback,
-      nll, constant_nll;
+  Spread windows, turning_windows, size, seconds, mhd_m, constant_mhd_m, ratio, turning_ratio, mean_path_ratio,
+      best_ratio, fallback, nll, constant_nll;
 };
 
 std::vector<sila::PlacedTrack> placed(const sila::Scene& scene, const sila::Config& config) {
   sila::CleanTracks clean = sila::read_scene_tracks(scene, config.clean);
   std::vector<sila::PlacedTrack> tracks;
   for (sila::Trajectory& track : clean.trajectories) {
-    const std::size_t corner = config.corners == sila::CornerChoice::nearest ? sila::nearest_corner(scene, track) : scene.primary;
+    const std::size_t corner =
+        config.corners == sila::CornerChoice::nearest ? sila::nearest_corner(scene, track) : scene.primary;
     tracks.push_back({std::move(track), scene.corners[corner].frame});
   }
   return tracks;
 }
 
-sila::Run run_method(const std::string& method, const std::vector<sila::PlacedTrack>& train, const sila::EpisodeConfig& config) {
+sila::Run run_method(const std::string& method, const std::vector<sila::PlacedTrack>& train,
+                     const sila::EpisodeConfig& config) {
   if (method == "batch") return sila::learn_at_once(train, config);
   const sila::Update update = method == "accumulate" ? sila::accumulate_update(config) : sila::sila_update(config);
   return sila::run_episodes({}, train, kBatch, config, update);
 }
 
-void score(MethodScore& row, const sila::Run& run, const std::vector<sila::PlacedTrack>& test, const sila::Config& config) {
+void score(MethodScore& row, const sila::Run& run, const std::vector<sila::PlacedTrack>& test,
+           const sila::Config& config) {
   const sila::Evaluation evaluation = sila::evaluate(run.model, test, config.episode, config.evaluate);
   const sila::GroupScore &moving = evaluation.groups[1], &turning = evaluation.groups[2];
   double seconds = 0.0;
@@ -100,7 +105,8 @@ std::vector<Entry> read_entries(const std::filesystem::path& list) {
   return entries;
 }
 
-std::filesystem::path find_scene(const Entry& entry, const std::filesystem::path& list, const std::filesystem::path& data_dir) {
+std::filesystem::path find_scene(const Entry& entry, const std::filesystem::path& list,
+                                 const std::filesystem::path& data_dir) {
   for (const auto& folder : {list.parent_path(), data_dir}) {
     if (std::filesystem::exists(folder / entry.scene)) return folder / entry.scene;
   }
@@ -108,10 +114,13 @@ std::filesystem::path find_scene(const Entry& entry, const std::filesystem::path
 }
 
 void print_row(const std::string& scene, std::size_t tracks, const std::string& method, const MethodScore& row) {
-  std::printf("| %s | %zu | %s | %.0f | %.0f | %.3f | %.3f | **%.3f** ± %.3f | %.3f | %.3f | %.3f | %.2f | %.2f / %.2f | %.3f |\n", scene.c_str(),
-              tracks, method.c_str(), row.windows.mean(), row.size.mean(), row.mhd_m.mean(), row.constant_mhd_m.mean(), row.ratio.mean(),
-              row.ratio.deviation(), row.turning_ratio.mean(), row.mean_path_ratio.mean(), row.best_ratio.mean(), row.fallback.mean(),
-              row.nll.mean(), row.constant_nll.mean(), row.seconds.mean());
+  std::printf(
+      "| %s | %zu | %s | %.0f | %.0f | %.3f | %.3f | **%.3f** ± %.3f | %.3f | %.3f | %.3f | %.2f | %.2f / %.2f | %.3f "
+      "|\n",
+      scene.c_str(), tracks, method.c_str(), row.windows.mean(), row.size.mean(), row.mhd_m.mean(),
+      row.constant_mhd_m.mean(), row.ratio.mean(), row.ratio.deviation(), row.turning_ratio.mean(),
+      row.mean_path_ratio.mean(), row.best_ratio.mean(), row.fallback.mean(), row.nll.mean(), row.constant_nll.mean(),
+      row.seconds.mean());
   std::fflush(stdout);
 }
 
@@ -128,17 +137,23 @@ int main(int argc, char** argv) try {
   std::vector<std::string> sets;
   for (int i = 4; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word.find('=') != std::string::npos) sets.push_back(word);
-    else if (word == "sila" || word == "accumulate" || word == "batch") methods.insert(word);
-    else wanted.insert(word);
+    if (word.find('=') != std::string::npos)
+      sets.push_back(word);
+    else if (word == "sila" || word == "accumulate" || word == "batch")
+      methods.insert(word);
+    else
+      wanted.insert(word);
   }
   if (methods.empty()) methods = {"sila", "accumulate", "batch"};
-  std::printf("| scene | tracks | method | moving windows | size | wMHD [m] | CV [m] | wMHD / CV | turning / CV | mean path / CV | best / CV | fallback | "
-              "NLL / CV | s per episode |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| scene | tracks | method | moving windows | size | wMHD [m] | CV [m] | wMHD / CV | turning / CV | mean path / "
+      "CV | best / CV | fallback | "
+      "NLL / CV | s per episode |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (Entry& entry : read_entries(list)) {
     if (!wanted.empty() && !wanted.contains(entry.name)) continue;
     for (const std::string& set : sets) entry.config = sila::set_field(entry.config, set);
-    const sila::Scene scene = sila::read_scene(find_scene(entry, list, data_dir), entry.config.episode.scaling, data_dir);
+    const sila::Scene scene =
+        sila::read_scene(find_scene(entry, list, data_dir), entry.config.episode.scaling, data_dir);
     const std::vector<sila::PlacedTrack> tracks = placed(scene, entry.config);
     std::map<std::string, MethodScore> rows;
     for (int trial = 0; trial < trials; ++trial) {

@@ -26,7 +26,7 @@ struct Config {
 };
 
 template <class C, class Visitor>
-  requires std::same_as<std::remove_const_t<C>, Config>
+requires std::same_as<std::remove_const_t<C>, Config>
 void fields(C& config, Visitor&& visit) {
   visit.group("clean", config.clean);
   visit.choice("corners", config.corners, kCornerChoices, "by which corner of a scene its tracks are looked at");

@@ -261,7 +261,7 @@ struct CleanedTrack {
 
 /// The tracks of one source by start time, then id.
 std::vector<CleanedTrack> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
-                                     Ledger& ledger) {
+                                       Ledger& ledger) {
   for (const DroppedRows& entry : source.dropped) ledger.add(entry);
   const std::vector<RawTrack> tracks = raw_tracks(source, config, ledger);
   auto& warnings = ledger.report.warnings;

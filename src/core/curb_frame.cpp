@@ -11,13 +11,18 @@ namespace {
 /// Below this |sin| (angles under 20.5 or over 159.5 degrees) the inverse map amplifies noise more than threefold.
 constexpr double kSmallestSine = 0.35;
 
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross(const Vector2& a, const Vector2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("curb_frame: " + what); }
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("curb_frame: " + what);
+}
 
 Vector2 unit_axis(const char* name, const Vector2& axis) {
   const double length = axis.norm();
-  if (!std::isfinite(length) || length < 1e-9) refuse(std::string(name) + " has no direction; it must be a non-zero vector");
+  if (!std::isfinite(length) || length < 1e-9)
+    refuse(std::string(name) + " has no direction; it must be a non-zero vector");
   return axis / length;
 }
 
@@ -30,8 +35,8 @@ void require_positive(const char* name, double value) {
 
 }  // namespace
 
-CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2, const SidewalkWidths& widths,
-                          CurbScaling scaling) {
+CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
+                          const SidewalkWidths& widths, CurbScaling scaling) {
   CurbFrame frame;
   frame.origin_m = origin_m;
   frame.axis_1 = unit_axis("axis_1", axis_1);
@@ -71,15 +76,21 @@ Matrix2 world_from_curb(const CurbFrame& frame) {
   return matrix;
 }
 
-Vector2 to_curb(const CurbFrame& frame, const Vector2& world_m) { return velocity_to_curb(frame, world_m - frame.origin_m); }
+Vector2 to_curb(const CurbFrame& frame, const Vector2& world_m) {
+  return velocity_to_curb(frame, world_m - frame.origin_m);
+}
 
-Vector2 to_world(const CurbFrame& frame, const Vector2& curb) { return frame.origin_m + velocity_to_world(frame, curb); }
+Vector2 to_world(const CurbFrame& frame, const Vector2& curb) {
+  return frame.origin_m + velocity_to_world(frame, curb);
+}
 
 Vector2 velocity_to_curb(const CurbFrame& frame, const Vector2& world_mps) {
   const double sine = cross(frame.axis_1, frame.axis_2);
   return Vector2(cross(world_mps, frame.axis_2), cross(frame.axis_1, world_mps)).cwiseQuotient(sine * frame.unit_m);
 }
 
-Vector2 velocity_to_world(const CurbFrame& frame, const Vector2& curb_per_s) { return world_from_curb(frame) * curb_per_s; }
+Vector2 velocity_to_world(const CurbFrame& frame, const Vector2& curb_per_s) {
+  return world_from_curb(frame) * curb_per_s;
+}
 
 }  // namespace sila

@@ -42,7 +42,8 @@ MotionState local_line(const Trajectory& track, double time_s, std::size_t known
   const double mean_time = time / weight;
   const double spread = time_square / weight - mean_time * mean_time;
   const Vector2 mean = position / weight;
-  const Vector2 slope = spread < 1e-12 ? Vector2(Vector2::Zero()) : Vector2((product / weight - mean_time * mean) / spread);
+  const Vector2 slope =
+      spread < 1e-12 ? Vector2(Vector2::Zero()) : Vector2((product / weight - mean_time * mean) / spread);
   return {mean - slope * mean_time, slope};
 }
 
@@ -98,7 +99,8 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
   return in_frame(track, frame, std::move(times_s), states);
 }
 
-std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config) {
+std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps,
+                            const SamplingConfig& config) {
   std::vector<double> times_s;
   for (std::size_t j = 1; j <= steps; ++j) {
     const double t = track.times_s.at(last) + static_cast<double>(j) * config.interval_s;
@@ -106,7 +108,8 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
     times_s.push_back(t);
   }
   std::vector<Vector2> path;
-  for (const MotionState& state : smooth(track, times_s, track.times_s.size(), config)) path.push_back(state.position_m);
+  for (const MotionState& state : smooth(track, times_s, track.times_s.size(), config))
+    path.push_back(state.position_m);
   return path;
 }
 

@@ -24,7 +24,9 @@ void check(const std::string& id, const std::vector<double>& times_s, const std:
 
 }  // namespace
 
-void validate(const Trajectory& track) { check(track.id, track.times_s, track.positions_m); }
+void validate(const Trajectory& track) {
+  check(track.id, track.times_s, track.positions_m);
+}
 
 void validate(const CurbTrajectory& track) {
   check(track.id, track.times_s, track.positions);

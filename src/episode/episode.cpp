@@ -13,15 +13,18 @@ Conventions conventions_for(const Model& previous, const CurbFrame& frame, const
   const Conventions fresh = begin_conventions(frame, config.scaling, config.sampling.interval_s, config.learn.grid);
   if (previous.episodes == 0) return fresh;
   const Conventions& kept = previous.conventions;
-  if (fresh.scaling != kept.scaling) throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
+  if (fresh.scaling != kept.scaling)
+    throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
   if (fresh.sample_interval_s != kept.sample_interval_s) {
     throw std::invalid_argument("run_episode: sampling.interval_s = " + std::to_string(fresh.sample_interval_s) +
                                 ", the model began with " + std::to_string(kept.sample_interval_s));
   }
   const double kept_cell_m = kept.grid.cell * kept.reference_width_m;
-  if (std::abs(config.learn.grid.cell_m - kept_cell_m) > 1e-9 * kept_cell_m || config.learn.grid.tile_cells != kept.grid.tile_cells) {
-    throw std::invalid_argument("run_episode: learn.grid is not the grid that the model began with (cell_m = " +
-                                std::to_string(kept_cell_m) + ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
+  if (std::abs(config.learn.grid.cell_m - kept_cell_m) > 1e-9 * kept_cell_m ||
+      config.learn.grid.tile_cells != kept.grid.tile_cells) {
+    throw std::invalid_argument(
+        "run_episode: learn.grid is not the grid that the model began with (cell_m = " + std::to_string(kept_cell_m) +
+        ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
   }
   return kept;
 }
@@ -70,8 +73,8 @@ Update relearn_update(const EpisodeConfig& config) {
   };
 }
 
-std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling, const PredictConfig& predict,
-                               double every_s) {
+std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling,
+                               const PredictConfig& predict, double every_s) {
   const auto steps = static_cast<std::size_t>(std::lround(predict.horizon_s / sampling.interval_s));
   std::vector<Window> windows;
   for (const PlacedTrack& placed : tracks) {
@@ -83,7 +86,8 @@ std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const Sampli
   return windows;
 }
 
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config, const Update& update) {
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                    const Update& update) {
   validate_fields("run_episode", config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();

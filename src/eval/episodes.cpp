@@ -10,7 +10,9 @@
 namespace sila {
 namespace {
 
-std::string person_of(const std::string& id) { return id.substr(0, id.find('#')); }
+std::string person_of(const std::string& id) {
+  return id.substr(0, id.find('#'));
+}
 
 /// Fisher-Yates on raw bits: std::shuffle gives other orders with other standard libraries.
 template <class T>
@@ -49,12 +51,13 @@ Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint
   return split;
 }
 
-Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size, const EpisodeConfig& config,
-                 const Update& update, const EpisodeObserver& observer) {
+Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size,
+                 const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer) {
   if (batch_size == 0) throw std::invalid_argument("run_episodes: batch_size = 0, must be at least 1");
   Run run{start, {}};
   for (std::size_t from = 0; from < tracks.size(); from += batch_size) {
-    Episode episode = run_episode(run.model, tracks.subspan(from, std::min(batch_size, tracks.size() - from)), config, update);
+    Episode episode =
+        run_episode(run.model, tracks.subspan(from, std::min(batch_size, tracks.size() - from)), config, update);
     run.episodes.push_back(episode.report);
     if (observer) observer(static_cast<int>(run.episodes.size()), episode);
     run.model = std::move(episode.model);
@@ -66,11 +69,14 @@ Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& conf
   const auto started = std::chrono::steady_clock::now();
   const auto half = tracks.size() / 2;
   const EpisodeConfig plain = without_lessons(config);
-  const auto learn_all = [&](std::span<const PlacedTrack> some) { return run_episode(Model{}, some, plain, sila_update(plain)); };
+  const auto learn_all = [&](std::span<const PlacedTrack> some) {
+    return run_episode(Model{}, some, plain, sila_update(plain));
+  };
   Episode whole = learn_all(tracks);
   if (config.lessons.enabled && half > 0) {
     const Model first = learn_all(tracks.first(half)).model, second = learn_all(tracks.subspan(half)).model;
-    whole.model.lessons = add_lessons(lessons_on(first, tracks.subspan(half), config), lessons_on(second, tracks.first(half), config), 1.0);
+    whole.model.lessons = add_lessons(lessons_on(first, tracks.subspan(half), config),
+                                      lessons_on(second, tracks.first(half), config), 1.0);
   }
   whole.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return {std::move(whole.model), {whole.report}};

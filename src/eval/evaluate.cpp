@@ -24,7 +24,8 @@ struct Judged {
   std::vector<SkippedTracks> skipped;
 };
 
-Judged windows_with_future(std::span<const PlacedTrack> tracks, const EpisodeConfig& config, double every_s, std::size_t steps) {
+Judged windows_with_future(std::span<const PlacedTrack> tracks, const EpisodeConfig& config, double every_s,
+                           std::size_t steps) {
   Judged judged;
   std::map<std::string, std::size_t> skipped;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -33,8 +34,10 @@ Judged windows_with_future(std::span<const PlacedTrack> tracks, const EpisodeCon
     for (Window& window : windows) {
       if (window.future_m.size() == steps) judged.windows.push_back({i, std::move(window)});
     }
-    if (windows.empty()) ++skipped["shorter than the observed window"];
-    else if (judged.windows.size() == before) ++skipped["ends before the horizon"];
+    if (windows.empty())
+      ++skipped["shorter than the observed window"];
+    else if (judged.windows.size() == before)
+      ++skipped["ends before the horizon"];
   }
   for (const auto& [reason, count] : skipped) judged.skipped.push_back({reason, count});
   return judged;
@@ -47,7 +50,8 @@ std::vector<Vector2> whole_path(const Window& window) {
   return path;
 }
 
-Prediction constant_prediction(const Window& window, int steps, double interval_s, const std::vector<double>& variances_m2) {
+Prediction constant_prediction(const Window& window, int steps, double interval_s,
+                               const std::vector<double>& variances_m2) {
   Prediction prediction;
   Mode mode{1.0, constant_velocity(window.observed, steps, interval_s), {}, {}};
   for (double variance : variances_m2) mode.covariances_m2.emplace_back(Matrix2::Identity() * variance);
@@ -60,9 +64,11 @@ std::vector<double> constant_variances(std::span<const JudgedWindow> windows, in
   std::vector<double> variances(static_cast<std::size_t>(steps), 0.0);
   for (const JudgedWindow& judged : windows) {
     const std::vector<Vector2> path = constant_velocity(judged.window.observed, steps, interval_s);
-    for (std::size_t j = 0; j < path.size(); ++j) variances[j] += 0.5 * (path[j] - judged.window.future_m[j]).squaredNorm();
+    for (std::size_t j = 0; j < path.size(); ++j)
+      variances[j] += 0.5 * (path[j] - judged.window.future_m[j]).squaredNorm();
   }
-  for (double& variance : variances) variance = std::max(1e-4, variance / static_cast<double>(std::max<std::size_t>(1, windows.size())));
+  for (double& variance : variances)
+    variance = std::max(1e-4, variance / static_cast<double>(std::max<std::size_t>(1, windows.size())));
   return variances;
 }
 
@@ -99,7 +105,8 @@ std::vector<double> horizons_until(double horizon_s) {
 
 double heading_change_rad(std::span<const Vector2> path_m) {
   if (path_m.size() < 3) return 0.0;
-  const std::size_t part = std::max<std::size_t>(1, std::min(path_m.size() / 2, static_cast<std::size_t>(kHeadingPart_s / 0.2)));
+  const std::size_t part =
+      std::max<std::size_t>(1, std::min(path_m.size() / 2, static_cast<std::size_t>(kHeadingPart_s / 0.2)));
   const Vector2 first = path_m[part] - path_m.front();
   const Vector2 last = path_m.back() - path_m[path_m.size() - 1 - part];
   if (first.norm() < kShortestHeading_m || last.norm() < kShortestHeading_m) return 0.0;
@@ -137,8 +144,10 @@ Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, con
   });
   const std::size_t horizons = evaluation.horizons_s.size();
   evaluation.groups.push_back(group("all", evaluation.windows, horizons, [](const WindowScore&) { return true; }));
-  evaluation.groups.push_back(group("moving", evaluation.windows, horizons, [](const WindowScore& w) { return w.moving; }));
-  evaluation.groups.push_back(group("turning", evaluation.windows, horizons, [](const WindowScore& w) { return w.turning; }));
+  evaluation.groups.push_back(
+      group("moving", evaluation.windows, horizons, [](const WindowScore& w) { return w.moving; }));
+  evaluation.groups.push_back(
+      group("turning", evaluation.windows, horizons, [](const WindowScore& w) { return w.turning; }));
   return evaluation;
 }
 

@@ -40,7 +40,8 @@ double negative_log_likelihood(const Prediction& prediction, std::size_t step, c
 }
 
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
-  if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() || prediction.modes.front().path_m.size() < steps) {
+  if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() ||
+      prediction.modes.front().path_m.size() < steps) {
     throw std::invalid_argument("measure: steps = " + std::to_string(steps) + ", truth or prediction is shorter");
   }
   const auto truth = truth_m.first(steps);
@@ -55,7 +56,8 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
     metrics.best_mhd_m = std::min(metrics.best_mhd_m, mhd_m);
     metrics.best_ade_m = std::min(metrics.best_ade_m, ade_m);
     metrics.best_fde_m = std::min(metrics.best_fde_m, fde_m);
-    if (m == 0) metrics.likeliest_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
+    if (m == 0)
+      metrics.likeliest_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
   }
   metrics.mean_path_mhd_m = modified_hausdorff_m(mean_path(prediction, steps), truth);
   metrics.nll = negative_log_likelihood(prediction, steps - 1, truth.back());
@@ -63,14 +65,21 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
 }
 
 Metrics operator+(const Metrics& a, const Metrics& b) {
-  return {a.weighted_mhd_m + b.weighted_mhd_m,   a.likeliest_mhd_m + b.likeliest_mhd_m, a.best_mhd_m + b.best_mhd_m,
-          a.mean_path_mhd_m + b.mean_path_mhd_m, a.ade_m + b.ade_m,                     a.fde_m + b.fde_m,
-          a.best_ade_m + b.best_ade_m,           a.best_fde_m + b.best_fde_m,           a.nll + b.nll};
+  return {a.weighted_mhd_m + b.weighted_mhd_m,
+          a.likeliest_mhd_m + b.likeliest_mhd_m,
+          a.best_mhd_m + b.best_mhd_m,
+          a.mean_path_mhd_m + b.mean_path_mhd_m,
+          a.ade_m + b.ade_m,
+          a.fde_m + b.fde_m,
+          a.best_ade_m + b.best_ade_m,
+          a.best_fde_m + b.best_fde_m,
+          a.nll + b.nll};
 }
 
 Metrics operator*(double f, const Metrics& a) {
-  return {f * a.weighted_mhd_m, f * a.likeliest_mhd_m, f * a.best_mhd_m, f * a.mean_path_mhd_m, f * a.ade_m,
-          f * a.fde_m,          f * a.best_ade_m,      f * a.best_fde_m, f * a.nll};
+  return {f * a.weighted_mhd_m,  f * a.likeliest_mhd_m, f * a.best_mhd_m,
+          f * a.mean_path_mhd_m, f * a.ade_m,           f * a.fde_m,
+          f * a.best_ade_m,      f * a.best_fde_m,      f * a.nll};
 }
 
 }  // namespace sila

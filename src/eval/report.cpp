@@ -6,25 +6,35 @@ namespace sila {
 namespace {
 
 nlohmann::ordered_json to_json(const Metrics& m) {
-  return {{"weighted_mhd_m", m.weighted_mhd_m}, {"likeliest_mhd_m", m.likeliest_mhd_m}, {"best_mhd_m", m.best_mhd_m},
-          {"mean_path_mhd_m", m.mean_path_mhd_m}, {"ade_m", m.ade_m}, {"fde_m", m.fde_m}, {"best_ade_m", m.best_ade_m},
-          {"best_fde_m", m.best_fde_m}, {"nll", m.nll}};
+  return {{"weighted_mhd_m", m.weighted_mhd_m},
+          {"likeliest_mhd_m", m.likeliest_mhd_m},
+          {"best_mhd_m", m.best_mhd_m},
+          {"mean_path_mhd_m", m.mean_path_mhd_m},
+          {"ade_m", m.ade_m},
+          {"fde_m", m.fde_m},
+          {"best_ade_m", m.best_ade_m},
+          {"best_fde_m", m.best_fde_m},
+          {"nll", m.nll}};
 }
 
 nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double>& horizons_s) {
-  nlohmann::ordered_json json{{"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
+  nlohmann::ordered_json json{
+      {"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
   json["horizons"] = nlohmann::ordered_json::array();
   for (std::size_t h = 0; h < horizons_s.size(); ++h) {
-    json["horizons"].push_back({{"horizon_s", horizons_s[h]}, {"model", to_json(group.model[h])}, {"constant_velocity", to_json(group.constant[h])}});
+    json["horizons"].push_back({{"horizon_s", horizons_s[h]},
+                                {"model", to_json(group.model[h])},
+                                {"constant_velocity", to_json(group.constant[h])}});
   }
   return json;
 }
 
 std::string row(const GroupScore& group, double horizon_s, const Metrics& m, const Metrics& c) {
   char text[200];
-  std::snprintf(text, sizeof text, "%-8s %7zu %5.1f  %6.3f %6.3f %6.3f  %6.3f %6.3f %6.3f %6.3f %7.2f | %6.3f %6.3f %6.3f %7.2f\n",
-                group.name.c_str(), group.windows, horizon_s, m.weighted_mhd_m, m.likeliest_mhd_m, m.best_mhd_m, m.ade_m, m.fde_m,
-                m.best_ade_m, m.best_fde_m, m.nll, c.weighted_mhd_m, c.ade_m, c.fde_m, c.nll);
+  std::snprintf(text, sizeof text,
+                "%-8s %7zu %5.1f  %6.3f %6.3f %6.3f  %6.3f %6.3f %6.3f %6.3f %7.2f | %6.3f %6.3f %6.3f %7.2f\n",
+                group.name.c_str(), group.windows, horizon_s, m.weighted_mhd_m, m.likeliest_mhd_m, m.best_mhd_m,
+                m.ade_m, m.fde_m, m.best_ade_m, m.best_fde_m, m.nll, c.weighted_mhd_m, c.ade_m, c.fde_m, c.nll);
   return text;
 }
 
@@ -41,7 +51,8 @@ nlohmann::ordered_json to_json(const Evaluation& evaluation) {
 std::string to_text(const Evaluation& evaluation) {
   std::string text =
       "                        sila: MHD [m]                                             | constant velocity\n"
-      "group    windows  to s  weight likely   best     ADE    FDE minADE minFDE     NLL |    MHD    ADE    FDE     NLL\n";
+      "group    windows  to s  weight likely   best     ADE    FDE minADE minFDE     NLL |    MHD    ADE    FDE     "
+      "NLL\n";
   for (const GroupScore& group : evaluation.groups) {
     if (group.windows == 0) text += group.name + ": no window\n";
     for (std::size_t h = 0; group.windows > 0 && h < evaluation.horizons_s.size(); ++h) {
@@ -50,10 +61,12 @@ std::string to_text(const Evaluation& evaluation) {
   }
   for (const GroupScore& group : evaluation.groups) {
     char line[120];
-    std::snprintf(line, sizeof line, "%s: %.1f %% fallback, %.1f modes on average\n", group.name.c_str(), 100.0 * group.fallback_rate, group.modes);
+    std::snprintf(line, sizeof line, "%s: %.1f %% fallback, %.1f modes on average\n", group.name.c_str(),
+                  100.0 * group.fallback_rate, group.modes);
     if (group.windows > 0) text += line;
   }
-  for (const SkippedTracks& skipped : evaluation.skipped) text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";
+  for (const SkippedTracks& skipped : evaluation.skipped)
+    text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";
   return text;
 }
 

@@ -41,10 +41,12 @@ struct TrackLasso {
   Eigen::VectorXd start;
 };
 
-TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, std::size_t track) {
+TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap,
+                       std::size_t track) {
   std::vector<std::pair<int, double>> shares;
   for (const CellArrow& visit : problem.tracks[track]) {
-    for (const auto& [k, arrow] : overlap.at[static_cast<std::size_t>(visit.cell)]) shares.emplace_back(k, arrow->dot(visit.value));
+    for (const auto& [k, arrow] : overlap.at[static_cast<std::size_t>(visit.cell)])
+      shares.emplace_back(k, arrow->dot(visit.value));
   }
   std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::pair<int, double>> products;
@@ -63,7 +65,8 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {
     const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), used.primitive);
-    if (place != lasso.primitives.end() && *place == used.primitive) lasso.start(place - lasso.primitives.begin()) = used.value;
+    if (place != lasso.primitives.end() && *place == used.primitive)
+      lasso.start(place - lasso.primitives.begin()) = used.value;
   }
   return lasso;
 }
@@ -117,22 +120,25 @@ CodingState with_new_codes(const CodingProblem& problem, CodingState state, doub
 
 CodingState with_new_primitives(const CodingProblem& problem, CodingState state) {
   const std::size_t count = state.primitives.size();
-  std::vector<std::map<int, double>> code_gram(count);                     // A = S S'
+  std::vector<std::map<int, double>> code_gram(count);  // A = S S'
   std::vector<std::vector<double>> use(count, std::vector<double>(problem.tracks.size(), 0.0));
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     for (const Coefficient& a : state.codes[i]) {
       use[static_cast<std::size_t>(a.primitive)][i] = a.value;
-      for (const Coefficient& b : state.codes[i]) code_gram[static_cast<std::size_t>(a.primitive)][b.primitive] += a.value * b.value;
+      for (const Coefficient& b : state.codes[i])
+        code_gram[static_cast<std::size_t>(a.primitive)][b.primitive] += a.value * b.value;
     }
   }
-  const PrimitivesAt at = primitives_at(problem, state);  // points into state: later primitives see the new earlier ones
+  const PrimitivesAt at =
+      primitives_at(problem, state);  // points into state: later primitives see the new earlier ones
   for (std::size_t k = 0; k < count; ++k) {
     const auto self = code_gram[k].find(static_cast<int>(k));
     if (self == code_gram[k].end() || self->second <= 1e-8) continue;
     for (CellArrow& arrow : state.primitives[k]) {
       const auto cell = static_cast<std::size_t>(arrow.cell);
       Arrow pull = Arrow::Zero();
-      for (const CellArrow& visit : problem.visits[cell]) pull += use[k][static_cast<std::size_t>(visit.cell)] * visit.value;
+      for (const CellArrow& visit : problem.visits[cell])
+        pull += use[k][static_cast<std::size_t>(visit.cell)] * visit.value;
       for (const auto& [l, value] : at[cell]) {
         const auto shared = code_gram[k].find(l);
         if (shared != code_gram[k].end()) pull -= shared->second * *value;
@@ -162,7 +168,8 @@ Overlap overlap_of(const CodingProblem& problem, const CodingState& state) {
   return overlap;
 }
 
-Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive, double penalty) {
+Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
+                   double penalty) {
   Removal removal;
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     const bool uses = std::any_of(state.codes[i].begin(), state.codes[i].end(),
@@ -170,7 +177,8 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
     if (!uses) continue;
     TrackLasso lasso = track_lasso(problem, state, overlap, i);
     const double before = code_cost(lasso, lasso.start, penalty);
-    const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
+    const auto place =
+        std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
     lasso.gram.row(place).setZero();
     lasso.gram.col(place).setZero();
     lasso.products(place) = 0.0;
@@ -184,7 +192,8 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
 
 Overlap without(Overlap overlap, const CodingState& state, int primitive) {
   for (const CellArrow& arrow : state.primitives[static_cast<std::size_t>(primitive)]) {
-    std::erase_if(overlap.at[static_cast<std::size_t>(arrow.cell)], [&](const auto& here) { return here.first == primitive; });
+    std::erase_if(overlap.at[static_cast<std::size_t>(arrow.cell)],
+                  [&](const auto& here) { return here.first == primitive; });
   }
   overlap.gram.row(primitive).setZero();
   overlap.gram.col(primitive).setZero();

@@ -1,6 +1,7 @@
 #pragma once
 
-// The working state of dictionary learning: sparse in cells, so that its cost grows with what tracks visit and not with the grid.
+// The working state of dictionary learning: sparse in cells, so that its cost grows with what tracks visit and not with
+// the grid.
 
 #include <Eigen/Core>
 #include <map>
@@ -24,9 +25,9 @@ struct CellArrow {
 struct CodingProblem {
   CodingProblem(std::span<const GridVector> tracks, const Grid& grid, double activeness_weight);
 
-  std::vector<CellKey> cells;                          ///< sorted
-  std::vector<std::vector<CellArrow>> tracks;          ///< per track, in path order, active cells only
-  std::vector<std::vector<CellArrow>> visits;          ///< per cell; CellArrow::cell is the track here
+  std::vector<CellKey> cells;                  ///< sorted
+  std::vector<std::vector<CellArrow>> tracks;  ///< per track, in path order, active cells only
+  std::vector<std::vector<CellArrow>> visits;  ///< per cell; CellArrow::cell is the track here
   Grid grid;
   double g = 1.0;  ///< square root of the activeness weight
   double energy = 0.0;
@@ -34,9 +35,9 @@ struct CodingProblem {
 
 /// Primitives on their support, and the code of each track.
 struct CodingState {
-  std::vector<std::vector<CellArrow>> primitives;       ///< sorted by cell
-  std::vector<std::vector<Coefficient>> codes;          ///< per track, sorted by primitive, value > 0
-  double objective = 0.0;                               ///< 1/2 |X - D S|^2 + penalty * sum S, without the price of primitives
+  std::vector<std::vector<CellArrow>> primitives;  ///< sorted by cell
+  std::vector<std::vector<Coefficient>> codes;     ///< per track, sorted by primitive, value > 0
+  double objective = 0.0;  ///< 1/2 |X - D S|^2 + penalty * sum S, without the price of primitives
 };
 
 /// Recomputes all codes for the given primitives (exact minimum); warm-started from the present ones.
@@ -50,19 +51,21 @@ std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState&
 
 /// How the primitives of a state overlap: what codes are computed from.
 struct Overlap {
-  std::vector<std::vector<std::pair<int, const Arrow*>>> at;  ///< per cell: each primitive there and its arrow; points into the state
-  Eigen::MatrixXd gram;                                       ///< inner products of the primitives
+  std::vector<std::vector<std::pair<int, const Arrow*>>>
+      at;                ///< per cell: each primitive there and its arrow; points into the state
+  Eigen::MatrixXd gram;  ///< inner products of the primitives
 };
 Overlap overlap_of(const CodingProblem& problem, const CodingState& state);
 
-/// What taking a primitive away would do: the rise of the objective, and the new codes of the tracks that use it. The codes of other
-/// tracks stay optimal without it.
+/// What taking a primitive away would do: the rise of the objective, and the new codes of the tracks that use it. The
+/// codes of other tracks stay optimal without it.
 struct Removal {
   double cost = 0.0;
   std::vector<std::pair<std::size_t, std::vector<Coefficient>>> codes;
 };
 /// `overlap` is that of `state`.
-Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive, double penalty);
+Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
+                   double penalty);
 
 /// The overlap once a primitive is gone; its index stays, empty.
 Overlap without(Overlap overlap, const CodingState& state, int primitive);

@@ -15,11 +15,11 @@ namespace {
 
 constexpr int kAlternationsPerRound = 4;
 constexpr int kPolishAlternations = 20;
-constexpr double kPolishDecrease = 1e-5;   ///< relative; polishing stops below it
-constexpr double kSmallestSeed = 0.5;      ///< squared norm
-constexpr double kSmallestUse = 0.2;       ///< primitives never used more than this are pruned
-constexpr double kShortestArrow = 0.05;    ///< shorter arrows are left out of the finished primitive
-constexpr double kSameSeedCosine = 0.5;    ///< two seeds of one round that agree more than this are one
+constexpr double kPolishDecrease = 1e-5;  ///< relative; polishing stops below it
+constexpr double kSmallestSeed = 0.5;     ///< squared norm
+constexpr double kSmallestUse = 0.2;      ///< primitives never used more than this are pruned
+constexpr double kShortestArrow = 0.05;   ///< shorter arrows are left out of the finished primitive
+constexpr double kSameSeedCosine = 0.5;   ///< two seeds of one round that agree more than this are one
 
 /// A stretch of a track's path, [begin, end) in its visits.
 struct Run {
@@ -41,8 +41,8 @@ double squared_norm(std::span<const CellArrow> arrows) {
 }
 
 /// The stretches of one track from which a primitive may grow, by the cut rule.
-std::vector<Run> runs_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest, double run_cells,
-                         CutRule cut) {
+std::vector<Run> runs_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest,
+                         double run_cells, CutRule cut) {
   std::vector<Run> runs;
   const double explained = 0.5 * (1.0 + problem.g * problem.g);
   for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -85,9 +85,12 @@ std::vector<CellArrow> seed_on_support(const CodingProblem& problem, std::span<c
 double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
   double product = 0.0;
   for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
-    if (a[i].cell < b[j].cell) ++i;
-    else if (b[j].cell < a[i].cell) ++j;
-    else product += a[i++].value.dot(b[j++].value);
+    if (a[i].cell < b[j].cell)
+      ++i;
+    else if (b[j].cell < a[i].cell)
+      ++j;
+    else
+      product += a[i++].value.dot(b[j++].value);
   }
   return product / std::sqrt(squared_norm(a) * squared_norm(b));
 }
@@ -107,12 +110,14 @@ std::vector<std::pair<Run, std::vector<CellArrow>>> choose_seeds(const CodingPro
     const auto stretch = std::span(rest).subspan(top.begin, top.end - top.begin);
     best.emplace_back(top, std::vector<CellArrow>(stretch.begin(), stretch.end()));
   }
-  std::stable_sort(best.begin(), best.end(), [](const auto& a, const auto& b) { return a.first.energy > b.first.energy; });
+  std::stable_sort(best.begin(), best.end(),
+                   [](const auto& a, const auto& b) { return a.first.energy > b.first.energy; });
   const std::size_t most = std::max<std::size_t>(1, problem.tracks.size() / 10);
   std::vector<std::pair<Run, std::vector<CellArrow>>> seeds;
   for (auto& [run, rest] : best) {
     std::vector<CellArrow> seed = seed_on_support(problem, rest, config);
-    const bool known = std::any_of(seeds.begin(), seeds.end(), [&](const auto& other) { return cosine(other.second, seed) > kSameSeedCosine; });
+    const bool known = std::any_of(seeds.begin(), seeds.end(),
+                                   [&](const auto& other) { return cosine(other.second, seed) > kSameSeedCosine; });
     if (known || squared_norm(seed) < kSmallestSeed) continue;
     seeds.emplace_back(run, std::move(seed));
     if (seeds.size() == most) break;
@@ -137,7 +142,8 @@ CodingState alternate(const CodingProblem& problem, CodingState state, int times
 }
 
 /// Drops, newest first, each primitive from index `first` on that does not pay its price.
-CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double penalty, double gain_cells) {
+CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double penalty,
+                              double gain_cells) {
   Overlap overlap = overlap_of(problem, state);
   std::vector<bool> drop(state.primitives.size(), false);
   for (std::size_t k = state.primitives.size(); k-- > first;) {
@@ -188,7 +194,8 @@ MotionPrimitive finished(const CodingProblem& problem, std::span<const CellArrow
   for (const CellArrow& arrow : arrows) {
     const Vector2 velocity = arrow.value.head<2>();
     if (velocity.norm() < kShortestArrow) continue;
-    primitive.cells.push_back({problem.cells[static_cast<std::size_t>(arrow.cell)], velocity / std::max(1.0, velocity.norm())});
+    primitive.cells.push_back(
+        {problem.cells[static_cast<std::size_t>(arrow.cell)], velocity / std::max(1.0, velocity.norm())});
   }
   return primitive;
 }

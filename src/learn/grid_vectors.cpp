@@ -20,7 +20,8 @@ struct HeadingSum {
 GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double min_speed_mps) {
   std::map<CellKey, HeadingSum> cells;
   const auto add = [&](const Vector2& position, const Vector2& heading) {
-    HeadingSum& cell = cells.try_emplace(cell_of(grid, position), HeadingSum{Vector2::Zero(), 0, cells.size()}).first->second;
+    HeadingSum& cell =
+        cells.try_emplace(cell_of(grid, position), HeadingSum{Vector2::Zero(), 0, cells.size()}).first->second;
     cell.sum += heading, cell.samples += 1;
   };
   for (std::size_t t = 0; t < track.positions.size(); ++t) {

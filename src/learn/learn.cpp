@@ -18,7 +18,8 @@ using Observed = std::map<TransitionKey, ObservedTransition>;
 
 std::vector<GpData> gp_data(const Observed& observed) {
   std::vector<GpData> data;
-  for (const auto& [key, transition] : observed) data.push_back({transition.samples.positions, transition.samples.velocities});
+  for (const auto& [key, transition] : observed)
+    data.push_back({transition.samples.positions, transition.samples.velocities});
   return data;
 }
 
@@ -30,7 +31,8 @@ GpConfig in_widths(GpConfig config, double width_m) {
 }
 
 /// One field a transition, fitted side by side; the result does not depend on the number of threads.
-std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, const GpConfig& config) {
+std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start,
+                                        const GpConfig& config) {
   const std::vector<GpData> data = gp_data(observed);
   const Hyperparameters pooled =
       config.hyperparameters == HyperparameterChoice::pooled ? pool_hyperparameters(data, start, config) : start;
@@ -52,8 +54,10 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
   LearnReport report;
   report.tracks = static_cast<int>(vectors.size());
   for (std::size_t i = 0; i < vectors.size(); ++i) {
-    if (vectors[i].path.empty()) ++report.standing;
-    else if (segments[i].empty()) ++report.unexplained;
+    if (vectors[i].path.empty())
+      ++report.standing;
+    else if (segments[i].empty())
+      ++report.unexplained;
   }
   report.primitives = model.primitives.size();
   report.transitions = model.transitions.size();
@@ -63,7 +67,8 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
 
 }  // namespace
 
-Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s, const GridConfig& config) {
+Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s,
+                              const GridConfig& config) {
   Conventions conventions;
   conventions.grid = {config.cell_m / frame.sidewalk_width_m, Vector2::Zero(), config.tile_cells};
   conventions.scaling = scaling;

@@ -47,7 +47,8 @@ std::vector<Eigen::Index> best_labels(const Eigen::MatrixXd& scores, double swit
   }
   std::vector<Eigen::Index> path(static_cast<std::size_t>(samples));
   total.maxCoeff(&path.back());
-  for (Eigen::Index t = samples - 1; t > 0; --t) path[static_cast<std::size_t>(t - 1)] = before(t, path[static_cast<std::size_t>(t)]);
+  for (Eigen::Index t = samples - 1; t > 0; --t)
+    path[static_cast<std::size_t>(t - 1)] = before(t, path[static_cast<std::size_t>(t)]);
   return path;
 }
 

@@ -8,7 +8,9 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("model: " + what); }
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("model: " + what);
+}
 
 void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
   const std::string name = "primitive " + std::to_string(index);
@@ -52,7 +54,9 @@ bool operator==(const Conventions& a, const Conventions& b) {
          a.reference_width_m == b.reference_width_m;
 }
 
-std::size_t size(const Model& model) { return model.primitives.size() + model.transitions.size(); }
+std::size_t size(const Model& model) {
+  return model.primitives.size() + model.transitions.size();
+}
 
 void check(const Model& model) {
   validate(model.conventions.grid);

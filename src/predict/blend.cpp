@@ -27,8 +27,10 @@ std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments
   for (const RegressionMoments& cell : moments) {
     Eigen::MatrixXd matrix = cell.features;
     matrix.diagonal().array() += ridge;
-    if (cell.weight == 0.0) solved.push_back(prior);
-    else solved.push_back(matrix.ldlt().solve(cell.products + ridge * prior));
+    if (cell.weight == 0.0)
+      solved.push_back(prior);
+    else
+      solved.push_back(matrix.ldlt().solve(cell.products + ridge * prior));
     if (!solved.back().allFinite()) solved.back() = prior;
   }
   return solved;
@@ -39,7 +41,8 @@ std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int 
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
     const double t = (static_cast<double>(cell / static_cast<std::size_t>(classes)) + 1.0) * interval_s;
     const auto square = [](double x) { return x * x; };
-    const Vector2 prior(square(kPriorPosition_m + kPriorAlong_mps * t), square(kPriorPosition_m + kPriorAcross_mps * t));
+    const Vector2 prior(square(kPriorPosition_m + kPriorAlong_mps * t),
+                        square(kPriorPosition_m + kPriorAcross_mps * t));
     const Vector2 sum(moments[cell].along_m2, moments[cell].across_m2);
     result.emplace_back((sum + kPriorExamples * prior) / (moments[cell].weight + kPriorExamples));
   }
@@ -65,8 +68,8 @@ Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {
   return features;
 }
 
-Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout, const CurbTrajectory& observed,
-                              std::size_t step, double interval_s) {
+Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout,
+                              const CurbTrajectory& observed, std::size_t step, double interval_s) {
   Eigen::Matrix2Xd features(2, kMapFeatures);
   const Vector2& start = observed.positions.back();
   const double seconds = static_cast<double>(step + 1) * interval_s;

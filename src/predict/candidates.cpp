@@ -62,7 +62,8 @@ Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, 
   double unknown = 0.0;
   for (double ratio : least_known) unknown += ratio;
   found.novelty = unknown / static_cast<double>(least_known.size());
-  std::stable_sort(found.list.begin(), found.list.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  std::stable_sort(found.list.begin(), found.list.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   std::size_t kept = 0;
   while (kept < found.list.size() && kept < static_cast<std::size_t>(config.max_candidates) &&
          found.list[kept].score >= found.list.front().score + std::log(config.min_relative_weight)) {

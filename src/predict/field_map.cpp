@@ -5,9 +5,13 @@
 namespace sila {
 namespace {
 
-std::int64_t pack(std::int64_t x, std::int64_t y) { return (x << 32) ^ (y & 0xffffffff); }
+std::int64_t pack(std::int64_t x, std::int64_t y) {
+  return (x << 32) ^ (y & 0xffffffff);
+}
 
-std::int64_t floor_to(double value, double size) { return static_cast<std::int64_t>(std::floor(value / size)); }
+std::int64_t floor_to(double value, double size) {
+  return static_cast<std::int64_t>(std::floor(value / size));
+}
 
 }  // namespace
 
@@ -16,13 +20,14 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   bucket_size_ = 2.0 * grid.cell;
   fields_.reserve(model.transitions.size());
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
-  for (const Transition& transition : model.transitions) leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
+  for (const Transition& transition : model.transitions)
+    leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
   for (const Transition& transition : model.transitions) {
     const int index = static_cast<int>(fields_.size());
     const SparseGp& gp = transition.field.gp;
     fields_.push_back({transition.from, transition.to, transition.count,
-                       transition.count / leaving_count[static_cast<std::size_t>(transition.from)], gp.kernel.signal_variance,
-                       gp.noise_variance, Posterior(gp)});
+                       transition.count / leaving_count[static_cast<std::size_t>(transition.from)],
+                       gp.kernel.signal_variance, gp.noise_variance, Posterior(gp)});
     leaving_[static_cast<std::size_t>(transition.from)].push_back(index);
     if (transition.field.extent.isEmpty()) continue;
     // One length scale beyond its data a field knows less than the support ratio asks for.

@@ -14,7 +14,9 @@ Lessons empty_lessons(int steps, double interval_s) {
   Lessons lessons;
   lessons.steps = steps, lessons.classes = kSpeedClasses, lessons.interval_s = interval_s;
   const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
-  const auto blank = [](int f) { return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)}; };
+  const auto blank = [](int f) {
+    return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)};
+  };
   lessons.with_map.assign(cells, blank(kMapFeatures));
   lessons.without_map.assign(cells, blank(kKinematicFeatures));
   lessons.residuals_with_map.resize(cells);
@@ -44,19 +46,21 @@ double density(const Vector2& error, const Matrix2& covariance) {
 
 struct ModeAtStep {
   Eigen::Matrix2Xd features;
-  Vector2 way = Vector2::Zero();    ///< predicted displacement [m]
+  Vector2 way = Vector2::Zero();  ///< predicted displacement [m]
   double weight = 0.0;
-  double responsibility = 0.0;      ///< how likely this mode is the one that happened
+  double responsibility = 0.0;  ///< how likely this mode is the one that happened
 };
 
 /// What each mode says of one step, and how well that fits what happened.
 std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& window, const Hypotheses& hypotheses,
-                                 const Eigen::Matrix2Xd& kinematics, int speed, std::size_t step, const Vector2& truth) {
+                                 const Eigen::Matrix2Xd& kinematics, int speed, std::size_t step,
+                                 const Vector2& truth) {
   std::vector<ModeAtStep> modes;
   const double seconds = static_cast<double>(step + 1) * predictor.interval_s();
   double total = 0.0;
   for (const Rollout& rollout : hypotheses.rollouts) {
-    ModeAtStep mode{map_features(kinematics, rollout, window.observed, step, predictor.interval_s()), {}, rollout.weight, 0.0};
+    ModeAtStep mode{
+        map_features(kinematics, rollout, window.observed, step, predictor.interval_s()), {}, rollout.weight, 0.0};
     mode.way = seconds * predictor.blend().velocity_mps(mode.features, step, speed);
     Vector2 variances = predictor.blend().residual_m2(step, speed, true);
     if (variances.isZero()) variances = Vector2::Constant(0.25 * seconds * seconds);
@@ -136,7 +140,8 @@ void fade(Lessons& lessons, double decay) {
 Lessons gather_lessons(const Predictor& predictor, std::span<const Window> windows) {
   const int steps = static_cast<int>(std::lround(predictor.config().horizon_s / predictor.interval_s()));
   std::vector<WindowExamples> each(windows.size());
-  tbb::parallel_for(std::size_t{0}, windows.size(), [&](std::size_t i) { each[i] = examples_of(predictor, windows[i], steps); });
+  tbb::parallel_for(std::size_t{0}, windows.size(),
+                    [&](std::size_t i) { each[i] = examples_of(predictor, windows[i], steps); });
   Lessons sum = empty_lessons(steps, predictor.interval_s());  // in the order of the windows, whatever the threads did
   for (const WindowExamples& examples : each) add(sum, examples);
   return sum;
@@ -147,7 +152,8 @@ Lessons add_lessons(const Lessons& past, const Lessons& recent, double decay) {
   if (recent.empty()) return past;
   if (past.steps != recent.steps || past.classes != recent.classes || past.interval_s != recent.interval_s) {
     throw std::invalid_argument("add_lessons: steps = " + std::to_string(recent.steps) + ", the model was taught " +
-                                std::to_string(past.steps) + " steps; keep predict.horizon_s as it was when the model began");
+                                std::to_string(past.steps) +
+                                " steps; keep predict.horizon_s as it was when the model began");
   }
   Lessons sum = past;
   fade(sum, decay);

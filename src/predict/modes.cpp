@@ -32,7 +32,9 @@ Rollout weighted_mean(const std::vector<const Rollout*>& members) {
   return mean;
 }
 
-bool heavier(const Rollout& a, const Rollout& b) { return a.weight > b.weight; }
+bool heavier(const Rollout& a, const Rollout& b) {
+  return a.weight > b.weight;
+}
 
 }  // namespace
 
@@ -41,19 +43,23 @@ std::vector<Rollout> merge_rollouts(std::vector<Rollout> rollouts, const CurbFra
   if (rollouts.empty()) return {};
   std::stable_sort(rollouts.begin(), rollouts.end(), heavier);
   const Matrix2 matrix = world_from_curb(frame);
-  const std::size_t steps = std::clamp<std::size_t>(static_cast<std::size_t>(decision_steps), 1, rollouts.front().path.size());
+  const std::size_t steps =
+      std::clamp<std::size_t>(static_cast<std::size_t>(decision_steps), 1, rollouts.front().path.size());
   std::vector<std::vector<const Rollout*>> groups;  // the first member, the heaviest, speaks for its group
   for (const Rollout& rollout : rollouts) {
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
       return mean_distance_m(*members.front(), rollout, matrix, steps) < config.merge_radius_m;
     });
-    if (group == groups.end()) groups.push_back({&rollout});
-    else group->push_back(&rollout);
+    if (group == groups.end())
+      groups.push_back({&rollout});
+    else
+      group->push_back(&rollout);
   }
   std::vector<Rollout> modes;
   for (const auto& members : groups) modes.push_back(weighted_mean(members));
   std::stable_sort(modes.begin(), modes.end(), heavier);
-  if (modes.size() > static_cast<std::size_t>(config.max_modes)) modes.erase(modes.begin() + config.max_modes, modes.end());
+  if (modes.size() > static_cast<std::size_t>(config.max_modes))
+    modes.erase(modes.begin() + config.max_modes, modes.end());
   double total = 0.0;
   for (const Rollout& mode : modes) total += mode.weight;
   for (Rollout& mode : modes) mode.weight /= total;

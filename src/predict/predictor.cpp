@@ -24,8 +24,8 @@ void require_interval(const CurbTrajectory& observed, double interval_s) {
     const double step_s = observed.times_s[t] - observed.times_s[t - 1];
     if (std::abs(step_s - interval_s) < 1e-3 * interval_s) continue;
     std::ostringstream text;
-    text << "predict: track '" << observed.id << "' has an interval of " << step_s << " s at sample " << t << ", the model's is "
-         << interval_s << " s";
+    text << "predict: track '" << observed.id << "' has an interval of " << step_s << " s at sample " << t
+         << ", the model's is " << interval_s << " s";
     throw std::invalid_argument(text.str());
   }
 }
@@ -94,7 +94,8 @@ Predictor::Predictor(const Model& model, const PredictConfig& config)
 Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps) const {
   const int decision_steps = steps_in(config_.mode_horizon_s, interval_s_);
   const Candidates candidates = find_candidates(map_, observed, config_);
-  std::vector<Rollout> rollouts = roll_out(map_, candidates, observed, std::max(steps, decision_steps), interval_s_, config_);
+  std::vector<Rollout> rollouts =
+      roll_out(map_, candidates, observed, std::max(steps, decision_steps), interval_s_, config_);
   return {merge_rollouts(std::move(rollouts), observed.frame, decision_steps, config_), candidates.novelty};
 }
 

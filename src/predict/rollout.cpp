@@ -68,14 +68,15 @@ class Roller {
   /// The branches that go on from here: one a successor, or the branch itself, off the map.
   std::vector<Branch> split(Branch branch, bool may_branch) const {
     std::vector<Successor> next;
-    if (config_.chaining) next = successors(map_, branch.rollout.transitions.back(), branch.position, config_.support_ratio);
+    if (config_.chaining)
+      next = successors(map_, branch.rollout.transitions.back(), branch.position, config_.support_ratio);
     if (next.empty()) {
       branch.off_map = true;
       return {std::move(branch)};
     }
     if (!may_branch) {
-      const auto likeliest = std::max_element(next.begin(), next.end(),
-                                              [](const auto& a, const auto& b) { return a.probability < b.probability; });
+      const auto likeliest = std::max_element(
+          next.begin(), next.end(), [](const auto& a, const auto& b) { return a.probability < b.probability; });
       next = {{likeliest->transition, 1.0}};
     }
     std::vector<Branch> branches(next.size(), branch);
@@ -88,7 +89,8 @@ class Roller {
 
  private:
   void spread(Branch& branch, const FieldMap::Field& field, const FlowPrediction& flow) const {
-    // A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white noise.
+    // A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white
+    // noise.
     const double lasting_s = std::min(2.0 * config_.noise_correlation_s,
                                       dt_ * (2.0 * static_cast<double>(branch.rollout.path.size()) + 1.0));
     Matrix2 step = Matrix2::Identity();
@@ -100,7 +102,8 @@ class Roller {
 
   void advance_own(Branch& branch, const FieldMap::Field& field) const {
     if (!branch.off_map) {
-      const Vector2 flow = velocity_to_world(frame_, field.posterior.predict_flow(to_curb(frame_, branch.own_position)).mean);
+      const Vector2 flow =
+          velocity_to_world(frame_, field.posterior.predict_flow(to_curb(frame_, branch.own_position)).mean);
       const double length = flow.norm();
       const double share = std::min(1.0, dt_ / config_.own_speed_relaxation_s);
       if (length > 1e-9) branch.own_velocity += share * (flow * (own_speed_mps_ / length) - branch.own_velocity);
@@ -143,8 +146,8 @@ void prune(std::vector<Branch>& branches, const PredictConfig& config) {
 
 }  // namespace
 
-std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed, int steps,
-                              double interval_s, const PredictConfig& config) {
+std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
+                              int steps, double interval_s, const PredictConfig& config) {
   const Roller roller(map, observed, interval_s, config);
   const int branching_steps = static_cast<int>(std::lround(config.mode_horizon_s / interval_s));
   std::vector<Branch> branches = start(candidates, observed);

@@ -28,7 +28,9 @@ std::string read(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-void write(const fs::path& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
+void write(const fs::path& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary) << content;
+}
 
 class Program : public ::testing::Test {
  protected:
@@ -57,10 +59,13 @@ class Program : public ::testing::Test {
     SCOPED_TRACE(arguments);
     const Outcome outcome = run(arguments);
     EXPECT_TRUE(outcome.code == 1 || outcome.code == 2) << "exit code " << outcome.code << "\n" << outcome.err;
-    for (const std::string& word : words) EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
+    for (const std::string& word : words)
+      EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
   }
 
-  void simulate() const { ASSERT_EQ(run("simulate --tracks 60 --seed 1 --set simulate.occlusions_per_min=0 --out tracks.csv").code, 0); }
+  void simulate() const {
+    ASSERT_EQ(run("simulate --tracks 60 --seed 1 --set simulate.occlusions_per_min=0 --out tracks.csv").code, 0);
+  }
   void learn() const {
     simulate();
     const Outcome outcome = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
@@ -75,7 +80,8 @@ TEST_F(Program, LearnsPredictsAndJudgesASimulatedIntersection) {
   const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
   EXPECT_EQ(inspected.at("tracks"), 60);
   EXPECT_EQ(inspected.at("episodes"), 3);
-  EXPECT_EQ(inspected.at("size").get<int>(), inspected.at("primitives").get<int>() + inspected.at("transitions").get<int>());
+  EXPECT_EQ(inspected.at("size").get<int>(),
+            inspected.at("primitives").get<int>() + inspected.at("transitions").get<int>());
   EXPECT_EQ(inspected.at("bytes").get<std::uintmax_t>(), fs::file_size(folder_ / "m.sila"));
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila --out p.ndjson").code, 0);
   const Outcome judged = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
@@ -193,8 +199,10 @@ TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_refused(predict_with + "--every 0", {"every"});
   expect_refused(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
   expect_refused("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
-  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7", {"similarity_threshold", "1.7"});
-  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5", {"similarity_treshold", "fuse.similarity_threshold"});
+  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7",
+                 {"similarity_threshold", "1.7"});
+  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
+                 {"similarity_treshold", "fuse.similarity_threshold"});
   expect_refused("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
   expect_refused("lern", {"lern"});
   expect_refused("fuse m.sila", {"--out"});
@@ -204,7 +212,8 @@ TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
 TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
   const Outcome config = run("config");
   EXPECT_EQ(config.code, 0);
-  for (const char* path : {"fuse.similarity_threshold", "learn.grid.cell_m", "predict.horizon_s", "simulate.noise_std_m"}) {
+  for (const char* path :
+       {"fuse.similarity_threshold", "learn.grid.cell_m", "predict.horizon_s", "simulate.noise_std_m"}) {
     EXPECT_NE(config.out.find(path), std::string::npos) << path;
   }
   write(folder_ / "c.json", run("config --json").out);

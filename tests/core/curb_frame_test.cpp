@@ -35,7 +35,8 @@ TEST(CurbFrame, GivesTheContravariantCoordinatesOfTheWorkedExamples) {
 
 TEST(CurbFrame, StripScalingMakesEverySidewalkTheUnitStripAtEveryAngle) {
   for (double degrees : {60.0, 90.0, 120.0}) {
-    const CurbFrame frame = make_curb_frame({2, -1}, axis(10), axis(10 + degrees), {3.0, 2.0, 4.0}, CurbScaling::strip_widths);
+    const CurbFrame frame =
+        make_curb_frame({2, -1}, axis(10), axis(10 + degrees), {3.0, 2.0, 4.0}, CurbScaling::strip_widths);
     const Vector2 across_1(-axis(10).y(), axis(10).x());
     // 2 m across from curb 1 lies the far side of its sidewalk, wherever along the curb.
     EXPECT_NEAR(to_curb(frame, Vector2(2, -1) + 7.0 * axis(10) + 2.0 * across_1).y(), 1.0, 1e-12);
@@ -49,8 +50,10 @@ TEST(CurbFrame, ComesBackToTheWorldAndIsUnmovedByRotatingCornerAndPoint) {
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (int round = 0; round < 100; ++round) {
     SCOPED_TRACE("seed 7, round " + std::to_string(round));
-    const double first = 180.0 * uniform(random), between = 90.0 + 60.0 * uniform(random), turn = 180.0 * uniform(random);
-    const Vector2 origin(10.0 * uniform(random), 10.0 * uniform(random)), point(20.0 * uniform(random), 20.0 * uniform(random));
+    const double first = 180.0 * uniform(random), between = 90.0 + 60.0 * uniform(random),
+                 turn = 180.0 * uniform(random);
+    const Vector2 origin(10.0 * uniform(random), 10.0 * uniform(random)),
+        point(20.0 * uniform(random), 20.0 * uniform(random));
     const CurbFrame frame = frame_of(origin, first, first + between, 2.0 + uniform(random));
     EXPECT_LT((to_world(frame, to_curb(frame, point)) - point).norm(), 1e-12);
     EXPECT_LT((velocity_to_world(frame, velocity_to_curb(frame, point)) - point).norm(), 1e-12);

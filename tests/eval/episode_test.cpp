@@ -92,7 +92,8 @@ TEST(Split, HoldsBackTracksNotPiecesAndIsTheSeeds) {
   std::set<std::string> test_people;
   for (const PlacedTrack& track : a.test) test_people.insert(track.track.id.substr(0, track.track.id.find('#')));
   EXPECT_EQ(test_people.size(), 6u);
-  for (const PlacedTrack& track : a.train) EXPECT_FALSE(test_people.contains(track.track.id.substr(0, track.track.id.find('#'))));
+  for (const PlacedTrack& track : a.train)
+    EXPECT_FALSE(test_people.contains(track.track.id.substr(0, track.track.id.find('#'))));
   ASSERT_EQ(a.train.size(), b.train.size());
   for (std::size_t i = 0; i < a.train.size(); ++i) EXPECT_EQ(a.train[i].track.id, b.train[i].track.id);
   EXPECT_NE(a.train.front().track.id + a.train.back().track.id, c.train.front().track.id + c.train.back().track.id);

@@ -1,5 +1,5 @@
-// The field's protocol on the files nearly every paper uses: every run of 20 consecutive samples of one person, 8 seen, 12 predicted, 0.4 s.
-// If constant velocity did not come out as known here, no other figure of ours could be trusted.
+// The field's protocol on the files nearly every paper uses: every run of 20 consecutive samples of one person, 8 seen,
+// 12 predicted, 0.4 s. If constant velocity did not come out as known here, no other figure of ours could be trusted.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,8 @@ using Samples = std::vector<std::pair<double, Vector2>>;
 template <class Predict>
 void add_windows(Scores& scores, const std::filesystem::path& file, const Predict& predict) {
   std::map<std::string, Samples> people;
-  for (const Detection& row : read_detections(file).detections.rows) people[row.track].emplace_back(row.t_s, row.position_m);
+  for (const Detection& row : read_detections(file).detections.rows)
+    people[row.track].emplace_back(row.t_s, row.position_m);
   for (auto& [id, samples] : people) {
     for (std::size_t start = 0; start + 20 <= samples.size(); ++start) {
       if (samples[start + 19].first - samples[start].first > 19 * 0.4 + 0.01) continue;  // not consecutive

@@ -39,7 +39,8 @@ TEST(ArrowProjection, IsTheNearestFeasiblePoint) {
       EXPECT_LE(nearest.head<2>().norm(), nearest.z() / g + 1e-12);
       EXPECT_LE(nearest.z(), g + 1e-12);
       for (int probe = 0; probe < 300; ++probe) {  // no feasible point is nearer
-        const double b = g * std::abs(uniform(random)) / 2.0, n = b / g * std::abs(uniform(random)) / 2.0, angle = 3.2 * uniform(random);
+        const double b = g * std::abs(uniform(random)) / 2.0, n = b / g * std::abs(uniform(random)) / 2.0,
+                     angle = 3.2 * uniform(random);
         const Eigen::Vector3d other(n * std::cos(angle), n * std::sin(angle), b);
         EXPECT_LE((point - nearest).norm(), (point - other).norm() + 1e-12);
       }
@@ -70,7 +71,8 @@ TEST(SparseCoding, SatisfiesTheOptimalityConditionsAndIsNeverNegative) {
 
 std::vector<GridVector> vectors_of(const std::vector<PlacedTrack>& tracks, const Grid& grid) {
   std::vector<GridVector> vectors;
-  for (const PlacedTrack& placed : tracks) vectors.push_back(to_grid_vector(resample(placed.track, placed.frame, {}), grid, 0.2));
+  for (const PlacedTrack& placed : tracks)
+    vectors.push_back(to_grid_vector(resample(placed.track, placed.frame, {}), grid, 0.2));
   return vectors;
 }
 
@@ -130,7 +132,8 @@ TEST(Dictionary, ActivenessForbidsPrimitivesOfOppositeSignThatCancel) {
   const std::vector<GridVector> vectors = vectors_of(testing::corner_walks(30, 8), grid);
   const Dictionary dictionary = learn_dictionary(vectors, grid, 6.0, 10.0, {});
   for (std::size_t i = 0; i < vectors.size(); ++i) {
-    std::map<CellKey, std::pair<double, Vector2>> cells;  // sum of lengths, sum of vectors, in cells the track never visits
+    std::map<CellKey, std::pair<double, Vector2>>
+        cells;  // sum of lengths, sum of vectors, in cells the track never visits
     for (const Coefficient& used : dictionary.codes[i]) {
       for (const CellVelocity& arrow : dictionary.primitives[static_cast<std::size_t>(used.primitive)].cells) {
         auto& [length, sum] = cells.try_emplace(arrow.cell, 0.0, Vector2::Zero()).first->second;

@@ -58,7 +58,8 @@ TEST(Transitions, CountATrackOnceAPairAndKeepTheSamplesOfBothRuns) {
 
 TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   std::vector<CurbTrajectory> tracks;
-  for (const PlacedTrack& placed : testing::corner_walks(20, 3)) tracks.push_back(resample(placed.track, placed.frame, {}));
+  for (const PlacedTrack& placed : testing::corner_walks(20, 3))
+    tracks.push_back(resample(placed.track, placed.frame, {}));
   CurbTrajectory standing = tracks.front();
   for (Vector2& velocity : standing.velocities) velocity.setZero();
   tracks.push_back(standing);

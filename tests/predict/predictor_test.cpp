@@ -63,7 +63,8 @@ TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
 }
 
 TEST(Predictor, AnswersWithAnEmptyModel) {
-  const CurbTrajectory observed = observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, {});
+  const CurbTrajectory observed =
+      observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, {});
   const Prediction prediction = predict(Model{}, observed, kConfig.predict);
   expect_valid(prediction);
   EXPECT_TRUE(prediction.fallback);
@@ -72,9 +73,11 @@ TEST(Predictor, AnswersWithAnEmptyModel) {
 TEST(Predictor, AShorterHorizonIsThePrefixOfALongerOne) {
   PredictConfig brief = kConfig.predict, lengthy = kConfig.predict;
   brief.horizon_s = 2.0, lengthy.horizon_s = 9.0;
-  const Predictor predictor(corner_model(), kConfig.predict), brief_one(corner_model(), brief), lengthy_one(corner_model(), lengthy);
+  const Predictor predictor(corner_model(), kConfig.predict), brief_one(corner_model(), brief),
+      lengthy_one(corner_model(), lengthy);
   for (const Window& window : windows_of(testing::corner_walks(10, 98), kConfig.sampling, kConfig.predict, 1.0)) {
-    const Prediction a = brief_one.predict(window.observed), b = predictor.predict(window.observed), c = lengthy_one.predict(window.observed);
+    const Prediction a = brief_one.predict(window.observed), b = predictor.predict(window.observed),
+                     c = lengthy_one.predict(window.observed);
     ASSERT_EQ(a.modes.size(), b.modes.size());
     ASSERT_EQ(c.modes.size(), b.modes.size());
     ASSERT_EQ(a.times_s.size(), 10u);
@@ -118,8 +121,8 @@ TEST(Predictor, AChangedOrShuffledFutureChangesNoPrediction) {
   }
 }
 
-// Whether somebody will turn cannot be seen from afar, so the weights may be as even as people's choices are; but one of the modes must
-// have what then happens.
+// Whether somebody will turn cannot be seen from afar, so the weights may be as even as people's choices are; but one
+// of the modes must have what then happens.
 TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
   PredictConfig apart = kConfig.predict;
   apart.merge_radius_m = 0.5;
@@ -130,7 +133,8 @@ TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
     if (window.future_m.size() < 25) continue;
     const Prediction prediction = predictor.predict(window.observed);
     double best = 1e9;
-    for (const Mode& mode : prediction.modes) best = std::min(best, (mode.path_m.back() - window.future_m.back()).norm());
+    for (const Mode& mode : prediction.modes)
+      best = std::min(best, (mode.path_m.back() - window.future_m.back()).norm());
     ours += best;
     constant += (constant_velocity(window.observed, 25, 0.2).back() - window.future_m.back()).norm();
     ++windows;
@@ -142,7 +146,8 @@ TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
 TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
   SamplingConfig coarse;
   coarse.interval_s = 0.4;
-  const CurbTrajectory observed = observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, coarse);
+  const CurbTrajectory observed =
+      observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, coarse);
   EXPECT_THROW(predict(corner_model(), observed, kConfig.predict), std::invalid_argument);
   PredictConfig none = kConfig.predict;
   none.horizon_s = 0.0;

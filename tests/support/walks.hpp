@@ -16,8 +16,8 @@ inline CurbFrame square_frame(double width_m = 2.5) {
 }
 
 /// A walk through way points at a constant speed, sampled every `interval_s`, with Gaussian noise.
-inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, double speed_mps, double interval_s = 0.1,
-                       double noise_m = 0.0, unsigned seed = 1) {
+inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, double speed_mps,
+                       double interval_s = 0.1, double noise_m = 0.0, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0.0, 1.0);
   Trajectory track{id, {}, {}};
@@ -40,7 +40,8 @@ inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, d
   return track;
 }
 
-/// People who come along curb 1 and turn round the corner into curb 2, or walk straight on, each at a speed and offset of their own.
+/// People who come along curb 1 and turn round the corner into curb 2, or walk straight on, each at a speed and offset
+/// of their own.
 inline std::vector<PlacedTrack> corner_walks(int count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -50,7 +51,8 @@ inline std::vector<PlacedTrack> corner_walks(int count, unsigned seed) {
     const bool turns = uniform(random) < 0.5;
     std::vector<Vector2> way = turns ? std::vector<Vector2>{{14.0, offset}, {offset, offset}, {offset, 14.0}}
                                      : std::vector<Vector2>{{14.0, offset}, {-14.0, offset}};
-    tracks.push_back({walk("w" + std::to_string(i), way, speed, 0.1, 0.02, seed + static_cast<unsigned>(i)), square_frame()});
+    tracks.push_back(
+        {walk("w" + std::to_string(i), way, speed, 0.1, 0.02, seed + static_cast<unsigned>(i)), square_frame()});
   }
   return tracks;
 }

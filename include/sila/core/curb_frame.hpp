@@ -24,7 +24,8 @@ struct CurbFrame {
   double sidewalk_width_m = 1.0;       ///< mean width of the two sidewalks
 };
 
-/// The widths of the two sidewalks of a corner: `width_1_m` of the strip along axis_1, `width_2_m` of that along axis_2.
+/// The widths of the two sidewalks of a corner: `width_1_m` of the strip along axis_1, `width_2_m` of that along
+/// axis_2.
 struct SidewalkWidths {
   double mean_m = 1.0;
   double width_1_m = 1.0;
@@ -32,9 +33,10 @@ struct SidewalkWidths {
 };
 
 /// Makes a frame; the axes are normalised.
-/// Throws: std::invalid_argument for a zero or non-finite axis, near-parallel curbs (|sin| < 0.35), a width that is not positive.
-CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2, const SidewalkWidths& widths,
-                          CurbScaling scaling);
+/// Throws: std::invalid_argument for a zero or non-finite axis, near-parallel curbs (|sin| < 0.35), a width that is not
+/// positive.
+CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
+                          const SidewalkWidths& widths, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
 void validate(const CurbFrame& frame);

@@ -6,7 +6,8 @@
 
 namespace sila {
 
-/// A file that is not what it should be. The message names the file, the place in it, what was expected and what was found.
+/// A file that is not what it should be. The message names the file, the place in it, what was expected and what was
+/// found.
 class FormatError : public std::runtime_error {
  public:
   /// `line` is 1-based; 0 means that the whole file is meant.

@@ -24,7 +24,8 @@ struct Range {
 ///     void fields(Config& config, Visitor&& visit)
 ///
 /// that calls `visit.number(name, member, Range, unit, text)`, `visit.flag(name, member, text)`,
-/// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order. Validation, JSON,
+/// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order.
+/// Validation, JSON,
 /// `--set` and the documentation are all visitors of that one list.
 struct FieldInfo {
   std::string path;
@@ -64,7 +65,8 @@ class RangeCheck {
   std::string prefix_;
 };
 
-/// Throws std::invalid_argument for the first field out of its range, naming `function`, the field, its value and the rule.
+/// Throws std::invalid_argument for the first field out of its range, naming `function`, the field, its value and the
+/// rule.
 template <class Config>
 void validate_fields(std::string_view function, const Config& config) {
   fields(config, RangeCheck(function));

@@ -18,7 +18,7 @@ struct SamplingConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, SamplingConfig>
+requires std::same_as<std::remove_const_t<Config>, SamplingConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("interval_s", config.interval_s, Range{0.01, 2.0}, "s", "time between resampled positions (Delta t)");
   visit.number("smoothing_s", config.smoothing_s, Range{0.01, 5.0}, "s", "width of the smoothing kernel, at least");
@@ -32,26 +32,27 @@ struct MotionState {
   Vector2 velocity_mps = Vector2::Zero();
 };
 
-/// Smoothed states at the given times by local linear regression with a Gaussian kernel, from the first `known` samples alone: what
-/// comes later cannot change the result, which central differences or smoothing across the boundary would let it do.
-/// Throws: std::invalid_argument if `known` is 0 or over the length of the track.
+/// Smoothed states at the given times by local linear regression with a Gaussian kernel, from the first `known` samples
+/// alone: what comes later cannot change the result, which central differences or smoothing across the boundary would
+/// let it do. Throws: std::invalid_argument if `known` is 0 or over the length of the track.
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config);
 
-/// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and reaching back
-/// less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
-/// Units: widths and widths/s in `frame`.
+/// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and
+/// reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track. Units:
+/// widths and widths/s in `frame`.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 
 /// A whole track, for learning: states every `interval_s` from its first sample to its last.
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config);
 
-/// The true path after sample `last`, in metres, at the `steps` times that follow it by `interval_s`; shorter where the track ends.
+/// The true path after sample `last`, in metres, at the `steps` times that follow it by `interval_s`; shorter where the
+/// track ends.
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config);
 
-/// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the first at or after
-/// each further `every_s`, to the end of the track.
+/// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the
+/// first at or after each further `every_s`, to the end of the track.
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double every_s);
 
 }  // namespace sila

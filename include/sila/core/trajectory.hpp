@@ -16,9 +16,8 @@ struct Trajectory {
   std::vector<Vector2> positions_m;
 };
 
-/// A path in the frame of a corner, with velocities, sampled at equal intervals. A type of its own, so that the two frames cannot
-/// be mixed up.
-/// Invariant: as `Trajectory`; as many velocities as positions.
+/// A path in the frame of a corner, with velocities, sampled at equal intervals. A type of its own, so that the two
+/// frames cannot be mixed up. Invariant: as `Trajectory`; as many velocities as positions.
 struct CurbTrajectory {
   std::string id;
   CurbFrame frame;                  ///< where it was seen; brings predictions back to metres

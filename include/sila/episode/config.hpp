@@ -17,10 +17,11 @@ struct LessonConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, LessonConfig>
+requires std::same_as<std::remove_const_t<Config>, LessonConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and learn from the errors");
-  visit.number("every_s", config.every_s, Range{0.0, 60.0, true}, "s", "between the windows of a track that are predicted");
+  visit.number("every_s", config.every_s, Range{0.0, 60.0, true}, "s",
+               "between the windows of a track that are predicted");
   visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode", "how much older lessons still count");
 }
 
@@ -37,7 +38,7 @@ struct EpisodeConfig {
 inline constexpr const char* kCurbScalings[] = {"mean_width", "strip_widths"};
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, EpisodeConfig>
+requires std::same_as<std::remove_const_t<Config>, EpisodeConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.group("sampling", config.sampling);
   visit.choice("scaling", config.scaling, kCurbScalings, "how lengths along the curbs become sidewalk widths");

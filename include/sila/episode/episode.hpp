@@ -36,21 +36,25 @@ struct Updated {
 
 /// How a model takes up a batch: SILA or one of the baselines that it is compared with, in the same loop.
 /// The batch comes in curb coordinates; `conventions` are those of the model, or the first ones.
-using Update = std::function<Updated(const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions)>;
+using Update = std::function<Updated(const Model& previous, std::span<const CurbTrajectory> batch,
+                                     const Conventions& conventions)>;
 
-Update sila_update(const EpisodeConfig& config);        ///< learn, then fuse: M(n) = fuse(M(n-1), M'(n))
-Update accumulate_update(const EpisodeConfig& config);  ///< learn, then add without fusing (standard incremental learning)
+Update sila_update(const EpisodeConfig& config);  ///< learn, then fuse: M(n) = fuse(M(n-1), M'(n))
+Update accumulate_update(
+    const EpisodeConfig& config);  ///< learn, then add without fusing (standard incremental learning)
 /// Learns anew from all batches so far, which it keeps (batch learning); each call needs the batches in order.
 Update relearn_update(const EpisodeConfig& config);
 
-/// The windows of tracks that can be predicted: what was seen until a prediction is due, and what came after, as far as the track goes.
-std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling, const PredictConfig& predict,
-                               double every_s);
+/// The windows of tracks that can be predicted: what was seen until a prediction is due, and what came after, as far as
+/// the track goes.
+std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling,
+                               const PredictConfig& predict, double every_s);
 
 /// One episode: predict the batch with what is known so far and learn from the errors, then learn the batch itself.
 /// Throws: std::invalid_argument for a configuration out of range or conventions other than the model's.
 /// Source: SILA paper, Alg. 1. Differs: the lessons; docs/decisions/0005-blend.md.
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config, const Update& update);
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                    const Update& update);
 
 /// The same with SILA's update.
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config);

@@ -15,7 +15,8 @@ struct Split {
   std::vector<PlacedTrack> test;
 };
 
-/// Shuffles tracks by seed and holds back a share of them. By track, never by window: the pieces of a track that was cut at a gap
+/// Shuffles tracks by seed and holds back a share of them. By track, never by window: the pieces of a track that was
+/// cut at a gap
 /// ("17", "17#2") stay on one side. The same seed gives the same split on every machine.
 /// Throws: std::invalid_argument if test_share is outside [0, 1).
 Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint64_t seed);
@@ -30,11 +31,11 @@ struct Run {
 using EpisodeObserver = std::function<void(int, const Episode&)>;
 
 /// Feeds tracks to `update`, `batch_size` at a time: SILA and every baseline go through this one loop.
-Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size, const EpisodeConfig& config,
-                 const Update& update, const EpisodeObserver& observer = {});
+Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size,
+                 const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
 
-/// The batch-learning baseline: all tracks at once. Its lessons come from models of one half predicting the other half, so that no
-/// window teaches that was learnt.
+/// The batch-learning baseline: all tracks at once. Its lessons come from models of one half predicting the other half,
+/// so that no window teaches that was learnt.
 Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& config);
 
 }  // namespace sila

@@ -7,7 +7,8 @@
 
 namespace sila {
 
-/// Errors of one prediction until one horizon, in metres and in the world frame. "MHD" is the modified Hausdorff distance.
+/// Errors of one prediction until one horizon, in metres and in the world frame. "MHD" is the modified Hausdorff
+/// distance.
 struct Metrics {
   double weighted_mhd_m = 0.0;   ///< sum over modes of weight * MHD (the paper's measure)
   double likeliest_mhd_m = 0.0;  ///< of the heaviest mode
@@ -17,7 +18,7 @@ struct Metrics {
   double fde_m = 0.0;            ///< final displacement of the heaviest mode
   double best_ade_m = 0.0;       ///< least average displacement over modes
   double best_fde_m = 0.0;
-  double nll = 0.0;              ///< -log of the mixture's density [1/m²] at the true position at the horizon
+  double nll = 0.0;  ///< -log of the mixture's density [1/m²] at the true position at the horizon
 };
 
 /// `steps` positions of the truth are compared. Throws: std::invalid_argument if the truth or a mode is shorter.

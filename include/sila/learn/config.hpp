@@ -14,10 +14,12 @@ struct GridConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, GridConfig>
+requires std::same_as<std::remove_const_t<Config>, GridConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("cell_m", config.cell_m, Range{0.05, 20.0}, "m", "side of a grid cell at the place where the model begins");
-  visit.number("tile_cells", config.tile_cells, Range{1, 1000}, "cells", "side of a tile; aligned primitives are cut at its border");
+  visit.number("cell_m", config.cell_m, Range{0.05, 20.0}, "m",
+               "side of a grid cell at the place where the model begins");
+  visit.number("tile_cells", config.tile_cells, Range{1, 1000}, "cells",
+               "side of a tile; aligned primitives are cut at its border");
 }
 
 /// Where a path is cut into the support of a new primitive.
@@ -41,17 +43,22 @@ struct DictionaryConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
+requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("min_speed_mps", config.min_speed_mps, Range{0.0, 5.0}, "m/s", "slower samples have no heading (v_min)");
-  visit.number("activeness_weight", config.activeness_weight, Range{0.0, 100.0, true}, "-", "weight of the activeness channel (gamma)");
-  visit.number("sparsity", config.sparsity, Range{0.0, 100.0}, "cells", "using a primitive must pay for so many cell visits (lambda)");
+  visit.number("activeness_weight", config.activeness_weight, Range{0.0, 100.0, true}, "-",
+               "weight of the activeness channel (gamma)");
+  visit.number("sparsity", config.sparsity, Range{0.0, 100.0}, "cells",
+               "using a primitive must pay for so many cell visits (lambda)");
   visit.number("gain_m", config.gain_m, Range{0.0, 1000.0}, "m", "a new primitive must explain so much path (tau)");
-  visit.flag("support_mask", config.support_mask, "limit each primitive to its own cells; off: one primitive swallows a whole route");
-  visit.number("dilation_cells", config.dilation_cells, Range{0, 10}, "cells", "how far the support reaches beyond the path (delta)");
+  visit.flag("support_mask", config.support_mask,
+             "limit each primitive to its own cells; off: one primitive swallows a whole route");
+  visit.number("dilation_cells", config.dilation_cells, Range{0, 10}, "cells",
+               "how far the support reaches beyond the path (delta)");
   visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
   visit.number("run_m", config.run_m, Range{0.5, 1000.0}, "m", "longest path of a primitive under first_unexplained");
-  visit.number("max_primitives", config.max_primitives, Range{1, 100000}, "-", "most primitives learnt from one batch (L_max)");
+  visit.number("max_primitives", config.max_primitives, Range{1, 100000}, "-",
+               "most primitives learnt from one batch (L_max)");
 }
 
 /// Labelling of samples by primitives. Source: algorithms 1.9.
@@ -62,10 +69,12 @@ struct SegmentationConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, SegmentationConfig>
+requires std::same_as<std::remove_const_t<Config>, SegmentationConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("min_coefficient", config.min_coefficient, Range{0.0, 1.0}, "-", "primitives used less by a track do not label it");
-  visit.number("switch_penalty", config.switch_penalty, Range{0.0, 100.0}, "samples", "evidence that a change of primitive needs");
+  visit.number("min_coefficient", config.min_coefficient, Range{0.0, 1.0}, "-",
+               "primitives used less by a track do not label it");
+  visit.number("switch_penalty", config.switch_penalty, Range{0.0, 100.0}, "samples",
+               "evidence that a change of primitive needs");
   visit.number("min_run_samples", config.min_run_samples, Range{1, 100}, "samples", "shorter runs join the run before");
 }
 
@@ -78,11 +87,14 @@ struct FieldConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, FieldConfig>
+requires std::same_as<std::remove_const_t<Config>, FieldConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("signal_std_mps", config.signal_std_mps, Range{0.01, 20.0}, "m/s", "prior deviation of a field from its mean (sigma_f)");
-  visit.number("length_scale_m", config.length_scale_m, Range{0.05, 100.0}, "m", "distance over which velocities agree (l)");
-  visit.number("noise_std_mps", config.noise_std_mps, Range{0.01, 20.0}, "m/s", "spread of people around a field (sigma_n)");
+  visit.number("signal_std_mps", config.signal_std_mps, Range{0.01, 20.0}, "m/s",
+               "prior deviation of a field from its mean (sigma_f)");
+  visit.number("length_scale_m", config.length_scale_m, Range{0.05, 100.0}, "m",
+               "distance over which velocities agree (l)");
+  visit.number("noise_std_mps", config.noise_std_mps, Range{0.01, 20.0}, "m/s",
+               "spread of people around a field (sigma_n)");
   visit.group("gp", config.gp);
 }
 
@@ -94,7 +106,7 @@ struct LearnConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, LearnConfig>
+requires std::same_as<std::remove_const_t<Config>, LearnConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.group("grid", config.grid);
   visit.group("dictionary", config.dictionary);

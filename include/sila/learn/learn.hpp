@@ -9,8 +9,10 @@
 
 namespace sila {
 
-/// The conventions of a model that begins at the place of `frame`: configured metres become sidewalk widths of that place.
-Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s, const GridConfig& config);
+/// The conventions of a model that begins at the place of `frame`: configured metres become sidewalk widths of that
+/// place.
+Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s,
+                              const GridConfig& config);
 
 /// The hyper-parameters that fields start from, in the widths of the place where the model began.
 Hyperparameters starting_hyperparameters(const Conventions& conventions, const FieldConfig& config);

@@ -16,11 +16,11 @@ struct Segment {
   std::size_t end = 0;
 };
 
-/// Cuts a track into segments of the primitives that its code uses: the best labelling of all samples, where a label scores
-/// coefficient * (arrow . heading) and each change of label costs `switch_penalty`. Samples without a heading score nothing and take the
-/// label that suits their neighbours; short runs join the run before.
-/// Returns no segment if the code uses no primitive enough. Neighbours differ.
-/// Source: algorithms 1.9. Differs: a Viterbi pass instead of sample-wise maxima; see docs/decisions/0003-segmentation.md.
+/// Cuts a track into segments of the primitives that its code uses: the best labelling of all samples, where a label
+/// scores coefficient * (arrow . heading) and each change of label costs `switch_penalty`. Samples without a heading
+/// score nothing and take the label that suits their neighbours; short runs join the run before. Returns no segment if
+/// the code uses no primitive enough. Neighbours differ. Source: algorithms 1.9. Differs: a Viterbi pass instead of
+/// sample-wise maxima; see docs/decisions/0003-segmentation.md.
 std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coefficient> code,
                              std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps,
                              const SegmentationConfig& config);

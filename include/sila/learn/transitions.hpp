@@ -20,10 +20,10 @@ struct ObservedTransition {
 /// From and to of a transition.
 using TransitionKey = std::pair<int, int>;
 
-/// Counts each transition at most once a trajectory and gathers the samples of both of its segments; a track of one segment makes a self
-/// transition, so that its data are not lost.
-/// Shapes: one list of segments a track. Samples are real velocities, slow ones included: that people slow down here is worth knowing.
-/// Source: SILA paper, T(i, j); algorithms 1.10.
+/// Counts each transition at most once a trajectory and gathers the samples of both of its segments; a track of one
+/// segment makes a self transition, so that its data are not lost. Shapes: one list of segments a track. Samples are
+/// real velocities, slow ones included: that people slow down here is worth knowing. Source: SILA paper, T(i, j);
+/// algorithms 1.10.
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
                                                                 std::span<const std::vector<Segment>> segments);
 

@@ -11,7 +11,8 @@ struct Conventions {
   Grid grid;
   CurbScaling scaling = CurbScaling::mean_width;
   double sample_interval_s = 0.2;
-  double reference_width_m = 1.0;  ///< sidewalk width of the place where the model began; its configured metres became widths by it
+  double reference_width_m =
+      1.0;  ///< sidewalk width of the place where the model began; its configured metres became widths by it
 };
 
 bool operator==(const Conventions& a, const Conventions& b);

@@ -13,9 +13,9 @@ struct TransitionSamples {
   Eigen::MatrixXd velocities;  ///< n x 2 [widths/s]
 };
 
-/// What one batch taught, M'(n): a model and the samples of each of its transitions. A stored model holds no raw tracks; an
-/// increment does, until it is fused.
-/// Invariant: check(model); samples.size() == model.transitions.size(), or samples is empty when the data are gone (model + model).
+/// What one batch taught, M'(n): a model and the samples of each of its transitions. A stored model holds no raw
+/// tracks; an increment does, until it is fused. Invariant: check(model); samples.size() == model.transitions.size(),
+/// or samples is empty when the data are gone (model + model).
 struct Increment {
   Model model;
   std::vector<TransitionSamples> samples;

@@ -5,11 +5,12 @@
 
 namespace sila {
 
-/// Sums over weighted examples from which a linear regression on F features is solved; the size does not grow with the examples.
+/// Sums over weighted examples from which a linear regression on F features is solved; the size does not grow with the
+/// examples.
 struct RegressionMoments {
   double weight = 0.0;
-  Eigen::MatrixXd features;   ///< F x F, sum of w f f'
-  Eigen::VectorXd products;   ///< F, sum of w f y
+  Eigen::MatrixXd features;  ///< F x F, sum of w f f'
+  Eigen::VectorXd products;  ///< F, sum of w f y
 };
 
 /// Sums of squared prediction errors in the frame of the person's heading.
@@ -19,12 +20,13 @@ struct ResidualMoments {
   double across_m2 = 0.0;
 };
 
-/// What the prediction errors of past episodes taught, gathered on tracks that the model had not learnt yet: how to blend kinematics
-/// with roll-outs, and how wide the errors are. Cell (step, speed class) of each table is at step * classes + class.
+/// What the prediction errors of past episodes taught, gathered on tracks that the model had not learnt yet: how to
+/// blend kinematics with roll-outs, and how wide the errors are. Cell (step, speed class) of each table is at step *
+/// classes + class.
 struct Lessons {
   int steps = 0;
   int classes = 0;
-  double interval_s = 0.2;  ///< between steps
+  double interval_s = 0.2;                     ///< between steps
   std::vector<RegressionMoments> with_map;     ///< kinematics and roll-outs
   std::vector<RegressionMoments> without_map;  ///< kinematics alone, for when no transition matches
   std::vector<ResidualMoments> residuals_with_map;

@@ -26,8 +26,9 @@ struct Model {
 /// The paper's model size: |D| + |R|.
 std::size_t size(const Model& model);
 
-/// Throws std::invalid_argument naming the first part that breaks an invariant: unsorted or repeated cells, arrows longer than 1,
-/// transitions out of order, endpoints that do not exist, counts that are not positive, a GP with wrong shapes or NaN.
+/// Throws std::invalid_argument naming the first part that breaks an invariant: unsorted or repeated cells, arrows
+/// longer than 1, transitions out of order, endpoints that do not exist, counts that are not positive, a GP with wrong
+/// shapes or NaN.
 void check(const Model& model);
 
 }  // namespace sila

@@ -4,10 +4,10 @@
 
 namespace sila {
 
-/// A transition between two primitives (or from one to itself): how often it was seen and how people move along it. Count and
-/// field stand together so that the paper's R_edges and R_GP cannot disagree.
+/// A transition between two primitives (or from one to itself): how often it was seen and how people move along it.
+/// Count and field stand together so that the paper's R_edges and R_GP cannot disagree.
 struct Transition {
-  int from = 0;        ///< index of a primitive of the same model, 0-based
+  int from = 0;  ///< index of a primitive of the same model, 0-based
   int to = 0;
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;

@@ -24,8 +24,8 @@ int speed_class(const CurbTrajectory& observed);
 /// Shapes: 2 x kKinematicFeatures.
 Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed);
 /// Shapes: 2 x kMapFeatures. `step` counts from 0.
-Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout, const CurbTrajectory& observed,
-                              std::size_t step, double interval_s);
+Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout,
+                              const CurbTrajectory& observed, std::size_t step, double interval_s);
 
 /// The coefficients with which features are summed, per (step, class): solved once from the lessons.
 /// Ridge regression towards half constant velocity, half roll-out (or constant velocity alone without a map).

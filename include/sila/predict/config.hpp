@@ -38,30 +38,39 @@ struct PredictConfig {
 };
 
 template <class Config, class Visitor>
-  requires std::same_as<std::remove_const_t<Config>, PredictConfig>
+requires std::same_as<std::remove_const_t<Config>, PredictConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("observe_s", config.observe_s, Range{0.2, 60.0}, "s", "how much of a track is looked at before t0");
   visit.number("horizon_s", config.horizon_s, Range{0.0, 60.0, true}, "s", "how far ahead is predicted");
-  visit.number("mode_horizon_s", config.mode_horizon_s, Range{0.0, 60.0, true}, "s",
-               "modes branch and merge by what they do until then, so that a longer horizon_s only adds to a shorter one");
+  visit.number(
+      "mode_horizon_s", config.mode_horizon_s, Range{0.0, 60.0, true}, "s",
+      "modes branch and merge by what they do until then, so that a longer horizon_s only adds to a shorter one");
   visit.number("max_modes", config.max_modes, Range{1, 100}, "-", "most modes of a prediction");
   visit.number("max_candidates", config.max_candidates, Range{1, 1000}, "-", "most transitions that are rolled out");
-  visit.number("max_branches", config.max_branches, Range{1, 1000}, "-", "most open branches while transitions are chained");
-  visit.number("evidence_s", config.evidence_s, Range{0.2, 60.0}, "s", "the last part of the observed window that scores transitions");
+  visit.number("max_branches", config.max_branches, Range{1, 1000}, "-",
+               "most open branches while transitions are chained");
+  visit.number("evidence_s", config.evidence_s, Range{0.2, 60.0}, "s",
+               "the last part of the observed window that scores transitions");
   visit.number("likelihood_power", config.likelihood_power, Range{0.0, 1.0}, "-",
                "exponent of the likelihood; below 1 because successive velocities are correlated (paper: 1)");
   visit.choice("prior", config.prior, kWeightPriors, "what multiplies the likelihood");
-  visit.number("support_ratio", config.support_ratio, Range{0.0, 1.0, true}, "-", "a field knows a place where var/sigma_f^2 is below it");
-  visit.number("leave_ratio", config.leave_ratio, Range{0.0, 1.0, true}, "-", "a roll-out has left its field where var/sigma_f^2 is above it");
-  visit.number("min_supported_samples", config.min_supported_samples, Range{0, 1000}, "samples", "observed samples a field must know");
-  visit.number("min_relative_weight", config.min_relative_weight, Range{0.0, 1.0}, "-", "modes lighter than this share of the best are left out");
+  visit.number("support_ratio", config.support_ratio, Range{0.0, 1.0, true}, "-",
+               "a field knows a place where var/sigma_f^2 is below it");
+  visit.number("leave_ratio", config.leave_ratio, Range{0.0, 1.0, true}, "-",
+               "a roll-out has left its field where var/sigma_f^2 is above it");
+  visit.number("min_supported_samples", config.min_supported_samples, Range{0, 1000}, "samples",
+               "observed samples a field must know");
+  visit.number("min_relative_weight", config.min_relative_weight, Range{0.0, 1.0}, "-",
+               "modes lighter than this share of the best are left out");
   visit.flag("chaining", config.chaining, "follow the graph of primitives when a roll-out leaves its field");
-  visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m", "modes nearer than this on average become one");
+  visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
+               "modes nearer than this on average become one");
   visit.flag("blend", config.blend, "blend roll-outs with kinematics as past errors taught");
   visit.number("blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "(m/s)^2", "trust in the untaught blend");
   visit.number("own_speed_relaxation_s", config.own_speed_relaxation_s, Range{0.01, 60.0}, "s",
                "how fast the second particle, which keeps the person's own speed, turns into the field");
-  visit.number("noise_correlation_s", config.noise_correlation_s, Range{0.01, 60.0}, "s", "how long a deviation from the field lasts");
+  visit.number("noise_correlation_s", config.noise_correlation_s, Range{0.01, 60.0}, "s",
+               "how long a deviation from the field lasts");
 }
 
 }  // namespace sila

@@ -8,7 +8,8 @@ namespace sila {
 
 /// The baseline: the last observed position goes on with the mean velocity of the last `window_s` of the observed path.
 /// Returns `steps` positions [m] at steps of `interval_s`.
-std::vector<Vector2> constant_velocity(const CurbTrajectory& observed, int steps, double interval_s, double window_s = 0.8);
+std::vector<Vector2> constant_velocity(const CurbTrajectory& observed, int steps, double interval_s,
+                                       double window_s = 0.8);
 
 /// Mean velocity over the last `window_s` (or over what there is) [m/s].
 Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s);

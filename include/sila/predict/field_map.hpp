@@ -9,7 +9,8 @@
 
 namespace sila {
 
-/// What predictions need of a model, made once: factorised fields, a spatial index over them, and the graph of primitives.
+/// What predictions need of a model, made once: factorised fields, a spatial index over them, and the graph of
+/// primitives.
 class FieldMap {
  public:
   explicit FieldMap(const Model& model);

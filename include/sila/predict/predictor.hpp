@@ -21,8 +21,8 @@ class Predictor {
   Predictor(const Model& model, const PredictConfig& config);
 
   /// The next seconds of a person as weighted modes; always an answer.
-  /// Units: `observed` in sidewalk widths, sampled at the model's interval, ending at t0; the prediction in metres, world frame.
-  /// Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
+  /// Units: `observed` in sidewalk widths, sampled at the model's interval, ending at t0; the prediction in metres,
+  /// world frame. Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
   /// Source: SILA paper, section on prediction; algorithms 1.11.
   Prediction predict(const CurbTrajectory& observed) const;
 

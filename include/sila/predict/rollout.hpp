@@ -8,18 +8,18 @@ namespace sila {
 
 /// Where a chain of transitions leads, in curb coordinates.
 struct Rollout {
-  double weight = 0.0;                ///< relative; not normalised
-  std::vector<Vector2> path;          ///< of a person who moves as the fields say
-  std::vector<Vector2> own_path;      ///< of one who takes the direction of the fields at the observed speed
-  std::vector<Matrix2> covariances;   ///< of `path`, from the fields' variance and noise
-  std::vector<int> transitions;       ///< in order
+  double weight = 0.0;               ///< relative; not normalised
+  std::vector<Vector2> path;         ///< of a person who moves as the fields say
+  std::vector<Vector2> own_path;     ///< of one who takes the direction of the fields at the observed speed
+  std::vector<Matrix2> covariances;  ///< of `path`, from the fields' variance and noise
+  std::vector<int> transitions;      ///< in order
 };
 
-/// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the transitions that follow in
-/// the graph and know the place, weighted by P(k | j); with none it keeps its last velocity. Branching stops at `mode_horizon_s`; from
-/// there the likeliest successor is taken, so that a longer horizon only adds to a shorter one.
-/// Source: algorithms 1.11, steps 4 and 5.
-std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed, int steps,
-                              double interval_s, const PredictConfig& config);
+/// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the
+/// transitions that follow in the graph and know the place, weighted by P(k | j); with none it keeps its last velocity.
+/// Branching stops at `mode_horizon_s`; from there the likeliest successor is taken, so that a longer horizon only adds
+/// to a shorter one. Source: algorithms 1.11, steps 4 and 5.
+std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
+                              int steps, double interval_s, const PredictConfig& config);
 
 }  // namespace sila
