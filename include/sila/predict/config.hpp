@@ -32,7 +32,7 @@ struct PredictConfig {
   bool chaining = true;
   double merge_radius_m = 2.0;
   bool blend = true;
-  double blend_ridge = 0.5;
+  double blend_ridge = 0.1;
   double own_speed_relaxation_s = 0.8;
   double noise_correlation_s = 1.6;
 };
