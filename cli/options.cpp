@@ -50,7 +50,7 @@ void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required) {
 }
 
 Config configured(const CommonOptions& common, Config base) {
-  Config config = std::move(base);
+  Config config = base;
   if (!common.config_file.empty()) config = apply_json(config, read_json(common.config_file), common.config_file);
   for (const std::string& assignment : common.sets) config = set_field(config, assignment);
   if (common.seed) config.simulate.seed = *common.seed;

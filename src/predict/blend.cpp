@@ -14,27 +14,8 @@ constexpr int kConstantVelocityFeature = 1;
 /// Before anything was taught errors are believed to grow like this, with the weight of so many examples.
 constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
 
-Eigen::VectorXd untaught(int features) {
-  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(features);
-  coefficients(kConstantVelocityFeature) = features == kMapFeatures ? 0.5 : 1.0;
-  if (features == kMapFeatures) coefficients(kKinematicFeatures) = 0.5;
-  return coefficients;
-}
-
-std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments, int features, double ridge) {
-  const Eigen::VectorXd prior = untaught(features);
-  std::vector<Eigen::VectorXd> solved;
-  for (const RegressionMoments& cell : moments) {
-    Eigen::MatrixXd matrix = cell.features;
-    matrix.diagonal().array() += ridge;
-    if (cell.weight == 0.0)
-      solved.push_back(prior);
-    else
-      solved.push_back(matrix.ldlt().solve(cell.products + ridge * prior));
-    if (!solved.back().allFinite()) solved.back() = prior;
-  }
-  return solved;
-}
+/// The blend before anything was taught: constant velocity.
+Eigen::VectorXd untaught(int features) { return Eigen::VectorXd::Unit(features, kConstantVelocityFeature); }
 
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
   std::vector<Vector2> result;
@@ -47,6 +28,22 @@ std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int 
     result.emplace_back((sum + kPriorExamples * prior) / (moments[cell].weight + kPriorExamples));
   }
   return result;
+}
+
+/// Ridge regression towards the untaught blend, as firm as the errors are large: what is noisy, or was seen a few times only, moves little.
+std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments, const std::vector<Vector2>& residuals_m2,
+                                   const Lessons& lessons, int features, double ridge) {
+  const Eigen::VectorXd prior = untaught(features);
+  std::vector<Eigen::VectorXd> solved;
+  for (std::size_t cell = 0; cell < moments.size(); ++cell) {
+    const double seconds = (static_cast<double>(cell / static_cast<std::size_t>(lessons.classes)) + 1.0) * lessons.interval_s;
+    const double firmness = ridge * residuals_m2[cell].mean() / (seconds * seconds);
+    Eigen::MatrixXd matrix = moments[cell].features;
+    matrix.diagonal().array() += firmness;
+    const Eigen::VectorXd coefficients = matrix.ldlt().solve(moments[cell].products + firmness * prior);
+    solved.push_back(moments[cell].weight > 0.0 && coefficients.allFinite() ? coefficients : prior);
+  }
+  return solved;
 }
 
 }  // namespace
@@ -82,10 +79,10 @@ Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout&
 Blend::Blend(const Lessons& lessons, const PredictConfig& config) {
   if (!config.blend || lessons.empty()) return;
   steps_ = lessons.steps;
-  with_map_ = solve(lessons.with_map, kMapFeatures, config.blend_ridge);
-  without_map_ = solve(lessons.without_map, kKinematicFeatures, config.blend_ridge);
   residual_with_map_ = variances(lessons.residuals_with_map, lessons.classes, lessons.interval_s);
   residual_without_map_ = variances(lessons.residuals_without_map, lessons.classes, lessons.interval_s);
+  with_map_ = solve(lessons.with_map, residual_with_map_, lessons, kMapFeatures, config.blend_ridge);
+  without_map_ = solve(lessons.without_map, residual_without_map_, lessons, kKinematicFeatures, config.blend_ridge);
 }
 
 std::size_t Blend::cell(std::size_t step, int speed_class) const {

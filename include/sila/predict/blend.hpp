@@ -28,7 +28,7 @@ Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout&
                               const CurbTrajectory& observed, std::size_t step, double interval_s);
 
 /// The coefficients with which features are summed, per (step, class): solved once from the lessons.
-/// Ridge regression towards half constant velocity, half roll-out (or constant velocity alone without a map).
+/// Ridge regression towards constant velocity.
 /// Source: none in the paper; docs/decisions/0005-blend.md.
 class Blend {
  public:

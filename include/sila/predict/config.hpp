@@ -32,7 +32,7 @@ struct PredictConfig {
   bool chaining = true;
   double merge_radius_m = 2.0;
   bool blend = true;
-  double blend_ridge = 0.1;
+  double blend_ridge = 5.0;
   double own_speed_relaxation_s = 0.8;
   double noise_correlation_s = 1.6;
 };
@@ -66,7 +66,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes nearer than this on average become one");
   visit.flag("blend", config.blend, "blend roll-outs with kinematics as past errors taught");
-  visit.number("blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "(m/s)^2", "trust in the untaught blend");
+  visit.number("blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "-",
+               "trust in constant velocity against what errors taught, in units of their variance");
   visit.number("own_speed_relaxation_s", config.own_speed_relaxation_s, Range{0.01, 60.0}, "s",
                "how fast the second particle, which keeps the person's own speed, turns into the field");
   visit.number("noise_correlation_s", config.noise_correlation_s, Range{0.01, 60.0}, "s",
