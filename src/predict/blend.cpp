@@ -15,7 +15,9 @@ constexpr int kConstantVelocityFeature = 1;
 constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
 
 /// The blend before anything was taught: constant velocity.
-Eigen::VectorXd untaught(int features) { return Eigen::VectorXd::Unit(features, kConstantVelocityFeature); }
+Eigen::VectorXd untaught(int features) {
+  return Eigen::VectorXd::Unit(features, kConstantVelocityFeature);
+}
 
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
   std::vector<Vector2> result;
@@ -30,13 +32,16 @@ std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int 
   return result;
 }
 
-/// Ridge regression towards the untaught blend, as firm as the errors are large: what is noisy, or was seen a few times only, moves little.
-std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments, const std::vector<Vector2>& residuals_m2,
-                                   const Lessons& lessons, int features, double ridge) {
+/// Ridge regression towards the untaught blend, as firm as the errors are large: what is noisy, or was seen a few times
+/// only, moves little.
+std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments,
+                                   const std::vector<Vector2>& residuals_m2, const Lessons& lessons, int features,
+                                   double ridge) {
   const Eigen::VectorXd prior = untaught(features);
   std::vector<Eigen::VectorXd> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const double seconds = (static_cast<double>(cell / static_cast<std::size_t>(lessons.classes)) + 1.0) * lessons.interval_s;
+    const double seconds =
+        (static_cast<double>(cell / static_cast<std::size_t>(lessons.classes)) + 1.0) * lessons.interval_s;
     const double firmness = ridge * residuals_m2[cell].mean() / (seconds * seconds);
     Eigen::MatrixXd matrix = moments[cell].features;
     matrix.diagonal().array() += firmness;

@@ -12,7 +12,8 @@ struct Branch {
   Vector2 position, velocity;          ///< of the particle that follows the field [widths], [widths/s]
   Vector2 own_position, own_velocity;  ///< of the particle with its own speed [m], [m/s], world frame
   Matrix2 covariance = Matrix2::Zero();
-  bool off_map = false;  ///< left the last field: keeps its velocity
+  FlowLinearisation here;  ///< what the field that it follows says at `position`
+  bool off_map = false;    ///< left the last field: keeps its velocity
 };
 
 struct Successor {
@@ -48,21 +49,26 @@ class Roller {
 
   void advance(Branch& branch) const {
     const FieldMap::Field& field = map_.field(branch.rollout.transitions.back());
-    const FlowPrediction flow = field.posterior.predict_flow(branch.position);
-    if (!branch.off_map) branch.velocity = flow.mean;
-    spread(branch, field, flow);
+    if (!branch.off_map) branch.velocity = branch.here.flow.mean;
+    spread(branch, field);
     branch.position += dt_ * branch.velocity;
     advance_own(branch, field);
+    look(branch);
     branch.rollout.path.push_back(branch.position);
     branch.rollout.own_path.push_back(to_curb(frame_, branch.own_position));
     branch.rollout.covariances.push_back(branch.covariance);
+  }
+
+  /// Evaluates the field that the branch follows once, where it is.
+  void look(Branch& branch) const {
+    branch.here = map_.field(branch.rollout.transitions.back()).posterior.linearise_flow(branch.position);
   }
 
   /// True where the branch has left the field that it follows.
   bool has_left(const Branch& branch) const {
     if (branch.off_map) return false;
     const FieldMap::Field& field = map_.field(branch.rollout.transitions.back());
-    return field.posterior.predict_flow(branch.position).variance > config_.leave_ratio * field.signal_variance;
+    return branch.here.flow.variance > config_.leave_ratio * field.signal_variance;
   }
 
   /// The branches that go on from here: one a successor, or the branch itself, off the map.
@@ -83,21 +89,22 @@ class Roller {
     for (std::size_t k = 0; k < next.size(); ++k) {
       branches[k].rollout.weight *= next[k].probability;
       branches[k].rollout.transitions.push_back(next[k].transition);
+      look(branches[k]);
     }
     return branches;
   }
 
  private:
-  void spread(Branch& branch, const FieldMap::Field& field, const FlowPrediction& flow) const {
+  void spread(Branch& branch, const FieldMap::Field& field) const {
     // A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white
     // noise.
     const double lasting_s = std::min(2.0 * config_.noise_correlation_s,
                                       dt_ * (2.0 * static_cast<double>(branch.rollout.path.size()) + 1.0));
     Matrix2 step = Matrix2::Identity();
-    if (!branch.off_map) step += dt_ * field.posterior.mean_jacobian(branch.position);
+    if (!branch.off_map) step += dt_ * branch.here.jacobian;
     const Matrix2 grown = step * branch.covariance * step.transpose();
     branch.covariance = 0.5 * (grown + grown.transpose()) +
-                        (flow.variance + field.noise_variance) * lasting_s * dt_ * Matrix2::Identity();
+                        (branch.here.flow.variance + field.noise_variance) * lasting_s * dt_ * Matrix2::Identity();
   }
 
   void advance_own(Branch& branch, const FieldMap::Field& field) const {
@@ -151,6 +158,7 @@ std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates,
   const Roller roller(map, observed, interval_s, config);
   const int branching_steps = static_cast<int>(std::lround(config.mode_horizon_s / interval_s));
   std::vector<Branch> branches = start(candidates, observed);
+  for (Branch& branch : branches) roller.look(branch);
   for (int step = 0; step < steps; ++step) {
     std::vector<Branch> next;
     bool split = false;
