@@ -22,7 +22,8 @@ Eigen::VectorXd untaught(int features) {
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
   std::vector<Vector2> result;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const double t = (static_cast<double>(cell / static_cast<std::size_t>(classes)) + 1.0) * interval_s;
+    const std::size_t step = cell / static_cast<std::size_t>(classes);
+    const double t = static_cast<double>(step + 1) * interval_s;
     const auto square = [](double x) { return x * x; };
     const Vector2 prior(square(kPriorPosition_m + kPriorAlong_mps * t),
                         square(kPriorPosition_m + kPriorAcross_mps * t));
@@ -40,8 +41,8 @@ std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments
   const Eigen::VectorXd prior = untaught(features);
   std::vector<Eigen::VectorXd> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const double seconds =
-        (static_cast<double>(cell / static_cast<std::size_t>(lessons.classes)) + 1.0) * lessons.interval_s;
+    const std::size_t step = cell / static_cast<std::size_t>(lessons.classes);
+    const double seconds = static_cast<double>(step + 1) * lessons.interval_s;
     const double firmness = ridge * residuals_m2[cell].mean() / (seconds * seconds);
     Eigen::MatrixXd matrix = moments[cell].features;
     matrix.diagonal().array() += firmness;
