@@ -55,9 +55,7 @@ std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments
 }  // namespace
 
 int speed_class(const CurbTrajectory& observed) {
-  double sum = 0.0;
-  for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();
-  const double mean_mps = sum / static_cast<double>(std::max<std::size_t>(1, observed.velocities.size()));
+  const double mean_mps = mean_speed_mps(observed);
   int speed = 0;
   for (double limit_mps : kSpeedClassLimits_mps) speed += mean_mps >= limit_mps ? 1 : 0;
   return speed;

@@ -25,4 +25,10 @@ std::vector<Vector2> constant_velocity(const CurbTrajectory& observed, int steps
   return path_m;
 }
 
+double mean_speed_mps(const CurbTrajectory& observed) {
+  double sum = 0.0;
+  for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, observed.velocities.size()));
+}
+
 }  // namespace sila

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sila/predict/constant_velocity.hpp"
+
 namespace sila {
 namespace {
 
@@ -34,12 +36,6 @@ std::vector<Successor> successors(const FieldMap& map, int transition, const Vec
   }
   for (Successor& successor : list) successor.probability /= total;
   return list;
-}
-
-double mean_speed_mps(const CurbTrajectory& observed) {
-  double sum = 0.0;
-  for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();
-  return sum / static_cast<double>(observed.velocities.size());
 }
 
 class Roller {

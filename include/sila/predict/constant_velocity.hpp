@@ -14,4 +14,7 @@ std::vector<Vector2> constant_velocity(const CurbTrajectory& observed, int steps
 /// Mean velocity over the last `window_s` (or over what there is) [m/s].
 Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s);
 
+/// Mean of the observed speeds [m/s]; 0 for nobody.
+double mean_speed_mps(const CurbTrajectory& observed);
+
 }  // namespace sila
