@@ -21,6 +21,7 @@ struct PredictOptions {
   std::string model, out;
   std::optional<double> observe_s, horizon_s;
   double every_s = 1.0;
+  bool explain = false;
 };
 
 Config predict_config(const PredictOptions& options, const StoredModel& stored) {
@@ -34,12 +35,17 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
 
 /// One line a prediction, in the order of the tracks.
 std::vector<std::string> lines_of(const PlacedTrack& placed, const std::string& input_id, const Predictor& predictor,
-                                  const Config& config, double every_s) {
+                                  const Config& config, const PredictOptions& options) {
   std::vector<std::string> lines;
-  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, every_s)) {
+  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, options.every_s)) {
     const CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
-    lines.push_back(prediction_line(input_id, predictor.predict(observed)));
+    if (options.explain) {
+      const Explanation explanation = explain(predictor, observed);
+      lines.push_back(prediction_line(input_id, predictor.predict(observed), &explanation));
+    } else {
+      lines.push_back(prediction_line(input_id, predictor.predict(observed)));
+    }
   }
   return lines;
 }
@@ -52,7 +58,7 @@ void predict_tracks(const PredictOptions& options) {
   const Predictor predictor(stored.model, config.episode.predict);
   std::vector<std::vector<std::string>> lines(input.tracks.size());
   tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
-    lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options.every_s);
+    lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options);
   });
   std::string text;
   std::size_t count = 0;
@@ -80,6 +86,7 @@ void add_predict(CLI::App& app) {
   verb->add_option("--horizon", options->horizon_s, "seconds that are predicted [5]");
   verb->add_option("--every", options->every_s, "seconds between predictions of a track [1]")
       ->check(CLI::PositiveNumber);
+  verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");
   verb->callback([options] { predict_tracks(*options); });
 }
 

@@ -10,7 +10,9 @@ namespace {
 
 /// The conventions that the batch must be learnt under: the model's, which the configuration may not contradict.
 Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
-  const Conventions fresh = begin_conventions(frame, config.scaling, config.sampling.interval_s, config.learn.grid);
+  const Conventions fresh =
+      with_outlooks(begin_conventions(frame, config.scaling, config.sampling.interval_s, config.learn.grid),
+                    config.predict.horizon_s, config.outlook);
   if (previous.episodes == 0) return fresh;
   const Conventions& kept = previous.conventions;
   if (fresh.scaling != kept.scaling)
@@ -26,13 +28,35 @@ Conventions conventions_for(const Model& previous, const CurbFrame& frame, const
         "run_episode: learn.grid is not the grid that the model began with (cell_m = " + std::to_string(kept_cell_m) +
         ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
   }
+  if (fresh.outlook_horizon_s != kept.outlook_horizon_s || fresh.outlook_knots != kept.outlook_knots) {
+    throw std::invalid_argument(
+        "run_episode: outlooks with " + std::to_string(fresh.outlook_knots) + " knots until " +
+        std::to_string(fresh.outlook_horizon_s) + " s, the model began with " + std::to_string(kept.outlook_knots) +
+        " until " + std::to_string(kept.outlook_horizon_s) + " s; keep outlook and predict.horizon_s as they were");
+  }
   return kept;
 }
 
-std::vector<CurbTrajectory> resample_all(std::span<const PlacedTrack> batch, const SamplingConfig& sampling) {
-  std::vector<CurbTrajectory> tracks;
-  for (const PlacedTrack& placed : batch) tracks.push_back(resample(placed.track, placed.frame, sampling));
-  return tracks;
+/// The moments of one track that teach outlooks.
+std::vector<OutlookExample> examples_of(const PlacedTrack& track, const Conventions& conventions,
+                                        const EpisodeConfig& config) {
+  std::vector<OutlookExample> examples;
+  for (const Window& window :
+       windows_of(std::span(&track, 1), config.sampling, config.predict, config.outlook.every_s)) {
+    auto example = outlook_example(window.observed, window.future_m, conventions, config.outlook.min_seen_share);
+    if (example) examples.push_back(*std::move(example));
+  }
+  return examples;
+}
+
+/// The tracks as they are learnt from.
+Batch prepared(std::span<const PlacedTrack> tracks, const Conventions& conventions, const EpisodeConfig& config) {
+  Batch batch;
+  for (const PlacedTrack& placed : tracks) {
+    batch.tracks.push_back(resample(placed.track, placed.frame, config.sampling));
+    if (config.outlook.enabled) batch.outlooks.push_back(examples_of(placed, conventions, config));
+  }
+  return batch;
 }
 
 /// What the model's errors on tracks that it has not learnt yet teach.
@@ -48,26 +72,27 @@ Lessons taught_by(const Model& previous, const Conventions& conventions, std::sp
 }  // namespace
 
 Update sila_update(const EpisodeConfig& config) {
-  return [config](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
-    const Learnt incoming = learn(batch, conventions, config.learn);  // M'(n)
-    Fused fused = fuse(previous, incoming.increment, config.fuse);    // M(n)
+  return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
+    const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);  // M'(n)
+    Fused fused = fuse(previous, incoming.increment, config.fuse, config.outlook);    // M(n)
     return Updated{std::move(fused.model), incoming.report, fused.report};
   };
 }
 
 Update accumulate_update(const EpisodeConfig& config) {
-  return [config](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
-    const Learnt incoming = learn(batch, conventions, config.learn);
+  return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
+    const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);
     Fused sum = accumulate(previous, incoming.increment);
     return Updated{std::move(sum.model), incoming.report, sum.report};
   };
 }
 
 Update relearn_update(const EpisodeConfig& config) {
-  auto seen = std::make_shared<std::vector<CurbTrajectory>>();
-  return [config, seen](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
-    seen->insert(seen->end(), batch.begin(), batch.end());
-    Learnt learnt = learn(*seen, conventions, config.learn);
+  auto seen = std::make_shared<Batch>();
+  return [config, seen](const Model& previous, const Batch& batch, const Conventions& conventions) {
+    seen->tracks.insert(seen->tracks.end(), batch.tracks.begin(), batch.tracks.end());
+    seen->outlooks.insert(seen->outlooks.end(), batch.outlooks.begin(), batch.outlooks.end());
+    Learnt learnt = learn(*seen, conventions, config.learn, config.outlook);
     learnt.increment.model.episodes = previous.episodes + 1;
     return Updated{std::move(learnt.increment.model), learnt.report, {}};
   };
@@ -93,7 +118,7 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   const auto start = std::chrono::steady_clock::now();
   const Conventions conventions = conventions_for(previous, batch.front().frame, config);
   Lessons lessons = taught_by(previous, conventions, batch, config);
-  Updated updated = update(previous, resample_all(batch, config.sampling), conventions);
+  Updated updated = update(previous, prepared(batch, conventions, config), conventions);
   updated.model.lessons = std::move(lessons);
   Episode episode{std::move(updated.model), {}};
   episode.report.tracks = static_cast<int>(batch.size());
@@ -109,8 +134,9 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   return run_episode(previous, batch, config, sila_update(config));
 }
 
-Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config) {
-  Fused fused = fuse(previous, {incoming, {}}, config);
+Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
+                  const OutlookConfig& outlook) {
+  Fused fused = fuse(previous, {incoming, {}}, config, outlook);
   fused.model.lessons = add_lessons(previous.lessons, incoming.lessons, 1.0);
   return fused;
 }

@@ -21,7 +21,9 @@ std::string describe(const Conventions& conventions) {
   text << "{cell " << grid.cell << ", origin (" << grid.origin.x() << ", " << grid.origin.y() << "), tile_cells "
        << grid.tile_cells << ", scaling "
        << (conventions.scaling == CurbScaling::mean_width ? "mean_width" : "strip_widths") << ", sample_interval_s "
-       << conventions.sample_interval_s << ", reference_width_m " << conventions.reference_width_m << "}";
+       << conventions.sample_interval_s << ", reference_width_m " << conventions.reference_width_m
+       << ", outlook_horizon_s " << conventions.outlook_horizon_s << ", outlook_knots " << conventions.outlook_knots
+       << "}";
   return text.str();
 }
 
@@ -123,7 +125,7 @@ detail::FieldSources sources_of(const TransitionGroup& group, const Model& previ
 
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
 std::vector<Transition> fused_transitions(const std::vector<detail::FieldSources>& sources, const FusionPlan& plan,
-                                          const GpConfig& config) {
+                                          const GpConfig& config, const GpConfig& outlook_config) {
   std::vector<int> place(plan.in.size(), -1);  // compact indices, at the very end
   for (std::size_t k = 0; k < plan.kept.size(); ++k)
     place[static_cast<std::size_t>(plan.kept[k])] = static_cast<int>(k);
@@ -131,7 +133,7 @@ std::vector<Transition> fused_transitions(const std::vector<detail::FieldSources
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     const TransitionGroup& group = plan.groups[g];
     result[g] = {place[static_cast<std::size_t>(group.from)], place[static_cast<std::size_t>(group.to)], group.count,
-                 detail::fuse_fields(sources[g], config)};
+                 detail::fuse_fields(sources[g], config), detail::fuse_outlooks(sources[g], outlook_config)};
   });
   return result;
 }
@@ -175,13 +177,13 @@ FuseReport report_of(const FusionPlan& plan, const std::vector<detail::FieldSour
 
 /// Alg. 2: the model that a plan describes.
 Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
-                const FuseConfig& config) {
+                const FuseConfig& config, const OutlookConfig& outlook) {
   std::vector<detail::FieldSources> sources;
   for (const TransitionGroup& group : plan.groups) sources.push_back(sources_of(group, previous, incoming));
   Model model;
   model.conventions = previous.empty() ? incoming.model.conventions : previous.conventions;
   model.primitives = fused_primitives(previous, incoming.model, plan, config);
-  model.transitions = fused_transitions(sources, plan, config.gp);
+  model.transitions = fused_transitions(sources, plan, config.gp, outlook_gp_config(outlook));
   model.lessons = previous.lessons.empty() ? incoming.model.lessons : previous.lessons;
   model.episodes = previous.episodes + incoming.model.episodes;
   model.tracks = previous.tracks + incoming.model.tracks;
@@ -195,21 +197,21 @@ void validate(const FuseConfig& config) {
   validate_fields("fuse", config);
 }
 
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config) {
+Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config, const OutlookConfig& outlook) {
   validate(config);
   require_compatible("fuse", previous, incoming);
   FusionProblem problem = joint_problem(previous, incoming.model);  // M^(n), line 4
   problem.similarity_threshold = config.similarity_threshold;
   problem.similarities = similarities_of(previous, incoming.model, config.similarity_threshold);  // Eq. 1, 2
   FusionPlan plan = plan_fusion(problem, config);                                                 // cases 1, 2, 3
-  return carry_out(std::move(problem), std::move(plan), previous, incoming, config);              // Alg. 2
+  return carry_out(std::move(problem), std::move(plan), previous, incoming, config, outlook);     // Alg. 2
 }
 
 Fused accumulate(const Model& previous, const Increment& incoming) {
   require_compatible("accumulate", previous, incoming);
   FusionProblem problem = joint_problem(previous, incoming.model);  // no similarities: nothing can match
   FusionPlan plan = plan_fusion(problem);
-  return carry_out(std::move(problem), std::move(plan), previous, incoming, FuseConfig{});
+  return carry_out(std::move(problem), std::move(plan), previous, incoming, FuseConfig{}, OutlookConfig{});
 }
 
 }  // namespace sila

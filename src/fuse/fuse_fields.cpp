@@ -16,15 +16,20 @@ Gps gps_of(const std::vector<const Transition*>& transitions) {
   return gps;
 }
 
-GpData pooled(const std::vector<const TransitionSamples*>& samples) {
+/// Columns of `inputs` and rows of `outputs` of all samples.
+GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::MatrixXd TransitionSamples::*inputs,
+              Eigen::MatrixXd TransitionSamples::*outputs) {
   Eigen::Index points = 0;
-  for (const TransitionSamples* part : samples) points += part->positions.cols();
-  GpData data{Eigen::MatrixXd(2, points), Eigen::MatrixXd(points, 2)};
+  for (const TransitionSamples* part : samples) points += (part->*inputs).cols();
+  if (samples.empty()) return {};
+  GpData data{Eigen::MatrixXd((samples.front()->*inputs).rows(), points),
+              Eigen::MatrixXd(points, (samples.front()->*outputs).cols())};
   Eigen::Index filled = 0;
   for (const TransitionSamples* part : samples) {
-    data.inputs.middleCols(filled, part->positions.cols()) = part->positions;
-    data.outputs.middleRows(filled, part->positions.cols()) = part->velocities;
-    filled += part->positions.cols();
+    const Eigen::Index count = (part->*inputs).cols();
+    data.inputs.middleCols(filled, count) = part->*inputs;
+    data.outputs.middleRows(filled, count) = part->*outputs;
+    filled += count;
   }
   return data;
 }
@@ -36,15 +41,23 @@ Hyperparameters common_hyperparameters(const Gps& gps, const GpConfig& config) {
     return gp->kernel == first.kernel && gp->noise_variance == first.noise_variance;
   });
   if (agree) return {first.kernel, first.noise_variance};
-  const SparseGp fused = fuse_gps(gps, pooled({}), config);
+  const SparseGp fused = fuse_gps(gps, {}, config);
   return {fused.kernel, fused.noise_variance};
 }
 
+GpData pooled_fields(const std::vector<const TransitionSamples*>& samples) {
+  return pooled(samples, &TransitionSamples::positions, &TransitionSamples::velocities);
+}
+
+GpData pooled_outlooks(const std::vector<const TransitionSamples*>& samples) {
+  return pooled(samples, &TransitionSamples::states, &TransitionSamples::partings);
+}
+
 SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config) {
-  if (sources.fresh.empty()) return fuse_gps(gps_of(sources.stored), pooled({}), config);
+  if (sources.fresh.empty()) return fuse_gps(gps_of(sources.stored), {}, config);
   const Hyperparameters of_data = common_hyperparameters(gps_of(sources.fresh), config);
-  if (sources.stored.empty()) return fit_sparse_gp(pooled(sources.samples), of_data, config);
-  return fuse_gps(gps_of(sources.stored), pooled(sources.samples), config, of_data);
+  if (sources.stored.empty()) return fit_sparse_gp(pooled_fields(sources.samples), of_data, config);
+  return fuse_gps(gps_of(sources.stored), pooled_fields(sources.samples), config, of_data);
 }
 
 }  // namespace
@@ -61,6 +74,23 @@ FlowField fuse_fields(const FieldSources& sources, const GpConfig& config) {
   FlowField field{fuse_sources(sources, config), all.front()->field.extent};
   for (const Transition* transition : all) field.extent.extend(transition->field.extent);
   return field;
+}
+
+SparseGp fuse_outlooks(const FieldSources& sources, const GpConfig& config) {
+  Gps stored, fresh;
+  std::vector<const TransitionSamples*> samples;
+  for (const Transition* transition : sources.stored) {
+    if (transition->outlook.points > 0.0) stored.push_back(&transition->outlook);
+  }
+  for (std::size_t i = 0; i < sources.fresh.size(); ++i) {
+    if (!(sources.fresh[i]->outlook.points > 0.0)) continue;
+    fresh.push_back(&sources.fresh[i]->outlook);
+    samples.push_back(sources.samples[i]);
+  }
+  if (stored.size() + fresh.size() == 0) return {};
+  if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
+  if (fresh.empty()) return fuse_gps(stored, {}, config);
+  return fuse_gps(stored, pooled_outlooks(samples), config, common_hyperparameters(fresh, config));
 }
 
 }  // namespace sila::detail

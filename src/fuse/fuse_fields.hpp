@@ -22,4 +22,7 @@ FieldOrigin origin_of(const FieldSources& sources);
 /// them, never both. Source: SILA paper, Alg. 2, FuseGP; algorithms 3.3. Differs: docs/decisions/0045.
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config);
 
+/// One outlook of all, in the same way; no points if no source has one.
+SparseGp fuse_outlooks(const FieldSources& sources, const GpConfig& config);
+
 }  // namespace sila::detail

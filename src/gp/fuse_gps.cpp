@@ -81,7 +81,9 @@ Hyperparameters fused_hyperparameters(const Parts& parts, const std::optional<Hy
   return fused;
 }
 
-Eigen::VectorXd fused_mean(const Parts& parts, const GpData& data) {
+Eigen::VectorXd fused_mean(const Parts& parts, const GpData& data, ConstantMean choice) {
+  if (choice == ConstantMean::zero)
+    return Eigen::VectorXd::Zero(parts.empty() ? data.outputs.cols() : parts.front()->mean.size());
   const bool same =
       data.inputs.cols() == 0 && !parts.empty() &&
       std::all_of(parts.begin(), parts.end(), [&](const SparseGp* part) { return part->mean == parts.front()->mean; });
@@ -228,8 +230,8 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
 
   Basis basis = fused_basis(known, data, theta.kernel, config);
   const Eigen::MatrixXd& lower = basis.lower;
-  SparseGp fused =
-      detail::blank_gp(theta.kernel, theta.noise_variance, basis.pseudo_inputs, fused_mean(known, data), basis.jitter);
+  SparseGp fused = detail::blank_gp(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
+                                    fused_mean(known, data, config.constant_mean), basis.jitter);
   for (const SparseGp* part : known) {
     if (no_statistics(*part)) {
       fused.points += part->points;

@@ -100,6 +100,7 @@ std::int64_t checksum(const Model& model, const std::string& configuration) {
     add(to_bytes(std::vector<double>{static_cast<double>(transition.from), static_cast<double>(transition.to),
                                      transition.count}));
     add(to_bytes(pack(transition.field)));
+    add(to_bytes(pack(transition.outlook)));
   }
   add(to_bytes(pack(model.lessons)));
   add(to_bytes(std::vector<double>{static_cast<double>(model.episodes), static_cast<double>(model.tracks)}));
@@ -128,10 +129,10 @@ void write_primitives(sqlite::Database& database, const std::vector<MotionPrimit
 
 void write_transitions(sqlite::Database& database, const std::vector<Transition>& transitions) {
   database.execute("DELETE FROM transitions");
-  sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?)");
+  sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?, ?)");
   for (const Transition& transition : transitions) {
     insert.bind(std::int64_t{transition.from}).bind(std::int64_t{transition.to}).bind(transition.count);
-    insert.bind_blob(to_bytes(pack(transition.field))).step();
+    insert.bind_blob(to_bytes(pack(transition.field))).bind_blob(to_bytes(pack(transition.outlook))).step();
   }
 }
 
@@ -149,10 +150,11 @@ std::vector<MotionPrimitive> read_primitives(sqlite::Database& database) {
 std::vector<Transition> read_transitions(sqlite::Database& database) {
   std::vector<Transition> transitions;
   sqlite::Statement row = database.prepare(
-      "SELECT from_primitive, to_primitive, count, field FROM transitions ORDER BY from_primitive, to_primitive");
+      "SELECT from_primitive, to_primitive, count, field, outlook FROM transitions ORDER BY from_primitive, "
+      "to_primitive");
   while (row.step()) {
     transitions.push_back({count_of<int>(row.integer(0)), count_of<int>(row.integer(1)), row.real(2),
-                           unpack_flow_field(to_numbers(row.blob(3)))});
+                           unpack_flow_field(to_numbers(row.blob(3))), unpack_gp(to_numbers(row.blob(4)))});
   }
   return transitions;
 }
@@ -192,6 +194,7 @@ CREATE TABLE transitions (
   to_primitive INTEGER NOT NULL,
   count REAL NOT NULL,
   field BLOB NOT NULL,           -- doubles: the sparse GP and its extent
+  outlook BLOB NOT NULL,         -- doubles: the sparse GP
   PRIMARY KEY (from_primitive, to_primitive)
 );
 CREATE TABLE episodes (

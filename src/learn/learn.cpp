@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "sila/gp/fuse_gps.hpp"
 #include "sila/gp/train.hpp"
 #include "sila/learn/dictionary.hpp"
 #include "sila/learn/grid_vectors.hpp"
@@ -38,8 +39,9 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
       config.hyperparameters == HyperparameterChoice::pooled ? pool_hyperparameters(data, start, config) : start;
   std::vector<Transition> transitions;
   for (const auto& [key, transition] : observed) {
-    transitions.push_back({key.first, key.second, transition.count, {}});
-    FlowField& field = transitions.back().field;
+    Transition& fitted = transitions.emplace_back();
+    fitted.from = key.first, fitted.to = key.second, fitted.count = transition.count;
+    FlowField& field = fitted.field;
     for (Eigen::Index i = 0; i < transition.samples.positions.cols(); ++i) {
       field.extent.extend(Vector2(transition.samples.positions.col(i)));
     }
@@ -47,6 +49,20 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
   tbb::parallel_for(std::size_t{0}, data.size(),
                     [&](std::size_t i) { transitions[i].field.gp = fit_sparse_gp(data[i], pooled, config); });
   return transitions;
+}
+
+/// The outlook of each transition that has examples, and its samples beside those of its field.
+void add_outlooks(std::map<TransitionKey, OutlookSamples> outlooks, const Hyperparameters& hyperparameters,
+                  const GpConfig& config, Increment& increment) {
+  std::vector<Transition>& transitions = increment.model.transitions;
+  tbb::parallel_for(std::size_t{0}, transitions.size(), [&](std::size_t i) {
+    const auto found = outlooks.find({transitions[i].from, transitions[i].to});
+    if (found == outlooks.end()) return;
+    OutlookSamples& samples = found->second;
+    transitions[i].outlook = fuse_gps({}, {samples.states, samples.partings}, config, hyperparameters);
+    increment.samples[i].states = std::move(samples.states);
+    increment.samples[i].partings = std::move(samples.partings);
+  });
 }
 
 LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::vector<Segment>> segments,
@@ -83,8 +99,15 @@ Hyperparameters starting_hyperparameters(const Conventions& conventions, const F
   return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
 }
 
-Learnt learn(std::span<const CurbTrajectory> tracks, const Conventions& conventions, const LearnConfig& config) {
+Conventions with_outlooks(Conventions conventions, double horizon_s, const OutlookConfig& config) {
+  if (config.enabled) conventions.outlook_horizon_s = horizon_s, conventions.outlook_knots = config.knots;
+  return conventions;
+}
+
+Learnt learn(const Batch& batch, const Conventions& conventions, const LearnConfig& config,
+             const OutlookConfig& outlook) {
   validate_fields("learn", config);
+  const std::vector<CurbTrajectory>& tracks = batch.tracks;
   const double min_speed_mps = config.dictionary.min_speed_mps;
   const double cell_m = conventions.grid.cell * conventions.reference_width_m;
   std::vector<GridVector> vectors;  // tr_i
@@ -110,6 +133,8 @@ Learnt learn(std::span<const CurbTrajectory> tracks, const Conventions& conventi
   const LearnReport report = report_of(vectors, segments, dictionary, model);
   Learnt learnt{{std::move(model), {}}, report};
   for (auto& [key, transition] : observed) learnt.increment.samples.push_back(std::move(transition.samples));
+  add_outlooks(observe_outlooks(batch, segments), outlook_hyperparameters(conventions, outlook),
+               outlook_gp_config(outlook), learnt.increment);
   return learnt;
 }
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "sila/model/outlook.hpp"
+
 namespace sila {
 namespace {
 
@@ -20,6 +22,19 @@ void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
     if (c > 0 && !(primitive.cells[c - 1].cell < primitive.cells[c].cell)) refuse(name + ": cells are not sorted");
     const double length = primitive.cells[c].velocity.norm();
     if (!(length > 0.0 && length <= 1.0 + 1e-9)) refuse(name + ": the length of an arrow is outside (0, 1]");
+  }
+}
+
+void check_outlook(const Model& model, const std::string& name, const SparseGp& outlook) {
+  if (outlook.points == 0.0) return;
+  try {
+    validate(outlook);
+  } catch (const std::invalid_argument& error) {
+    refuse(name + ": outlook: " + error.what());
+  }
+  if (outlook.pseudo_inputs.rows() != kOutlookInputs || outlook.mean.size() != 2 * model.conventions.outlook_knots) {
+    refuse(name + ": the outlook is not a map from " + std::to_string(kOutlookInputs) +
+           " inputs to 2 outputs for each of " + std::to_string(model.conventions.outlook_knots) + " knots");
   }
 }
 
@@ -45,13 +60,15 @@ void check_transition(const Model& model, std::size_t index) {
   if (transition.field.gp.pseudo_inputs.rows() != 2 || transition.field.gp.mean.size() != 2) {
     refuse(name + ": the field is not a map from 2 inputs to 2 outputs");
   }
+  check_outlook(model, name, transition.outlook);
 }
 
 }  // namespace
 
 bool operator==(const Conventions& a, const Conventions& b) {
   return a.grid == b.grid && a.scaling == b.scaling && a.sample_interval_s == b.sample_interval_s &&
-         a.reference_width_m == b.reference_width_m;
+         a.reference_width_m == b.reference_width_m && a.outlook_horizon_s == b.outlook_horizon_s &&
+         a.outlook_knots == b.outlook_knots;
 }
 
 std::size_t size(const Model& model) {

@@ -85,6 +85,37 @@ class Unpacker {
   std::span<const double> rest_;
 };
 
+/// By structured bindings here and below: a member that is added to a struct and forgotten here does not compile.
+void add_gp(Packer& packer, const SparseGp& gp) {
+  const auto& [kernel, noise_variance, pseudo_inputs, mean, information, response, mean_response, points, jitter] = gp;
+  const auto& [signal_variance, length_scales] = kernel;
+  packer.add(signal_variance);
+  packer.add(length_scales);
+  packer.add(noise_variance);
+  packer.add(pseudo_inputs);
+  packer.add(mean);
+  packer.add(information);
+  packer.add(response);
+  packer.add(mean_response);
+  packer.add(points);
+  packer.add(jitter);
+}
+
+SparseGp read_gp(Unpacker& unpacker) {
+  SparseGp gp;
+  gp.kernel.signal_variance = unpacker.number();
+  gp.kernel.length_scales = unpacker.vector();
+  gp.noise_variance = unpacker.number();
+  gp.pseudo_inputs = unpacker.matrix();
+  gp.mean = unpacker.vector();
+  gp.information = unpacker.matrix();
+  gp.response = unpacker.matrix();
+  gp.mean_response = unpacker.vector();
+  gp.points = unpacker.number();
+  gp.jitter = unpacker.number();
+  return gp;
+}
+
 bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
@@ -101,13 +132,15 @@ bool identical(const MotionPrimitive& a, const MotionPrimitive& b) {
 }
 
 bool identical(const Transition& a, const Transition& b) {
-  return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field));
+  return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field)) &&
+         same_bits(pack(a.outlook), pack(b.outlook));
 }
 
 }  // namespace
 
 std::vector<double> pack(const Lessons& lessons) {
-  const auto& [steps, classes, interval_s, with_map, without_map, residuals_with_map, residuals_without_map] = lessons;
+  const auto& [steps, classes, interval_s, with_map, without_map, residuals_with_map, residuals_without_map, surprises,
+               novelties] = lessons;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
     const auto& [weight, features, products] = moments;
@@ -128,6 +161,9 @@ std::vector<double> pack(const Lessons& lessons) {
   packer.add_list(without_map, add_moments);
   packer.add_list(residuals_with_map, add_residual);
   packer.add_list(residuals_without_map, add_residual);
+  const auto add_number = [&](double number) { packer.add(number); };
+  packer.add_list(surprises, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
+  packer.add_list(novelties, add_number);
   return std::move(packer).numbers();
 }
 
@@ -145,27 +181,17 @@ Lessons unpack_lessons(std::span<const double> numbers) {
   lessons.without_map = unpacker.list<RegressionMoments>(moments);
   lessons.residuals_with_map = unpacker.list<ResidualMoments>(residual);
   lessons.residuals_without_map = unpacker.list<ResidualMoments>(residual);
+  const auto number = [&] { return unpacker.number(); };
+  lessons.surprises = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
+  lessons.novelties = unpacker.list<double>(number);
   unpacker.finish();
   return lessons;
 }
 
 std::vector<double> pack(const FlowField& field) {
-  // By structured bindings here and in the other two: a member that is added to a struct and forgotten here does not
-  // compile.
   const auto& [gp, extent] = field;
-  const auto& [kernel, noise_variance, pseudo_inputs, mean, information, response, mean_response, points, jitter] = gp;
-  const auto& [signal_variance, length_scales] = kernel;
   Packer packer;
-  packer.add(signal_variance);
-  packer.add(length_scales);
-  packer.add(noise_variance);
-  packer.add(pseudo_inputs);
-  packer.add(mean);
-  packer.add(information);
-  packer.add(response);
-  packer.add(mean_response);
-  packer.add(points);
-  packer.add(jitter);
+  add_gp(packer, gp);
   packer.add(extent.min());
   packer.add(extent.max());
   return std::move(packer).numbers();
@@ -179,24 +205,28 @@ FlowField unpack_flow_field(std::span<const double> numbers) {
     return Vector2(point);
   };
   FlowField field;
-  field.gp.kernel.signal_variance = unpacker.number();
-  field.gp.kernel.length_scales = unpacker.vector();
-  field.gp.noise_variance = unpacker.number();
-  field.gp.pseudo_inputs = unpacker.matrix();
-  field.gp.mean = unpacker.vector();
-  field.gp.information = unpacker.matrix();
-  field.gp.response = unpacker.matrix();
-  field.gp.mean_response = unpacker.vector();
-  field.gp.points = unpacker.number();
-  field.gp.jitter = unpacker.number();
+  field.gp = read_gp(unpacker);
   field.extent.min() = corner();
   field.extent.max() = corner();
   unpacker.finish();
   return field;
 }
 
+std::vector<double> pack(const SparseGp& gp) {
+  Packer packer;
+  add_gp(packer, gp);
+  return std::move(packer).numbers();
+}
+
+SparseGp unpack_gp(std::span<const double> numbers) {
+  Unpacker unpacker(numbers);
+  SparseGp gp = read_gp(unpacker);
+  unpacker.finish();
+  return gp;
+}
+
 std::vector<double> pack(const Conventions& conventions) {
-  const auto& [grid, scaling, sample_interval_s, reference_width_m] = conventions;
+  const auto& [grid, scaling, sample_interval_s, reference_width_m, outlook_horizon_s, outlook_knots] = conventions;
   const auto& [cell, origin, tile_cells] = grid;
   Packer packer;
   packer.add(cell);
@@ -205,6 +235,8 @@ std::vector<double> pack(const Conventions& conventions) {
   packer.add(static_cast<double>(scaling));
   packer.add(sample_interval_s);
   packer.add(reference_width_m);
+  packer.add(outlook_horizon_s);
+  packer.add(outlook_knots);
   return std::move(packer).numbers();
 }
 
@@ -221,6 +253,8 @@ Conventions unpack_conventions(std::span<const double> numbers) {
   conventions.scaling = static_cast<CurbScaling>(scaling);
   conventions.sample_interval_s = unpacker.number();
   conventions.reference_width_m = unpacker.number();
+  conventions.outlook_horizon_s = unpacker.number();
+  conventions.outlook_knots = unpacker.count<int>();
   unpacker.finish();
   return conventions;
 }

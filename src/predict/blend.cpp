@@ -4,19 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sila/predict/constant_velocity.hpp"
+#include "sila/core/kinematics.hpp"
+#include "sila/model/outlook.hpp"
 
 namespace sila {
 namespace {
 
 constexpr double kVelocityWindows_s[] = {0.4, 0.8, 1.6, 3.0};
 constexpr int kConstantVelocityFeature = 1;
+constexpr int kOutlookFeature = kKinematicFeatures;
+static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityWindow_s);
 /// Before anything was taught errors are believed to grow like this, with the weight of so many examples.
 constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
 
-/// The blend before anything was taught: constant velocity.
+/// The blend before anything was taught.
 Eigen::VectorXd untaught(int features) {
-  return Eigen::VectorXd::Unit(features, kConstantVelocityFeature);
+  return Eigen::VectorXd::Unit(features, kOutlookFeature);
 }
 
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
@@ -69,14 +72,26 @@ Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {
   return features;
 }
 
-Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout,
-                              const CurbTrajectory& observed, std::size_t step, double interval_s) {
+Observation observation_of(const FieldMap& map, const CurbTrajectory& observed) {
+  return {kinematic_features(observed), consult_outlooks(map, observed), speed_class(observed)};
+}
+
+Eigen::Matrix2Xd alone_features(const Observation& observation, std::size_t step, double interval_s) {
+  Eigen::Matrix2Xd features(2, kAloneFeatures);
+  features.leftCols(kKinematicFeatures) = observation.kinematics;
+  features.col(kOutlookFeature) = observation.kinematics.col(kConstantVelocityFeature) +
+                                  observation.foresight.parting_mps(static_cast<double>(step + 1) * interval_s);
+  return features;
+}
+
+Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
+                              std::size_t step, double interval_s) {
   Eigen::Matrix2Xd features(2, kMapFeatures);
   const Vector2& start = observed.positions.back();
   const double seconds = static_cast<double>(step + 1) * interval_s;
-  features.leftCols(kKinematicFeatures) = kinematics;
-  features.col(kKinematicFeatures) = velocity_to_world(observed.frame, rollout.path[step] - start) / seconds;
-  features.col(kKinematicFeatures + 1) = velocity_to_world(observed.frame, rollout.own_path[step] - start) / seconds;
+  features.leftCols(kAloneFeatures) = alone_features(observation, step, interval_s);
+  features.col(kAloneFeatures) = velocity_to_world(observed.frame, rollout.path[step] - start) / seconds;
+  features.col(kAloneFeatures + 1) = velocity_to_world(observed.frame, rollout.own_path[step] - start) / seconds;
   return features;
 }
 
@@ -86,7 +101,7 @@ Blend::Blend(const Lessons& lessons, const PredictConfig& config) {
   residual_with_map_ = variances(lessons.residuals_with_map, lessons.classes, lessons.interval_s);
   residual_without_map_ = variances(lessons.residuals_without_map, lessons.classes, lessons.interval_s);
   with_map_ = solve(lessons.with_map, residual_with_map_, lessons, kMapFeatures, config.blend_ridge);
-  without_map_ = solve(lessons.without_map, residual_without_map_, lessons, kKinematicFeatures, config.blend_ridge);
+  without_map_ = solve(lessons.without_map, residual_without_map_, lessons, kAloneFeatures, config.blend_ridge);
 }
 
 std::size_t Blend::cell(std::size_t step, int speed_class) const {

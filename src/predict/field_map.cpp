@@ -18,6 +18,7 @@ std::int64_t floor_to(double value, double size) {
 FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   const Grid& grid = model.conventions.grid;
   bucket_size_ = 2.0 * grid.cell;
+  outlook_knots_ = model.conventions.outlook_knots, outlook_horizon_s_ = model.conventions.outlook_horizon_s;
   fields_.reserve(model.transitions.size());
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
@@ -25,9 +26,15 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   for (const Transition& transition : model.transitions) {
     const int index = static_cast<int>(fields_.size());
     const SparseGp& gp = transition.field.gp;
-    fields_.push_back({transition.from, transition.to, transition.count,
+    fields_.push_back({transition.from,
+                       transition.to,
+                       transition.count,
                        transition.count / leaving_count[static_cast<std::size_t>(transition.from)],
-                       gp.kernel.signal_variance, gp.noise_variance, Posterior(gp)});
+                       gp.kernel.signal_variance,
+                       gp.noise_variance,
+                       Posterior(gp),
+                       {}});
+    if (transition.outlook.points > 0.0) fields_.back().outlook.emplace(transition.outlook);
     leaving_[static_cast<std::size_t>(transition.from)].push_back(index);
     if (transition.field.extent.isEmpty()) continue;
     // One length scale beyond its data a field knows less than the support ratio asks for.

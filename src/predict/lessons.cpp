@@ -18,9 +18,11 @@ Lessons empty_lessons(int steps, double interval_s) {
     return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)};
   };
   lessons.with_map.assign(cells, blank(kMapFeatures));
-  lessons.without_map.assign(cells, blank(kKinematicFeatures));
+  lessons.without_map.assign(cells, blank(kAloneFeatures));
   lessons.residuals_with_map.resize(cells);
   lessons.residuals_without_map.resize(cells);
+  lessons.surprises.assign(cells, std::vector<double>(kSurpriseBins, 0.0));
+  lessons.novelties.assign(kNoveltyBins, 0.0);
   return lessons;
 }
 
@@ -53,16 +55,15 @@ struct ModeAtStep {
 
 /// What each mode says of one step, and how well that fits what happened.
 std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& window, const Hypotheses& hypotheses,
-                                 const Eigen::Matrix2Xd& kinematics, int speed, std::size_t step,
-                                 const Vector2& truth) {
+                                 const Observation& seen, std::size_t step, const Vector2& truth) {
   std::vector<ModeAtStep> modes;
   const double seconds = static_cast<double>(step + 1) * predictor.interval_s();
   double total = 0.0;
   for (const Rollout& rollout : hypotheses.rollouts) {
     ModeAtStep mode{
-        map_features(kinematics, rollout, window.observed, step, predictor.interval_s()), {}, rollout.weight, 0.0};
-    mode.way = seconds * predictor.blend().velocity_mps(mode.features, step, speed);
-    Vector2 variances = predictor.blend().residual_m2(step, speed, true);
+        map_features(seen, rollout, window.observed, step, predictor.interval_s()), {}, rollout.weight, 0.0};
+    mode.way = seconds * predictor.blend().velocity_mps(mode.features, step, seen.speed);
+    Vector2 variances = predictor.blend().residual_m2(step, seen.speed, true);
     if (variances.isZero()) variances = Vector2::Constant(0.25 * seconds * seconds);
     mode.responsibility = mode.weight * density(truth - mode.way, oriented_covariance(mode.way, variances));
     total += mode.responsibility;
@@ -75,38 +76,45 @@ std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& windo
 /// What one window shows of one step.
 struct Example {
   std::vector<ModeAtStep> modes;
-  Vector2 kinematic_way = Vector2::Zero();
+  Eigen::Matrix2Xd alone;  ///< features without a roll-out
+  Vector2 alone_way = Vector2::Zero();
   Vector2 truth = Vector2::Zero();  ///< displacement from t0 [m]
+  double surprise = 0.0;
 };
 
 struct WindowExamples {
   int speed = 0;
-  Eigen::Matrix2Xd kinematics;
+  double raw_novelty = 1.0;
   std::vector<Example> steps;
 };
 
 WindowExamples examples_of(const Predictor& predictor, const Window& window, int steps) {
-  WindowExamples examples{speed_class(window.observed), kinematic_features(window.observed), {}};
   const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps);
+  const Prediction prediction = predictor.predict(window.observed, hypotheses);
+  WindowExamples examples{hypotheses.seen.speed, hypotheses.raw_novelty, {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     Example example;
     example.truth = window.future_m[j] - start_m;
-    example.kinematic_way = static_cast<double>(j + 1) * predictor.interval_s() *
-                            predictor.blend().velocity_mps(examples.kinematics, j, examples.speed);
-    example.modes = modes_at(predictor, window, hypotheses, examples.kinematics, examples.speed, j, example.truth);
+    example.alone = alone_features(hypotheses.seen, j, predictor.interval_s());
+    example.alone_way = static_cast<double>(j + 1) * predictor.interval_s() *
+                        predictor.blend().velocity_mps(example.alone, j, examples.speed);
+    example.modes = modes_at(predictor, window, hypotheses, hypotheses.seen, j, example.truth);
+    example.surprise = surprise(prediction, j, window.future_m[j]);
     examples.steps.push_back(std::move(example));
   }
   return examples;
 }
 
 void add(Lessons& lessons, const WindowExamples& window) {
+  lessons.novelties[static_cast<std::size_t>(novelty_bin(window.raw_novelty))] += 1.0;
   for (std::size_t j = 0; j < window.steps.size(); ++j) {
     const Example& example = window.steps[j];
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(window.speed);
     const double seconds = static_cast<double>(j + 1) * lessons.interval_s;
-    add(lessons.without_map[cell], window.kinematics, example.truth / seconds, 1.0);
-    add(lessons.residuals_without_map[cell], example.kinematic_way, example.truth - example.kinematic_way, 1.0);
+    lessons.surprises[cell][static_cast<std::size_t>(surprise_bin(example.surprise))] += 1.0;
+    add(lessons.without_map[cell], example.alone, example.truth / seconds, 1.0);
+    add(lessons.residuals_without_map[cell], example.alone_way, example.truth - example.alone_way, 1.0);
     for (const ModeAtStep& mode : example.modes) {
       add(lessons.with_map[cell], mode.features, example.truth / seconds, mode.weight);
       add(lessons.residuals_with_map[cell], mode.way, example.truth - mode.way, mode.responsibility);
@@ -126,10 +134,18 @@ void accumulate_cells(std::vector<ResidualMoments>& sum, const std::vector<Resid
   }
 }
 
+void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more) {
+  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += more[bin];
+}
+
 void fade(Lessons& lessons, double decay) {
   for (auto* table : {&lessons.with_map, &lessons.without_map}) {
     for (RegressionMoments& cell : *table) cell.weight *= decay, cell.features *= decay, cell.products *= decay;
   }
+  for (std::vector<double>& bins : lessons.surprises) {
+    for (double& count : bins) count *= decay;
+  }
+  for (double& count : lessons.novelties) count *= decay;
   for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map}) {
     for (ResidualMoments& cell : *table) cell.weight *= decay, cell.along_m2 *= decay, cell.across_m2 *= decay;
   }
@@ -161,6 +177,9 @@ Lessons add_lessons(const Lessons& past, const Lessons& recent, double decay) {
   accumulate_cells(sum.without_map, recent.without_map);
   accumulate_cells(sum.residuals_with_map, recent.residuals_with_map);
   accumulate_cells(sum.residuals_without_map, recent.residuals_without_map);
+  for (std::size_t cell = 0; cell < sum.surprises.size(); ++cell)
+    accumulate_bins(sum.surprises[cell], recent.surprises[cell]);
+  accumulate_bins(sum.novelties, recent.novelties);
   return sum;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace sila {
 namespace {
@@ -32,36 +33,49 @@ Rollout weighted_mean(const std::vector<const Rollout*>& members) {
   return mean;
 }
 
-bool heavier(const Rollout& a, const Rollout& b) {
-  return a.weight > b.weight;
+double weight_of(const std::vector<Rollout>& rollouts, const std::vector<std::size_t>& group) {
+  double sum = 0.0;
+  for (const std::size_t member : group) sum += rollouts[member].weight;
+  return sum;
 }
 
 }  // namespace
 
-std::vector<Rollout> merge_rollouts(std::vector<Rollout> rollouts, const CurbFrame& frame, int decision_steps,
-                                    const PredictConfig& config) {
-  if (rollouts.empty()) return {};
-  std::stable_sort(rollouts.begin(), rollouts.end(), heavier);
+std::vector<std::vector<std::size_t>> group_rollouts(const std::vector<Rollout>& rollouts, const CurbFrame& frame,
+                                                     int decision_steps, const PredictConfig& config) {
+  std::vector<std::vector<std::size_t>> groups;  // the first member, the heaviest, speaks for its group
+  if (rollouts.empty()) return groups;
   const Matrix2 matrix = world_from_curb(frame);
   const std::size_t steps =
       std::clamp<std::size_t>(static_cast<std::size_t>(decision_steps), 1, rollouts.front().path.size());
-  std::vector<std::vector<const Rollout*>> groups;  // the first member, the heaviest, speaks for its group
-  for (const Rollout& rollout : rollouts) {
+  std::vector<std::size_t> order(rollouts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rollouts[a].weight > rollouts[b].weight; });
+  for (const std::size_t index : order) {
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
-      return mean_distance_m(*members.front(), rollout, matrix, steps) < config.merge_radius_m;
+      return mean_distance_m(rollouts[members.front()], rollouts[index], matrix, steps) < config.merge_radius_m;
     });
     if (group == groups.end())
-      groups.push_back({&rollout});
+      groups.push_back({index});
     else
-      group->push_back(&rollout);
+      group->push_back(index);
   }
+  std::stable_sort(groups.begin(), groups.end(),
+                   [&](const auto& a, const auto& b) { return weight_of(rollouts, a) > weight_of(rollouts, b); });
+  groups.resize(std::min(groups.size(), static_cast<std::size_t>(config.max_modes)));
+  return groups;
+}
+
+std::vector<Rollout> merge_rollouts(const std::vector<Rollout>& rollouts,
+                                    const std::vector<std::vector<std::size_t>>& groups) {
   std::vector<Rollout> modes;
-  for (const auto& members : groups) modes.push_back(weighted_mean(members));
-  std::stable_sort(modes.begin(), modes.end(), heavier);
-  if (modes.size() > static_cast<std::size_t>(config.max_modes))
-    modes.erase(modes.begin() + config.max_modes, modes.end());
   double total = 0.0;
-  for (const Rollout& mode : modes) total += mode.weight;
+  for (const auto& group : groups) {
+    std::vector<const Rollout*> members;
+    for (const std::size_t member : group) members.push_back(&rollouts[member]);
+    total += modes.emplace_back(weighted_mean(members)).weight;
+  }
   for (Rollout& mode : modes) mode.weight /= total;
   return modes;
 }

@@ -1,12 +1,14 @@
 #include "sila/predict/predictor.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "sila/predict/alternatives.hpp"
 #include "sila/predict/candidates.hpp"
-#include "sila/predict/constant_velocity.hpp"
 #include "sila/predict/modes.hpp"
 
 namespace sila {
@@ -52,33 +54,30 @@ Mode plain_mode(const FieldMap& map, const Rollout& rollout, const CurbFrame& fr
 }
 
 /// The roll-out blended with kinematics as past errors taught.
-Mode blended_mode(const FieldMap& map, const Blend& blend, const Rollout& rollout, const CurbTrajectory& observed,
-                  std::size_t steps, double interval_s) {
+Mode blended_mode(const FieldMap& map, const Blend& blend, const Observation& seen, const Rollout& rollout,
+                  const CurbTrajectory& observed, std::size_t steps, double interval_s) {
   Mode mode{rollout.weight, {}, {}, primitives_of(map, rollout.transitions)};
-  const Eigen::Matrix2Xd kinematics = kinematic_features(observed);
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
-  const int speed = speed_class(observed);
   for (std::size_t j = 0; j < steps; ++j) {
-    const Eigen::Matrix2Xd features = map_features(kinematics, rollout, observed, j, interval_s);
-    const Vector2 way = static_cast<double>(j + 1) * interval_s * blend.velocity_mps(features, j, speed);
+    const Eigen::Matrix2Xd features = map_features(seen, rollout, observed, j, interval_s);
+    const Vector2 way = static_cast<double>(j + 1) * interval_s * blend.velocity_mps(features, j, seen.speed);
     mode.path_m.emplace_back(start_m + way);
-    mode.covariances_m2.push_back(oriented_covariance(way, blend.residual_m2(j, speed, true)));
+    mode.covariances_m2.push_back(oriented_covariance(way, blend.residual_m2(j, seen.speed, true)));
   }
   return mode;
 }
 
-/// Kinematics alone: constant velocity until past errors taught better.
-Mode kinematic_mode(const Blend& blend, const CurbTrajectory& observed, std::size_t steps, double interval_s) {
+/// Kinematics and outlooks alone: constant velocity until past errors taught better.
+Mode kinematic_mode(const Blend& blend, const Observation& seen, const CurbTrajectory& observed, std::size_t steps,
+                    double interval_s) {
   Mode mode{1.0, {}, {}, {}};
-  const Eigen::Matrix2Xd features = kinematic_features(observed);
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
-  const int speed = speed_class(observed);
   for (std::size_t j = 0; j < steps; ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const double spread = kUntaughtSpread_mps * seconds;
-    const Vector2 way = seconds * blend.velocity_mps(features, j, speed);
+    const Vector2 way = seconds * blend.velocity_mps(alone_features(seen, j, interval_s), j, seen.speed);
     mode.path_m.emplace_back(start_m + way);
-    mode.covariances_m2.push_back(blend.taught() ? oriented_covariance(way, blend.residual_m2(j, speed, false))
+    mode.covariances_m2.push_back(blend.taught() ? oriented_covariance(way, blend.residual_m2(j, seen.speed, false))
                                                  : Matrix2(Matrix2::Identity() * spread * spread));
   }
   return mode;
@@ -87,35 +86,65 @@ Mode kinematic_mode(const Blend& blend, const CurbTrajectory& observed, std::siz
 }  // namespace
 
 Predictor::Predictor(const Model& model, const PredictConfig& config)
-    : config_(config), interval_s_(model.conventions.sample_interval_s), map_(model), blend_(model.lessons, config) {
+    : config_(config),
+      interval_s_(model.conventions.sample_interval_s),
+      map_(model),
+      blend_(model.lessons, config),
+      calibration_(config.blend ? model.lessons : Lessons{}) {
   validate_fields("predict", config);
 }
 
-Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps) const {
+Tracing Predictor::trace(const CurbTrajectory& observed, int steps) const {
   const int decision_steps = steps_in(config_.mode_horizon_s, interval_s_);
   const Candidates candidates = find_candidates(map_, observed, config_);
-  std::vector<Rollout> rollouts =
-      roll_out(map_, candidates, observed, std::max(steps, decision_steps), interval_s_, config_);
-  return {merge_rollouts(std::move(rollouts), observed.frame, decision_steps, config_), candidates.novelty};
+  Tracing tracing;
+  tracing.rollouts = roll_out(map_, candidates, observed, std::max(steps, decision_steps), interval_s_, config_);
+  tracing.groups = group_rollouts(tracing.rollouts, observed.frame, decision_steps, config_);
+  tracing.seen = observation_of(map_, observed);
+  tracing.raw_novelty = candidates.novelty;
+  return tracing;
+}
+
+Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps) const {
+  Tracing tracing = trace(observed, steps);
+  return {merge_rollouts(tracing.rollouts, tracing.groups), std::move(tracing.seen), tracing.raw_novelty};
+}
+
+Prediction Predictor::predict(const CurbTrajectory& observed, const Hypotheses& hypotheses) const {
+  const int steps = steps_in(config_.horizon_s, interval_s_);
+  const auto count = static_cast<std::size_t>(steps);
+  Prediction prediction;
+  prediction.t0_s = observed.times_s.back();
+  prediction.novelty = calibration_.novelty(hypotheses.raw_novelty);
+  prediction.fallback = hypotheses.rollouts.empty();
+  for (int j = 1; j <= steps; ++j) prediction.times_s.push_back(j * interval_s_);
+  std::vector<Mode>& modes = prediction.modes;
+  for (const Rollout& rollout : hypotheses.rollouts) {
+    modes.push_back(blend_.taught() ? blended_mode(map_, blend_, hypotheses.seen, rollout, observed, count, interval_s_)
+                                    : plain_mode(map_, rollout, observed.frame, count));
+    modes.back().source = modes.size() - 1;
+  }
+  if (prediction.fallback) modes.push_back(kinematic_mode(blend_, hypotheses.seen, observed, count, interval_s_));
+  if (!blend_.taught()) return prediction;
+  const int room = config_.max_modes - static_cast<int>(modes.size());
+  std::vector<Mode> split =
+      with_alternatives(modes.front(), to_world(observed.frame, observed.positions.back()), room, config_);
+  modes.front() = std::move(split.front());
+  modes.insert(modes.end(), std::make_move_iterator(split.begin() + 1), std::make_move_iterator(split.end()));
+  std::stable_sort(modes.begin(), modes.end(), [](const Mode& a, const Mode& b) { return a.weight > b.weight; });
+  for (const double probability : kRegionProbabilities) {
+    Region region{probability, {}};
+    for (std::size_t j = 0; j < count; ++j)
+      region.levels.push_back(calibration_.level(j, hypotheses.seen.speed, probability));
+    prediction.regions.push_back(std::move(region));
+  }
+  return prediction;
 }
 
 Prediction Predictor::predict(const CurbTrajectory& observed) const {
   validate(observed);
   require_interval(observed, interval_s_);
-  const int steps = steps_in(config_.horizon_s, interval_s_);
-  const auto count = static_cast<std::size_t>(steps);
-  const Hypotheses hypotheses = this->hypotheses(observed, steps);
-  Prediction prediction;
-  prediction.t0_s = observed.times_s.back();
-  prediction.novelty = hypotheses.novelty;
-  prediction.fallback = hypotheses.rollouts.empty();
-  for (int j = 1; j <= steps; ++j) prediction.times_s.push_back(j * interval_s_);
-  for (const Rollout& rollout : hypotheses.rollouts) {
-    prediction.modes.push_back(blend_.taught() ? blended_mode(map_, blend_, rollout, observed, count, interval_s_)
-                                               : plain_mode(map_, rollout, observed.frame, count));
-  }
-  if (prediction.fallback) prediction.modes.push_back(kinematic_mode(blend_, observed, count, interval_s_));
-  return prediction;
+  return predict(observed, hypotheses(observed, steps_in(config_.horizon_s, interval_s_)));
 }
 
 Prediction predict(const Model& model, const CurbTrajectory& observed, const PredictConfig& config) {

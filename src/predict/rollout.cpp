@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sila/predict/constant_velocity.hpp"
+#include "sila/core/kinematics.hpp"
 
 namespace sila {
 namespace {
@@ -84,6 +84,7 @@ class Roller {
     std::vector<Branch> branches(next.size(), branch);
     for (std::size_t k = 0; k < next.size(); ++k) {
       branches[k].rollout.weight *= next[k].probability;
+      branches[k].rollout.chain_probability *= next[k].probability;
       branches[k].rollout.transitions.push_back(next[k].transition);
       look(branches[k]);
     }
@@ -126,6 +127,7 @@ std::vector<Branch> start(const Candidates& candidates, const CurbTrajectory& ob
   for (const Candidate& candidate : candidates.list) {
     Branch branch;
     branch.rollout.weight = std::exp(candidate.score - candidates.list.front().score);
+    branch.rollout.origin = candidate;
     branch.rollout.transitions.push_back(candidate.transition);
     branch.position = observed.positions.back();
     branch.velocity = observed.velocities.back();

@@ -65,7 +65,7 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   tracks.push_back(standing);
   const LearnConfig config;
   const Conventions conventions = begin_conventions(tracks.front().frame, CurbScaling::mean_width, 0.2, config.grid);
-  const Learnt learnt = learn(tracks, conventions, config);
+  const Learnt learnt = learn({tracks, {}}, conventions, config);
   EXPECT_NO_THROW(check(learnt.increment.model));
   EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
   EXPECT_EQ(learnt.report.tracks, 21);

@@ -5,6 +5,7 @@
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/config.hpp"
 #include "sila/learn/config.hpp"
+#include "sila/model/outlook.hpp"
 #include "sila/predict/config.hpp"
 
 namespace sila {
@@ -30,6 +31,7 @@ struct EpisodeConfig {
   SamplingConfig sampling;
   CurbScaling scaling = CurbScaling::mean_width;
   LearnConfig learn;
+  OutlookConfig outlook;
   FuseConfig fuse;
   LessonConfig lessons;
   PredictConfig predict;
@@ -43,6 +45,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("sampling", config.sampling);
   visit.choice("scaling", config.scaling, kCurbScalings, "how lengths along the curbs become sidewalk widths");
   visit.group("learn", config.learn);
+  visit.group("outlook", config.outlook);
   visit.group("fuse", config.fuse);
   visit.group("lessons", config.lessons);
   visit.group("predict", config.predict);

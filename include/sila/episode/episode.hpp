@@ -36,8 +36,7 @@ struct Updated {
 
 /// How a model takes up a batch: SILA or one of the baselines that it is compared with, in the same loop.
 /// The batch comes in curb coordinates; `conventions` are those of the model, or the first ones.
-using Update = std::function<Updated(const Model& previous, std::span<const CurbTrajectory> batch,
-                                     const Conventions& conventions)>;
+using Update = std::function<Updated(const Model& previous, const Batch& batch, const Conventions& conventions)>;
 
 Update sila_update(const EpisodeConfig& config);  ///< learn, then fuse: M(n) = fuse(M(n-1), M'(n))
 Update accumulate_update(
@@ -61,6 +60,7 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
 
 /// Fuses two finished models, whose tracks are gone: as `fuse`, and the lessons of both add up.
 /// Throws: std::invalid_argument if their conventions or the shape of their lessons differ.
-Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config);
+Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
+                  const OutlookConfig& outlook = {});
 
 }  // namespace sila

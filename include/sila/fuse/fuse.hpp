@@ -4,6 +4,7 @@
 #include "sila/model/fusion_problem.hpp"
 #include "sila/model/increment.hpp"
 #include "sila/model/model.hpp"
+#include "sila/model/outlook.hpp"
 
 namespace sila {
 
@@ -35,7 +36,8 @@ struct Fused {
 /// as stored. Lessons are those of `previous`, unless it has none; episodes and tracks add. The same on any number of
 /// threads. Throws: std::invalid_argument for a field out of range, conventions that differ, samples that do not belong
 /// to the transitions. Source: SILA paper, Alg. 1 and 2. Differs: docs/decisions/0040 to 0046.
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {});
+Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {},
+           const OutlookConfig& outlook = {});
 
 /// Standard incremental learning: all that was known and all that came, side by side. Equals `fuse` with a threshold
 /// that nothing reaches. Throws: as fuse. Source: SILA paper, second baseline.

@@ -21,15 +21,18 @@ void validate(const Hyperparameters& hyperparameters);
 enum class PseudoInputChoice { greedy, optimised };
 enum class HyperparameterChoice { fixed, pooled, optimised };
 enum class GpFusion { transfer, pseudo_data };
+enum class ConstantMean { data, zero };
 
 inline constexpr std::array<const char*, 2> pseudo_input_choice_names = {"greedy", "optimised"};
 inline constexpr std::array<const char*, 3> hyperparameter_choice_names = {"fixed", "pooled", "optimised"};
 inline constexpr std::array<const char*, 2> gp_fusion_names = {"transfer", "pseudo_data"};
+inline constexpr std::array<const char*, 2> constant_mean_names = {"data", "zero"};
 
 /// How sparse GPs are fitted and fused. Lengths and variances are in the units of the data.
 struct GpConfig {
   PseudoInputChoice pseudo_inputs = PseudoInputChoice::greedy;
   HyperparameterChoice hyperparameters = HyperparameterChoice::fixed;
+  ConstantMean constant_mean = ConstantMean::data;
   int max_pseudo_inputs = 30;
   double selection_stop = 0.01;
   double alpha = 1.0;
@@ -55,6 +58,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.choice(
       "hyperparameters", config.hyperparameters, hyperparameter_choice_names,
       "theta: as given, one for all transitions of a batch, or one per transition by gradient as in the paper");
+  visit.choice("constant_mean", config.constant_mean, constant_mean_names,
+               "what a GP falls back to far from its data: their mean, or zero");
   visit.number("max_pseudo_inputs", config.max_pseudo_inputs, Range{1, 1000}, "", "most pseudo-inputs of a fit, M");
   visit.number("selection_stop", config.selection_stop, Range{0, 1}, "of the signal variance",
                "no more pseudo-inputs once every conditional variance is below this");

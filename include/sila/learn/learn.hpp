@@ -5,6 +5,7 @@
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/learn/config.hpp"
+#include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {
@@ -13,6 +14,9 @@ namespace sila {
 /// place.
 Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s,
                               const GridConfig& config);
+
+/// The same, for a model that learns outlooks until `horizon_s`.
+Conventions with_outlooks(Conventions conventions, double horizon_s, const OutlookConfig& config);
 
 /// The hyper-parameters that fields start from, in the widths of the place where the model began.
 Hyperparameters starting_hyperparameters(const Conventions& conventions, const FieldConfig& config);
@@ -36,6 +40,7 @@ struct Learnt {
 /// Units: tracks in sidewalk widths, sampled by the conventions' interval.
 /// Throws: std::invalid_argument for a configuration out of range or a track that breaks its invariant.
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).
-Learnt learn(std::span<const CurbTrajectory> tracks, const Conventions& conventions, const LearnConfig& config);
+Learnt learn(const Batch& batch, const Conventions& conventions, const LearnConfig& config,
+             const OutlookConfig& outlook = {});
 
 }  // namespace sila

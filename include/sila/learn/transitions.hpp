@@ -7,6 +7,7 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/learn/segmentation.hpp"
+#include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {
@@ -26,5 +27,15 @@ using TransitionKey = std::pair<int, int>;
 /// algorithms 1.10.
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
                                                                 std::span<const std::vector<Segment>> segments);
+
+/// The outlook examples of each transition: those of the moments at which somebody was in its first primitive and went
+/// on to its second (or had come from the first, if the track ends in the second). Shapes: states 6 x m, partings m x
+/// 2 per knot. Moments of tracks without segments teach nothing.
+struct OutlookSamples {
+  Eigen::MatrixXd states;
+  Eigen::MatrixXd partings;
+};
+std::map<TransitionKey, OutlookSamples> observe_outlooks(const Batch& batch,
+                                                         std::span<const std::vector<Segment>> segments);
 
 }  // namespace sila

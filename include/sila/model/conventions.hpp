@@ -13,6 +13,8 @@ struct Conventions {
   double sample_interval_s = 0.2;
   double reference_width_m =
       1.0;  ///< sidewalk width of the place where the model began; its configured metres became widths by it
+  double outlook_horizon_s = 0.0;  ///< how far outlooks reach; 0 if the model has none
+  int outlook_knots = 0;           ///< evenly spaced times until then
 };
 
 bool operator==(const Conventions& a, const Conventions& b);

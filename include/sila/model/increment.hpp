@@ -9,8 +9,10 @@ namespace sila {
 
 /// The samples of one transition in this batch, d_2 of the paper.
 struct TransitionSamples {
-  Eigen::MatrixXd positions;   ///< 2 x n [sidewalk widths]
-  Eigen::MatrixXd velocities;  ///< n x 2 [widths/s]
+  Eigen::MatrixXd positions;      ///< 2 x n [sidewalk widths]
+  Eigen::MatrixXd velocities;     ///< n x 2 [widths/s]
+  Eigen::MatrixXd states = {};    ///< 6 x m: of the outlook's examples
+  Eigen::MatrixXd partings = {};  ///< m x 2 per knot
 };
 
 /// What one batch taught, M'(n): a model and the samples of each of its transitions. A stored model holds no raw

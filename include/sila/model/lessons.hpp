@@ -31,6 +31,8 @@ struct Lessons {
   std::vector<RegressionMoments> without_map;  ///< kinematics alone, for when no transition matches
   std::vector<ResidualMoments> residuals_with_map;
   std::vector<ResidualMoments> residuals_without_map;
+  std::vector<std::vector<double>> surprises;  ///< how often what happened was so surprising: bins of each cell
+  std::vector<double> novelties;               ///< how often a path was so little known: bins
 
   bool empty() const { return steps == 0; }
 };

@@ -11,12 +11,14 @@ namespace sila {
 /// numbers of rows and columns and then its entries, column by column; a list is its length and then its elements.
 std::vector<double> pack(const Lessons& lessons);
 std::vector<double> pack(const FlowField& field);
+std::vector<double> pack(const SparseGp& gp);
 std::vector<double> pack(const Conventions& conventions);
 
 /// The parts again.
 /// Throws: std::invalid_argument if the numbers are too few, too many, or no sizes where sizes belong.
 Lessons unpack_lessons(std::span<const double> numbers);
 FlowField unpack_flow_field(std::span<const double> numbers);
+SparseGp unpack_gp(std::span<const double> numbers);
 Conventions unpack_conventions(std::span<const double> numbers);
 
 /// Whether two models are the same bit for bit: -0 is not 0 here, and a NaN is itself.

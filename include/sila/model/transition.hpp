@@ -11,6 +11,7 @@ struct Transition {
   int to = 0;
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;
+  SparseGp outlook = {};  ///< of the paths that led here (see outlook.hpp); no points: nothing known
 };
 
 }  // namespace sila

@@ -6,6 +6,7 @@
 #include "sila/core/trajectory.hpp"
 #include "sila/model/lessons.hpp"
 #include "sila/predict/config.hpp"
+#include "sila/predict/outlooks.hpp"
 #include "sila/predict/rollout.hpp"
 
 namespace sila {
@@ -15,20 +16,32 @@ inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
 inline constexpr int kSpeedClasses = 5;
 /// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
 inline constexpr int kKinematicFeatures = 5;
+/// The same, and that of the outlooks.
+inline constexpr int kAloneFeatures = kKinematicFeatures + 1;
 /// The same, and the mean velocities of the two particles of a roll-out.
-inline constexpr int kMapFeatures = kKinematicFeatures + 2;
+inline constexpr int kMapFeatures = kAloneFeatures + 2;
 
 int speed_class(const CurbTrajectory& observed);
 
-/// Candidate mean velocities from t0 to step j [m/s], one a column, all but the last two the same for every step.
-/// Shapes: 2 x kKinematicFeatures.
+/// Candidate mean velocities from t0 to any step [m/s], one a column. Shapes: 2 x kKinematicFeatures.
 Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed);
-/// Shapes: 2 x kMapFeatures. `step` counts from 0.
-Eigen::Matrix2Xd map_features(const Eigen::Matrix2Xd& kinematics, const Rollout& rollout,
-                              const CurbTrajectory& observed, std::size_t step, double interval_s);
+
+/// What is known of somebody before any roll-out.
+struct Observation {
+  Eigen::Matrix2Xd kinematics;
+  Foresight foresight;
+  int speed = 0;  ///< class
+};
+Observation observation_of(const FieldMap& map, const CurbTrajectory& observed);
+
+/// Candidate mean velocities from t0 to `step` (counted from 0), without and with a roll-out.
+/// Shapes: 2 x kAloneFeatures, 2 x kMapFeatures.
+Eigen::Matrix2Xd alone_features(const Observation& observation, std::size_t step, double interval_s);
+Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
+                              std::size_t step, double interval_s);
 
 /// The coefficients with which features are summed, per (step, class): solved once from the lessons.
-/// Ridge regression towards constant velocity.
+/// Ridge regression towards what the outlooks say (constant velocity where they know nothing).
 /// Source: none in the paper; docs/decisions/0005-blend.md.
 class Blend {
  public:

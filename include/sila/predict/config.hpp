@@ -33,6 +33,9 @@ struct PredictConfig {
   double merge_radius_m = 2.0;
   bool blend = true;
   double blend_ridge = 5.0;
+  int alternatives = 4;
+  double alternative_weight = 0.02;
+  double alternative_reach = 0.9;
   double own_speed_relaxation_s = 0.8;
   double noise_correlation_s = 1.6;
 };
@@ -66,8 +69,16 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes nearer than this on average become one");
   visit.flag("blend", config.blend, "blend roll-outs with kinematics as past errors taught");
-  visit.number("blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "-",
-               "trust in constant velocity against what errors taught, in units of their variance");
+  visit.number(
+      "blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "-",
+      "trust in outlooks (where none: constant velocity) against what errors taught, in units of their variance");
+  visit.number(
+      "alternatives", config.alternatives, Range{0, 4}, "-",
+      "lighter modes beside the likeliest, in pairs: slower and faster, left and right; as far as max_modes has room");
+  visit.number("alternative_weight", config.alternative_weight, Range{0.0, 0.1, true}, "-",
+               "share that each takes of its mode's weight");
+  visit.number("alternative_reach", config.alternative_reach, Range{0.0, 2.0, true}, "standard deviations",
+               "how far beside its mode an alternative is");
   visit.number("own_speed_relaxation_s", config.own_speed_relaxation_s, Range{0.01, 60.0}, "s",
                "how fast the second particle, which keeps the person's own speed, turns into the field");
   visit.number("noise_correlation_s", config.noise_correlation_s, Range{0.01, 60.0}, "s",

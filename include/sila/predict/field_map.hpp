@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -22,11 +23,14 @@ class FieldMap {
     double signal_variance = 1.0;  ///< [widths²/s²]
     double noise_variance = 1.0;
     Posterior posterior;
+    std::optional<Posterior> outlook;
   };
 
   const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
   /// Transitions whose field may know the place.
   std::span<const int> near(const Vector2& position) const;
+  int outlook_knots() const { return outlook_knots_; }
+  double outlook_horizon_s() const { return outlook_horizon_s_; }
   /// Transitions that leave a primitive, in order.
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
 
@@ -34,6 +38,8 @@ class FieldMap {
   std::int64_t bucket(const Vector2& position) const;
 
   double bucket_size_ = 1.0;
+  int outlook_knots_ = 0;
+  double outlook_horizon_s_ = 0.0;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;
   std::unordered_map<std::int64_t, std::vector<int>> buckets_;

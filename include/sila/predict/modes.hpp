@@ -6,10 +6,13 @@
 
 namespace sila {
 
-/// Replaces roll-outs that stay within `merge_radius_m` of a heavier one (mean distance over the first
-/// `decision_steps`) by their weighted mean, keeps the `max_modes` heaviest, and normalises the weights. The spread of
-/// the members is added to the covariances. Returns them heaviest first; nothing for nothing.
-std::vector<Rollout> merge_rollouts(std::vector<Rollout> rollouts, const CurbFrame& frame, int decision_steps,
-                                    const PredictConfig& config);
+/// Which roll-outs become one mode: those that stay within `merge_radius_m` of a heavier one (mean distance over the
+/// first `decision_steps`). Heaviest group first, at most `max_modes`; the heaviest member of each comes first.
+std::vector<std::vector<std::size_t>> group_rollouts(const std::vector<Rollout>& rollouts, const CurbFrame& frame,
+                                                     int decision_steps, const PredictConfig& config);
+
+/// The weighted mean of each group, weights normalised. The spread of the members is added to the covariances.
+std::vector<Rollout> merge_rollouts(const std::vector<Rollout>& rollouts,
+                                    const std::vector<std::vector<std::size_t>>& groups);
 
 }  // namespace sila

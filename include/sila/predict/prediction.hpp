@@ -1,10 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "sila/core/curb_frame.hpp"
 
 namespace sila {
+
+/// How a mode differs from what is expected of its roll-out.
+enum class Manner { expected, slower, faster, left, right };
+inline constexpr const char* kManners[] = {"expected", "slower", "faster", "left", "right"};
 
 /// One hypothesis of what the person will do, in the world frame.
 struct Mode {
@@ -12,6 +17,15 @@ struct Mode {
   std::vector<Vector2> path_m;          ///< mean position at each time of the prediction
   std::vector<Matrix2> covariances_m2;  ///< of the position, same length
   std::vector<int> primitives;          ///< visited, in order; empty for constant velocity
+  Manner manner = Manner::expected;
+  std::size_t source = 0;  ///< which of the merged roll-outs it comes from, heaviest first
+};
+
+/// Where the person will be with a stated probability: wherever the density of the modes is at least exp(-level) of its
+/// peak (`surprise` at most `level`, regions.hpp). The levels were learnt from past errors.
+struct Region {
+  double probability = 0.0;
+  std::vector<double> levels;  ///< at each time of the prediction
 };
 
 /// Invariant: at least one mode; weights >= 0, sum 1, in falling order; every path as long as `times_s`.
@@ -19,8 +33,9 @@ struct Prediction {
   double t0_s = 0.0;            ///< time of the last observed sample, on the clock of the input
   std::vector<double> times_s;  ///< after t0
   std::vector<Mode> modes;
-  bool fallback = false;  ///< no transition matched: kinematics alone
-  double novelty = 0.0;   ///< in [0, 1]: how little of the observed path any field knows
+  std::vector<Region> regions;  ///< by rising probability
+  bool fallback = false;        ///< no transition matched: kinematics alone
+  double novelty = 0.0;  ///< in [0, 1]: share of the people seen so far whose path was better known than this one
 };
 
 }  // namespace sila

@@ -5,13 +5,23 @@
 #include "sila/predict/config.hpp"
 #include "sila/predict/field_map.hpp"
 #include "sila/predict/prediction.hpp"
+#include "sila/predict/regions.hpp"
 
 namespace sila {
 
-/// Merged and normalised roll-outs, none if no transition matches, and how little of the observed path any field knows.
+/// What is known before modes are made: roll-outs, which of them belong together, and what needs no roll-out.
+struct Tracing {
+  std::vector<Rollout> rollouts;                 ///< none if no transition matches
+  std::vector<std::vector<std::size_t>> groups;  ///< of roll-outs that become one mode, heaviest first
+  Observation seen;
+  double raw_novelty = 1.0;  ///< how little of the observed path any field knows
+};
+
+/// Merged and normalised roll-outs, and the rest of a tracing.
 struct Hypotheses {
   std::vector<Rollout> rollouts;
-  double novelty = 1.0;
+  Observation seen;
+  double raw_novelty = 1.0;
 };
 
 /// A model made ready to predict thousands of tracks; immutable, may be used from many threads.
@@ -26,11 +36,14 @@ class Predictor {
   /// Source: SILA paper, section on prediction; algorithms 1.11.
   Prediction predict(const CurbTrajectory& observed) const;
 
-  /// The roll-outs behind a prediction, over at least `steps` steps; what lessons are learnt from.
+  /// Steps towards a prediction, over at least `steps` steps; what lessons are learnt and explanations are made from.
+  Tracing trace(const CurbTrajectory& observed, int steps) const;
   Hypotheses hypotheses(const CurbTrajectory& observed, int steps) const;
+  Prediction predict(const CurbTrajectory& observed, const Hypotheses& hypotheses) const;
 
   const PredictConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
+  const FieldMap& map() const { return map_; }
   const Blend& blend() const { return blend_; }
 
  private:
@@ -38,6 +51,7 @@ class Predictor {
   double interval_s_;
   FieldMap map_;
   Blend blend_;
+  Calibration calibration_;
 };
 
 /// One prediction; for many tracks make a Predictor.

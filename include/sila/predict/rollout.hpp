@@ -13,6 +13,8 @@ struct Rollout {
   std::vector<Vector2> own_path;     ///< of one who takes the direction of the fields at the observed speed
   std::vector<Matrix2> covariances;  ///< of `path`, from the fields' variance and noise
   std::vector<int> transitions;      ///< in order
+  Candidate origin;                  ///< where it began
+  double chain_probability = 1.0;    ///< of the branches that it took
 };
 
 /// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "sila/core/trajectory.hpp"
+
+namespace sila {
+
+/// Mean velocity over the last `window_s` of the observed path, or over what there is; of a single sample its own
+/// velocity. Units: widths/s. Throws: std::invalid_argument for an empty path.
+Vector2 mean_velocity(const CurbTrajectory& observed, double window_s);
+
+/// The same in the world frame [m/s].
+Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s);
+
+/// Mean of the observed speeds [m/s]; 0 for nobody.
+double mean_speed_mps(const CurbTrajectory& observed);
+
+}  // namespace sila

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "sila/model/lessons.hpp"
+#include "sila/predict/prediction.hpp"
+
+namespace sila {
+
+/// Probabilities of the regions that every taught prediction states.
+inline constexpr double kRegionProbabilities[] = {0.5, 0.9};
+
+/// How much less dense the prediction is at a point than at the densest of its modes' centres: log(peak / density), at
+/// least 0; half the squared Mahalanobis distance for a single mode. Never infinite.
+double surprise(const Prediction& prediction, std::size_t step, const Vector2& point_m);
+
+/// Whether a point lies in a stated region: where the surprise is at most its level.
+bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m);
+
+/// Bins of the surprise, from 0; the last is open. What lies beyond the last edge counts there.
+inline constexpr int kSurpriseBins = 28;
+int surprise_bin(double surprise);
+
+/// Bins of the raw novelty in [0, 1].
+inline constexpr int kNoveltyBins = 50;
+int novelty_bin(double raw_novelty);
+
+/// How large surprises were, learnt from predictions of windows that the model had not learnt: which level a region of
+/// a probability needs. Where little was seen of a speed class all classes speak for it, and before anything was seen a
+/// Gaussian does. Source: none in the paper; docs/decisions/0061-regions.md.
+class Calibration {
+ public:
+  explicit Calibration(const Lessons& lessons);
+
+  bool taught() const { return steps_ > 0; }
+  double level(std::size_t step, int speed_class, double probability) const;
+  /// Share of the people seen so far whose path was better known than this raw novelty; the raw novelty itself while
+  /// nobody was seen.
+  double novelty(double raw_novelty) const;
+
+ private:
+  int steps_ = 0;
+  int classes_ = 1;
+  std::vector<std::vector<double>> shares_;  ///< of each bin, per cell (step, class)
+  std::vector<double> known_better_;         ///< share of novelties in lower bins
+};
+
+}  // namespace sila

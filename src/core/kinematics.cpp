@@ -1,0 +1,29 @@
+#include "sila/core/kinematics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace sila {
+
+Vector2 mean_velocity(const CurbTrajectory& observed, double window_s) {
+  const std::size_t samples = observed.positions.size();
+  if (samples == 0) throw std::invalid_argument("mean_velocity: the observed track is empty");
+  if (samples == 1) return observed.velocities.back();
+  const double interval_s = observed.times_s[1] - observed.times_s[0];
+  const auto back = std::clamp<long>(std::lround(window_s / interval_s), 1, static_cast<long>(samples) - 1);
+  const std::size_t from = samples - 1 - static_cast<std::size_t>(back);
+  return (observed.positions.back() - observed.positions[from]) / (observed.times_s.back() - observed.times_s[from]);
+}
+
+Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s) {
+  return velocity_to_world(observed.frame, mean_velocity(observed, window_s));
+}
+
+double mean_speed_mps(const CurbTrajectory& observed) {
+  double sum = 0.0;
+  for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, observed.velocities.size()));
+}
+
+}  // namespace sila

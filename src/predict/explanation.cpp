@@ -1,0 +1,48 @@
+#include "sila/predict/explanation.hpp"
+
+#include <algorithm>
+
+#include "sila/predict/modes.hpp"
+
+namespace sila {
+namespace {
+
+RolloutExplanation explain_rollout(const FieldMap& map, const Rollout& rollout, double total_weight) {
+  RolloutExplanation explained{rollout.weight / total_weight,
+                               rollout.origin.log_likelihood,
+                               rollout.origin.log_prior,
+                               rollout.chain_probability,
+                               {}};
+  for (const int index : rollout.transitions) {
+    const FieldMap::Field& field = map.field(index);
+    explained.transitions.push_back({field.from, field.to, field.count});
+  }
+  return explained;
+}
+
+}  // namespace
+
+Explanation explain(const Predictor& predictor, const CurbTrajectory& observed) {
+  const Prediction prediction = predictor.predict(observed);
+  const Tracing tracing = predictor.trace(observed, static_cast<int>(prediction.times_s.size()));
+  double total = 0.0;
+  for (const auto& group : tracing.groups) {
+    for (const std::size_t member : group) total += tracing.rollouts[member].weight;
+  }
+  Explanation explanation;
+  explanation.likelihood_power = predictor.config().likelihood_power;
+  explanation.alike = tracing.seen.foresight.evidence;
+  explanation.raw_novelty = tracing.raw_novelty;
+  explanation.at_least_as_novel = 1.0 - prediction.novelty;
+  for (const Mode& mode : prediction.modes) {
+    ModeExplanation explained{mode.weight, mode.manner, mode.primitives, {}};
+    if (mode.source < tracing.groups.size()) {
+      for (const std::size_t member : tracing.groups[mode.source])
+        explained.rollouts.push_back(explain_rollout(predictor.map(), tracing.rollouts[member], total));
+    }
+    explanation.modes.push_back(std::move(explained));
+  }
+  return explanation;
+}
+
+}  // namespace sila
