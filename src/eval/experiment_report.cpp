@@ -25,7 +25,7 @@ std::string quoted(const std::string& text) {
 }
 
 std::string shortest(double value) {
-  return json(value).dump();
+  return value == std::trunc(value) && std::abs(value) < 1e15 ? number(value, 0) : json(value).dump();
 }
 
 /// Values whose spread over trials tells something.
@@ -120,8 +120,8 @@ std::string rows_csv(std::span<const PartRow> rows) {
     text += quoted(row.place) + "," + quoted(row.method) + "," + std::to_string(row.trial) + "," +
             std::to_string(row.order);
     for (const RowValue& value : row_values()) {
-      const std::optional<double> number = value.of(row);
-      text += "," + (number ? shortest(*number) : "");
+      const std::optional<double> found = value.of(row);
+      text += "," + (found ? shortest(*found) : "");
     }
     text += "\n";
   }
@@ -141,7 +141,8 @@ std::string curves_csv(std::span<const json> parts) {
                               milestone.at("tracks").dump() + "," + milestone.at("size").dump() + "," +
                               milestone.at("seconds").dump() + ",";
       if (!milestone.contains("places")) text += what + "," + how + ",,,,,\n";
-      for (const auto& [place, groups] : milestone.value("places", json::object()).items()) {
+      const json places = milestone.value("places", json::object());
+      for (const auto& [place, groups] : places.items()) {
         if (!groups.contains("moving")) continue;
         const json& model = groups.at("moving").at("model");
         text += what + quoted(place) + "," + how + groups.at("moving").at("windows").dump();

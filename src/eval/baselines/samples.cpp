@@ -10,12 +10,12 @@
 namespace sila {
 namespace {
 
-/// Samples that agree entirely would have an infinite density.
-constexpr double kLeastDeviation_m = 0.1;
+/// Samples that agree entirely would have an infinite density; this much nobody can know.
+constexpr double kLeastDeviation_m = 0.1, kLeastGrowth_mps = 0.1;
 /// How the error of constant velocity is believed to grow.
 constexpr double kFallbackSpread_mps = 0.3;
 
-Matrix2 kernel_at(const std::vector<Mode>& paths, std::size_t step, double scale) {
+Matrix2 kernel_at(const std::vector<Mode>& paths, std::size_t step, double seconds, double scale) {
   Vector2 mean = Vector2::Zero();
   for (const Mode& mode : paths) mean += mode.weight * mode.path_m[step];
   Matrix2 spread = Matrix2::Zero();
@@ -23,7 +23,8 @@ Matrix2 kernel_at(const std::vector<Mode>& paths, std::size_t step, double scale
     const Vector2 off = mode.path_m[step] - mean;
     spread += mode.weight * off * off.transpose();
   }
-  return scale * spread + kLeastDeviation_m * kLeastDeviation_m * Matrix2::Identity();
+  const double least_m = kLeastDeviation_m + kLeastGrowth_mps * seconds;
+  return scale * spread + least_m * least_m * Matrix2::Identity();
 }
 
 }  // namespace
@@ -42,7 +43,7 @@ Prediction from_samples(double t0_s, double interval_s, std::vector<Mode> paths)
   prediction.t0_s = t0_s;
   for (std::size_t j = 0; j < paths.front().path_m.size(); ++j) {
     prediction.times_s.push_back(static_cast<double>(j + 1) * interval_s);
-    const Matrix2 kernel = kernel_at(paths, j, scale);
+    const Matrix2 kernel = kernel_at(paths, j, prediction.times_s.back(), scale);
     for (Mode& mode : paths) mode.covariances_m2.push_back(kernel);
   }
   prediction.modes = std::move(paths);

@@ -12,9 +12,9 @@ namespace sila {
 struct MemoryConfig {
   int neighbours = 25;
   double every_s = 0.4;
-  double position_m = 1.0;
-  double velocity_mps = 0.4;
-  double mean_velocity_mps = 0.4;
+  double position_m = 2.0;
+  double velocity_mps = 0.3;
+  double mean_velocity_mps = 0.6;
 };
 
 template <class Config, class Visitor>
