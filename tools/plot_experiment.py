@@ -78,7 +78,7 @@ def draw_curves(rows, place, styles):
                 axis.plot(x, mean, marker, color=colour, label=method)
             elif x:
                 axis.plot(x, mean, color=colour, lw=1.8, label=method, marker=marker, ms=4,
-                          markevery=max(1, len(x) // 8))
+                          markevery=max(1, len(x) // 6))
                 axis.fill_between(x, [m - s for m, s in zip(mean, spread)], [m + s for m, s in zip(mean, spread)],
                                   color=colour, alpha=0.12, lw=0)
         axis.set_xlabel("tracks learnt")
@@ -89,13 +89,13 @@ def draw_curves(rows, place, styles):
     largest = [max((v for m in methods for v in series([r for r in rows if r["method"] == m], PANELS[2][2])[1][-1:]), default=0),
                min((v for m in methods for v in series([r for r in rows if r["method"] == m], PANELS[2][2])[1][-1:]), default=0)]
     if largest[1] > 0 and largest[0] > 20 * largest[1]:  # who relearns everything would hide the others
+        axes[2].set_ylim(bottom=largest[1] / 3)
         axes[2].set_yscale("log")
-        axes[2].set_ylim(auto=True)
         axes[2].set_title("seconds an episode (log)", loc="left", fontsize=10)
     if axes[0].get_ylim()[1] > 1.0:
         axes[0].axhline(1.0, color="#999999", lw=1, ls="--", zorder=0)
     handles, labels = axes[0].get_legend_handles_labels()
-    axes[1].legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncol=min(6, len(labels)))
+    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=min(6, len(labels)))
     figure.suptitle(place, x=0.01, ha="left", fontweight="bold")
     return figure
 
