@@ -59,16 +59,25 @@ Prediction constant_prediction(const Window& window, int steps, double interval_
   return prediction;
 }
 
+bool is_moving(const Window& window, const EvaluateConfig& judged) {
+  const Vector2 moved = window.observed.positions.back() - window.observed.positions.front();
+  return velocity_to_world(window.observed.frame, moved).norm() >= judged.moving_m;
+}
+
 /// The variance per axis and step with which a Gaussian round constant velocity suits the windows best.
-std::vector<double> constant_variances(std::span<const JudgedWindow> windows, int steps, double interval_s) {
+std::vector<double> constant_variances(std::span<const JudgedWindow> windows, int steps, double interval_s,
+                                       auto belongs) {
   std::vector<double> variances(static_cast<std::size_t>(steps), 0.0);
+  std::size_t count = 0;
   for (const JudgedWindow& judged : windows) {
+    if (!belongs(judged.window)) continue;
+    ++count;
     const std::vector<Vector2> path = constant_velocity(judged.window.observed, steps, interval_s);
     for (std::size_t j = 0; j < path.size(); ++j)
       variances[j] += 0.5 * (path[j] - judged.window.future_m[j]).squaredNorm();
   }
   for (double& variance : variances)
-    variance = std::max(1e-4, variance / static_cast<double>(std::max<std::size_t>(1, windows.size())));
+    variance = std::max(1e-4, variance / static_cast<double>(std::max<std::size_t>(1, count)));
   return variances;
 }
 
@@ -94,6 +103,45 @@ GroupScore group(const std::string& name, std::span<const WindowScore> windows, 
   return score;
 }
 
+int steps_of(const EpisodeConfig& config) {
+  return static_cast<int>(std::lround(config.predict.horizon_s / config.sampling.interval_s));
+}
+
+WindowScore judge(const Forecast& forecast, const Window& window, std::span<const double> horizons_s,
+                  const std::vector<double>& own_variances_m2, const EpisodeConfig& config,
+                  const EvaluateConfig& judged, const Background* background) {
+  const double interval_s = config.sampling.interval_s;
+  WindowScore score;
+  score.moving = is_moving(window, judged);
+  score.turning = score.moving && heading_change_rad(whole_path(window)) > judged.turning_rad;
+  const std::vector<double>& variances_m2 =
+      background == nullptr ? own_variances_m2
+                            : (score.moving ? background->moving_variances_m2 : background->standing_variances_m2);
+  const Prediction prediction = forecast(window.observed);
+  const Prediction constant = constant_prediction(window, steps_of(config), interval_s, variances_m2);
+  if (background != nullptr) score.inside = contains(background->area, constant.modes.front().path_m.back());
+  score.track = window.observed.id, score.t0_s = prediction.t0_s;
+  score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
+  for (double horizon_s : horizons_s) {
+    const auto count = static_cast<std::size_t>(std::lround(horizon_s / interval_s));
+    score.model.push_back(measure(prediction, window.future_m, count));
+    score.constant.push_back(measure(constant, window.future_m, count));
+  }
+  return score;
+}
+
+void add_groups(Evaluation& evaluation, bool with_area) {
+  const auto add = [&](const char* name, auto belongs) {
+    evaluation.groups.push_back(group(name, evaluation.windows, evaluation.horizons_s.size(), belongs));
+  };
+  add("all", [](const WindowScore&) { return true; });
+  add("moving", [](const WindowScore& w) { return w.moving; });
+  add("turning", [](const WindowScore& w) { return w.turning; });
+  if (!with_area) return;
+  add("inside", [](const WindowScore& w) { return w.moving && w.inside; });
+  add("outside", [](const WindowScore& w) { return w.moving && !w.inside; });
+}
+
 }  // namespace
 
 std::vector<double> horizons_until(double horizon_s) {
@@ -113,42 +161,42 @@ double heading_change_rad(std::span<const Vector2> path_m) {
   return std::abs(std::atan2(first.x() * last.y() - first.y() * last.x(), first.dot(last)));
 }
 
-Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
-                    const EvaluateConfig& judged_config) {
-  validate_fields("evaluate", judged_config);
-  const double interval_s = model.conventions.sample_interval_s;
-  const int steps = static_cast<int>(std::lround(config.predict.horizon_s / interval_s));
-  const Predictor predictor(model, config.predict);
-  const Judged judged = windows_with_future(tracks, config, judged_config.every_s, static_cast<std::size_t>(steps));
-  const std::vector<double> variances_m2 = constant_variances(judged.windows, steps, interval_s);
+Background background_of(std::span<const PlacedTrack> train, const EpisodeConfig& config,
+                         const EvaluateConfig& judged) {
+  const int steps = steps_of(config);
+  const std::vector<JudgedWindow> windows =
+      windows_with_future(train, config, judged.every_s, static_cast<std::size_t>(steps)).windows;
+  const auto variances = [&](bool moving) {
+    return constant_variances(windows, steps, config.sampling.interval_s,
+                              [&](const Window& window) { return is_moving(window, judged) == moving; });
+  };
+  return {covered_area(train), variances(true), variances(false)};
+}
 
+Evaluation evaluate_forecast(const Forecast& forecast, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+                             const EvaluateConfig& judged_config, const Background* background) {
+  validate_fields("evaluate", judged_config);
+  const int steps = steps_of(config);
+  const Judged judged = windows_with_future(tracks, config, judged_config.every_s, static_cast<std::size_t>(steps));
+  const std::vector<double> own_variances_m2 =
+      constant_variances(judged.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);
   evaluation.skipped = judged.skipped;
   evaluation.windows.resize(judged.windows.size());
   tbb::parallel_for(std::size_t{0}, judged.windows.size(), [&](std::size_t i) {
-    const Window& window = judged.windows[i].window;
-    const Prediction prediction = predictor.predict(window.observed);
-    const Prediction constant = constant_prediction(window, steps, interval_s, variances_m2);
-    WindowScore& score = evaluation.windows[i];
-    score.track = window.observed.id, score.t0_s = prediction.t0_s;
-    score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
-    const Vector2 moved = window.observed.positions.back() - window.observed.positions.front();
-    score.moving = velocity_to_world(window.observed.frame, moved).norm() >= judged_config.moving_m;
-    score.turning = score.moving && heading_change_rad(whole_path(window)) > judged_config.turning_rad;
-    for (double horizon_s : evaluation.horizons_s) {
-      const auto count = static_cast<std::size_t>(std::lround(horizon_s / interval_s));
-      score.model.push_back(measure(prediction, window.future_m, count));
-      score.constant.push_back(measure(constant, window.future_m, count));
-    }
+    evaluation.windows[i] = judge(forecast, judged.windows[i].window, evaluation.horizons_s, own_variances_m2, config,
+                                  judged_config, background);
   });
-  const std::size_t horizons = evaluation.horizons_s.size();
-  evaluation.groups.push_back(group("all", evaluation.windows, horizons, [](const WindowScore&) { return true; }));
-  evaluation.groups.push_back(
-      group("moving", evaluation.windows, horizons, [](const WindowScore& w) { return w.moving; }));
-  evaluation.groups.push_back(
-      group("turning", evaluation.windows, horizons, [](const WindowScore& w) { return w.turning; }));
+  add_groups(evaluation, background != nullptr);
   return evaluation;
+}
+
+Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+                    const EvaluateConfig& judged) {
+  const Predictor predictor(model, config.predict);
+  return evaluate_forecast([&](const CurbTrajectory& observed) { return predictor.predict(observed); }, tracks, config,
+                           judged);
 }
 
 }  // namespace sila

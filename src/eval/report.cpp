@@ -5,18 +5,6 @@
 namespace sila {
 namespace {
 
-nlohmann::ordered_json to_json(const Metrics& m) {
-  return {{"weighted_mhd_m", m.weighted_mhd_m},
-          {"likeliest_mhd_m", m.likeliest_mhd_m},
-          {"best_mhd_m", m.best_mhd_m},
-          {"mean_path_mhd_m", m.mean_path_mhd_m},
-          {"ade_m", m.ade_m},
-          {"fde_m", m.fde_m},
-          {"best_ade_m", m.best_ade_m},
-          {"best_fde_m", m.best_fde_m},
-          {"nll", m.nll}};
-}
-
 nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double>& horizons_s) {
   nlohmann::ordered_json json{
       {"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
@@ -39,6 +27,18 @@ std::string row(const GroupScore& group, double horizon_s, const Metrics& m, con
 }
 
 }  // namespace
+
+nlohmann::ordered_json to_json(const Metrics& m) {
+  return {{"weighted_mhd_m", m.weighted_mhd_m},
+          {"likeliest_mhd_m", m.likeliest_mhd_m},
+          {"best_mhd_m", m.best_mhd_m},
+          {"mean_path_mhd_m", m.mean_path_mhd_m},
+          {"ade_m", m.ade_m},
+          {"fde_m", m.fde_m},
+          {"best_ade_m", m.best_ade_m},
+          {"best_fde_m", m.best_fde_m},
+          {"nll", m.nll}};
+}
 
 nlohmann::ordered_json to_json(const Evaluation& evaluation) {
   nlohmann::ordered_json json;

@@ -183,6 +183,11 @@ void FieldCollector::add(const char* name, const char* text, std::function<Field
   list_.push_back({prefix_ + name, "", text, {}, {}, {}, std::move(read), std::move(write)});
 }
 
+std::string nearest_name(std::string_view name, std::span<const std::string> known) {
+  if (known.empty()) throw std::invalid_argument("nearest_name: known is empty, must have at least one name");
+  return *std::ranges::min_element(known, {}, [&](const std::string& other) { return edit_distance(name, other); });
+}
+
 ordered_json fields_to_json(std::span<const Field> list) {
   ordered_json root = ordered_json::object();
   for (const Field& field : list) {

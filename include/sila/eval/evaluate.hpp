@@ -1,10 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "sila/episode/episode.hpp"
+#include "sila/eval/covered_area.hpp"
 #include "sila/eval/metrics.hpp"
 
 namespace sila {
@@ -32,6 +34,7 @@ struct WindowScore {
   double t0_s = 0.0;
   bool moving = false;
   bool turning = false;
+  bool inside = true;  ///< constant velocity ends in the area that the training tracks cover; true if none is known
   bool fallback = false;
   double novelty = 0.0;
   std::size_t modes = 0;
@@ -41,7 +44,7 @@ struct WindowScore {
 
 /// Means over a group of windows.
 struct GroupScore {
-  std::string name;  ///< all, moving, turning
+  std::string name;  ///< all, moving, turning; with a background also inside and outside, of the moving ones
   std::size_t windows = 0;
   double fallback_rate = 0.0;
   double modes = 0.0;          ///< on average
@@ -61,9 +64,28 @@ struct Evaluation {
   std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
 };
 
-/// Judges a model on tracks, beside constant velocity (of the last 0.8 s) on the same windows. A window needs its whole
-/// future. The density of constant velocity is a Gaussian whose variance at each step is the one that suits these
-/// windows best. Throws: std::invalid_argument for a configuration out of range.
+/// Whatever predicts: a model made ready, or a baseline. Called from many threads.
+using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
+
+/// What the tracks that were learnt tell the judge.
+struct Background {
+  CoveredArea area;
+  /// Variances per step [m²] of the Gaussian round constant velocity that suits the training windows best.
+  std::vector<double> moving_variances_m2;
+  std::vector<double> standing_variances_m2;
+};
+
+/// Windows are taken from the training tracks as they are from those that are judged.
+Background background_of(std::span<const PlacedTrack> train, const EpisodeConfig& config, const EvaluateConfig& judged);
+
+/// Judges a forecast on tracks, beside constant velocity (of the last 0.8 s) on the same windows. A window needs its
+/// whole future. The density of constant velocity is the background's; without one it is a Gaussian whose variance at
+/// each step is the one that suits these very windows best. Throws: std::invalid_argument for a configuration out of
+/// range, or a forecast shorter than the horizon.
+Evaluation evaluate_forecast(const Forecast& forecast, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+                             const EvaluateConfig& judged, const Background* background = nullptr);
+
+/// The same for a model.
 Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
                     const EvaluateConfig& judged);
 

@@ -7,6 +7,9 @@
 
 namespace sila {
 
+/// Every metric under its name.
+nlohmann::ordered_json to_json(const Metrics& metrics);
+
 /// The means of each group at each horizon, the skipped tracks by reason; every metric under its name in `Metrics`.
 nlohmann::ordered_json to_json(const Evaluation& evaluation);
 

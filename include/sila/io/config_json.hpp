@@ -99,6 +99,9 @@ concept Configuration = requires(Config& config, FieldCollector& collector) {
   fields(config, collector);
 };
 
+/// Which of the known names somebody may have meant. Throws: std::invalid_argument if none is known.
+std::string nearest_name(std::string_view name, std::span<const std::string> known);
+
 // What does not depend on the type of the configuration; the templates below are the same for whole configurations.
 nlohmann::ordered_json fields_to_json(std::span<const Field> list);
 void fields_from_json(std::span<const Field> list, const nlohmann::json& json, std::string_view source);

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sila/eval/baselines/cliff.hpp"
+#include "sila/eval/baselines/memory.hpp"
+#include "sila/eval/evaluate.hpp"
+
+namespace sila {
+
+/// Who learns. Constant velocity is judged beside each of them.
+enum class MethodKind {
+  sila,        ///< learn, then fuse
+  accumulate,  ///< learn, then add without fusing
+  relearn,     ///< after each batch anew from all tracks so far
+  batch,       ///< once, from all tracks
+  kinematics,  ///< what errors teach of blending past velocities; no map
+  memory,      ///< nearest of all windows so far
+  cliff,       ///< map of dynamics
+};
+inline constexpr const char* kMethodKinds[] = {"sila",       "accumulate", "relearn", "batch",
+                                               "kinematics", "memory",     "cliff"};
+
+struct Method {
+  std::string name;
+  MethodKind kind = MethodKind::sila;
+  EpisodeConfig config;
+  MemoryConfig memory;
+  CliffConfig cliff;
+};
+
+/// Tracks held back at one place, and what its own training tracks tell the judge.
+struct JudgedPlace {
+  std::string name;
+  std::vector<PlacedTrack> test;
+  Background background;
+  EvaluateConfig config;
+};
+
+/// What one method is put through: the tracks of one place after those of another, in batches that are of one place
+/// each, and the places where it is judged.
+struct Course {
+  std::vector<std::vector<PlacedTrack>> stages;
+  std::vector<JudgedPlace> judged;
+  std::size_t batch = 20;
+  bool judge_every_episode = false;  ///< else after the last one alone
+};
+
+struct PlaceEvaluation {
+  std::string place;
+  Evaluation evaluation;
+};
+
+/// The state after one episode.
+struct Milestone {
+  int episode = 0;                      ///< from 1
+  std::size_t tracks = 0;               ///< learnt so far
+  std::size_t size = 0;                 ///< of the model; windows of a memory, Gaussians of a map of dynamics
+  double seconds = 0.0;                 ///< that the episode took to learn
+  std::vector<PlaceEvaluation> places;  ///< empty if it was not judged
+};
+
+/// One milestone an episode; the last one is always judged. Methods that learn all at once have one episode.
+/// Throws: std::invalid_argument for a course without tracks, or a configuration out of range.
+std::vector<Milestone> run_course(const Course& course, const Method& method);
+
+}  // namespace sila

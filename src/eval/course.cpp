@@ -1,0 +1,132 @@
+#include "sila/eval/course.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "sila/eval/episodes.hpp"
+
+namespace sila {
+namespace {
+
+using Batch = std::span<const PlacedTrack>;
+
+/// Something that learns batch by batch and can be asked at any time.
+struct Learner {
+  std::function<void(Batch)> learn;
+  std::function<Forecast()> forecast;  ///< stays valid while nothing is learnt
+  std::function<std::size_t()> size;
+};
+
+/// Keeps nothing of the tracks; the episode around it still learns from the errors of kinematics.
+Update kinematics_update() {
+  return [](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
+    Updated updated;
+    updated.model.conventions = conventions;
+    updated.model.episodes = previous.episodes + 1;
+    updated.model.tracks = previous.tracks + static_cast<long>(batch.size());
+    return updated;
+  };
+}
+
+Update update_of(const Method& method) {
+  switch (method.kind) {
+    case MethodKind::accumulate:
+      return accumulate_update(method.config);
+    case MethodKind::relearn:
+      return relearn_update(method.config);
+    case MethodKind::kinematics:
+      return kinematics_update();
+    default:
+      return sila_update(method.config);
+  }
+}
+
+Learner model_learner(const Method& method) {
+  auto model = std::make_shared<Model>();
+  const bool at_once = method.kind == MethodKind::batch;
+  return {[model, config = method.config, update = update_of(method), at_once](Batch batch) {
+            Run run =
+                at_once ? learn_at_once(batch, config) : run_episodes(*model, batch, batch.size(), config, update);
+            *model = std::move(run.model);
+          },
+          [model, config = method.config.predict] {
+            auto predictor = std::make_shared<const Predictor>(*model, config);
+            return [predictor](const CurbTrajectory& observed) { return predictor->predict(observed); };
+          },
+          [model] { return size(*model); }};
+}
+
+Learner memory_learner(const Method& method, int steps) {
+  auto memory = std::make_shared<TrackMemory>();
+  return {[=](Batch batch) { *memory = remember(std::move(*memory), batch, method.config, method.memory); },
+          [=] {
+            return [=](const CurbTrajectory& observed) {
+              return predict(*memory, observed, steps, method.config.sampling.interval_s, method.memory);
+            };
+          },
+          [=] { return memory->windows.size(); }};
+}
+
+Learner cliff_learner(const Method& method, int steps) {
+  auto map = std::make_shared<CliffMap>();
+  return {[=](Batch batch) { *map = map_dynamics(std::move(*map), batch, method.config, method.cliff); },
+          [=] {
+            return [=](const CurbTrajectory& observed) {
+              return predict(*map, observed, steps, method.config.sampling.interval_s, method.cliff);
+            };
+          },
+          [=] { return size(*map); }};
+}
+
+Learner learner_of(const Method& method) {
+  const int steps = static_cast<int>(std::lround(method.config.predict.horizon_s / method.config.sampling.interval_s));
+  if (method.kind == MethodKind::memory) return memory_learner(method, steps);
+  if (method.kind == MethodKind::cliff) return cliff_learner(method, steps);
+  return model_learner(method);
+}
+
+/// The batches of a course, each of one place; all in one for a method that learns all at once.
+std::vector<std::vector<PlacedTrack>> batches_of(const Course& course, bool at_once) {
+  std::vector<std::vector<PlacedTrack>> batches;
+  for (const std::vector<PlacedTrack>& stage : course.stages) {
+    for (std::size_t i = 0; i < stage.size(); ++i) {
+      if (batches.empty() || (!at_once && i % course.batch == 0)) batches.emplace_back();
+      batches.back().push_back(stage[i]);
+    }
+  }
+  return batches;
+}
+
+}  // namespace
+
+std::vector<Milestone> run_course(const Course& course, const Method& method) {
+  if (course.batch == 0) throw std::invalid_argument("run_course: batch = 0, must be at least 1");
+  const auto batches = batches_of(course, method.kind == MethodKind::batch);
+  if (batches.empty()) throw std::invalid_argument("run_course: stages hold no track, must have at least one");
+  const Learner learner = learner_of(method);
+  std::vector<Milestone> milestones;
+  for (const std::vector<PlacedTrack>& batch : batches) {
+    Milestone milestone;
+    milestone.episode = static_cast<int>(milestones.size()) + 1;
+    milestone.tracks = (milestones.empty() ? 0 : milestones.back().tracks) + batch.size();
+    const auto started = std::chrono::steady_clock::now();
+    learner.learn(batch);
+    milestone.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    milestone.size = learner.size();
+    if (course.judge_every_episode || milestone.episode == static_cast<int>(batches.size())) {
+      const Forecast forecast = learner.forecast();
+      for (const JudgedPlace& place : course.judged) {
+        milestone.places.push_back(
+            {place.name, evaluate_forecast(forecast, place.test, method.config, place.config, &place.background)});
+      }
+    }
+    milestones.push_back(std::move(milestone));
+  }
+  return milestones;
+}
+
+}  // namespace sila
