@@ -12,22 +12,22 @@
 namespace sila {
 namespace {
 
-using Batch = std::span<const PlacedTrack>;
+using Tracks = std::span<const PlacedTrack>;
 
 /// Something that learns batch by batch and can be asked at any time.
 struct Learner {
-  std::function<void(Batch)> learn;
+  std::function<void(Tracks)> learn;
   std::function<Forecast()> forecast;  ///< stays valid while nothing is learnt
   std::function<std::size_t()> size;
 };
 
 /// Keeps nothing of the tracks; the episode around it still learns from the errors of kinematics.
 Update kinematics_update() {
-  return [](const Model& previous, std::span<const CurbTrajectory> batch, const Conventions& conventions) {
+  return [](const Model& previous, const Batch& batch, const Conventions& conventions) {
     Updated updated;
     updated.model.conventions = conventions;
     updated.model.episodes = previous.episodes + 1;
-    updated.model.tracks = previous.tracks + static_cast<long>(batch.size());
+    updated.model.tracks = previous.tracks + static_cast<long>(batch.tracks.size());
     return updated;
   };
 }
@@ -48,7 +48,7 @@ Update update_of(const Method& method) {
 Learner model_learner(const Method& method) {
   auto model = std::make_shared<Model>();
   const bool at_once = method.kind == MethodKind::batch;
-  return {[model, config = method.config, update = update_of(method), at_once](Batch batch) {
+  return {[model, config = method.config, update = update_of(method), at_once](Tracks batch) {
             Run run =
                 at_once ? learn_at_once(batch, config) : run_episodes(*model, batch, batch.size(), config, update);
             *model = std::move(run.model);
@@ -62,7 +62,7 @@ Learner model_learner(const Method& method) {
 
 Learner memory_learner(const Method& method, int steps) {
   auto memory = std::make_shared<TrackMemory>();
-  return {[=](Batch batch) { *memory = remember(std::move(*memory), batch, method.config, method.memory); },
+  return {[=](Tracks batch) { *memory = remember(std::move(*memory), batch, method.config, method.memory); },
           [=] {
             return [=](const CurbTrajectory& observed) {
               return predict(*memory, observed, steps, method.config.sampling.interval_s, method.memory);
@@ -73,7 +73,7 @@ Learner memory_learner(const Method& method, int steps) {
 
 Learner cliff_learner(const Method& method, int steps) {
   auto map = std::make_shared<CliffMap>();
-  return {[=](Batch batch) { *map = map_dynamics(std::move(*map), batch, method.config, method.cliff); },
+  return {[=](Tracks batch) { *map = map_dynamics(std::move(*map), batch, method.config, method.cliff); },
           [=] {
             return [=](const CurbTrajectory& observed) {
               return predict(*map, observed, steps, method.config.sampling.interval_s, method.cliff);

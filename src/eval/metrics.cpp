@@ -61,25 +61,43 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
   }
   metrics.mean_path_mhd_m = modified_hausdorff_m(mean_path(prediction, steps), truth);
   metrics.nll = negative_log_likelihood(prediction, steps - 1, truth.back());
+  const double found = surprise(prediction, steps - 1, truth.back());
+  for (std::size_t p = 0; p < metrics.coverage.size(); ++p) {
+    const double level =
+        prediction.regions.empty() ? -std::log1p(-kRegionProbabilities[p]) : prediction.regions[p].levels[steps - 1];
+    metrics.coverage[p] = found <= level ? 1.0 : 0.0;
+  }
   return metrics;
 }
 
 Metrics operator+(const Metrics& a, const Metrics& b) {
-  return {a.weighted_mhd_m + b.weighted_mhd_m,
-          a.likeliest_mhd_m + b.likeliest_mhd_m,
-          a.best_mhd_m + b.best_mhd_m,
-          a.mean_path_mhd_m + b.mean_path_mhd_m,
-          a.ade_m + b.ade_m,
-          a.fde_m + b.fde_m,
-          a.best_ade_m + b.best_ade_m,
-          a.best_fde_m + b.best_fde_m,
-          a.nll + b.nll};
+  Metrics sum{a.weighted_mhd_m + b.weighted_mhd_m,
+              a.likeliest_mhd_m + b.likeliest_mhd_m,
+              a.best_mhd_m + b.best_mhd_m,
+              a.mean_path_mhd_m + b.mean_path_mhd_m,
+              a.ade_m + b.ade_m,
+              a.fde_m + b.fde_m,
+              a.best_ade_m + b.best_ade_m,
+              a.best_fde_m + b.best_fde_m,
+              a.nll + b.nll,
+              a.coverage};
+  for (std::size_t p = 0; p < sum.coverage.size(); ++p) sum.coverage[p] += b.coverage[p];
+  return sum;
 }
 
 Metrics operator*(double f, const Metrics& a) {
-  return {f * a.weighted_mhd_m,  f * a.likeliest_mhd_m, f * a.best_mhd_m,
-          f * a.mean_path_mhd_m, f * a.ade_m,           f * a.fde_m,
-          f * a.best_ade_m,      f * a.best_fde_m,      f * a.nll};
+  Metrics scaled{f * a.weighted_mhd_m,
+                 f * a.likeliest_mhd_m,
+                 f * a.best_mhd_m,
+                 f * a.mean_path_mhd_m,
+                 f * a.ade_m,
+                 f * a.fde_m,
+                 f * a.best_ade_m,
+                 f * a.best_fde_m,
+                 f * a.nll,
+                 a.coverage};
+  for (double& share : scaled.coverage) share *= f;
+  return scaled;
 }
 
 }  // namespace sila

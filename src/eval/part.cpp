@@ -14,16 +14,26 @@ std::string person_of(const std::string& id) {
 
 GroupSums sums_of(const WindowScore& window) {
   const Metrics &model = window.model.back(), &constant = window.constant.back();
-  return {1.0,       model.weighted_mhd_m,    model.mean_path_mhd_m, model.best_mhd_m,
-          model.nll, constant.weighted_mhd_m, constant.nll,          window.fallback ? 1.0 : 0.0};
+  static_assert(kRegionProbabilities[1] == 0.5 && kRegionProbabilities[3] == 0.9);
+  return {1.0,
+          model.weighted_mhd_m,
+          model.mean_path_mhd_m,
+          model.best_mhd_m,
+          model.nll,
+          constant.weighted_mhd_m,
+          constant.nll,
+          window.fallback ? 1.0 : 0.0,
+          model.coverage[1],
+          model.coverage[3]};
 }
 
 ordered_json to_json(const GroupSums& s) {
-  return {s.windows, s.mhd_m, s.mean_path_mhd_m, s.best_mhd_m, s.nll, s.constant_mhd_m, s.constant_nll, s.fallbacks};
+  return {s.windows,        s.mhd_m,        s.mean_path_mhd_m, s.best_mhd_m, s.nll,
+          s.constant_mhd_m, s.constant_nll, s.fallbacks,       s.inside_50,  s.inside_90};
 }
 
 GroupSums sums_from(const json& j) {
-  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5), j.at(6), j.at(7)};
+  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5), j.at(6), j.at(7), j.at(8), j.at(9)};
 }
 
 /// The sums of the groups and of each person's moving windows.
@@ -71,7 +81,9 @@ GroupSums operator+(const GroupSums& a, const GroupSums& b) {
           a.nll + b.nll,
           a.constant_mhd_m + b.constant_mhd_m,
           a.constant_nll + b.constant_nll,
-          a.fallbacks + b.fallbacks};
+          a.fallbacks + b.fallbacks,
+          a.inside_50 + b.inside_50,
+          a.inside_90 + b.inside_90};
 }
 
 ordered_json part_json(const Job& job, std::span<const Milestone> milestones) {

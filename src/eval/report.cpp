@@ -5,6 +5,14 @@
 namespace sila {
 namespace {
 
+/// Share of windows whose true position lies in the region of each stated probability.
+nlohmann::ordered_json coverage_json(const Metrics& m) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t p = 0; p < m.coverage.size(); ++p)
+    list.push_back({{"stated", kRegionProbabilities[p]}, {"observed", m.coverage[p]}});
+  return list;
+}
+
 nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double>& horizons_s) {
   nlohmann::ordered_json json{
       {"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
@@ -26,6 +34,18 @@ std::string row(const GroupScore& group, double horizon_s, const Metrics& m, con
   return text;
 }
 
+/// How much of the truth the stated regions hold at the whole horizon.
+std::string coverage_row(const GroupScore& group) {
+  std::string text = group.name + ": inside the";
+  for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
+    char part[60];
+    std::snprintf(part, sizeof part, "%s %.0f %% region %.0f %%", p > 0 ? "," : "", 100.0 * kRegionProbabilities[p],
+                  100.0 * group.model.back().coverage[p]);
+    text += part;
+  }
+  return text + "\n";
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const Metrics& m) {
@@ -37,7 +57,8 @@ nlohmann::ordered_json to_json(const Metrics& m) {
           {"fde_m", m.fde_m},
           {"best_ade_m", m.best_ade_m},
           {"best_fde_m", m.best_fde_m},
-          {"nll", m.nll}};
+          {"nll", m.nll},
+          {"coverage", coverage_json(m)}};
 }
 
 nlohmann::ordered_json to_json(const Evaluation& evaluation) {
@@ -63,7 +84,7 @@ std::string to_text(const Evaluation& evaluation) {
     char line[120];
     std::snprintf(line, sizeof line, "%s: %.1f %% fallback, %.1f modes on average\n", group.name.c_str(),
                   100.0 * group.fallback_rate, group.modes);
-    if (group.windows > 0) text += line;
+    if (group.windows > 0) text += line + coverage_row(group);
   }
   for (const SkippedTracks& skipped : evaluation.skipped)
     text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";

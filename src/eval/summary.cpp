@@ -33,7 +33,7 @@ std::optional<double> share_outside(const PartRow& row) {
   return moving > 0.0 ? std::optional<double>(*windows(row, "outside") / moving) : std::nullopt;
 }
 
-constexpr std::array<RowValue, 17> kRowValues{{
+constexpr std::array<RowValue, 19> kRowValues{{
     {"windows", "moving windows", 0, [](const PartRow& r) { return windows(r, "moving"); }},
     {"weighted_mhd_m", "wMHD [m]", 3, [](const PartRow& r) { return per_window(r, &GroupSums::mhd_m); }},
     {"constant_mhd_m", "CV [m]", 3, [](const PartRow& r) { return per_window(r, &GroupSums::constant_mhd_m); }},
@@ -48,6 +48,8 @@ constexpr std::array<RowValue, 17> kRowValues{{
     {"best_ratio", "best / CV", 3, [](const PartRow& r) { return ratio(r, "moving", &GroupSums::best_mhd_m); }},
     {"nll", "NLL", 2, [](const PartRow& r) { return per_window(r, &GroupSums::nll); }},
     {"constant_nll", "NLL of CV", 2, [](const PartRow& r) { return per_window(r, &GroupSums::constant_nll); }},
+    {"inside_50", "in 50 %", 2, [](const PartRow& r) { return per_window(r, &GroupSums::inside_50); }},
+    {"inside_90", "in 90 %", 2, [](const PartRow& r) { return per_window(r, &GroupSums::inside_90); }},
     {"fallback", "fallback", 3, [](const PartRow& r) { return per_window(r, &GroupSums::fallbacks); }},
     {"size", "size", 0, [](const PartRow& r) { return std::optional<double>(static_cast<double>(r.size)); }},
     {"seconds_per_episode", "s per episode", 3,

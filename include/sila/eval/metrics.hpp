@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "sila/predict/prediction.hpp"
+#include "sila/predict/regions.hpp"
 
 namespace sila {
 
@@ -19,6 +21,9 @@ struct Metrics {
   double best_ade_m = 0.0;       ///< least average displacement over modes
   double best_fde_m = 0.0;
   double nll = 0.0;  ///< -log of the mixture's density [1/m²] at the true position at the horizon
+  /// 1 if the true position at the horizon lies in the region of that stated probability; without stated regions in
+  /// that of the modes taken as Gaussian.
+  std::array<double, kRegionProbabilities.size()> coverage = {};
 };
 
 /// `steps` positions of the truth are compared. Throws: std::invalid_argument if the truth or a mode is shorter.

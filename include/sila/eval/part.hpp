@@ -20,6 +20,8 @@ struct GroupSums {
   double constant_mhd_m = 0.0;
   double constant_nll = 0.0;
   double fallbacks = 0.0;
+  double inside_50 = 0.0;  ///< of the stated 50 % region
+  double inside_90 = 0.0;
 };
 
 GroupSums operator+(const GroupSums& a, const GroupSums& b);

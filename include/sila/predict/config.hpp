@@ -34,7 +34,7 @@ struct PredictConfig {
   bool blend = true;
   double blend_ridge = 5.0;
   int alternatives = 4;
-  double alternative_weight = 0.02;
+  double alternative_weight = 0.01;
   double alternative_reach = 0.9;
   double own_speed_relaxation_s = 0.8;
   double noise_correlation_s = 1.6;

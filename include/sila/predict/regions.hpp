@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sila/model/lessons.hpp"
@@ -8,7 +9,7 @@
 namespace sila {
 
 /// Probabilities of the regions that every taught prediction states.
-inline constexpr double kRegionProbabilities[] = {0.5, 0.9};
+inline constexpr std::array<double, 4> kRegionProbabilities = {0.25, 0.5, 0.75, 0.9};
 
 /// How much less dense the prediction is at a point than at the densest of its modes' centres: log(peak / density), at
 /// least 0; half the squared Mahalanobis distance for a single mode. Never infinite.

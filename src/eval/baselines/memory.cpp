@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "samples.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "sila/core/kinematics.hpp"
 
 namespace sila {
 namespace {
