@@ -11,6 +11,7 @@ void add_predict(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_fuse(CLI::App& app);
 void add_inspect(CLI::App& app);
+void add_report(CLI::App& app);
 void add_config(CLI::App& app);
 
 }  // namespace sila::cli
