@@ -5,11 +5,14 @@ import { between, ellipseOf, pointAt, pointsOf, positionAt } from "./geometry";
 import { boundsOf, PlaceMap, type Bounds } from "./place";
 import { currentPrediction, errorsAt, mostTelling, type Renew } from "./predicted";
 
-/** The part of the place where a person and their predictions are. */
-function around(person: Played): Bounds {
-  const box = boundsOf([...pointsOf(person.xy), ...person.predictions.flatMap((q) => [...pointsOf(q.constant), ...q.modes.flatMap((m) => pointsOf(m.path))])], 1.5, 0);
+/** On a narrower map [pixels] only the prediction on show is framed, not all of a person's way. */
+const narrow = 560;
+
+/** The part of the place where a person and these predictions are, `least` metres at least. */
+function around(path: readonly number[], predictions: readonly Prediction[], least: number): Bounds {
+  const box = boundsOf([...pointsOf(path), ...predictions.flatMap((q) => [...pointsOf(q.constant), ...pointsOf(q.truth), ...q.modes.flatMap((m) => pointsOf(m.path))])], 1.5, 0);
   const [x, y] = [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2];
-  const [w, t] = [Math.max(box.x1 - box.x0, 14) / 2, Math.max(box.y1 - box.y0, 14) / 2];
+  const [w, t] = [Math.max(box.x1 - box.x0, least) / 2, Math.max(box.y1 - box.y0, least) / 2];
   return { x0: x - w, x1: x + w, y0: y - t, y1: y + t };
 }
 
@@ -20,11 +23,12 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
   const scene = data.scene;
   if (!scene || played.length === 0) return undefined;
   const opening = mostTelling(played)!;
-  const map = new PlaceMap(scene, undefined, data.drawn_tracks ?? [], around(opening.person), "Map with the predictions of one pedestrian");
+  const map = new PlaceMap(scene, undefined, data.drawn_tracks ?? [], around(opening.person.xy, opening.person.predictions, 14), "Map with the predictions of one pedestrian");
 
   let person: Played = opening.person;
   let now = 0;
   let anchor = -Infinity;
+  let framed: Prediction | undefined;
   let renew: Renew = "horizon";
   let speed = 1;
   let frame: number | undefined;
@@ -43,7 +47,8 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     time.min = String(person.t[0] ?? 0);
     time.max = String(end());
     anchor = t0 ?? -Infinity;
-    map.frame(around(person));
+    framed = undefined;
+    map.frame(around(person.xy, person.predictions, 14));
     setTime((t0 ?? first.t0) + 2.6);
   }
   function setTime(t: number): void {
@@ -78,6 +83,10 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
 
   function draw(): void {
     const prediction = currentPrediction(person.predictions, now, renew, anchor);
+    if (prediction && prediction !== framed && map.size[0] > 0 && map.size[0] < narrow) {
+      framed = prediction;
+      return map.frame(around(prediction.observed, [prediction], 8));  // which draws anew
+    }
     const shapes: SVGElement[] = [];
     const ahead = prediction ? Math.min(now - prediction.t0, prediction.t.at(-1) ?? 0) : 0;
     const { i } = between(person.t, now);
