@@ -57,7 +57,7 @@ function curveFigure(title: string, rows: readonly Row[], place: string, quantit
   const curves = curvesOf(rows, place, quantity);
   const ends = curves.map((c) => `${c.method} ends at ${number(c.points.at(-1)?.mean ?? NaN, quantity === "size" ? 0 : 3)}`).join(", ");
   return figure(title, `${title} over the tracks learnt: ${ends}`, (width) => plot({ ...common(width),
-    x: { label: "tracks learnt", nice: true }, y: { label: null, grid: true, zero: quantity !== "error_m", nice: true },
+    x: { label: "tracks learnt", zero: true, nice: true }, y: { label: null, grid: true, zero: quantity !== "error_m", nice: true },
     marks: [...(cv !== undefined ? [ruleY([cv], { stroke: constant, strokeDasharray: "5 4", strokeWidth: 2 })] : []),
       ...curves.flatMap(({ method, points }) => {
         const colour = colourOfMethod(method, methods.indexOf(method));
