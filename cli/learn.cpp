@@ -21,12 +21,14 @@ struct LearnOptions {
 };
 
 /// What the model file keeps of an episode beside its sizes.
-std::string statistics_of(const EpisodeReport& report) {
+std::string statistics_of(const Model& previous, const Episode& episode) {
+  const EpisodeReport& report = episode.report;
   nlohmann::ordered_json statistics;
   statistics["standing"] = report.learn.standing;
   statistics["unexplained"] = report.learn.unexplained;
   statistics["batch_primitives"] = report.learn.primitives;
   statistics["batch_transitions"] = report.learn.transitions;
+  statistics["change"] = to_json(report.change, previous, episode.model);
   return statistics.dump();
 }
 
@@ -55,13 +57,15 @@ void learn_tracks(const LearnOptions& options) {
   const std::string configuration = to_json(config).dump();
   const int before = static_cast<int>(stored.episodes.size());
   const int episodes = (static_cast<int>(tracks.size()) + options.batch - 1) / options.batch;
+  Model previous = stored.model;
   const Run run = run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
                                sila_update(config.episode), [&](int number, const Episode& episode) {
                                  const EpisodeReport& report = episode.report;
                                  file.commit(episode.model,
                                              {before + number, report.tracks, report.seconds, report.size_before,
-                                              report.size_after, statistics_of(report)},
+                                              report.size_after, statistics_of(previous, episode)},
                                              configuration);
+                                 previous = episode.model;
                                  tell(number, episodes, report);
                                });
   if (options.common.json) {

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   sila::cli::add_fuse(app);
   sila::cli::add_inspect(app);
   sila::cli::add_experiment(app);
+  sila::cli::add_report(app);
   sila::cli::add_config(app);
   try {
     app.parse(argc, argv);

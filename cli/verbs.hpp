@@ -12,6 +12,7 @@ void add_evaluate(CLI::App& app);
 void add_fuse(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_experiment(CLI::App& app);
+void add_report(CLI::App& app);
 void add_config(CLI::App& app);
 
 }  // namespace sila::cli

@@ -75,7 +75,8 @@ Update sila_update(const EpisodeConfig& config) {
   return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
     const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);  // M'(n)
     Fused fused = fuse(previous, incoming.increment, config.fuse, config.outlook);    // M(n)
-    return Updated{std::move(fused.model), incoming.report, fused.report};
+    ModelChange change = change_by(fused.plan, previous, fused.model);
+    return Updated{std::move(fused.model), incoming.report, fused.report, std::move(change)};
   };
 }
 
@@ -83,7 +84,8 @@ Update accumulate_update(const EpisodeConfig& config) {
   return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
     const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);
     Fused sum = accumulate(previous, incoming.increment);
-    return Updated{std::move(sum.model), incoming.report, sum.report};
+    ModelChange change = change_by(sum.plan, previous, sum.model);
+    return Updated{std::move(sum.model), incoming.report, sum.report, std::move(change)};
   };
 }
 
@@ -94,7 +96,8 @@ Update relearn_update(const EpisodeConfig& config) {
     seen->outlooks.insert(seen->outlooks.end(), batch.outlooks.begin(), batch.outlooks.end());
     Learnt learnt = learn(*seen, conventions, config.learn, config.outlook);
     learnt.increment.model.episodes = previous.episodes + 1;
-    return Updated{std::move(learnt.increment.model), learnt.report, {}};
+    ModelChange change = change_by_relearning(previous, learnt.increment.model);
+    return Updated{std::move(learnt.increment.model), learnt.report, {}, std::move(change)};
   };
 }
 
@@ -126,6 +129,7 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   episode.report.size_after = size(episode.model);
   episode.report.learn = updated.learn;
   episode.report.fuse = std::move(updated.fuse);
+  episode.report.change = std::move(updated.change);
   episode.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return episode;
 }

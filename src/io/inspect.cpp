@@ -92,12 +92,14 @@ nlohmann::ordered_json inspect_json(const StoredModel& stored) {
   const Facts facts = facts_of(stored);
   nlohmann::ordered_json episodes = nlohmann::ordered_json::array();
   for (const EpisodeRecord& episode : stored.episodes) {
+    nlohmann::ordered_json statistics = nlohmann::ordered_json::parse(episode.statistics, nullptr, false);
+    if (statistics.is_object()) statistics.erase("change");  // thousands of numbers, which `sila report` draws
     episodes.push_back({{"number", episode.number},
                         {"tracks", episode.tracks},
                         {"seconds", episode.seconds},
                         {"size_before", episode.size_before},
                         {"size_after", episode.size_after},
-                        {"statistics", nlohmann::ordered_json::parse(episode.statistics, nullptr, false)}});
+                        {"statistics", std::move(statistics)}});
   }
   return {{"primitives", model.primitives.size()},
           {"transitions", model.transitions.size()},

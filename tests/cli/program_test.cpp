@@ -268,4 +268,39 @@ TEST_F(Program, RefusesWhatIsNoExperiment) {
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
+/// The JSON inside a report.
+nlohmann::json data_of(const std::string& page) {
+  const std::string begin = "<script id=\"data\" type=\"application/json\">";
+  const std::size_t from = page.find(begin) + begin.size();
+  return nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
+}
+
+TEST_F(Program, ReportsAModelItsEpisodesAndItsPredictions) {
+  learn();
+  ASSERT_EQ(run("report m.sila tracks.csv --scene tracks.scene.json --out r.html").code, 0);
+  const nlohmann::json data = data_of(read(folder_ / "r.html"));
+  EXPECT_EQ(data.at("episodes").size(), 3u);
+  EXPECT_EQ(data.at("model").at("tracks"), 60);
+  EXPECT_FALSE(data.at("played").empty());
+  std::size_t primitives = 0;
+  for (const auto& episode : data.at("episodes")) {
+    const auto& change = episode.at("statistics").at("change");
+    EXPECT_EQ(change.at("before"), primitives);
+    primitives = change.at("after");
+  }
+  EXPECT_EQ(primitives, data.at("model").at("primitives").size());
+  EXPECT_FALSE(data_of(run("report m.sila").out).contains("played"));
+  EXPECT_EQ(run("report m.sila tracks.csv --scene tracks.scene.json --threads 1").out, read(folder_ / "r.html"));
+}
+
+TEST_F(Program, ReportsAnExperimentAndRefusesWhatIsNone) {
+  write(folder_ / "results.json", R"({"version": "0", "curves": []})");
+  EXPECT_TRUE(data_of(run("report results.json").out).contains("results"));
+  write(folder_ / "other.json", "{}");
+  expect_refused("report other.json", {"other.json", "sila experiment"});
+  expect_refused("report missing.sila", {"missing.sila"});
+  learn();
+  expect_refused("report m.sila tracks.csv", {"--scene"});
+}
+
 }  // namespace

@@ -83,11 +83,11 @@ TEST(ModelStoreDamage, LearnsIntoAnEmptyFile) {
 TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 2");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 2 of a newer sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 3");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 3 of a newer sila"));
   EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 0");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 0 of an older sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 1");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
 }
 
 TEST(ModelStoreDamage, RefusesUnwritablePlacesBeforeAnyLearning) {

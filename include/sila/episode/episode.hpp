@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sila/core/placed_track.hpp"
+#include "sila/episode/change.hpp"
 #include "sila/episode/config.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
@@ -20,6 +21,7 @@ struct EpisodeReport {
   double seconds = 0.0;  ///< wall time of the episode
   LearnReport learn;
   FuseReport fuse;
+  ModelChange change;
 };
 
 struct Episode {
@@ -32,6 +34,7 @@ struct Updated {
   Model model;
   LearnReport learn;
   FuseReport fuse;
+  ModelChange change;
 };
 
 /// How a model takes up a batch: SILA or one of the baselines that it is compared with, in the same loop.

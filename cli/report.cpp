@@ -1,0 +1,101 @@
+#include "sila/report/report.hpp"
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "options.hpp"
+#include "sila/core/errors.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/json.hpp"
+#include "sila/io/output.hpp"
+#include "sila/version.hpp"
+#include "threads.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct ReportOptions {
+  CommonOptions common;
+  TrackOptions tracks;
+  std::string subject;  ///< a model file or the results of an experiment
+  std::string results;
+  std::string out;
+};
+
+bool is_json(const std::string& path) {
+  return std::filesystem::path(path).extension() == ".json";
+}
+
+/// What `sila experiment` wrote.
+nlohmann::json read_results(const std::string& path) {
+  nlohmann::json results = read_json(path);
+  if (!results.is_object() || !results.contains("curves"))
+    throw FormatError(path, 0, "results of `sila experiment`", "JSON of another kind");
+  return results;
+}
+
+nlohmann::ordered_json model_data(const ReportOptions& options) {
+  ReportInput input;
+  input.stored = load_model(options.subject);
+  const Config base = apply_json(Config{}, nlohmann::json::parse(input.stored.configuration), options.subject);
+  const Config config = configured(options.common, base);
+  input.name = std::filesystem::path(options.subject).filename().string();
+  input.episode = config.episode;
+  input.evaluate = config.evaluate;
+  input.configuration = to_json(config);
+  if (options.tracks.scene.empty() && !options.tracks.paths.empty())
+    throw std::invalid_argument("report: --scene is needed where tracks are given");
+  if (options.tracks.scene.empty()) return report_data(input);
+  SceneTracks read = read_placed(options.tracks, config);
+  input.scene = std::move(read.scene);
+  input.rows = std::move(read.report);
+  input.input_ids = std::move(read.input_ids);
+  input.tracks = std::move(read.tracks);
+  if (options.tracks.hold_out > 0.0) {
+    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).test;
+    input.input_ids.clear();
+    for (const PlacedTrack& placed : input.tracks) input.input_ids.push_back(placed.track.id);
+  }
+  return report_data(input);
+}
+
+void make_report(const ReportOptions& options) {
+  const ThreadLimit limit(options.common.threads);
+  nlohmann::ordered_json data;
+  if (is_json(options.subject)) {
+    data = {{"sila", SILA_VERSION}, {"name", std::filesystem::path(options.subject).filename().string()}};
+    data["results"] = read_results(options.subject);
+  } else {
+    data = model_data(options);
+  }
+  if (!options.results.empty()) data["results"] = read_results(options.results);
+  const std::string text = options.common.json ? data.dump(1) + "\n" : report_page(data);
+  if (options.out.empty())
+    std::cout << text;
+  else
+    write_file(options.out, text);
+  std::cerr << text.size() / 1024 << " KiB" << (options.out.empty() ? "" : " in " + options.out) << "\n";
+}
+
+}  // namespace
+
+void add_report(CLI::App& app) {
+  auto options = std::make_shared<ReportOptions>();
+  CLI::App* verb =
+      add_verb(app, "report", "Show a model, its predictions and its errors as one HTML page that opens offline.",
+               "sila report corner.sila later.csv --scene corner.json --out report.html", options->common);
+  verb->add_option("subject", options->subject, "model file, or the results.json of `sila experiment`")
+      ->required()
+      ->type_name("M.sila|RESULTS.json");
+  add_tracks(*verb, options->tracks, false);
+  verb->add_option("--results", options->results, "results.json of `sila experiment`, for the learning curves")
+      ->type_name("FILE");
+  verb->add_option("--out", options->out, "HTML file to write [standard output]; with --json its data")
+      ->type_name("FILE");
+  verb->callback([options] { make_report(*options); });
+}
+
+}  // namespace sila::cli

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sila/eval/evaluate.hpp"
+
+namespace sila {
+
+/// A prediction of a held-back track with what then happened.
+struct JudgedPrediction {
+  std::size_t track = 0;  ///< index of its track
+  Prediction prediction;
+  std::vector<Vector2> observed_m;  ///< what the predictor saw
+  std::vector<Vector2> truth_m;     ///< what followed, as long as the prediction
+  std::vector<Vector2> constant_m;  ///< constant velocity
+  Metrics model;                    ///< at the whole horizon
+  Metrics constant;
+  std::vector<Metrics> horizons;  ///< at each of `horizons_until`
+};
+
+/// Predicts every window that has its whole future, `every_s` apart.
+/// Throws: std::invalid_argument for a configuration out of range.
+std::vector<JudgedPrediction> judge(const Model& model, std::span<const PlacedTrack> tracks,
+                                    const EpisodeConfig& config, double every_s);
+
+/// Why a prediction was as wrong as it was, in a few words for people: the first of these that is true: set off,
+/// stopped, walked where nobody was seen, was among the modes but not the likely one, turned, hurried, slowed down, or
+/// went aside.
+std::string reason_of(const JudgedPrediction& judged);
+
+/// How many of 100 truths were in the region stated to hold p: the points of a reliability diagram.
+struct Reliability {
+  double horizon_s = 0.0;
+  std::vector<double> stated;    ///< kRegionProbabilities
+  std::vector<double> observed;  ///< shares in [0, 1]
+};
+
+/// One diagram a horizon; none without predictions.
+std::vector<Reliability> reliability(std::span<const JudgedPrediction> judged, double horizon_s);
+
+}  // namespace sila

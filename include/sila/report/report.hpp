@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "sila/core/clean.hpp"
+#include "sila/core/placed_track.hpp"
+#include "sila/eval/evaluate.hpp"
+#include "sila/io/model_store.hpp"
+#include "sila/io/scene.hpp"
+
+namespace sila {
+
+/// How much of a place goes into a report; what is left out is counted in it.
+struct ReportLimits {
+  std::size_t drawn_tracks = 300;      ///< that are drawn under the primitives
+  std::size_t predicted_tracks = 32;   ///< that can be played, the worst of them among them
+  std::size_t worst = 12;              ///< rows of the table of the worst
+  double every_s = 1.0;                ///< between the predictions of a played track
+  std::size_t most_bytes = 1'400'000;  ///< of the data; predicted tracks are halved until they fit
+};
+
+/// A place and the people to judge a model by; without tracks the model is shown alone, without a scene it is drawn at
+/// a right-angled corner.
+struct ReportInput {
+  StoredModel stored;
+  std::string name;  ///< for the title
+  Scene scene;       ///< no corner: none is known
+  std::vector<PlacedTrack> tracks;
+  std::vector<std::string> input_ids;  ///< of each track
+  TrackReport rows;
+  EpisodeConfig episode;
+  EvaluateConfig evaluate;
+  nlohmann::ordered_json configuration;
+};
+
+/// The data of a report on a model (docs/viewer.md has its keys), metres in the world frame, rounded to centimetres.
+/// Throws: std::invalid_argument for a configuration out of range or input_ids of another length than tracks.
+nlohmann::ordered_json report_data(const ReportInput& input, const ReportLimits& limits = {});
+
+/// The viewer with its data inside: one HTML page that needs nothing else.
+std::string report_page(const nlohmann::ordered_json& data);
+
+}  // namespace sila

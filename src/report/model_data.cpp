@@ -1,0 +1,92 @@
+#include "model_data.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "round.hpp"
+
+namespace sila::detail {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json corner_json(const Corner& corner) {
+  return {{"name", corner.name},
+          {"origin", point_json(corner.frame.origin_m)},
+          {"axis_1", point_json(corner.frame.axis_1, 6)},
+          {"axis_2", point_json(corner.frame.axis_2, 6)},
+          {"unit_m", point_json(corner.frame.unit_m)},
+          {"widths_m", {rounded(corner.widths.width_1_m, 3), rounded(corner.widths.width_2_m, 3)}}};
+}
+
+/// Where a model is drawn of which nobody says where it is.
+Scene right_angled(double width_m) {
+  Scene scene;
+  scene.name = "a right-angled corner";
+  const SidewalkWidths widths{width_m, width_m, width_m};
+  scene.corners.push_back({"corner", make_curb_frame({0, 0}, {1, 0}, {0, 1}, widths, CurbScaling::mean_width), widths});
+  return scene;
+}
+
+ordered_json primitive_json(const MotionPrimitive& primitive) {
+  ordered_json cells = ordered_json::array();
+  for (const CellVelocity& entry : primitive.cells) {
+    const double degrees = std::atan2(entry.velocity.y(), entry.velocity.x()) * 180.0 / std::numbers::pi;
+    cells.push_back(entry.cell.x);
+    cells.push_back(entry.cell.y);
+    cells.push_back(std::lround(degrees));
+  }
+  return {{"weight", rounded(primitive.weight, 3)}, {"cells", std::move(cells)}};
+}
+
+}  // namespace
+
+ordered_json scene_json(const Scene& scene, const Conventions& conventions) {
+  if (scene.corners.empty()) {
+    ordered_json json = scene_json(right_angled(conventions.reference_width_m), conventions);
+    json["known"] = false;
+    return json;
+  }
+  ordered_json json{{"name", scene.name},
+                    {"known", true},
+                    {"y_axis", scene.y_axis == YAxis::up ? "up" : "down"},
+                    {"primary", scene.primary}};
+  json["corners"] = ordered_json::array();
+  for (const Corner& corner : scene.corners) json["corners"].push_back(corner_json(corner));
+  return json;
+}
+
+ordered_json model_json(const Model& model) {
+  ordered_json json{{"size", size(model)},
+                    {"tracks", model.tracks},
+                    {"episodes", model.episodes},
+                    {"interval_s", model.conventions.sample_interval_s}};
+  const Grid& grid = model.conventions.grid;
+  json["grid"] = {{"cell", grid.cell}, {"origin", point_json(grid.origin)}, {"tile_cells", grid.tile_cells}};
+  json["primitives"] = ordered_json::array();
+  for (const MotionPrimitive& primitive : model.primitives) json["primitives"].push_back(primitive_json(primitive));
+  json["transitions"] = ordered_json::array();
+  for (const Transition& edge : model.transitions)
+    json["transitions"].push_back({edge.from, edge.to, rounded(edge.count, 3)});
+  return json;
+}
+
+ordered_json episodes_json(const StoredModel& stored, std::size_t most_bytes) {
+  std::size_t bytes = 0;
+  for (const EpisodeRecord& episode : stored.episodes) bytes += episode.statistics.size();
+  ordered_json list = ordered_json::array();
+  for (const EpisodeRecord& episode : stored.episodes) {
+    ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
+    if (!statistics.is_object()) statistics = ordered_json::object();
+    if (bytes > most_bytes) statistics.erase("change");
+    list.push_back({{"number", episode.number},
+                    {"tracks", episode.tracks},
+                    {"seconds", rounded(episode.seconds, 4)},
+                    {"size_before", episode.size_before},
+                    {"size_after", episode.size_after},
+                    {"statistics", std::move(statistics)}});
+  }
+  return list;
+}
+
+}  // namespace sila::detail

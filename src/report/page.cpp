@@ -1,0 +1,38 @@
+#include <stdexcept>
+#include <string_view>
+
+#include "embedded_page.hpp"
+#include "sila/report/report.hpp"
+
+namespace sila {
+namespace {
+
+/// Where the data belong in the page; viewer/build.mjs sees to it that it is there once.
+constexpr std::string_view kMarker = "\"sila-report-data\"";
+
+/// JSON that cannot end the script element that it stands in.
+std::string script_text(const nlohmann::ordered_json& data) {
+  const std::string json = data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  std::string text;
+  text.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<')
+      text += "\\u003c";
+    else
+      text += c;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string report_page(const nlohmann::ordered_json& data) {
+  std::string page;
+  for (const char* piece : detail::kEmbeddedPage) page += piece;
+  const std::size_t at = page.find(kMarker);
+  if (at == std::string::npos) throw std::logic_error("report_page: the page has no place for its data");
+  page.replace(at, kMarker.size(), script_text(data));
+  return page;
+}
+
+}  // namespace sila

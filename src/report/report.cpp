@@ -1,0 +1,193 @@
+#include "sila/report/report.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+
+#include "model_data.hpp"
+#include "round.hpp"
+#include "sila/core/sampling.hpp"
+#include "sila/eval/report.hpp"
+#include "sila/io/track_report.hpp"
+#include "sila/report/judged.hpp"
+#include "sila/version.hpp"
+
+namespace sila {
+namespace {
+
+using detail::path_json;
+using detail::rounded;
+using nlohmann::ordered_json;
+
+/// `how_many` of `count` indices, evenly spread.
+std::vector<std::size_t> spread(std::size_t count, std::size_t how_many) {
+  std::vector<std::size_t> chosen;
+  const std::size_t n = std::min(count, how_many);
+  for (std::size_t k = 0; k < n; ++k) chosen.push_back(k * count / n);
+  return chosen;
+}
+
+ordered_json tracks_json(const ReportInput& input, std::size_t most) {
+  constexpr double kDrawnEvery_s = 0.4;
+  ordered_json list = ordered_json::array();
+  for (const std::size_t i : spread(input.tracks.size(), most)) {
+    const Trajectory& track = input.tracks[i].track;
+    std::vector<Vector2> path_m;
+    double due_s = track.times_s.front();
+    for (std::size_t k = 0; k < track.times_s.size(); ++k) {
+      if (track.times_s[k] < due_s - 1e-9) continue;
+      path_m.push_back(track.positions_m[k]);
+      due_s = track.times_s[k] + kDrawnEvery_s;
+    }
+    list.push_back(path_json(path_m));
+  }
+  return list;
+}
+
+/// The worst prediction of each track, the worst track first.
+std::vector<std::size_t> worst_of(std::span<const JudgedPrediction> judged) {
+  std::vector<std::size_t> order(judged.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater{},
+                           [&](std::size_t i) { return judged[i].model.weighted_mhd_m; });
+  std::set<std::size_t> seen;
+  std::erase_if(order, [&](std::size_t i) { return !seen.insert(judged[i].track).second; });
+  return order;
+}
+
+ordered_json modes_json(const Prediction& prediction, std::size_t stride) {
+  ordered_json list = ordered_json::array();
+  for (const Mode& mode : prediction.modes) {
+    ordered_json covariances = ordered_json::array();
+    for (std::size_t j = 0; j < mode.covariances_m2.size(); ++j) {
+      if ((mode.covariances_m2.size() - 1 - j) % stride != 0) continue;
+      const Matrix2& c = mode.covariances_m2[j];
+      for (double entry : {c(0, 0), c(0, 1), c(1, 1)}) covariances.push_back(rounded(entry, 3));
+    }
+    list.push_back({{"weight", rounded(mode.weight, 3)},
+                    {"path", path_json(mode.path_m, stride)},
+                    {"cov", std::move(covariances)},
+                    {"primitives", mode.primitives}});
+  }
+  return list;
+}
+
+ordered_json prediction_json(const JudgedPrediction& judged, double interval_s, std::size_t stride) {
+  const auto steps = judged.truth_m.size();
+  ordered_json times = ordered_json::array();
+  for (std::size_t j = 0; j < steps; ++j) {
+    if ((steps - 1 - j) % stride == 0) times.push_back(rounded(static_cast<double>(j + 1) * interval_s, 3));
+  }
+  return {{"t0", rounded(judged.prediction.t0_s, 3)},
+          {"t", std::move(times)},
+          {"fallback", judged.prediction.fallback},
+          {"novelty", rounded(judged.prediction.novelty, 3)},
+          {"mhd_m", rounded(judged.model.weighted_mhd_m, 3)},
+          {"best_mhd_m", rounded(judged.model.best_mhd_m, 3)},
+          {"constant_mhd_m", rounded(judged.constant.weighted_mhd_m, 3)},
+          {"observed", path_json(judged.observed_m, stride)},
+          {"truth", path_json(judged.truth_m, stride)},
+          {"constant", path_json(judged.constant_m, stride)},
+          {"modes", modes_json(judged.prediction, stride)}};
+}
+
+/// The tracks that can be played: the worst, then others, evenly spread; in the order of the input.
+std::vector<std::size_t> played_tracks(std::span<const JudgedPrediction> judged, std::span<const std::size_t> worst,
+                                       std::size_t most, std::size_t most_worst) {
+  std::set<std::size_t> chosen;
+  for (std::size_t k = 0; k < std::min({worst.size(), most_worst, most}); ++k) chosen.insert(judged[worst[k]].track);
+  for (const std::size_t k : spread(worst.size(), most)) {
+    if (chosen.size() < most) chosen.insert(judged[worst[k]].track);
+  }
+  return {chosen.begin(), chosen.end()};
+}
+
+ordered_json played_json(const ReportInput& input, std::span<const JudgedPrediction> judged,
+                         std::span<const std::size_t> played, std::size_t stride) {
+  const double interval_s = input.stored.model.conventions.sample_interval_s;
+  ordered_json list = ordered_json::array();
+  for (const std::size_t track : played) {
+    const Trajectory& path = input.tracks[track].track;
+    ordered_json entry{{"track", input.input_ids[track]}, {"t", ordered_json::array()}, {"xy", ordered_json::array()}};
+    double due_s = path.times_s.front();
+    for (std::size_t k = 0; k < path.times_s.size(); ++k) {
+      if (path.times_s[k] < due_s - 1e-9) continue;
+      entry["t"].push_back(rounded(path.times_s[k], 2));
+      entry["xy"].push_back(rounded(path.positions_m[k].x(), 2));
+      entry["xy"].push_back(rounded(path.positions_m[k].y(), 2));
+      due_s = path.times_s[k] + interval_s;
+    }
+    entry["predictions"] = ordered_json::array();
+    for (const JudgedPrediction& prediction : judged) {
+      if (prediction.track == track) entry["predictions"].push_back(prediction_json(prediction, interval_s, stride));
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+ordered_json worst_json(const ReportInput& input, std::span<const JudgedPrediction> judged,
+                        std::span<const std::size_t> worst, std::size_t most) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t k = 0; k < std::min(worst.size(), most); ++k) {
+    const JudgedPrediction& prediction = judged[worst[k]];
+    list.push_back({{"track", input.input_ids[prediction.track]},
+                    {"t0", rounded(prediction.prediction.t0_s, 3)},
+                    {"mhd_m", rounded(prediction.model.weighted_mhd_m, 3)},
+                    {"constant_mhd_m", rounded(prediction.constant.weighted_mhd_m, 3)},
+                    {"reason", reason_of(prediction)}});
+  }
+  return list;
+}
+
+ordered_json calibration_json(std::span<const JudgedPrediction> judged, double horizon_s) {
+  ordered_json list = ordered_json::array();
+  for (const Reliability& diagram : reliability(judged, horizon_s)) {
+    ordered_json observed = ordered_json::array();
+    for (double share : diagram.observed) observed.push_back(rounded(share, 4));
+    list.push_back({{"horizon_s", diagram.horizon_s}, {"stated", diagram.stated}, {"observed", std::move(observed)}});
+  }
+  return list;
+}
+
+/// The parts that come from held-back tracks.
+void add_judgement(ordered_json& data, const ReportInput& input, const ReportLimits& limits) {
+  const double horizon_s = input.episode.predict.horizon_s;
+  data["drawn_tracks"] = tracks_json(input, limits.drawn_tracks);
+  data["evaluation"] = to_json(evaluate(input.stored.model, input.tracks, input.episode, input.evaluate));
+  data["evaluation"]["tracks"] = input.tracks.size();
+  data["rows"] = to_json(input.rows);
+  const std::vector<JudgedPrediction> judged = judge(input.stored.model, input.tracks, input.episode, limits.every_s);
+  const std::vector<std::size_t> worst = worst_of(judged);
+  data["predictions_judged"] = judged.size();
+  data["tracks_judged"] = worst.size();
+  data["horizon_s"] = horizon_s;
+  data["calibration"] = calibration_json(judged, horizon_s);
+  for (std::size_t most = limits.predicted_tracks;; most /= 2) {
+    data["worst"] = worst_json(input, judged, worst, std::min(limits.worst, most));
+    data["played"] = played_json(input, judged, played_tracks(judged, worst, most, limits.worst), 2);
+    if (most <= 1 || data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size() <= limits.most_bytes)
+      return;
+  }
+}
+
+}  // namespace
+
+ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
+  if (input.input_ids.size() != input.tracks.size()) {
+    throw std::invalid_argument("report_data: input_ids = " + std::to_string(input.input_ids.size()) +
+                                " of them, there must be one for each of the " + std::to_string(input.tracks.size()) +
+                                " tracks");
+  }
+  ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
+  data["bytes"] = input.stored.bytes;
+  data["scene"] = detail::scene_json(input.scene, input.stored.model.conventions);
+  data["model"] = detail::model_json(input.stored.model);
+  data["episodes"] = detail::episodes_json(input.stored, limits.most_bytes / 2);
+  data["configuration"] = input.configuration;
+  if (!input.tracks.empty()) add_judgement(data, input, limits);
+  return data;
+}
+
+}  // namespace sila

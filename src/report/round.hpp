@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "sila/core/curb_frame.hpp"
+
+namespace sila::detail {
+
+/// To so many decimals: a page is read, not computed with.
+inline double rounded(double value, int decimals) {
+  const double scale = std::pow(10.0, decimals);
+  return std::round(value * scale) / scale + 0.0;  // + 0.0: no -0
+}
+
+/// x, y, x, y, ... of every `stride`-th point in centimetres; the last point is always among them.
+inline nlohmann::ordered_json path_json(std::span<const Vector2> path_m, std::size_t stride = 1) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < path_m.size(); ++i) {
+    if ((path_m.size() - 1 - i) % stride != 0) continue;
+    json.push_back(rounded(path_m[i].x(), 2));
+    json.push_back(rounded(path_m[i].y(), 2));
+  }
+  return json;
+}
+
+inline nlohmann::ordered_json point_json(const Vector2& point, int decimals = 4) {
+  return {rounded(point.x(), decimals), rounded(point.y(), decimals)};
+}
+
+}  // namespace sila::detail

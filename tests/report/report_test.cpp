@@ -1,0 +1,167 @@
+#include "sila/report/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "sila/eval/episodes.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/report/judged.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+/// A model of made-up walks and other walks to judge it by.
+ReportInput made_up() {
+  ReportInput input;
+  Model previous;
+  const auto keep = [&](int number, const Episode& episode) {
+    const EpisodeReport& report = episode.report;
+    nlohmann::ordered_json statistics;
+    statistics["change"] = to_json(report.change, previous, episode.model);
+    input.stored.episodes.push_back(
+        {number, report.tracks, report.seconds, report.size_before, report.size_after, statistics.dump()});
+    previous = episode.model;
+  };
+  input.stored.model = run_episodes({}, testing::corner_walks(60, 1), 20, kConfig, sila_update(kConfig), keep).model;
+  input.name = "made up";
+  input.scene.name = "a corner";
+  input.scene.corners.push_back({"corner", testing::square_frame(), {2.5, 2.5, 2.5}});
+  input.tracks = testing::corner_walks(30, 2);
+  for (const PlacedTrack& placed : input.tracks) input.input_ids.push_back(placed.track.id);
+  input.configuration = to_json(kConfig);
+  return input;
+}
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(Report, HasTheModelAndWhatBecameOfThePeople) {
+  const ReportInput input = made_up();
+  const nlohmann::ordered_json data = report_data(input);
+  EXPECT_EQ(data.at("model").at("primitives").size(), input.stored.model.primitives.size());
+  EXPECT_EQ(data.at("model").at("transitions").size(), input.stored.model.transitions.size());
+  EXPECT_EQ(data.at("episodes").size(), 3u);
+  EXPECT_EQ(data.at("drawn_tracks").size(), 30u);
+  EXPECT_EQ(data.at("calibration").size(), 5u);
+  EXPECT_EQ(data.at("evaluation").at("tracks"), 30);
+  ASSERT_FALSE(data.at("played").empty());
+  const auto& prediction = data.at("played")[0].at("predictions")[0];
+  const std::size_t times = prediction.at("t").size();
+  EXPECT_EQ(prediction.at("t").back(), 5.0);
+  EXPECT_EQ(prediction.at("truth").size(), 2 * times);
+  EXPECT_EQ(prediction.at("constant").size(), 2 * times);
+  for (const auto& mode : prediction.at("modes")) {
+    EXPECT_EQ(mode.at("path").size(), 2 * times);
+    EXPECT_EQ(mode.at("cov").size(), 3 * times);
+  }
+}
+
+TEST(Report, TheWorstCanBePlayedAndEachPersonIsThereOnce) {
+  const nlohmann::ordered_json data = report_data(made_up());
+  std::set<std::string> playable, worst;
+  for (const auto& played : data.at("played")) playable.insert(played.at("track"));
+  double last = 1e9;
+  for (const auto& entry : data.at("worst")) {
+    EXPECT_TRUE(playable.contains(entry.at("track"))) << entry;
+    EXPECT_TRUE(worst.insert(entry.at("track")).second) << entry;
+    EXPECT_LE(entry.at("mhd_m"), last);
+    EXPECT_FALSE(entry.at("reason").get<std::string>().empty());
+    last = entry.at("mhd_m");
+  }
+  EXPECT_FALSE(worst.empty());
+}
+
+TEST(Report, FitsItsLimit) {
+  const ReportInput input = made_up();
+  ReportLimits limits;
+  limits.most_bytes = report_data(input).dump().size() / 2;
+  const nlohmann::ordered_json small = report_data(input, limits);
+  EXPECT_LE(small.dump().size(), limits.most_bytes);
+  EXPECT_FALSE(small.at("played").empty());
+}
+
+TEST(Report, WithoutTracksOrSceneShowsTheModelAlone) {
+  ReportInput input = made_up();
+  input.tracks.clear(), input.input_ids.clear(), input.scene = {};
+  const nlohmann::ordered_json data = report_data(input);
+  EXPECT_FALSE(data.at("scene").at("known"));
+  EXPECT_EQ(data.at("scene").at("corners").size(), 1u);
+  EXPECT_FALSE(data.contains("played"));
+  input.input_ids = {"nobody"};
+  EXPECT_THROW(report_data(input), std::invalid_argument);
+}
+
+TEST(Report, OfAnEmptyModelIsStillAReport) {
+  ReportInput input;
+  EXPECT_NO_THROW(report_page(report_data(input)));
+}
+
+TEST(Page, IsTheBuiltOneWithTheDataInItsPlace) {
+  const std::string built = text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/report.html");
+  const std::string marker = "\"sila-report-data\"";
+  const std::size_t at = built.find(marker);
+  ASSERT_NE(at, std::string::npos);
+  const std::string expected = built.substr(0, at) + "{\"a\":1}" + built.substr(at + marker.size());
+  EXPECT_TRUE(report_page({{"a", 1}}) == expected);  // EXPECT_EQ would print a page of 350 KB
+}
+
+TEST(Page, CannotBeLeftByItsData) {
+  const std::string page = report_page({{"name", "</script><script>alert(1)</script>"}, {"bytes", "\xff\xfe"}});
+  EXPECT_EQ(page.find("alert(1)</script>"), std::string::npos);
+  EXPECT_NE(page.find("\\u003c/script>\\u003cscript>alert(1)"), std::string::npos);
+}
+
+JudgedPrediction judged_walk(const std::vector<Vector2>& observed_m, const std::vector<Vector2>& truth_m,
+                             const std::vector<Vector2>& expected_m) {
+  JudgedPrediction judged;
+  judged.observed_m = observed_m, judged.truth_m = truth_m, judged.constant_m = expected_m;
+  judged.prediction.modes.push_back(
+      {1.0, expected_m, std::vector<Matrix2>(expected_m.size(), Matrix2::Identity()), {}});
+  judged.model = judged.constant = measure(judged.prediction, truth_m, truth_m.size());
+  return judged;
+}
+
+TEST(Reason, SaysWhatThePersonDid) {
+  const std::vector<Vector2> east{{-3, 0}, {-2, 0}, {-1, 0}, {0, 0}}, ahead{{1, 0}, {2, 0}, {3, 0}, {4, 0}};
+  const std::vector<Vector2> still{{0, 0}, {0, 0}, {0, 0.1}, {0, 0}}, here{{0, 0}, {0, 0}, {0, 0}, {0, 0}};
+  EXPECT_EQ(reason_of(judged_walk(still, ahead, here)), "stood and set off");
+  EXPECT_EQ(reason_of(judged_walk(east, {{0.2, 0}, {0.3, 0}, {0.3, 0}, {0.3, 0}}, ahead)), "stopped");
+  const std::vector<Vector2> left{{0, 1}, {0, 2}, {0, 3}, {0, 4}};
+  EXPECT_EQ(reason_of(judged_walk(east, left, ahead)), "turned by 72 degrees, as no way did");
+  EXPECT_EQ(reason_of(judged_walk(east, {{2, 0}, {4, 0}, {6, 0}, {8, 0}}, ahead)),
+            "hurried: 2.0 times as far as its pace said");
+  EXPECT_EQ(reason_of(judged_walk(east, left, {{1, 0}, {2, 0}, {2, 1}, {2, 2}})),
+            "turned by 72 degrees, but not where its ways did");
+  JudgedPrediction novel = judged_walk(east, left, ahead);
+  novel.prediction.novelty = 0.8;
+  EXPECT_EQ(reason_of(novel), "walked where few had walked (novelty 80 %)");
+  JudgedPrediction foreseen = judged_walk(east, left, ahead);
+  foreseen.prediction.modes[0].weight = 0.9;
+  foreseen.prediction.modes.push_back({0.1, left, std::vector<Matrix2>(4, Matrix2::Identity()), {}});
+  foreseen.model = measure(foreseen.prediction, foreseen.truth_m, 4);
+  EXPECT_EQ(reason_of(foreseen), "the right way was foreseen, but with a weight of 10 %");
+}
+
+TEST(Reliability, CountsTruthsInsideTheStatedRegions) {
+  std::vector<JudgedPrediction> judged(4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    Metrics metrics;  // the first truth is in every region, the last in the widest only
+    for (std::size_t p = 0; p < metrics.coverage.size(); ++p) metrics.coverage[p] = p >= i ? 1.0 : 0.0;
+    judged[i].horizons = {metrics};
+  }
+  const std::vector<Reliability> diagrams = reliability(judged, 1.0);
+  ASSERT_EQ(diagrams.size(), 1u);
+  EXPECT_EQ(diagrams[0].stated, (std::vector<double>{0.25, 0.5, 0.75, 0.9}));
+  EXPECT_EQ(diagrams[0].observed, (std::vector<double>{0.25, 0.5, 0.75, 1.0}));
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,161 @@
+// What `sila report` puts into the page (docs/viewer.md). Lengths are metres in the world frame, unless a name says otherwise.
+
+export interface Corner {
+  name: string;
+  origin: Point;
+  axis_1: Point;
+  axis_2: Point;
+  unit_m: Point;
+  widths_m: [number, number];
+}
+export type Point = [number, number];
+
+export interface Scene {
+  name: string;
+  known: boolean;
+  y_axis: "up" | "down";
+  primary: number;
+  corners: Corner[];
+}
+
+export interface Grid {
+  cell: number;
+  origin: Point;
+  tile_cells: number;
+}
+
+/** x, y and direction in degrees of each cell, one after the other; curb coordinates. */
+export type Cells = number[];
+/** from, to, count */
+export type Transition = [number, number, number];
+
+export interface ModelData {
+  size: number;
+  tracks: number;
+  episodes: number;
+  interval_s: number;
+  grid: Grid;
+  primitives: { weight: number; cells: Cells }[];
+  transitions: Transition[];
+}
+
+/** What an episode did; see include/sila/episode/change.hpp. */
+export interface Change {
+  before: number;
+  after: number;
+  gone: number[];
+  added: Cells[];
+  fused: { primitive: number; previous: number[]; incoming: number; cells: Cells }[];
+  split: [number, number, number][];
+  incoming_split: number;
+  transitions: Transition[];
+  transitions_gone: [number, number][];
+}
+
+export interface EpisodeData {
+  number: number;
+  tracks: number;
+  seconds: number;
+  size_before: number;
+  size_after: number;
+  statistics: { standing?: number; unexplained?: number; change?: Change };
+}
+
+export interface Mode {
+  weight: number;
+  path: number[];
+  cov: number[];
+  primitives: number[];
+}
+
+export interface Prediction {
+  t0: number;
+  t: number[];
+  fallback: boolean;
+  novelty: number;
+  mhd_m: number;
+  best_mhd_m: number;
+  constant_mhd_m: number;
+  observed: number[];
+  truth: number[];
+  constant: number[];
+  modes: Mode[];
+}
+
+export interface Played {
+  track: string;
+  t: number[];
+  xy: number[];
+  predictions: Prediction[];
+}
+
+export interface Metrics {
+  weighted_mhd_m: number;
+  ade_m: number;
+  fde_m: number;
+  nll: number;
+  [name: string]: number;
+}
+
+export interface Group {
+  windows: number;
+  fallback_rate: number;
+  modes: number;
+  horizons: { horizon_s: number; model: Metrics; constant_velocity: Metrics }[];
+}
+
+export interface Evaluation {
+  groups: Record<string, Group>;
+  skipped: Record<string, number>;
+  tracks: number;
+}
+
+export interface Reliability {
+  horizon_s: number;
+  stated: number[];
+  observed: number[];
+}
+
+export interface Worst {
+  track: string;
+  t0: number;
+  mhd_m: number;
+  constant_mhd_m: number;
+  reason: string;
+}
+
+export interface Rows {
+  rows_read: number;
+  rows_kept: number;
+  [name: string]: unknown;
+}
+
+export interface ReportData {
+  sila: string;
+  written_by?: string;
+  name: string;
+  bytes?: number;
+  scene?: Scene;
+  model?: ModelData;
+  episodes?: EpisodeData[];
+  configuration?: Record<string, unknown>;
+  drawn_tracks?: number[][];
+  evaluation?: Evaluation;
+  rows?: Rows;
+  predictions_judged?: number;
+  tracks_judged?: number;
+  horizon_s?: number;
+  calibration?: Reliability[];
+  worst?: Worst[];
+  played?: Played[];
+  results?: unknown;
+}
+
+/** The data of the page. Throws with a sentence for people if there are none. */
+export function readData(text: string): ReportData {
+  const data: unknown = JSON.parse(text);
+  if (typeof data !== "object" || data === null || Array.isArray(data)) {
+    throw new Error("This page has no data inside. `sila report` makes one that has.");
+  }
+  return data as ReportData;
+}

@@ -1,0 +1,77 @@
+// Curb coordinates, cells and ellipses. Pure.
+import type { Corner, Grid, Point } from "./data";
+
+export type Matrix = [number, number, number, number];
+
+/** Curb coordinates [sidewalk widths] to metres. */
+export function toWorld(corner: Corner, [q1, q2]: Point): Point {
+  const [u1, u2] = [corner.unit_m[0] * q1, corner.unit_m[1] * q2];
+  return [corner.origin[0] + corner.axis_1[0] * u1 + corner.axis_2[0] * u2,
+          corner.origin[1] + corner.axis_1[1] * u1 + corner.axis_2[1] * u2];
+}
+
+/** A velocity or displacement in curb coordinates to metres. */
+export function vectorToWorld(corner: Corner, [q1, q2]: Point): Point {
+  const [u1, u2] = [corner.unit_m[0] * q1, corner.unit_m[1] * q2];
+  return [corner.axis_1[0] * u1 + corner.axis_2[0] * u2, corner.axis_1[1] * u1 + corner.axis_2[1] * u2];
+}
+
+export function toCurb(corner: Corner, [x, y]: Point): Point {
+  const [dx, dy] = [x - corner.origin[0], y - corner.origin[1]];
+  const [a, b, c, d] = [corner.axis_1[0] * corner.unit_m[0], corner.axis_2[0] * corner.unit_m[1],
+                        corner.axis_1[1] * corner.unit_m[0], corner.axis_2[1] * corner.unit_m[1]];
+  const determinant = a * d - b * c;
+  return [(d * dx - b * dy) / determinant, (a * dy - c * dx) / determinant];
+}
+
+/** The middle of a cell in curb coordinates. */
+export function cellCentre(grid: Grid, x: number, y: number): Point {
+  return [grid.origin[0] + (x + 0.5) * grid.cell, grid.origin[1] + (y + 0.5) * grid.cell];
+}
+
+/** The factor by which the standard ellipse of a 2-D Gaussian must grow to hold this share of it. */
+export function ellipseScale(share: number): number {
+  return Math.sqrt(-2 * Math.log(1 - share));
+}
+
+export interface Ellipse {
+  rx: number;
+  ry: number;
+  angle: number;
+}
+
+/** Half axes [m] and the angle of the first of them [rad] of the ellipse that holds `share` of a Gaussian. */
+export function ellipseOf(xx: number, xy: number, yy: number, share: number): Ellipse {
+  const middle = (xx + yy) / 2;
+  const radius = Math.hypot((xx - yy) / 2, xy);
+  const scale = ellipseScale(share);
+  return { rx: scale * Math.sqrt(Math.max(0, middle + radius)), ry: scale * Math.sqrt(Math.max(0, middle - radius)),
+           angle: 0.5 * Math.atan2(2 * xy, xx - yy) };
+}
+
+export const pointAt = (path: readonly number[], i: number): Point => [path[2 * i] ?? NaN, path[2 * i + 1] ?? NaN];
+export const pointsOf = (path: readonly number[]): Point[] => Array.from({ length: path.length / 2 }, (_, i) => pointAt(path, i));
+
+/** Linear interpolation in a list of growing times; held at its ends. */
+export function between(times: readonly number[], t: number): { i: number; f: number } {
+  const last = times.length - 1;
+  if (last < 0) return { i: 0, f: 0 };
+  if (t <= times[0]!) return { i: 0, f: 0 };
+  if (t >= times[last]!) return { i: last, f: 0 };
+  let i = 0;
+  while (times[i + 1]! <= t) ++i;
+  return { i, f: (t - times[i]!) / (times[i + 1]! - times[i]!) };
+}
+
+export function positionAt(times: readonly number[], path: readonly number[], t: number): Point {
+  const { i, f } = between(times, t);
+  const [a, b] = [pointAt(path, i), f > 0 ? pointAt(path, i + 1) : pointAt(path, i)];
+  return [a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])];
+}
+
+/** The mean direction of directions in degrees [rad]. */
+export function meanDirection(degrees: readonly number[]): number {
+  let [x, y] = [0, 0];
+  for (const d of degrees) [x, y] = [x + Math.cos(d * Math.PI / 180), y + Math.sin(d * Math.PI / 180)];
+  return Math.atan2(y, x);
+}

@@ -1,0 +1,66 @@
+// Puts the report together.
+import { readData, type ReportData } from "./data";
+import { count, h, number, percent, plural } from "./dom";
+import { learntSection } from "./learnt";
+import { playerSection } from "./player";
+import { accuracySection, learningSection, worstSection } from "./quality";
+import { settingsSection } from "./settings";
+
+type Theme = "auto" | "light" | "dark";
+
+function themeButton(): HTMLElement {
+  const button = h("button", { type: "button", id: "theme" });
+  const names: Record<Theme, string> = { auto: "◐ Auto", light: "☀ Light", dark: "☾ Dark" };
+  const order: Theme[] = ["auto", "light", "dark"];
+  let theme: Theme = "auto";
+  const apply = (): void => {
+    if (theme === "auto") delete document.documentElement.dataset["theme"];
+    else document.documentElement.dataset["theme"] = theme;
+    button.textContent = names[theme];
+    button.setAttribute("aria-label", `Colours: ${theme}`);
+  };
+  button.addEventListener("click", () => { theme = order[(order.indexOf(theme) + 1) % order.length]!; apply(); });
+  apply();
+  return button;
+}
+
+function tiles(data: ReportData): HTMLElement {
+  const list: [string, string, string][] = [];
+  const moving = data.evaluation?.groups["moving"];
+  if (moving && moving.windows > 0) {
+    const { horizon_s, model, constant_velocity } = moving.horizons.at(-1)!;
+    const gain = 1 - model.weighted_mhd_m / constant_velocity.weighted_mhd_m;
+    list.push([`${number(model.weighted_mhd_m)} m`, `weighted MHD, ${count(horizon_s)} s ahead`, `${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`]);
+  }
+  const regions = data.calibration?.at(-1);
+  const ninety = regions?.stated.findIndex((p) => Math.abs(p - 0.9) < 1e-9) ?? -1;
+  if (regions && ninety >= 0) list.push([percent(regions.observed[ninety]!), "of the truths", "in the regions stated to hold 90 %"]);
+  if (data.model) {
+    list.push([count(data.model.size), "model size", `${plural(data.model.primitives.length, "primitive")}, ${plural(data.model.transitions.length, "transition")}`]);
+    list.push([count(data.model.tracks), "tracks learnt", `in ${plural(data.model.episodes, "episode")}`]);
+    const seconds = (data.episodes ?? []).reduce((sum, e) => sum + e.seconds, 0);
+    if (seconds > 0) list.push([`${number(seconds / (data.episodes ?? []).length)} s`, "for each episode", `${number(seconds, 1)} s in all`]);
+  }
+  return h("ul", { class: "tiles" }, ...list.map(([value, what, more]) => h("li", {}, h("b", {}, value), h("span", {}, what), h("small", {}, more))));
+}
+
+function page(data: ReportData): HTMLElement[] {
+  const title = data.scene?.known ? data.scene.name : data.model ? data.name : "Comparison of methods";
+  const heading = data.scene?.known ? title.charAt(0).toUpperCase() + title.slice(1) : title;
+  document.title = `sila: ${title}`;
+  const player = playerSection(data);
+  const sections = [learntSection(data), player?.element, accuracySection(data), learningSection(data), worstSection(data, player?.show), settingsSection(data)].filter((section) => section !== undefined);
+  const links = sections.map((section) => h("a", { href: `#${section.id}` }, section.querySelector("h2")?.textContent ?? ""));
+  return [h("a", { class: "skip", href: "#main" }, "To the report"),
+          h("header", {}, h("div", { class: "top" }, h("div", {}, h("p", { class: "brand" }, "sila · motion at intersections"), h("h1", {}, heading)), themeButton()), tiles(data), h("nav", { "aria-label": "Sections" }, ...links)),
+          h("main", { id: "main" }, ...sections),
+          h("footer", {}, `Made by sila ${data.sila}. Everything is inside this file; nothing is loaded from anywhere.`)];
+}
+
+const app = document.getElementById("app")!;
+try {
+  app.replaceChildren(...page(readData(document.getElementById("data")?.textContent ?? "")));
+} catch (error) {
+  app.replaceChildren(h("p", { class: "failure", role: "alert" }, `This report cannot be shown: ${error instanceof Error ? error.message : String(error)}`));
+  throw error;
+}

@@ -1,0 +1,224 @@
+// Opens reports in a real Chromium, uses them by mouse and by keyboard, and takes pictures.
+//   node build/browser/browser.mjs MODEL.html RESULTS.html PICTURES
+import assert from "node:assert/strict";
+import { mkdir, readFile, writeFile } from "node:fs/promises";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
+import { chromium, type Browser, type Page } from "playwright-core";
+
+const [modelReport, resultsReport, pictures] = process.argv.slice(2).map((path) => resolve(path));
+assert.ok(modelReport && resultsReport && pictures, "three paths are needed: a report on a model, one on results, a folder for pictures");
+
+interface Visit { width?: number; height?: number; dark?: boolean; touch?: boolean }
+
+/** Opens a page without a network and fails if it complains or asks for anything. */
+async function visiting(browser: Browser, file: string, { width = 1280, height = 900, dark = false, touch = false }: Visit, act: (page: Page) => Promise<void>): Promise<void> {
+  const context = await browser.newContext({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", offline: true, hasTouch: touch, isMobile: touch, deviceScaleFactor: touch ? 2 : 1, reducedMotion: "reduce" });
+  const page = await context.newPage();
+  const complaints: string[] = [];
+  const url = pathToFileURL(file).href;
+  page.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("request", (request) => { if (!request.url().startsWith(url) && !request.url().startsWith("data:")) complaints.push(`asks for ${request.url()}`); });
+  await page.goto(url);
+  await page.waitForSelector("main section");
+  await page.waitForTimeout(300);
+  await act(page);
+  assert.deepEqual(complaints, [], "the page complains or asks for something");
+  await context.close();
+}
+
+const value = (page: Page, selector: string): Promise<number> => page.locator(selector).inputValue().then(Number);
+const text = (page: Page, selector: string): Promise<string> => page.locator(selector).innerText();
+const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures!, `${name}.png`), fullPage });
+
+const tests: [string, (browser: Browser) => Promise<void>][] = [
+  ["has every section and says what it shows", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    for (const id of ["learnt", "predictions", "accuracy", "learning", "worst", "made"]) assert.equal(await page.locator(`section#${id}`).count(), 1, id);
+    assert.ok(await page.locator(".primitive").count() > 10);
+    assert.ok(await page.locator(".tracks").first().getAttribute("d"));
+    for (const layer of [".grid", ".axis", ".walk", ".curb"]) assert.ok(await page.locator(`#learnt ${layer}`).count() > 0, layer);
+    assert.ok(await page.locator("#accuracy .chart svg").count() >= 2);
+    assert.match(await text(page, "#accuracy .lead"), /50 % region held \d+ %/);
+    await picture(page, "desktop", true);
+  })],
+  ["makes the picture of the README", (browser) => visiting(browser, modelReport, { width: 1000, height: 620 }, async (page) => {
+    await page.locator("#learnt .two").screenshot({ path: join(pictures, "readme.png") });
+    const bytes = (await readFile(join(pictures, "readme.png"))).length;
+    assert.ok(bytes <= 300_000, `${bytes} bytes are too many for a file of this project`);
+  })],
+  ["follows the episodes by slider, by keyboard and by mouse", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    const last = await value(page, "#episode");
+    assert.ok(last >= 3);
+    const all = await page.locator("#learnt .primitive").count();
+    await page.locator("#episode").focus();
+    await page.keyboard.press("Home");
+    assert.match(await text(page, "#episode-words"), /^Episode 1 of/);
+    const early = await page.locator("#learnt .primitive").count();
+    assert.ok(early > 0 && early < all, `${early} primitives at first, ${all} at last`);
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowRight");
+    assert.match(await text(page, "#episode-words"), /^Episode 3 of.*added.*fused.*split/s);
+    assert.ok(await page.locator("#learnt .primitive.strong").count() > 0, "what the episode changed stands out");
+    await page.locator("#learnt").scrollIntoViewIfNeeded();
+    await picture(page, "episode");
+    await page.locator(".strip button").nth(1).click();
+    assert.equal(await value(page, "#episode"), 1);
+    await page.getByRole("button", { name: "Whole model" }).click();
+    assert.equal(await value(page, "#episode"), last);
+    assert.equal(await page.locator("#learnt .primitive.strong").count(), 0);
+    await page.locator("#grow").click();
+    await page.waitForTimeout(1200);
+    const moved = await value(page, "#episode");
+    assert.ok(moved >= 0 && moved < last, "it grows from the first episode on");
+  })],
+  ["joins map, graph and list", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    await page.locator(".node").nth(3).click();
+    assert.match(await text(page, "#primitive-card"), /^Primitive 3/);
+    assert.equal(await page.locator("#learnt .primitive.strong").count(), 1);
+    assert.equal(await page.locator("#primitive").inputValue(), "3");
+    assert.ok(await page.locator(".edge-count").count() > 0, "counts at the transitions of the chosen primitive");
+    await picture(page, "primitive");
+    await page.locator("#primitive").focus();
+    await page.keyboard.press("ArrowDown");
+    assert.match(await text(page, "#primitive-card"), /^Primitive 4/);
+    await page.locator("#primitive").selectOption("");
+    assert.equal(await page.locator("#learnt .primitive.strong").count(), 0);
+  })],
+  ["zooms by button and by keyboard", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    const map = page.locator("#learnt svg.place");
+    const scale = (): Promise<string | null> => page.locator("#learnt .scale path").getAttribute("d");
+    const before = await scale();
+    await page.locator("#learnt .zoom button").first().click();
+    const closer = await scale();
+    assert.notEqual(closer, before);
+    await map.focus();
+    await page.keyboard.press("0");
+    assert.equal(await scale(), before);
+    await page.keyboard.press("+");
+    assert.equal(await scale(), closer);
+  })],
+  ["plays predictions in time", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    assert.ok(await page.locator("#predictions .mode").count() > 0);
+    assert.ok(await page.locator("#predictions .ellipse").count() > 0);
+    assert.deepEqual((await page.locator("#predictions .share").allTextContents()).sort(), ["50 % inside", "90 % inside"]);
+    assert.equal(await page.locator("#predictions .constant").count(), 1);
+    assert.match(await text(page, "#readout"), /s ahead.*constant velocity by/);
+    const before = await value(page, "#time");
+    await page.locator("#play").click();
+    await page.waitForTimeout(700);
+    await page.locator("#play").click();
+    const after = await value(page, "#time");
+    assert.ok(after > before + 0.2 && after < before + 3, `${before} s to ${after} s`);
+    await page.waitForTimeout(200);
+    assert.equal(await value(page, "#time"), after, "it stands still when paused");
+    await page.getByLabel("50 % and 90 % ellipses").uncheck();
+    assert.equal(await page.locator("#predictions .ellipse").count(), 0);
+  })],
+  ["plays by keyboard alone", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    const person = (): Promise<string> => page.locator("#pedestrian").inputValue();
+    await page.locator("#predictions svg.place").focus();
+    const first = await person();
+    await page.keyboard.press("ArrowDown");
+    assert.notEqual(await person(), first);
+    await page.keyboard.press("ArrowUp");
+    assert.equal(await person(), first);
+    const before = await value(page, "#time");
+    await page.keyboard.press("ArrowRight");
+    assert.ok(Math.abs(await value(page, "#time") - before - 0.2) < 0.06);
+    await page.keyboard.press("Space");
+    await page.waitForTimeout(500);
+    await page.keyboard.press("Space");
+    assert.ok(await value(page, "#time") > before + 0.3);
+    // Everything that can be used can be reached and has a name.
+    const nameless = await page.$$eval("button, select, input, a", (all) => all.filter((e) => !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
+    assert.deepEqual(nameless, []);
+  })],
+  ["leads from the worst to their predictions", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    const item = page.locator("#worst li").nth(1);
+    const id = /Pedestrian (\S+) at/.exec(await item.innerText())?.[1];
+    assert.ok(id);
+    await item.getByRole("button").click();
+    assert.equal(await page.locator("#pedestrian").inputValue(), id);
+    const stated = /weighted MHD ([\d.]+) m/;
+    const [told, shown] = [stated.exec(await item.innerText())?.[1], stated.exec(await text(page, "#readout"))?.[1]];
+    assert.ok(told && told === shown, `the prediction on show has ${shown} m, the worst one ${told} m`);
+    await page.waitForTimeout(200);
+    await picture(page, "worst");
+  })],
+  ["finds configuration values", (browser) => visiting(browser, modelReport, {}, async (page) => {
+    await page.locator("#made summary").click();
+    await page.locator("#filter").fill("similarity_threshold");
+    assert.equal(await page.locator(".settings tr").count(), 1);
+    assert.match(await text(page, ".settings"), /fuse\.similarity_threshold/);
+  })],
+  ["is readable in the dark", (browser) => visiting(browser, modelReport, { dark: true }, async (page) => {
+    assert.ok(await contrast(page, ".lead") >= 4.5, "quiet text");
+    assert.ok(await contrast(page, "h2") >= 7, "titles");
+    await picture(page, "dark", true);
+    await page.locator("#theme").click();
+    assert.ok(await contrast(page, ".lead") >= 4.5, "quiet text in light colours");
+    assert.equal(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), "rgb(246, 246, 243)");
+  })],
+  ["fits a phone", (browser) => visiting(browser, modelReport, { width: 390, height: 844, touch: true }, async (page) => {
+    const [inner, outer] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth] as const);
+    assert.ok(inner <= outer, `${inner} px on a screen of ${outer} px`);
+    await picture(page, "phone", true);
+    await page.locator("#predictions").scrollIntoViewIfNeeded();
+    await page.locator("#play").tap();
+    await page.waitForTimeout(500);
+    await page.locator("#play").tap();
+    await picture(page, "phone-predictions");
+  })],
+  ["shows the results of an experiment", (browser) => visiting(browser, resultsReport, {}, async (page) => {
+    assert.equal(await page.locator("section#learning").count(), 1);
+    assert.ok(await page.locator("#learning .chart svg").count() >= 3);
+    await picture(page, "results", true);
+  })],
+  ["says so when there are no data, or strange ones", async (browser) => {
+    const template = await readFile(new URL("../../dist/report.html", import.meta.url), "utf8");
+    const file = join(pictures!, "empty.html");
+    await writeFile(file, template);
+    const page = await browser.newPage();
+    await page.goto(pathToFileURL(file).href);
+    assert.match(await text(page, ".failure"), /no data inside/);
+    await page.close();
+  }],
+];
+
+/** Contrast of the text of an element with what is behind it, as WCAG defines it. */
+function contrast(page: Page, selector: string): Promise<number> {
+  return page.locator(selector).first().evaluate((element) => {
+    const parse = (colour: string): number[] => (colour.match(/[\d.]+/g) ?? []).map(Number);
+    const light = (colour: number[]): number => {
+      const [r, g, b] = colour.slice(0, 3).map((c) => (c / 255 <= 0.03928 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+      return 0.2126 * r! + 0.7152 * g! + 0.0722 * b!;
+    };
+    let behind: Element | null = element;
+    let back = [255, 255, 255];
+    for (; behind; behind = behind.parentElement) {
+      const colour = parse(getComputedStyle(behind).backgroundColor);
+      if (colour.length === 3) { back = colour; break; }
+    }
+    const [a, b] = [light(parse(getComputedStyle(element).color)), light(back)];
+    return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  });
+}
+
+await mkdir(pictures, { recursive: true });
+const size = (await readFile(modelReport)).length;
+assert.ok(size < 2_000_000, `the report has ${size} bytes`);
+const browser = await chromium.launch({ executablePath: process.env["SILA_CHROMIUM"] ?? "/usr/bin/chromium", args: process.getuid?.() === 0 ? ["--no-sandbox"] : [] });
+let failed = 0;
+for (const [name, run] of tests) {
+  const started = performance.now();
+  try {
+    await run(browser);
+    console.log(`pass  it ${name} (${((performance.now() - started) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    ++failed;
+    console.log(`FAIL  it ${name}\n${error instanceof Error ? error.stack : String(error)}`);
+  }
+}
+await browser.close();
+process.exitCode = failed > 0 ? 1 : 0;
