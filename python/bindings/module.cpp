@@ -25,7 +25,7 @@ void bind_errors(nb::module_&) {
 NB_MODULE(_sila, module) {
   namespace bindings = sila::python;
   module.doc() = "The C++ library behind the package sila.";
-  module.attr("__version__") = SILA_VERSION;
+  module.attr("version") = SILA_VERSION;
   bindings::bind_errors(module);
   bindings::bind_core(module);
   bindings::bind_scene(module);

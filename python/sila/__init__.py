@@ -18,9 +18,9 @@ from ._sila import (
     Scene,
     Track,
     Transition,
-    __version__,
     modified_hausdorff_m,
 )
+from ._sila import version as __version__
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
 from ._verbs import Simulation, evaluate, explain_fusion, fuse, learn, predict, simulate
 from .errors import FormatError, NumericalError

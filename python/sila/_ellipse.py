@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,9 @@ def ellipse(mean: Any, covariance: Any, coverage: float, points: int = 48) -> ND
     return result
 
 
-def whole_seconds(times_s: Any) -> list[int]:
-    """Indices of the times that are nearest to 1 s, 2 s, ... and of the last one."""
+def steps_at(times_s: Any, at_s: Sequence[float] | None) -> list[int]:
+    """Indices of the times nearest to those wanted, as far as the horizon reaches; None wants the last one."""
     times = np.asarray(times_s)
-    marks = [int(np.argmin(np.abs(times - second))) for second in range(1, int(times[-1] + 1e-9) + 1)]
-    return sorted({*marks, len(times) - 1})
+    if at_s is None:
+        return [len(times) - 1]
+    return sorted({int(np.argmin(np.abs(times - second))) for second in at_s if 0.0 < second <= times[-1] + 1e-9})

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 
-from ._ellipse import ellipse, whole_seconds
+from ._ellipse import ellipse, steps_at
 from ._predictions import Predictions
 from ._sila import Model, Prediction
 from ._tracks import SceneLike, TracksLike, as_scene, as_tracks
@@ -137,7 +137,15 @@ def primitive_graph(model: Model, *, scene: SceneLike, min_count: float = 0.0, a
     if middles:
         points = np.array(middles)
         colours = [_COLOURS[i % len(_COLOURS)] for i in range(len(points))]
-        ax.scatter(*points.T, s=25 + 175 * stays / most, c=colours, edgecolors="#1f2937", linewidths=0.6, zorder=3)
+        ax.scatter(
+            points[:, 0],
+            points[:, 1],
+            s=25 + 175 * stays / most,
+            c=colours,
+            edgecolors="#1f2937",
+            linewidths=0.6,
+            zorder=3,
+        )
         _include(ax, points)
     ax.set_title(f"{len(middles)} primitives, {len(shown)} of {len(model.transitions)} transitions")
     return ax
@@ -149,10 +157,12 @@ def predictions(
     tracks: TracksLike | None = None,
     scene: SceneLike | None = None,
     coverage: float | Sequence[float] = 0.9,
+    at_s: Sequence[float] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Predicted paths, one colour a mode from the heaviest on, the fainter the lighter, with an ellipse at every whole
-    second that is to hold the share `coverage` of the outcomes of that mode; several shares give nested ellipses.
+    """Predicted paths, one colour a mode from the heaviest on, the fainter the lighter, with ellipses at the seconds
+    `at_s` after t0 (at the horizon if there are none) that are to hold the share `coverage` of the outcomes of that mode;
+    several shares give nested ellipses.
 
     With `tracks`, what was observed until t0 (black) and what happened then (dotted).
     """
@@ -162,12 +172,17 @@ def predictions(
     by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks)}
     seen_modes = 0
     for prediction in some:
-        for number, mode in reversed(list(enumerate(prediction.modes))):
+        for number in reversed(range(len(prediction.modes))):
             seen_modes = max(seen_modes, number + 1)
-            _draw_mode(ax, prediction, mode, _MODE_COLOURS[number % len(_MODE_COLOURS)], shares)
+            _draw_mode(ax, prediction, number, shares, at_s)
         if prediction.piece in by_id:
             _draw_truth(ax, prediction, by_id[prediction.piece])
-    ax.legend(handles=_legend(some, seen_modes, shares, bool(by_id)), loc="best", fontsize="small", framealpha=0.9)
+    ax.legend(
+        handles=_legend(some, seen_modes, _coverage_text(some, shares, at_s), bool(by_id)),
+        loc="best",
+        fontsize="small",
+        framealpha=0.9,
+    )
     return ax
 
 
@@ -178,7 +193,12 @@ def learning_curve(model: Model, *, errors: Any = None, ax: Axes | None = None) 
     seen = np.cumsum([0, *(episode["tracks"] for episode in model.history)])
     sizes = [0, *(episode["size_after"] for episode in model.history)]
     ax.step(seen, sizes, where="post", color="#1d4ed8", label="model size")
-    ax.set(xlabel="tracks learnt", ylabel="model size (primitives + transitions)", ylim=(0, None), xlim=(0, None))
+    ax.set(
+        xlabel="tracks learnt",
+        ylabel="model size (primitives + transitions)",
+        ylim=(0, 1.15 * max(sizes) or 1.0),
+        xlim=(0, None),
+    )
     handles = list(ax.lines)
     if errors is not None:
         points = np.asarray(errors, dtype=float)
@@ -186,20 +206,24 @@ def learning_curve(model: Model, *, errors: Any = None, ax: Axes | None = None) 
             raise ValueError(f"errors: expected shape (n, 2), found {points.shape}")
         right = ax.twinx()
         handles += right.plot(*points.T, "o-", color="#c2410c", label="error on unseen tracks")
-        right.set(ylabel="error [m]", ylim=(0, None))
+        right.set(ylabel="error [m]", ylim=(0, 1.15 * points[:, 1].max(initial=0.1)))
     ax.legend(handles=handles, loc="lower right")
     return ax
 
 
-def _draw_mode(ax: Axes, prediction: Prediction, mode: Any, colour: str, shares: Sequence[float]) -> None:
+def _draw_mode(
+    ax: Axes, prediction: Prediction, number: int, shares: Sequence[float], at_s: Sequence[float] | None
+) -> None:
+    mode, colour = prediction.modes[number], _MODE_COLOURS[number % len(_MODE_COLOURS)]
     strength = 0.25 + 0.75 * mode.weight / prediction.modes[0].weight
     ax.plot(*mode.path_m.T, color=colour, alpha=strength, linewidth=2.2, zorder=4)
     covariances = mode.covariances_m2
-    for step in whole_seconds(prediction.times_s):
+    for step in steps_at(prediction.times_s, at_s):
+        ax.plot(*mode.path_m[step], ".", color=colour, alpha=strength, zorder=4)
         for share in shares:
             outline = ellipse(mode.path_m[step], covariances[step], share)
-            ax.fill(*outline.T, facecolor=colour, edgecolor=colour, alpha=0.10 * strength, linewidth=0.8, zorder=3)
-            ax.plot(*np.vstack([outline, outline[:1]]).T, color=colour, alpha=0.5 * strength, linewidth=0.8, zorder=3)
+            ax.fill(*outline.T, color=colour, alpha=0.07 * strength, linewidth=0, zorder=3)
+            ax.plot(*np.vstack([outline, outline[:1]]).T, color=colour, alpha=0.7 * strength, linewidth=0.9, zorder=3)
             _include(ax, outline)
 
 
@@ -212,13 +236,19 @@ def _draw_truth(ax: Axes, prediction: Prediction, track: Any) -> None:
     _include(ax, xy[before | after])
 
 
-def _legend(some: Predictions, modes: int, shares: Sequence[float], with_tracks: bool) -> list[Line2D]:
+def _coverage_text(some: Predictions, shares: Sequence[float], at_s: Sequence[float] | None) -> str:
+    """Says when the ellipses are and what they are to hold: "at 2, 5 s: 50 %, 90 % coverage"."""
+    times = sorted({float(p.times_s[step]) for p in some for step in steps_at(p.times_s, at_s)})
+    covered = ", ".join(f"{100 * share:.4g} %" for share in sorted(shares))
+    return f"at {', '.join(f'{time:.4g}' for time in times)} s: {covered} coverage"
+
+
+def _legend(some: Predictions, modes: int, coverage: str, with_tracks: bool) -> list[Line2D]:
     one = some[0] if len(some) == 1 else None
     handles = []
     for number in range(modes):
         name = f"mode {number + 1}" if one is None else f"mode {number + 1}: {100 * one.modes[number].weight:.0f} %"
         handles.append(Line2D([], [], color=_MODE_COLOURS[number % len(_MODE_COLOURS)], linewidth=2.2, label=name))
-    covered = ", ".join(f"{100 * share:.4g} %" for share in sorted(shares))
     handles.append(
         Line2D(
             [],
@@ -228,7 +258,7 @@ def _legend(some: Predictions, modes: int, shares: Sequence[float], with_tracks:
             markersize=9,
             fillstyle="none",
             linestyle="none",
-            label=f"each second: {covered} coverage",
+            label=coverage,
         )
     )
     if with_tracks:

@@ -19,7 +19,7 @@ import numpy as np
 
 from . import _sila
 from ._config import ConfigLike, merged
-from ._ellipse import ellipse, whole_seconds
+from ._ellipse import ellipse, steps_at
 from ._sila import Prediction, Track
 from ._tracks import Tracks, TracksLike, as_tracks
 from .errors import FormatError
@@ -187,14 +187,15 @@ def write_predictions(
     frame_id: str = "map",
     topic: str = "/sila/predictions",
     coverage: float = 0.9,
+    at_s: Sequence[float] | None = None,
     lifetime_s: float = 1.0,
 ) -> int:
     """Writes predictions as an MCAP file of foxglove.SceneUpdate messages, which Foxglove's 3D panel shows; gives the
     number of messages.
 
     One entity a track, replaced by its next prediction or gone after `lifetime_s`: a line for each mode, the fainter
-    the lighter; at every whole second the ellipse that is to hold the share `coverage`; with `tracks` also what was
-    observed. Log times are t0 on the clock of the input, which must not be negative.
+    the lighter; at the seconds `at_s` after t0 (at the horizon if there are none) the ellipse that is to hold the share
+    `coverage`; with `tracks` also what was observed. Log times are t0 on the clock of the input, which must not be negative.
     """
     from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
     from mcap_protobuf.writer import Writer
@@ -206,15 +207,15 @@ def write_predictions(
     with open(path, "wb") as file, Writer(file) as writer:
         for prediction in some:
             update = SceneUpdate()
-            _fill(update.entities.add(), prediction, observed.get(prediction.piece), frame_id, coverage, lifetime_s)
+            entity = update.entities.add()
+            _head(entity, prediction, frame_id, lifetime_s)
+            _draw(entity, prediction, observed.get(prediction.piece), coverage, at_s)
             now = round(prediction.t0_s * 1e9)
             writer.write_message(topic=topic, message=update, log_time=now, publish_time=now)
     return len(some)
 
 
-def _fill(
-    entity: Any, prediction: Prediction, track: Track | None, frame_id: str, coverage: float, lifetime_s: float
-) -> None:
+def _head(entity: Any, prediction: Prediction, frame_id: str, lifetime_s: float) -> None:
     entity.id = prediction.piece
     entity.frame_id = frame_id
     entity.timestamp.FromNanoseconds(round(prediction.t0_s * 1e9))
@@ -222,6 +223,11 @@ def _fill(
     for key, value in _metadata(prediction):
         entry = entity.metadata.add()
         entry.key, entry.value = key, value
+
+
+def _draw(
+    entity: Any, prediction: Prediction, track: Track | None, coverage: float, at_s: Sequence[float] | None
+) -> None:
     if track is not None:
         seen = track.positions_m[track.times_s <= prediction.t0_s + 1e-6]
         _line(entity, seen, (0.1, 0.1, 0.1), 1.0, thickness_m=0.08, closed=False)
@@ -230,7 +236,7 @@ def _fill(
         strength = 0.25 + 0.75 * mode.weight / prediction.modes[0].weight
         _line(entity, mode.path_m, colour, strength, thickness_m=0.12, closed=False)
         covariances = mode.covariances_m2
-        for step in whole_seconds(prediction.times_s):
+        for step in steps_at(prediction.times_s, at_s):
             outline = ellipse(mode.path_m[step], covariances[step], coverage, points=32)
             _line(entity, outline, colour, 0.5 * strength, thickness_m=0.04, closed=True)
 

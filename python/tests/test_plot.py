@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 import sila
 from sila import plot
-from sila._ellipse import ellipse, whole_seconds
+from sila._ellipse import ellipse, steps_at
 
 
 @pytest.fixture(autouse=True)
@@ -22,9 +22,10 @@ def test_an_ellipse_holds_its_share():
         ellipse([0.0, 0.0], covariance, 90)
 
 
-def test_ellipses_stand_at_whole_seconds_and_at_the_end():
+def test_ellipses_stand_where_they_are_wanted_and_within_the_horizon():
     times = np.arange(1, 18) * 0.2
-    assert [round(times[i], 6) for i in whole_seconds(times)] == [1.0, 2.0, 3.0, 3.4]
+    assert [round(times[i], 6) for i in steps_at(times, None)] == [3.4]
+    assert [round(times[i], 6) for i in steps_at(times, (2, 1, 5))] == [1.0, 2.0]
 
 
 def test_every_picture_is_drawn(tmp_path, model, place, unseen, predictions):
@@ -46,8 +47,13 @@ def test_every_picture_is_drawn(tmp_path, model, place, unseen, predictions):
 
 def test_predictions_are_labelled_with_their_coverage(predictions):
     labels = [text.get_text() for text in plot.predictions(predictions[0], coverage=0.95).get_legend().get_texts()]
-    assert "each second: 95 % coverage" in labels
+    assert "at 5 s: 95 % coverage" in labels
     assert any(label.startswith("mode 1: ") for label in labels)
+
+
+def test_the_label_says_which_seconds_the_ellipses_are_of(predictions):
+    ax = plot.predictions(predictions[:2], coverage=(0.9, 0.5), at_s=(1, 3))
+    assert "at 1, 3 s: 50 %, 90 % coverage" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 def test_the_picture_points_down_where_the_scene_does():

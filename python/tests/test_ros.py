@@ -191,7 +191,7 @@ def test_what_is_no_bag_is_refused_by_name(tmp_path, store):
 def test_predictions_are_written_for_foxglove(tmp_path, predictions, unseen):
     path = tmp_path / "predictions.mcap"
     some = predictions[:12]
-    assert ros.write_predictions(path, some, tracks=unseen.tracks, coverage=0.8, lifetime_s=1.5) == 12
+    assert ros.write_predictions(path, some, tracks=unseen.tracks, coverage=0.8, at_s=(1, 2, 5), lifetime_s=1.5) == 12
     with path.open("rb") as file:
         found = list(make_reader(file).iter_messages())
     assert {schema.name for schema, _, _ in found} == {"foxglove.SceneUpdate"}
@@ -206,4 +206,4 @@ def test_predictions_are_written_for_foxglove(tmp_path, predictions, unseen):
         for line, mode in zip(paths[1:], prediction.modes, strict=True):
             assert np.array_equal([(point.x, point.y) for point in line.points], mode.path_m)
         ellipses = [line for line in entity.lines if line.type == line.LINE_LOOP]
-        assert len(ellipses) == 5 * len(prediction.modes)
+        assert len(ellipses) == 3 * len(prediction.modes)

@@ -115,7 +115,7 @@ def test_tracks_behave_as_a_sequence(place):
     mask[5] = True
     assert list(tracks[mask]) == [tracks[5]]
     assert tracks[:2] + tracks[2:] == tracks
-    assert repr(tracks).startswith("Tracks(60 tracks, ")
+    assert repr(tracks) == f"Tracks({len(tracks)} tracks, {sum(map(len, tracks))} samples)"
 
 
 def test_a_frame_of_tracks_gives_the_tracks_again(place):
@@ -146,6 +146,7 @@ def test_what_is_no_track_is_refused_by_its_type():
 
 def test_a_split_holds_back_a_share_and_keeps_people_together(place):
     train, test = sila.split_tracks(place.tracks, test_share=0.25, seed=3)
-    assert len(test) == 15
+    assert len({track.input_id for track in test}) == 15  # of 60 people
+    assert not {track.input_id for track in test} & {track.input_id for track in train}
     assert sorted(track.id for track in train + test) == sorted(track.id for track in place.tracks)
     assert sila.split_tracks(place.tracks, test_share=0.25, seed=3)[1] == test
