@@ -34,6 +34,18 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
   return result;
 }
 
+StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene, const std::string& config_json,
+                      int threads) {
+  const cli::ThreadLimit limit(threads);
+  const Config config = config_of(config_json);
+  Run run = learn_at_once(placed(tracks, scene, config), config.episode);
+  StoredModel result;
+  result.model = std::move(run.model);
+  result.configuration = to_json(config).dump();
+  for (const EpisodeReport& report : run.episodes) result.episodes.push_back(cli::record_of(1, report));
+  return result;
+}
+
 StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json,
                         int threads) {
   const cli::ThreadLimit limit(threads);
@@ -78,6 +90,8 @@ std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>
 void bind_episode(nb::module_& module) {
   module.def("learn", &learn_tracks, "start"_a, "tracks"_a, "scene"_a, "config"_a, "batch"_a, "threads"_a,
              "on_episode"_a.none());
+  module.def("learn_at_once", &learn_all, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
+             nb::call_guard<nb::gil_scoped_release>());
   module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a, "name"_a,

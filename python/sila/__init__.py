@@ -22,7 +22,7 @@ from ._sila import (
 )
 from ._sila import version as __version__
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
-from ._verbs import Simulation, evaluate, explain_fusion, fuse, learn, predict, simulate
+from ._verbs import Simulation, evaluate, explain_fusion, fuse, learn, learn_at_once, predict, simulate
 from .errors import FormatError, NumericalError
 
 __all__ = [
@@ -51,6 +51,7 @@ __all__ = [
     "fields",
     "fuse",
     "learn",
+    "learn_at_once",
     "modified_hausdorff_m",
     "predict",
     "read_tracks",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import Any
 
 
@@ -22,7 +23,9 @@ def bar(progress: bool | None, total: int, text: str, unit: str) -> Any:
     if not progress:
         return _Silent()
     try:
-        from tqdm.auto import tqdm
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of notebooks without ipywidgets, where it writes text instead
+            from tqdm.auto import tqdm
     except ImportError:
         return _Silent()
     return tqdm(total=total, desc=text, unit=unit)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import _sila
 from ._config import ConfigLike, merged
 from ._sila import Scene, Track
+from .errors import FormatError
 
 if TYPE_CHECKING:
     import pandas
@@ -166,12 +167,23 @@ def as_tracks(tracks: TracksLike, *, config: ConfigLike = None) -> Tracks:
 
 
 def clean(reported: Tracks, source: str, settings: str) -> Tracks:
-    """Tracks as they would be if they were read from a file."""
+    """Tracks as they would be if they were read from a file; refuses rows of which not one track is left."""
     ids = [track.input_id for track in reported for _ in range(len(track))]
     t = _stacked([track.times_s for track in reported], 1)
     xy = _stacked([track.positions_m for track in reported], 2)
-    tracks, report = _sila.clean_rows(ids, t, xy, [], source, settings)
-    return Tracks(tracks, report=json.loads(report))
+    return clean_rows(ids, t, xy, [], source, settings)
+
+
+def clean_rows(
+    ids: list[str], t: NDArray[np.float64], xy: NDArray[np.float64], labels: list[str], source: str, settings: str
+) -> Tracks:
+    """Rows to tracks. Raises FormatError, as for a file, if there are rows and not one track is left."""
+    tracks, text = _sila.clean_rows(ids, t, xy, labels, source, settings)
+    report = json.loads(text)
+    if ids and not tracks:
+        found = ", ".join(f"{entry['rows']} rows {reason}" for reason, entry in report["dropped"].items())
+        raise FormatError(source, 0, "at least one track of two samples", found)
+    return Tracks(tracks, report=report)
 
 
 def _from_frame(frame: Any, config: ConfigLike) -> Tracks:
@@ -213,8 +225,7 @@ def _from_arrays(entries: list[tuple[Any, Any]], config: ConfigLike) -> Tracks:
 def _cleaned(
     ids: list[str], t: NDArray[np.float64], xy: NDArray[np.float64], labels: list[str], source: str, config: ConfigLike
 ) -> Tracks:
-    tracks, report = _sila.clean_rows(ids, t, xy, labels, source, merged("{}", config))
-    return Tracks(tracks, report=json.loads(report))
+    return clean_rows(ids, t, xy, labels, source, merged("{}", config))
 
 
 def _text(key: Any) -> str:

@@ -77,6 +77,8 @@ def tracks(
     segments, values = [], []
     for track in as_tracks(given):
         t, xy = track.times_s, track.positions_m
+        if len(t) < 2:
+            continue
         step = max(1, round(0.4 / max(float(np.median(np.diff(t))), 1e-3))) if colour == "speed" else 1
         step = min(step, len(t) - 1)
         for a in range(0, len(t) - 1, step):

@@ -5,7 +5,6 @@ Positions are taken as they are, in the frame that the messages name: record the
 
 from __future__ import annotations
 
-import json
 import os
 import sqlite3
 import struct
@@ -17,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from . import _sila
 from ._config import ConfigLike, merged
 from ._ellipse import ellipse, steps_at
 from ._sila import Prediction, Track
-from ._tracks import Tracks, TracksLike, as_tracks
+from ._tracks import Tracks, TracksLike, as_tracks, clean_rows
 from .errors import FormatError
 
 __all__ = ["read_tracks", "tracked_topics", "write_predictions"]
@@ -94,12 +92,9 @@ def read_tracks(
         found = f"{rows.without_id} objects without an id" if rows.without_id else "no object"
         raise FormatError(os.fspath(bag), 0, "tracked objects with ids", found)
     labels = ["pedestrian" if label in pedestrian_labels else label for label in rows.labels]
-    tracks, report = _sila.clean_rows(
-        rows.ids, np.array(rows.t), np.array(rows.xy), labels, os.fspath(bag), merged("{}", config)
-    )
-    return Tracks(
-        tracks, report={**json.loads(report), "rows_without_id": rows.without_id, "frame_id": rows.frames.pop()}
-    )
+    tracks = clean_rows(rows.ids, np.array(rows.t), np.array(rows.xy), labels, os.fspath(bag), merged("{}", config))
+    tracks.report.update(rows_without_id=rows.without_id, frame_id=rows.frames.pop())
+    return tracks
 
 
 @contextmanager

@@ -76,6 +76,14 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
     assert why["expect"] and why["reasons"]
 
 
+def test_batch_learning_is_one_episode_with_lessons(place, unseen):
+    at_once = sila.learn_at_once(place.tracks, scene=place.scene)
+    untaught = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks))
+    assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), untaught.size)
+    errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, untaught)]
+    assert errors[0] < errors[1]
+
+
 def test_one_thread_and_two_learn_the_same(place):
     one, two = (sila.learn(place.tracks, scene=place.scene, threads=threads) for threads in (1, 2))
     assert one == two

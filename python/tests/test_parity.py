@@ -2,6 +2,8 @@
 
 import json
 import subprocess
+import sysconfig
+from pathlib import Path
 
 import pytest
 import sila
@@ -107,5 +109,13 @@ def test_fusion(case):
     assert ours.config == theirs.config
 
 
-def test_version():
+def test_the_command_that_pip_installs_is_the_program():
+    command = Path(sysconfig.get_path("scripts")) / "sila"
+    for arguments, code in ((["--version"], 0), (["inspect", "nowhere.sila"], 1), (["inspekt"], 2)):
+        ours, theirs = (
+            subprocess.run([executable, *arguments], capture_output=True, text=True, check=False)
+            for executable in (command, PROGRAM)
+        )
+        assert (ours.returncode, ours.stdout, ours.stderr) == (theirs.returncode, theirs.stdout, theirs.stderr)
+        assert ours.returncode == code
     assert program("--version").split()[1] == sila.__version__

@@ -9,7 +9,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sila import ros
 
-STORAGES = [StoragePlugin.SQLITE3, StoragePlugin.MCAP]
+# Version 8 has no message definitions in the bag.
+STORAGES = [(StoragePlugin.SQLITE3, 8), (StoragePlugin.SQLITE3, 9), (StoragePlugin.MCAP, 9)]
 TRACKED = "autoware_perception_msgs/msg/TrackedObjects"
 DETECTED = "vision_msgs/msg/Detection3DArray"
 
@@ -100,7 +101,7 @@ class Messages:
 
 
 def write_bag(path, store, storage, topics):
-    with Writer(path, version=9, storage_plugin=storage) as writer:
+    with Writer(path, version=storage[1], storage_plugin=storage[0]) as writer:
         for topic, (kind, messages) in topics.items():
             connection = writer.add_connection(topic, kind, typestore=store)
             for message in messages:
@@ -119,7 +120,7 @@ def path_of(person):
     return np.column_stack([person * 4.0 + 0.13 * steps, 2.0 - 0.05 * person * steps])
 
 
-@pytest.mark.parametrize("storage", STORAGES, ids=lambda storage: storage.name)
+@pytest.mark.parametrize("storage", STORAGES, ids=lambda storage: f"{storage[0].name}-{storage[1]}")
 def test_autoware_tracked_pedestrians_are_read(tmp_path, store, storage):
     make = Messages(store)
     messages = [
@@ -137,7 +138,7 @@ def test_autoware_tracked_pedestrians_are_read(tmp_path, store, storage):
     assert tracks.report["frame_id"] == "map"
 
 
-@pytest.mark.parametrize("storage", STORAGES, ids=lambda storage: storage.name)
+@pytest.mark.parametrize("storage", STORAGES, ids=lambda storage: f"{storage[0].name}-{storage[1]}")
 def test_detections_with_ids_are_read_and_those_without_counted(tmp_path, store, storage):
     make = Messages(store)
     messages = [
@@ -154,7 +155,7 @@ def test_detections_with_ids_are_read_and_those_without_counted(tmp_path, store,
 def test_a_single_mcap_file_is_a_bag(tmp_path, store):
     make = Messages(store)
     messages = [make.tracked(t, [(1, *path_of(1)[k], 7)]) for k, t in enumerate(TIMES)]
-    bag = write_bag(tmp_path / "bag", store, StoragePlugin.MCAP, {"/tracks": (TRACKED, messages)})
+    bag = write_bag(tmp_path / "bag", store, STORAGES[-1], {"/tracks": (TRACKED, messages)})
     assert len(ros.read_tracks(next(bag.glob("*.mcap")))) == 1
 
 
@@ -162,11 +163,11 @@ def test_two_topics_or_two_frames_must_be_told_apart(tmp_path, store):
     make = Messages(store)
     near = [make.detected(t, [("a", *path_of(1)[k], "person")]) for k, t in enumerate(TIMES)]
     far = [make.detected(t, [("b", *path_of(2)[k], "person")], frame="base_link") for k, t in enumerate(TIMES)]
-    two = write_bag(tmp_path / "two", store, StoragePlugin.MCAP, {"/a": (DETECTED, near), "/b": (DETECTED, far)})
+    two = write_bag(tmp_path / "two", store, STORAGES[-1], {"/a": (DETECTED, near), "/b": (DETECTED, far)})
     with pytest.raises(sila.FormatError, match="one topic of tracked objects, found /a, /b"):
         ros.read_tracks(two)
     assert [track.id for track in ros.read_tracks(two, topic="/b")] == ["b"]
-    mixed = write_bag(tmp_path / "mixed", store, StoragePlugin.MCAP, {"/a": (DETECTED, near + far)})
+    mixed = write_bag(tmp_path / "mixed", store, STORAGES[-1], {"/a": (DETECTED, near + far)})
     with pytest.raises(sila.FormatError, match="one frame .* found base_link, map"):
         ros.read_tracks(mixed)
     assert [track.id for track in ros.read_tracks(mixed, frame_id="map")] == ["a"]
@@ -182,8 +183,14 @@ def test_what_is_no_bag_is_refused_by_name(tmp_path, store):
     with pytest.raises(sila.FormatError, match="empty"):
         ros.read_tracks(tmp_path / "empty")
     make = Messages(store)
+    messages = [make.tracked(t, [(1, *path_of(1)[k], 7)]) for k, t in enumerate(TIMES)]
+    whole = next(write_bag(tmp_path / "whole", store, STORAGES[-1], {"/a": (TRACKED, messages)}).glob("*.mcap"))
+    for share in (0.2, 0.5, 0.9):
+        (tmp_path / "cut.mcap").write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
+        with pytest.raises(sila.FormatError, match="cut.mcap"):
+            ros.read_tracks(tmp_path / "cut.mcap")
     messages = [make.detected(t, [("", 0.0, 0.0, "person")]) for t in TIMES]
-    nameless = write_bag(tmp_path / "nameless", store, StoragePlugin.MCAP, {"/a": (DETECTED, messages)})
+    nameless = write_bag(tmp_path / "nameless", store, STORAGES[-1], {"/a": (DETECTED, messages)})
     with pytest.raises(sila.FormatError, match="30 objects without an id"):
         ros.read_tracks(nameless)
 

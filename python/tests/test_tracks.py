@@ -94,6 +94,14 @@ def test_every_row_is_accounted_for():
     assert {reason: entry["rows"] for reason, entry in report["dropped"].items()} == {"not_finite": 1, "other_label": 1}
 
 
+def test_rows_that_make_no_track_are_refused_with_the_reasons():
+    with pytest.raises(
+        sila.FormatError, match="at least one track of two samples, found 1 rows not_finite, 1 rows single"
+    ):
+        sila.as_tracks({"a": [[0.0, 0.0, 0.0], [1.0, np.nan, 1.0]]})
+    assert len(sila.as_tracks({})) == 0
+
+
 def test_a_gap_splits_and_the_pieces_keep_the_id_of_the_input():
     walk = WALK.copy()
     walk[6:, 0] += 10.0
