@@ -96,7 +96,8 @@ class Predictor:
         return -self.evaluate(X).metric("weighted_mhd_m", group="all")
 
     def __repr__(self) -> str:
-        given = "".join(f", {name}={value!r}" for name, value in self._given.items())
+        changed = {name: value for name, value in self._given.items() if self._defaults.get(name) != value}
+        given = "".join(f", {name}={value!r}" for name, value in changed.items())
         fitted = f" of {self.model_!r}" if hasattr(self, "model_") else ", not fitted"
         return f"<Predictor(batch={self.batch}{given}){fitted}>"
 
