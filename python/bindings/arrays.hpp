@@ -28,6 +28,10 @@ inline nb::ndarray<nb::numpy, double, nb::c_contig> array_of_points(const std::v
   return array_of(std::move(numbers), {points.size(), 2});
 }
 
+inline nb::ndarray<nb::numpy, double, nb::c_contig> array_of_pair(const Vector2& pair) {
+  return array_of(std::vector<double>{pair.x(), pair.y()}, {2});
+}
+
 inline View view_of(const std::vector<double>& numbers) {
   return View(numbers.data(), {numbers.size()});
 }

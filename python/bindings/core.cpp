@@ -95,8 +95,8 @@ void bind_frame(nb::module_& module) {
   nb::class_<CurbFrame>(module, "CurbFrame",
                         "The common curbside frame of a corner: coordinates along its two curbs, in sidewalk widths.")
       .def_prop_ro(
-          "origin_m", [](const CurbFrame& f) { return array_of_points({f.origin_m}); }, nb::rv_policy::automatic,
-          "Shape (1, 2), metres: where the two straight curbs meet.")
+          "origin_m", [](const CurbFrame& f) { return array_of_pair(f.origin_m); }, nb::rv_policy::automatic,
+          "Shape (2,), metres: where the two straight curbs meet.")
       .def_prop_ro(
           "axes",
           [](const CurbFrame& f) {
@@ -104,8 +104,8 @@ void bind_frame(nb::module_& module) {
           },
           nb::rv_policy::automatic, "Shape (2, 2): a row is the unit vector along a curb, away from the corner.")
       .def_prop_ro(
-          "unit_m", [](const CurbFrame& f) { return array_of_points({f.unit_m}); }, nb::rv_policy::automatic,
-          "Shape (1, 2): metres along each axis of one unit of the curb coordinates.")
+          "unit_m", [](const CurbFrame& f) { return array_of_pair(f.unit_m); }, nb::rv_policy::automatic,
+          "Shape (2,): metres along each axis of one unit of the curb coordinates.")
       .def_ro("sidewalk_width_m", &CurbFrame::sidewalk_width_m)
       .def("to_curb", mapped<to_curb>("points_m"), "points_m"_a, SILA_MAP_SIGNATURE("to_curb", "points_m"),
            "World positions (n, 2) [m] to curb coordinates (n, 2) [sidewalk widths].")

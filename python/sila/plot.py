@@ -50,7 +50,7 @@ def curb_frame(place: SceneLike, *, corner: int | None = None, reach: int = 4, a
         ends = np.array([[value, -reach], [value, reach]], dtype=float)
         for line in (ends, ends[:, ::-1]):
             ax.plot(*frame.to_world(line).T, **style)
-    origin = frame.origin_m[0]
+    origin = (float(frame.origin_m[0]), float(frame.origin_m[1]))
     for name, tip in (("curb 1", [reach + 0.4, 0.0]), ("curb 2", [0.0, reach + 0.4])):
         end = frame.to_world([tip])[0]
         arrow = {"arrowstyle": "-|>", "color": "#b03030", "linewidth": 1.8, "shrinkA": 0, "shrinkB": 0}

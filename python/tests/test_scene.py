@@ -49,7 +49,8 @@ def test_a_scene_comes_back_from_its_file(tmp_path, place):
 
 def test_the_scaling_of_a_frame_can_be_chosen():
     scene = sila.Scene(**OBLIQUE, sidewalk_width_1_m=2.0, sidewalk_width_2_m=3.0)
-    assert scene.frame().unit_m.tolist() == [[2.5, 2.5]]
+    assert scene.frame().unit_m.tolist() == [2.5, 2.5]
+    assert scene.frame().origin_m.tolist() == OBLIQUE["origin"]
     assert scene.frame(scaling="strip_widths") != scene.frame()
     with pytest.raises(ValueError, match="scaling"):
         scene.frame(scaling="feet")
