@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "options.hpp"
+#include "records.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/episode/episode.hpp"
 #include "sila/fuse/reindex.hpp"
@@ -53,15 +54,6 @@ void run_cases(const FuseOptions& options) {
   if (options.common.json) std::cout << results.dump(2) << "\n";
   if (failed > 0)
     throw std::runtime_error(std::to_string(failed) + " of " + std::to_string(results.size()) + " fusion cases failed");
-}
-
-/// The episodes of both, in order, so that the file tells where its model came from.
-std::vector<EpisodeRecord> joined(std::vector<EpisodeRecord> first, const std::vector<EpisodeRecord>& second) {
-  for (EpisodeRecord record : second) {
-    record.number = static_cast<int>(first.size()) + 1;
-    first.push_back(std::move(record));
-  }
-  return first;
 }
 
 void fuse_files(const FuseOptions& options) {

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "options.hpp"
+#include "records.hpp"
 #include "sila/eval/episodes.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
@@ -19,18 +20,6 @@ struct LearnOptions {
   std::string model;
   int batch = 20;
 };
-
-/// What the model file keeps of an episode beside its sizes.
-std::string statistics_of(const Model& previous, const Episode& episode) {
-  const EpisodeReport& report = episode.report;
-  nlohmann::ordered_json statistics;
-  statistics["standing"] = report.learn.standing;
-  statistics["unexplained"] = report.learn.unexplained;
-  statistics["batch_primitives"] = report.learn.primitives;
-  statistics["batch_transitions"] = report.learn.transitions;
-  statistics["change"] = to_json(report.change, previous, episode.model);
-  return statistics.dump();
-}
 
 void tell(int number, int of, const EpisodeReport& report) {
   std::ostringstream line;
@@ -61,10 +50,7 @@ void learn_tracks(const LearnOptions& options) {
   const Run run = run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
                                sila_update(config.episode), [&](int number, const Episode& episode) {
                                  const EpisodeReport& report = episode.report;
-                                 file.commit(episode.model,
-                                             {before + number, report.tracks, report.seconds, report.size_before,
-                                              report.size_after, statistics_of(previous, episode)},
-                                             configuration);
+                                 file.commit(episode.model, record_of(before + number, previous, episode), configuration);
                                  previous = episode.model;
                                  tell(number, episodes, report);
                                });

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sila/episode/change.hpp"
+#include "sila/episode/episode.hpp"
+#include "sila/io/model_store.hpp"
+
+// What a model file is told of its episodes, by the program and by the Python package alike.
+namespace sila::cli {
+
+/// What the model file keeps of an episode that began with `previous`; numbers count from 1.
+inline EpisodeRecord record_of(int number, const Model& previous, const Episode& episode) {
+  const EpisodeReport& report = episode.report;
+  nlohmann::ordered_json statistics;
+  statistics["standing"] = report.learn.standing;
+  statistics["unexplained"] = report.learn.unexplained;
+  statistics["batch_primitives"] = report.learn.primitives;
+  statistics["batch_transitions"] = report.learn.transitions;
+  statistics["change"] = to_json(report.change, previous, episode.model);
+  return {number, report.tracks, report.seconds, report.size_before, report.size_after, statistics.dump()};
+}
+
+/// The episodes of both, in order, so that the file tells where its model came from.
+inline std::vector<EpisodeRecord> joined(std::vector<EpisodeRecord> first, const std::vector<EpisodeRecord>& second) {
+  for (EpisodeRecord record : second) {
+    record.number = static_cast<int>(first.size()) + 1;
+    first.push_back(std::move(record));
+  }
+  return first;
+}
+
+}  // namespace sila::cli

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sila/config.hpp"
+#include "sila/core/placed_track.hpp"
+#include "sila/io/scene.hpp"
+
+namespace sila::python {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+/// A trajectory and the id that its rows had in the input, which predictions are told by.
+struct Track {
+  Trajectory trajectory;
+  std::string input_id;
+};
+
+/// A scene as each way of scaling sees it: which one holds is only known when a configuration is.
+struct ScaledScene {
+  std::array<Scene, 2> by_scaling;                                  ///< indexed by CurbScaling
+  std::map<std::string, std::vector<std::vector<Vector2>>> layers;  ///< polygons to draw, by name
+
+  const Scene& as(CurbScaling scaling) const { return by_scaling[static_cast<std::size_t>(scaling)]; }
+  const Scene& usual() const { return by_scaling.front(); }
+};
+
+// One function a room: adds it to the module.
+void bind_errors(nb::module_& module);
+void bind_core(nb::module_& module);
+void bind_scene(nb::module_& module);
+void bind_io(nb::module_& module);
+void bind_model(nb::module_& module);
+void bind_episode(nb::module_& module);
+void bind_predict(nb::module_& module);
+void bind_eval(nb::module_& module);
+void bind_sim(nb::module_& module);
+
+/// A frame as it travels between processes: bit for bit, where make_curb_frame would normalise again.
+using FrameState = std::tuple<double, double, double, double, double, double, double, double, double>;
+FrameState state_of(const CurbFrame& frame);
+CurbFrame frame_in(const FrameState& state);
+
+/// The configuration of a JSON text that Python keeps; "{}" is the default one.
+Config config_of(const std::string& json);
+
+/// Each track in the frame of its corner, as `config.corners` wants it.
+std::vector<PlacedTrack> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config);
+
+}  // namespace sila::python

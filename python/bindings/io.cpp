@@ -1,0 +1,79 @@
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "bindings.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/scene_tracks.hpp"
+#include "sila/io/track_report.hpp"
+#include "sila/io/write_tracks.hpp"
+
+namespace sila::python {
+namespace {
+
+std::string merged_config(const std::string& base, const std::string& changes, const std::string& source) {
+  const Config config = apply_json(config_of(base), nlohmann::json::parse(changes), source);
+  validate_fields("config", config);
+  return to_json(config).dump();
+}
+
+std::string config_from_file(const std::filesystem::path& path) {
+  return read_json(path).dump();
+}
+
+/// (path, default, unit, range, meaning) of every field.
+std::vector<std::array<std::string, 5>> config_fields() {
+  std::vector<std::array<std::string, 5>> rows;
+  for (const FieldInfo& field : list_fields(Config{}))
+    rows.push_back({field.path, field.value, field.unit, field.range, field.text});
+  return rows;
+}
+
+TrackFormat format_named(const std::string& name) {
+  if (const auto format = track_format(name)) return *format;
+  std::string known;
+  for (const TrackFormatText& text : track_formats()) known += (known.empty() ? "" : ", ") + std::string(text.name);
+  throw std::invalid_argument("read_tracks: format = \"" + name + "\" is not one of " + known);
+}
+
+std::pair<std::vector<Track>, std::string> read_files(
+    const std::vector<std::filesystem::path>& paths, const ScaledScene* scene, const std::optional<std::string>& format,
+    std::optional<double> frames_per_second, std::optional<double> metres_per_unit, const std::string& config) {
+  const Config settings = config_of(config);
+  ReadOptions options;
+  if (format) options.format = format_named(*format);
+  options.frames_per_second = frames_per_second;
+  options.metres_per_unit = metres_per_unit;
+  const Scene place = scene == nullptr ? Scene{} : scene->usual();
+  CleanTracks clean =
+      paths.empty() ? read_scene_tracks(place, settings.clean) : read_tracks(paths, place, options, settings.clean);
+  std::vector<Track> tracks;
+  for (std::size_t i = 0; i < clean.trajectories.size(); ++i)
+    tracks.push_back({std::move(clean.trajectories[i]), std::move(clean.input_ids[i])});
+  return {std::move(tracks), to_json(clean.report).dump()};
+}
+
+void write_csv(const std::filesystem::path& path, const std::vector<Track>& tracks) {
+  std::vector<Trajectory> trajectories;
+  for (const Track& track : tracks) trajectories.push_back(track.trajectory);
+  write_tracks_csv(path, trajectories);
+}
+
+}  // namespace
+
+Config config_of(const std::string& json) {
+  return apply_json(Config{}, nlohmann::json::parse(json), "config");
+}
+
+void bind_io(nb::module_& module) {
+  module.def("merged_config", &merged_config, "base"_a, "changes"_a, "source"_a,
+             "A whole configuration as JSON: the defaults, then base, then changes; checked.");
+  module.def("config_from_file", &config_from_file, "path"_a, "The JSON of a file, without its comments.");
+  module.def("config_fields", &config_fields, "Path, default, unit, range and meaning of every configuration field.");
+  module.def("read_files", &read_files, "paths"_a, "scene"_a.none(), "format"_a.none(), "frames_per_second"_a.none(),
+             "metres_per_unit"_a.none(), "config"_a, nb::call_guard<nb::gil_scoped_release>(),
+             "Tracks of files, or of those that the scene names if there is no path; and the report as JSON.");
+  module.def("write_csv", &write_csv, "path"_a, "tracks"_a, nb::call_guard<nb::gil_scoped_release>(),
+             "Writes the generic CSV, track_id,t,x,y.");
+}
+
+}  // namespace sila::python

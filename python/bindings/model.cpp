@@ -1,0 +1,206 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "arrays.hpp"
+#include "sila/io/inspect.hpp"
+#include "sila/io/model_store.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila::python {
+namespace {
+
+/// A primitive with the grid that its cells are of.
+struct Primitive {
+  MotionPrimitive content;
+  Grid grid;
+};
+
+/// What of a transition is for users.
+struct TransitionSummary {
+  int from = 0;
+  int to = 0;
+  double count = 0.0;
+};
+
+std::vector<Primitive> primitives_of(const StoredModel& stored) {
+  std::vector<Primitive> primitives;
+  for (const MotionPrimitive& primitive : stored.model.primitives)
+    primitives.push_back({primitive, stored.model.conventions.grid});
+  return primitives;
+}
+
+std::vector<TransitionSummary> transitions_of(const StoredModel& stored) {
+  std::vector<TransitionSummary> transitions;
+  for (const Transition& transition : stored.model.transitions)
+    transitions.push_back({transition.from, transition.to, transition.count});
+  return transitions;
+}
+
+nb::ndarray<nb::numpy, std::int32_t, nb::c_contig> cells_of(const Primitive& primitive) {
+  std::vector<std::int32_t> numbers;
+  for (const CellVelocity& entry : primitive.content.cells)
+    numbers.push_back(entry.cell.x), numbers.push_back(entry.cell.y);
+  return array_of(std::move(numbers), {primitive.content.cells.size(), 2});
+}
+
+std::vector<Vector2> centres_of(const Primitive& primitive) {
+  std::vector<Vector2> centres;
+  for (const CellVelocity& entry : primitive.content.cells) centres.push_back(centre_of(primitive.grid, entry.cell));
+  return centres;
+}
+
+std::vector<Vector2> velocities_of(const Primitive& primitive) {
+  std::vector<Vector2> velocities;
+  for (const CellVelocity& entry : primitive.content.cells) velocities.push_back(entry.velocity);
+  return velocities;
+}
+
+/// A folder of its own that is gone when the scope ends.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "sila-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr) throw std::runtime_error("pickle: no temporary folder can be made");
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::filesystem::path file() const { return std::filesystem::path(path_) / "model.sila"; }
+
+ private:
+  std::string path_;
+};
+
+/// A model travels as the bytes of its file: one format, bit for bit, versioned.
+std::string file_bytes(const StoredModel& stored) {
+  const TemporaryFolder folder;
+  save_model(folder.file(), stored);
+  std::ifstream file(folder.file(), std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+StoredModel model_in(std::string_view bytes) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.file(), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return load_model(folder.file());
+}
+
+nlohmann::ordered_json history_of(const StoredModel& stored) {
+  nlohmann::ordered_json history = nlohmann::ordered_json::array();
+  for (const EpisodeRecord& e : stored.episodes) {
+    history.push_back({{"number", e.number},
+                       {"tracks", e.tracks},
+                       {"seconds", e.seconds},
+                       {"size_before", e.size_before},
+                       {"size_after", e.size_after}});
+    history.back().update(nlohmann::ordered_json::parse(e.statistics));
+  }
+  return history;
+}
+
+/// JSON as Python's own dictionaries and lists.
+nb::object in_python(const std::string& json) {
+  return nb::module_::import_("json").attr("loads")(json);
+}
+
+std::string repr(const StoredModel& stored) {
+  const Model& model = stored.model;
+  return "Model(size=" + std::to_string(size(model)) + ": " + std::to_string(model.primitives.size()) +
+         " primitives, " + std::to_string(model.transitions.size()) + " transitions; " + std::to_string(model.tracks) +
+         " tracks in " + std::to_string(model.episodes) + " episodes)";
+}
+
+void bind_parts(nb::module_& module) {
+  nb::class_<Primitive>(module, "Primitive", "A motion primitive: arrows in cells of the curb grid.")
+      .def_prop_ro("cells", &cells_of, nb::rv_policy::automatic,
+                   "Shape (n, 2), int32: integer coordinates of the cells.")
+      .def_prop_ro(
+          "centres", [](const Primitive& p) { return array_of_points(centres_of(p)); }, nb::rv_policy::automatic,
+          "Shape (n, 2), curb coordinates [sidewalk widths] of the cells' centres.")
+      .def_prop_ro(
+          "velocities", [](const Primitive& p) { return array_of_points(velocities_of(p)); }, nb::rv_policy::automatic,
+          "Shape (n, 2): the arrows, of length at most 1.")
+      .def_prop_ro(
+          "weight", [](const Primitive& p) { return p.content.weight; }, "How many primitives it was fused of.")
+      .def("__len__", [](const Primitive& p) { return p.content.cells.size(); })
+      .def("__repr__", [](const Primitive& p) {
+        return nb::str("Primitive({} cells, weight={:g})").format(p.content.cells.size(), p.content.weight);
+      });
+  nb::class_<TransitionSummary>(module, "Transition", "How often a walk led from one primitive to another.")
+      .def_ro("from_primitive", &TransitionSummary::from, "Index of a primitive.")
+      .def_ro("to_primitive", &TransitionSummary::to, "Index of a primitive.")
+      .def_ro("count", &TransitionSummary::count, "Trajectories that showed it.")
+      .def("__repr__", [](const TransitionSummary& t) {
+        return nb::str("Transition({} -> {}, count={:g})").format(t.from, t.to, t.count);
+      });
+}
+
+}  // namespace
+
+void bind_model(nb::module_& module) {
+  bind_parts(module);
+  nb::class_<StoredModel>(
+      module, "Model",
+      "What was learnt of a place, with the configuration that it was learnt with and its episodes.\n\n"
+      "Model() knows nothing. Values do not change: `learn` and `fuse` give new models.")
+      .def(nb::init<>())
+      .def_static("load", &load_model, "path"_a, nb::call_guard<nb::gil_scoped_release>(), "Reads a model file.")
+      .def(
+          "save", [](const StoredModel& stored, const std::filesystem::path& path) { save_model(path, stored); },
+          "path"_a, nb::call_guard<nb::gil_scoped_release>(),
+          "Writes a model file; refuses to overwrite what is no model.")
+      .def_prop_ro(
+          "size", [](const StoredModel& stored) { return size(stored.model); },
+          "The paper's model size: primitives and transitions.")
+      .def_prop_ro(
+          "tracks", [](const StoredModel& stored) { return stored.model.tracks; }, "Tracks learnt from.")
+      .def_prop_ro(
+          "episodes", [](const StoredModel& stored) { return stored.model.episodes; }, "Batches learnt.")
+      .def_prop_ro("primitives", &primitives_of)
+      .def_prop_ro("transitions", &transitions_of)
+      .def_prop_ro(
+          "cell_widths", [](const StoredModel& stored) { return stored.model.conventions.grid.cell; },
+          "Side of a grid cell [sidewalk widths].")
+      .def_prop_ro("sample_interval_s",
+                   [](const StoredModel& stored) { return stored.model.conventions.sample_interval_s; })
+      .def_prop_ro("config_json", [](const StoredModel& stored) { return stored.configuration; })
+      .def_prop_ro(
+          "config", [](const StoredModel& stored) { return in_python(stored.configuration); },
+          nb::for_getter(nb::sig("def config(self, /) -> dict[str, typing.Any]")),
+          "The configuration that it was learnt with, as a nested dictionary.")
+      .def_prop_ro(
+          "history", [](const StoredModel& stored) { return in_python(history_of(stored).dump()); },
+          nb::for_getter(nb::sig("def history(self, /) -> list[dict[str, typing.Any]]")),
+          "What each episode did: number, tracks, seconds, size_before, size_after and more.")
+      .def(
+          "inspect", [](const StoredModel& stored) { return in_python(inspect_json(stored).dump()); },
+          nb::sig("def inspect(self) -> dict[str, typing.Any]"), "What `sila inspect --json` prints.")
+      .def(
+          "describe", [](const StoredModel& stored) { return describe(stored); }, "A dozen lines for people.")
+      .def(
+          "__eq__", [](const StoredModel& a, const StoredModel& b) { return identical(a.model, b.model); },
+          "Whether two models are the same bit for bit, whenever and with whatever names they were learnt.")
+      .def("__eq__", [](const StoredModel&, nb::handle) { return false; })
+      .def("__repr__", &repr)
+      .def("__copy__", [](const StoredModel& stored) { return stored; })
+      .def("__deepcopy__", [](const StoredModel& stored, const nb::dict&) { return stored; })
+      .def("__getstate__",
+           [](const StoredModel& stored) {
+             const std::string bytes = file_bytes(stored);
+             return nb::make_tuple(nb::bytes(bytes.data(), bytes.size()));
+           })
+      .def("__setstate__", [](StoredModel& stored, const nb::tuple& state) {
+        const auto bytes = nb::cast<nb::bytes>(state[0]);
+        new (&stored) StoredModel(model_in({bytes.c_str(), bytes.size()}));
+      });
+}
+
+}  // namespace sila::python

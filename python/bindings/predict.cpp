@@ -1,0 +1,211 @@
+#include <tbb/parallel_for.h>
+
+#include "arrays.hpp"
+#include "sila/core/sampling.hpp"
+#include "sila/io/model_store.hpp"
+#include "sila/predict/prediction_json.hpp"
+#include "sila/predict/predictor.hpp"
+#include "threads.hpp"
+
+namespace sila::python {
+namespace {
+
+/// A prediction and whose it is.
+struct TrackPrediction {
+  std::string track;  ///< id as in the input
+  std::string piece;  ///< unique id
+  Prediction content;
+};
+
+struct PlacedPredictor {
+  Config config;
+  Predictor predictor;
+};
+
+/// As `sila predict`, or only from the last sample of each track.
+std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
+                                            const ScaledScene& scene, double every_s, bool at_end, int threads) {
+  if (!(every_s > 0.0))
+    throw std::invalid_argument("predict: every_s = " + std::to_string(every_s) + ", must be positive");
+  const cli::ThreadLimit limit(threads);
+  const std::vector<PlacedTrack> input = placed(tracks, scene, made.config);
+  const double observe_s = made.config.episode.predict.observe_s;
+  std::vector<std::vector<TrackPrediction>> of_track(input.size());
+  tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
+    const Trajectory& track = input[i].track;
+    const std::vector<std::size_t> due =
+        at_end ? std::vector{track.times_s.size() - 1} : prediction_samples(track, observe_s, every_s);
+    for (const std::size_t last : due) {
+      const CurbTrajectory observed = observe(track, last, input[i].frame, observe_s, made.config.episode.sampling);
+      of_track[i].push_back({tracks[i].input_id, track.id, made.predictor.predict(observed)});
+    }
+  });
+  std::vector<TrackPrediction> all;
+  for (auto& some : of_track) std::move(some.begin(), some.end(), std::back_inserter(all));
+  return all;
+}
+
+void append(std::vector<double>& numbers, const Matrix2& m) {
+  numbers.insert(numbers.end(), {m(0, 0), m(0, 1), m(1, 0), m(1, 1)});
+}
+
+auto covariances_of(const Mode& mode) {
+  std::vector<double> numbers;
+  for (const Matrix2& m : mode.covariances_m2) append(numbers, m);
+  return array_of(std::move(numbers), {mode.covariances_m2.size(), 2, 2});
+}
+
+auto all_paths(const Prediction& prediction) {
+  std::vector<double> numbers;
+  for (const Mode& mode : prediction.modes) {
+    for (const Vector2& point : mode.path_m) numbers.push_back(point.x()), numbers.push_back(point.y());
+  }
+  return array_of(std::move(numbers), {prediction.modes.size(), prediction.times_s.size(), 2});
+}
+
+auto all_covariances(const Prediction& prediction) {
+  std::vector<double> numbers;
+  for (const Mode& mode : prediction.modes) {
+    for (const Matrix2& m : mode.covariances_m2) append(numbers, m);
+  }
+  return array_of(std::move(numbers), {prediction.modes.size(), prediction.times_s.size(), 2, 2});
+}
+
+auto all_weights(const Prediction& prediction) {
+  std::vector<double> weights;
+  for (const Mode& mode : prediction.modes) weights.push_back(mode.weight);
+  const std::size_t modes = weights.size();
+  return array_of(std::move(weights), {modes});
+}
+
+using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
+using RegionState = std::pair<double, std::vector<double>>;
+using PredictionState =
+    std::tuple<std::string, std::string, double, std::vector<double>, bool, double, std::vector<ModeState>,
+               std::vector<RegionState>>;
+
+PredictionState state_of(const TrackPrediction& prediction) {
+  std::vector<ModeState> modes;
+  for (const Mode& mode : prediction.content.modes) {
+    std::vector<double> path, covariances;
+    for (const Vector2& point : mode.path_m) path.insert(path.end(), {point.x(), point.y()});
+    for (const Matrix2& m : mode.covariances_m2) append(covariances, m);
+    modes.push_back({mode.weight, std::move(path), std::move(covariances), mode.primitives, static_cast<int>(mode.manner),
+                     mode.source});
+  }
+  const Prediction& content = prediction.content;
+  std::vector<RegionState> regions;
+  for (const Region& region : content.regions) regions.push_back({region.probability, region.levels});
+  return {prediction.track, prediction.piece, content.t0_s, content.times_s,
+          content.fallback, content.novelty,  modes,        regions};
+}
+
+TrackPrediction prediction_in(const PredictionState& state) {
+  const auto& [track, piece, t0_s, times_s, fallback, novelty, modes, regions] = state;
+  TrackPrediction prediction{track, piece, {t0_s, times_s, {}, {}, fallback, novelty}};
+  for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
+  for (const auto& [weight, path, covariances, primitives, manner, source] : modes) {
+    Mode mode{weight, {}, {}, primitives, static_cast<Manner>(manner), source};
+    for (std::size_t i = 0; i + 1 < path.size(); i += 2) mode.path_m.emplace_back(path[i], path[i + 1]);
+    for (std::size_t i = 0; i + 3 < covariances.size(); i += 4) {
+      Matrix2 matrix;
+      matrix << covariances[i], covariances[i + 1], covariances[i + 2], covariances[i + 3];
+      mode.covariances_m2.push_back(matrix);
+    }
+    prediction.content.modes.push_back(std::move(mode));
+  }
+  return prediction;
+}
+
+void bind_mode(nb::module_& module) {
+  nb::class_<Mode>(module, "Mode", "One hypothesis of what the person will do, in the world frame.")
+      .def_ro("weight", &Mode::weight)
+      .def_prop_ro(
+          "path_m", [](const Mode& mode) { return view_of(mode.path_m); }, nb::rv_policy::reference_internal,
+          "Shape (t, 2), metres: the mean position at each time of the prediction.")
+      .def_prop_ro("covariances_m2", &covariances_of, nb::rv_policy::automatic,
+                   "Shape (t, 2, 2), square metres: of the position.")
+      .def_ro("primitives", &Mode::primitives, "Visited, in order; empty for constant velocity.")
+      .def_prop_ro(
+          "manner", [](const Mode& mode) { return kManners[static_cast<std::size_t>(mode.manner)]; },
+          "expected, or how it differs: slower, faster, left, right.")
+      .def("__repr__", [](const Mode& mode) {
+        return nb::str("Mode(weight={:.3f}, {} steps, primitives={})")
+            .format(mode.weight, mode.path_m.size(), mode.primitives);
+      });
+}
+
+void bind_prediction(nb::module_& module) {
+  nb::class_<TrackPrediction>(module, "Prediction",
+                              "The next seconds of one person as m weighted modes over t times, heaviest first.")
+      .def_ro("track", &TrackPrediction::track, "The id that the rows of the track had in the input.")
+      .def_ro("piece", &TrackPrediction::piece, "The unique id of the track, \"17#2\" for a later piece of 17.")
+      .def_prop_ro(
+          "t0_s", [](const TrackPrediction& p) { return p.content.t0_s; },
+          "Time of the last observed sample, on the clock of the input.")
+      .def_prop_ro(
+          "times_s", [](const TrackPrediction& p) { return view_of(p.content.times_s); },
+          nb::rv_policy::reference_internal, "Shape (t,), seconds after t0.")
+      .def_prop_ro(
+          "fallback", [](const TrackPrediction& p) { return p.content.fallback; },
+          "No transition matched: kinematics alone.")
+      .def_prop_ro(
+          "novelty", [](const TrackPrediction& p) { return p.content.novelty; },
+          "In [0, 1]: share of the people seen so far whose path was better known than this one.")
+      .def_prop_ro(
+          "regions",
+          [](const TrackPrediction& p) {
+            std::vector<RegionState> regions;
+            for (const Region& region : p.content.regions) regions.push_back({region.probability, region.levels});
+            return regions;
+          },
+          "(probability, levels of shape (t,)): with that probability the person will be where the density of the modes is "
+          "at least exp(-level) of its peak; none from a model that no error has taught yet.")
+      .def_prop_ro("modes", [](const TrackPrediction& p) { return p.content.modes; })
+      .def_prop_ro(
+          "weights", [](const TrackPrediction& p) { return all_weights(p.content); }, nb::rv_policy::automatic,
+          "Shape (m,); their sum is 1.")
+      .def_prop_ro(
+          "paths_m", [](const TrackPrediction& p) { return all_paths(p.content); }, nb::rv_policy::automatic,
+          "Shape (m, t, 2), metres.")
+      .def_prop_ro(
+          "covariances_m2", [](const TrackPrediction& p) { return all_covariances(p.content); },
+          nb::rv_policy::automatic, "Shape (m, t, 2, 2), square metres.")
+      .def(
+          "to_json", [](const TrackPrediction& p) { return prediction_line(p.track, p.content); },
+          "The line that `sila predict` writes.")
+      .def(
+          "to_frame", [](nb::handle p) { return nb::module_::import_("sila._predictions").attr("frame_of")(p); },
+          nb::sig("def to_frame(self) -> pandas.DataFrame"),
+          "One row a mode and time: track_id, t0, fallback, novelty, mode, weight, t, x, y, cov_xx, cov_xy, cov_yy.")
+      .def("__eq__", [](const TrackPrediction& a, const TrackPrediction& b) { return state_of(a) == state_of(b); })
+      .def("__eq__", [](const TrackPrediction&, nb::handle) { return false; })
+      .def("__repr__",
+           [](const TrackPrediction& p) {
+             return nb::str("Prediction(track='{}', t0_s={:g}, {} modes, {} steps{})")
+                 .format(p.track, p.content.t0_s, p.content.modes.size(), p.content.times_s.size(),
+                         p.content.fallback ? ", fallback" : "");
+           })
+      .def("__getstate__", &state_of)
+      .def("__setstate__",
+           [](TrackPrediction& p, const PredictionState& state) { new (&p) TrackPrediction(prediction_in(state)); });
+}
+
+}  // namespace
+
+void bind_predict(nb::module_& module) {
+  bind_mode(module);
+  bind_prediction(module);
+  nb::class_<PlacedPredictor>(module, "ReadyPredictor", "A model made ready for thousands of predictions.")
+      .def(
+          "__init__",
+          [](PlacedPredictor* self, const StoredModel& stored, const std::string& config_json) {
+            const Config config = config_of(config_json);
+            new (self) PlacedPredictor{config, Predictor(stored.model, config.episode.predict)};
+          },
+          "model"_a, "config"_a)
+      .def("predict", &predict_tracks, "tracks"_a, "scene"_a, "every_s"_a, "at_end"_a, "threads"_a,
+           nb::call_guard<nb::gil_scoped_release>());
+}
+
+}  // namespace sila::python

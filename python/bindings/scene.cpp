@@ -1,0 +1,211 @@
+#include "sila/io/scene.hpp"
+
+#include <stdexcept>
+
+#include "arrays.hpp"
+
+namespace sila::python {
+namespace {
+
+constexpr CurbScaling kScalings[] = {CurbScaling::mean_width, CurbScaling::strip_widths};
+
+ScaledScene load_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
+  ScaledScene scene;
+  for (const CurbScaling scaling : kScalings)
+    scene.by_scaling[static_cast<std::size_t>(scaling)] = read_scene(path, scaling, data_dir);
+  return scene;
+}
+
+YAxis y_axis_named(const std::string& name) {
+  if (name != "up" && name != "down")
+    throw std::invalid_argument("Scene: y_axis = \"" + name + "\" is not one of up, down");
+  return name == "down" ? YAxis::down : YAxis::up;
+}
+
+ScaledScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2, double sidewalk_width_m,
+                       std::optional<double> width_1_m, std::optional<double> width_2_m, const std::string& name,
+                       const std::string& y_axis) {
+  const SidewalkWidths widths{sidewalk_width_m, width_1_m.value_or(sidewalk_width_m),
+                              width_2_m.value_or(sidewalk_width_m)};
+  const Vector2 origin = pair_from("origin", origin_m);
+  const Vector2 first = pair_from("axis_1", axis_1), second = pair_from("axis_2", axis_2);
+  ScaledScene scene;
+  for (const CurbScaling scaling : kScalings) {
+    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
+    scaled.name = name;
+    scaled.y_axis = y_axis_named(y_axis);
+    scaled.corners.push_back({"1", make_curb_frame(origin, first, second, widths, scaling), widths});
+  }
+  return scene;
+}
+
+using FileState = std::tuple<std::string, std::string, std::optional<std::string>, std::optional<double>,
+                             std::optional<double>, std::optional<double>, std::array<double, 4>>;
+using CornerState = std::tuple<std::string, std::array<double, 3>, FrameState>;
+using PolygonState = std::vector<std::pair<double, double>>;
+
+FileState state_of(const SceneFile& file) {
+  std::optional<std::string> format;
+  if (file.options.format) format = std::string(name_of(*file.options.format));
+  const SimilarityTransform& s = file.to_scene;
+  return {file.path,
+          file.resolved.string(),
+          format,
+          file.options.frames_per_second,
+          file.options.sample_interval_s,
+          file.options.metres_per_unit,
+          {s.a, s.b, s.tx, s.ty}};
+}
+
+SceneFile file_in(const FileState& state) {
+  const auto& [path, resolved, format, rate, interval, scale, transform] = state;
+  const auto [a, b, tx, ty] = transform;
+  return {path, resolved, {format ? track_format(*format) : std::nullopt, rate, interval, scale}, {a, b, tx, ty}};
+}
+
+nb::tuple state_of(const Scene& scene) {
+  std::vector<CornerState> corners;
+  for (const Corner& corner : scene.corners) {
+    const SidewalkWidths& w = corner.widths;
+    corners.push_back({corner.name, {w.mean_m, w.width_1_m, w.width_2_m}, python::state_of(corner.frame)});
+  }
+  std::vector<FileState> files;
+  for (const SceneFile& file : scene.files) files.push_back(state_of(file));
+  std::vector<std::string> searched;
+  for (const std::filesystem::path& folder : scene.searched) searched.push_back(folder.string());
+  return nb::make_tuple(scene.name, scene.path.string(), scene.y_axis == YAxis::down, corners, scene.primary, files,
+                        searched, scene.warnings);
+}
+
+Scene scene_in(const nb::tuple& state) {
+  Scene scene;
+  scene.name = nb::cast<std::string>(state[0]);
+  scene.path = nb::cast<std::string>(state[1]);
+  scene.y_axis = nb::cast<bool>(state[2]) ? YAxis::down : YAxis::up;
+  for (const auto& [name, widths, frame] : nb::cast<std::vector<CornerState>>(state[3]))
+    scene.corners.push_back({name, frame_in(frame), {widths[0], widths[1], widths[2]}});
+  scene.primary = nb::cast<std::size_t>(state[4]);
+  for (const FileState& file : nb::cast<std::vector<FileState>>(state[5])) scene.files.push_back(file_in(file));
+  for (const std::string& folder : nb::cast<std::vector<std::string>>(state[6])) scene.searched.push_back(folder);
+  scene.warnings = nb::cast<std::vector<std::string>>(state[7]);
+  if (scene.primary >= scene.corners.size()) throw std::invalid_argument("Scene: primary is not an index of corners");
+  return scene;
+}
+
+nb::tuple state_of(const ScaledScene& scene) {
+  std::map<std::string, std::vector<PolygonState>> layers;
+  for (const auto& [name, polygons] : scene.layers) {
+    for (const std::vector<Vector2>& polygon : polygons) {
+      PolygonState& points = layers[name].emplace_back();
+      for (const Vector2& point : polygon) points.emplace_back(point.x(), point.y());
+    }
+  }
+  return nb::make_tuple(state_of(scene.by_scaling[0]), state_of(scene.by_scaling[1]), layers);
+}
+
+ScaledScene scaled_scene_in(const nb::tuple& state) {
+  ScaledScene scene;
+  scene.by_scaling = {scene_in(nb::cast<nb::tuple>(state[0])), scene_in(nb::cast<nb::tuple>(state[1]))};
+  for (const auto& [name, polygons] : nb::cast<std::map<std::string, std::vector<PolygonState>>>(state[2])) {
+    for (const PolygonState& points : polygons) {
+      std::vector<Vector2>& polygon = scene.layers[name].emplace_back();
+      for (const auto& [x, y] : points) polygon.emplace_back(x, y);
+    }
+  }
+  return scene;
+}
+
+std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers_of(const ScaledScene& scene) {
+  std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers;
+  for (const auto& [name, polygons] : scene.layers) {
+    for (const std::vector<Vector2>& polygon : polygons) layers[name].push_back(array_of_points(polygon));
+  }
+  return layers;
+}
+
+std::vector<std::string> corner_names(const ScaledScene& scene) {
+  std::vector<std::string> names;
+  for (const Corner& corner : scene.usual().corners) names.push_back(corner.name);
+  return names;
+}
+
+CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, const std::string& scaling) {
+  const bool by_mean = scaling == kCurbScalings[0];
+  if (!by_mean && scaling != kCurbScalings[1])
+    throw std::invalid_argument("frame: scaling = \"" + scaling + "\" is not one of mean_width, strip_widths");
+  const Scene& scaled = scene.as(by_mean ? CurbScaling::mean_width : CurbScaling::strip_widths);
+  const std::size_t index = corner.value_or(scaled.primary);
+  if (index >= scaled.corners.size()) {
+    throw std::invalid_argument("frame: corner = " + std::to_string(index) + ", the scene has " +
+                                std::to_string(scaled.corners.size()));
+  }
+  return scaled.corners[index].frame;
+}
+
+}  // namespace
+
+std::vector<PlacedTrack> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config) {
+  const Scene& scaled = scene.as(config.episode.scaling);
+  std::vector<PlacedTrack> result;
+  for (const Track& track : tracks) {
+    const std::size_t corner =
+        config.corners == CornerChoice::nearest ? nearest_corner(scaled, track.trajectory) : scaled.primary;
+    result.push_back({track.trajectory, scaled.corners[corner].frame});
+  }
+  return result;
+}
+
+void bind_scene(nb::module_& module) {
+  nb::class_<ScaledScene>(module, "Scene",
+                          "A place: where its corners and their curbs are, and which files were recorded there.\n\n"
+                          "origin: (2,) metres, where the straight curbs of the primary corner meet. axis_1, axis_2:\n"
+                          "(2,) directions along its curbs, away from the corner. sidewalk_width_m: mean width.")
+      .def(
+          "__init__",
+          [](ScaledScene* self, nb::handle origin, nb::handle axis_1, nb::handle axis_2, double width_m,
+             std::optional<double> width_1_m, std::optional<double> width_2_m, const std::string& name,
+             const std::string& y_axis) {
+            new (self) ScaledScene(make_scene(origin, axis_1, axis_2, width_m, width_1_m, width_2_m, name, y_axis));
+          },
+          nb::kw_only(), "origin"_a, "axis_1"_a, "axis_2"_a, "sidewalk_width_m"_a, "sidewalk_width_1_m"_a = nb::none(),
+          "sidewalk_width_2_m"_a = nb::none(), "name"_a = "", "y_axis"_a = "up",
+          nb::sig("def __init__(self, *, origin: numpy.typing.ArrayLike, axis_1: numpy.typing.ArrayLike, "
+                  "axis_2: numpy.typing.ArrayLike, sidewalk_width_m: float, sidewalk_width_1_m: float | None = None, "
+                  "sidewalk_width_2_m: float | None = None, name: str = '', y_axis: str = 'up') -> None"))
+      .def_static("load", &load_scene, "path"_a, nb::kw_only(), "data_dir"_a = std::filesystem::path(),
+                  "Reads a scene file; data_dir is also searched for the files that it names.")
+      .def(
+          "save", [](const ScaledScene& scene, const std::filesystem::path& path) { write_scene(path, scene.usual()); },
+          "path"_a, "Writes what `load` reads.")
+      .def_prop_ro("name", [](const ScaledScene& scene) { return scene.usual().name; })
+      .def_prop_ro("corners", &corner_names, "The names of the corners.")
+      .def_prop_ro(
+          "primary", [](const ScaledScene& scene) { return scene.usual().primary; }, "Index of the primary corner.")
+      .def_prop_ro("y_axis", [](const ScaledScene& scene) { return scene.usual().y_axis == YAxis::up ? "up" : "down"; })
+      .def_prop_ro(
+          "files",
+          [](const ScaledScene& scene) {
+            std::vector<std::string> paths;
+            for (const SceneFile& file : scene.usual().files) paths.push_back(file.path);
+            return paths;
+          },
+          "The track files that the scene names.")
+      .def_prop_ro("warnings", [](const ScaledScene& scene) { return scene.usual().warnings; })
+      .def_prop_ro(
+          "layers", &layers_of, nb::rv_policy::automatic,
+          "What there is to draw, by name (sidewalks, crosswalks, buildings): polygons of shape (n, 2), metres.")
+      .def("frame", &frame_of, nb::kw_only(), "corner"_a = nb::none(), "scaling"_a = kCurbScalings[0],
+           "The frame of a corner, the primary one if none is named by its index.")
+      .def("__eq__", [](const ScaledScene& a, const ScaledScene& b) { return state_of(a).equal(state_of(b)); })
+      .def("__eq__", [](const ScaledScene&, nb::handle) { return false; })
+      .def("__repr__",
+           [](const ScaledScene& scene) {
+             return nb::str("Scene('{}', {} corners, {} files)")
+                 .format(scene.usual().name, scene.usual().corners.size(), scene.usual().files.size());
+           })
+      .def("__getstate__", [](const ScaledScene& scene) { return state_of(scene); })
+      .def("__setstate__",
+           [](ScaledScene& scene, const nb::tuple& state) { new (&scene) ScaledScene(scaled_scene_in(state)); });
+}
+
+}  // namespace sila::python

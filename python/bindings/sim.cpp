@@ -1,0 +1,44 @@
+#include "bindings.hpp"
+#include "sila/sim/simulate.hpp"
+
+namespace sila::python {
+namespace {
+
+/// As the scene file that `sila simulate` writes says it, so that both ways give the same frames.
+ScaledScene scene_of(const IntersectionScene& simulated) {
+  const double width_m = simulated.sidewalk_width_m;
+  ScaledScene scene;
+  for (const CurbScaling scaling : {CurbScaling::mean_width, CurbScaling::strip_widths}) {
+    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
+    scaled.name = "simulated " + simulated.name;
+    const SidewalkWidths widths{width_m, width_m, width_m};
+    for (const auto& [name, f] : simulated.corners)
+      scaled.corners.push_back({name, make_curb_frame(f.origin_m, f.axis_1, f.axis_2, widths, scaling), widths});
+  }
+  scene.layers = {
+      {"sidewalks", simulated.sidewalks}, {"crosswalks", simulated.crosswalks}, {"buildings", simulated.buildings}};
+  return scene;
+}
+
+std::vector<Track> tracks_of(std::vector<Trajectory> trajectories) {
+  std::vector<Track> tracks;
+  for (Trajectory& trajectory : trajectories) {
+    std::string id = trajectory.id;
+    tracks.push_back({std::move(trajectory), std::move(id)});
+  }
+  return tracks;
+}
+
+std::tuple<std::vector<Track>, std::vector<Track>, ScaledScene> simulate_tracks(const std::string& config_json) {
+  Simulation simulation = simulate(config_of(config_json).simulate);
+  return {tracks_of(std::move(simulation.tracks)), tracks_of(std::move(simulation.truth)), scene_of(simulation.scene)};
+}
+
+}  // namespace
+
+void bind_sim(nb::module_& module) {
+  module.def("simulate", &simulate_tracks, "config"_a, nb::call_guard<nb::gil_scoped_release>(),
+             "Tracks as a tracker reports them, the truth behind them, and the scene.");
+}
+
+}  // namespace sila::python

@@ -1,0 +1,60 @@
+"""Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.
+
+Lengths are metres, times seconds, positions are in the world frame of the scene, arrays have one point a row.
+Everything is computed by the C++ library that `sila`, the program, stands on too.
+"""
+
+from . import errors
+from ._config import Field, config, fields
+from ._evaluation import Evaluation
+from ._predictions import Predictions
+from ._predictor import Predictor
+from ._sila import (
+    CurbFrame,
+    Mode,
+    Model,
+    Prediction,
+    Primitive,
+    Scene,
+    Track,
+    Transition,
+    modified_hausdorff_m,
+)
+from ._sila import version as __version__
+from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
+from ._verbs import Simulation, evaluate, explain_fusion, fuse, learn, learn_at_once, predict, simulate
+from .errors import FormatError, NumericalError
+
+__all__ = [
+    "CurbFrame",
+    "Evaluation",
+    "Field",
+    "FormatError",
+    "Mode",
+    "Model",
+    "NumericalError",
+    "Prediction",
+    "Predictions",
+    "Predictor",
+    "Primitive",
+    "Scene",
+    "Simulation",
+    "Track",
+    "Tracks",
+    "Transition",
+    "__version__",
+    "as_tracks",
+    "config",
+    "errors",
+    "evaluate",
+    "explain_fusion",
+    "fields",
+    "fuse",
+    "learn",
+    "learn_at_once",
+    "modified_hausdorff_m",
+    "predict",
+    "read_tracks",
+    "simulate",
+    "split_tracks",
+]

@@ -1,0 +1,66 @@
+"""Configurations as nested dictionaries. Names, defaults, units and ranges are those of the C++ `fields()`."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Union
+
+from . import _sila
+
+#: A nested (or dotted) dictionary of fields, or the path of a JSON file with one.
+ConfigLike = Union[Mapping[str, Any], str, "os.PathLike[str]", None]
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of the configuration."""
+
+    path: str
+    default: str
+    unit: str
+    range: str
+    meaning: str
+
+
+def fields() -> list[Field]:
+    """Every configuration field, in order: what `sila config` prints."""
+    return [Field(*row) for row in _sila.config_fields()]
+
+
+def config(changes: ConfigLike = None) -> dict[str, Any]:
+    """The default configuration as a nested dictionary, with `changes`; checked.
+
+    Raises FormatError for an unknown field (naming the nearest known one), a wrong type or a value out of range.
+    """
+    result: dict[str, Any] = json.loads(merged("{}", changes))
+    return result
+
+
+def merged(base: str, changes: ConfigLike) -> str:
+    """JSON of the whole configuration: defaults, then `base`, then `changes`."""
+    source = "config"
+    if changes is None:
+        text = "{}"
+    elif isinstance(changes, Mapping):
+        text = json.dumps(_plain(changes), allow_nan=False)
+    elif isinstance(changes, (str, os.PathLike)):
+        source = os.fspath(changes)
+        text = _sila.config_from_file(source)
+    else:
+        raise TypeError(f"config: expected a dictionary or the path of a JSON file, found {type(changes).__name__}")
+    return _sila.merged_config(base, text, source)
+
+
+def _plain(value: Any) -> Any:
+    """NumPy scalars as numbers, infinities as the text that stands for them in JSON."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if hasattr(value, "item") and getattr(value, "ndim", None) == 0:
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return "nan" if math.isnan(value) else "inf" if value > 0 else "-inf"
+    return value

@@ -1,0 +1,56 @@
+"""What `evaluate` finds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Mean errors of a model and of constant velocity on the same windows, by group and horizon."""
+
+    #: The JSON of `sila evaluate`: groups, each with windows, fallback_rate, modes and horizons; skipped tracks.
+    groups: dict[str, Any]
+    skipped: dict[str, int]
+    text: str
+
+    @property
+    def horizons_s(self) -> list[float]:
+        """Whole seconds, and the whole horizon last."""
+        return [row["horizon_s"] for row in next(iter(self.groups.values()))["horizons"]]
+
+    def metric(self, name: str = "weighted_mhd_m", *, group: str = "moving", of: str = "model") -> float:
+        """One mean error at the whole horizon; `of`: model or constant_velocity."""
+        if group not in self.groups:
+            raise ValueError(f"metric: group: expected one of {', '.join(self.groups)}, found {group}")
+        if self.groups[group]["windows"] == 0:
+            raise ValueError(f"metric: group {group} has no window")
+        row = self.groups[group]["horizons"][-1]
+        if of not in ("model", "constant_velocity"):
+            raise ValueError(f"metric: of: expected model or constant_velocity, found {of}")
+        if name not in row[of]:
+            raise ValueError(f"metric: name: expected one of {', '.join(row[of])}, found {name}")
+        return float(row[of][name])
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a group, horizon and predictor, one column a metric."""
+        import pandas
+
+        rows = [
+            {"group": name, "windows": group["windows"], "horizon_s": row["horizon_s"], "predictor": of, **row[of]}
+            for name, group in self.groups.items()
+            for row in group["horizons"]
+            for of in ("model", "constant_velocity")
+        ]
+        return pandas.DataFrame(rows)
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        windows = ", ".join(f"{group['windows']} {name}" for name, group in self.groups.items())
+        return f"Evaluation({windows} windows; horizons {self.horizons_s} s)"

@@ -1,0 +1,90 @@
+"""Predictions of many tracks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from ._sila import Prediction
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Predictions(Sequence[Prediction]):
+    """Predictions in the order of their tracks and times."""
+
+    def __init__(self, predictions: Iterable[Prediction] = ()) -> None:
+        self._predictions = list(predictions)
+
+    def __len__(self) -> int:
+        return len(self._predictions)
+
+    def __iter__(self) -> Iterator[Prediction]:
+        return iter(self._predictions)
+
+    @overload
+    def __getitem__(self, index: int) -> Prediction: ...
+    @overload
+    def __getitem__(self, index: slice) -> Predictions: ...
+    def __getitem__(self, index: Any) -> Any:
+        return Predictions(self._predictions[index]) if isinstance(index, slice) else self._predictions[index]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Predictions) and self._predictions == other._predictions
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        tracks = len({prediction.piece for prediction in self._predictions})
+        return f"Predictions({len(self)} predictions for {tracks} tracks)"
+
+    def of(self, track: str) -> Predictions:
+        """Those of one track, by its id in the input."""
+        return Predictions(prediction for prediction in self if prediction.track == track)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a mode and time: track_id, t0, fallback, novelty, mode, weight, t, x, y, cov_xx, cov_xy, cov_yy."""
+        import pandas
+
+        frames = [frame_of(prediction) for prediction in self]
+        return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=list(_COLUMNS))
+
+    def to_ndjson(self, path: str | os.PathLike[str] | None = None) -> str:
+        """The lines that `sila predict` writes; also to a file if one is named."""
+        text = "".join(prediction.to_json() + "\n" for prediction in self)
+        if path is not None:
+            Path(path).write_text(text, encoding="utf-8")
+        return text
+
+
+_COLUMNS = ("track_id", "t0", "fallback", "novelty", "mode", "weight", "t", "x", "y", "cov_xx", "cov_xy", "cov_yy")
+
+
+def frame_of(prediction: Prediction) -> pandas.DataFrame:
+    """A prediction as a data frame, one row a mode and time; seconds after t0, metres, world frame."""
+    import pandas
+
+    paths, covariances = prediction.paths_m, prediction.covariances_m2
+    modes, steps = paths.shape[:2]
+    return pandas.DataFrame(
+        {
+            "track_id": prediction.track,
+            "t0": prediction.t0_s,
+            "fallback": prediction.fallback,
+            "novelty": prediction.novelty,
+            "mode": np.repeat(np.arange(modes), steps),
+            "weight": np.repeat(prediction.weights, steps),
+            "t": np.tile(prediction.times_s, modes),
+            "x": paths[..., 0].ravel(),
+            "y": paths[..., 1].ravel(),
+            "cov_xx": covariances[..., 0, 0].ravel(),
+            "cov_xy": covariances[..., 0, 1].ravel(),
+            "cov_yy": covariances[..., 1, 1].ravel(),
+        },
+        columns=list(_COLUMNS),
+    )

@@ -1,0 +1,145 @@
+"""The verbs of sila. Every number comes from the C++ library."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from . import _sila
+from ._config import ConfigLike, merged
+from ._evaluation import Evaluation
+from ._predictions import Predictions
+from ._progress import bar
+from ._sila import Model, Scene
+from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean
+
+_CHUNK = 64  # tracks between two moves of the progress bar
+
+
+def learn(
+    tracks: TracksLike,
+    *,
+    scene: SceneLike,
+    model: Model | None = None,
+    batch: int = 20,
+    config: ConfigLike = None,
+    threads: int = 0,
+    progress: bool | None = None,
+) -> Model:
+    """Learns tracks, `batch` of them an episode, and gives the model that then knows them; `model` goes on if given.
+
+    As `sila learn`: each batch is predicted before it is learnt, and the errors teach. `config` changes what `model`
+    was learnt with. `threads`: 0 means all. Raises ValueError for a configuration that the model did not begin with.
+    """
+    start = _model("model", model) if model is not None else Model()
+    settings = merged(start.config_json, config)
+    given = as_tracks(tracks, config=json.loads(settings))
+    if isinstance(batch, bool) or not isinstance(batch, int) or batch < 1:
+        raise ValueError(f"learn: batch: expected a whole number of at least 1, found {batch!r}")
+    with bar(progress, -(-len(given) // batch), "learning", "episode") as moving:
+
+        def on_episode(done: int, of: int, tracks: int, size: int) -> None:
+            moving.set_postfix_str(f"size {size}")
+            moving.update()
+
+        return _sila.learn(start, list(given), as_scene(scene), settings, batch, _threads(threads), on_episode)
+
+
+def learn_at_once(tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0) -> Model:
+    """The batch-learning baseline: all tracks in one episode. Its lessons come from models of one half that predict the
+    other half, so that no window teaches that was learnt."""
+    settings = merged("{}", config)
+    given = as_tracks(tracks, config=json.loads(settings))
+    return _sila.learn_at_once(list(given), as_scene(scene), settings, _threads(threads))
+
+
+def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
+    """Fuses two models whose tracks are gone, as `sila fuse` does. `config` changes what `previous` was learnt with."""
+    settings = merged(_model("previous", previous).config_json, config)
+    return _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
+
+
+def explain_fusion(previous: Model, incoming: Model, *, config: ConfigLike = None) -> dict[str, Any]:
+    """What `fuse` would match, fuse, split and relax, and why: the keys of a fusion case, indices from 1."""
+    settings = merged(_model("previous", previous).config_json, config)
+    result: dict[str, Any] = json.loads(
+        _sila.explain_fusion(previous, _model("incoming", incoming), settings, "previous + incoming")
+    )
+    return result
+
+
+def predict(
+    model: Model,
+    tracks: TracksLike,
+    *,
+    scene: SceneLike,
+    every_s: float = 1.0,
+    at_end: bool = False,
+    config: ConfigLike = None,
+    threads: int = 0,
+    progress: bool | None = None,
+) -> Predictions:
+    """Predicts each track whenever a prediction is due: at the first sample at or after predict.observe_s, then every
+    `every_s` seconds. With `at_end`, once a track, from its last sample: what comes next.
+
+    What lies after t0 never influences a prediction. `config` changes what the model was learnt with, for instance
+    {"predict": {"horizon_s": 3}}.
+    """
+    settings = merged(_model("model", model).config_json, config)
+    given, place = list(as_tracks(tracks, config=json.loads(settings))), as_scene(scene)
+    ready = _sila.ReadyPredictor(model, settings)
+    found: list[_sila.Prediction] = []
+    with bar(progress, len(given), "predicting", "track") as moving:
+        for first in range(0, len(given), _CHUNK):
+            some = given[first : first + _CHUNK]
+            found += ready.predict(some, place, float(every_s), at_end, _threads(threads))
+            moving.update(len(some))
+    return Predictions(found)
+
+
+def evaluate(
+    model: Model, tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0
+) -> Evaluation:
+    """Judges predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
+    ones that the model has not learnt."""
+    settings = merged(_model("model", model).config_json, config)
+    given = as_tracks(tracks, config=json.loads(settings))
+    numbers, text = _sila.evaluate(model, list(given), as_scene(scene), settings, _threads(threads))
+    found = json.loads(numbers)
+    return Evaluation(found["groups"], found["skipped"], text)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Simulated pedestrians: `tracks`, ready to be learnt; `reported`, the same as the tracker reports them, gaps and
+    all, which is what a file of them holds; `truth` behind each reported one (same ids); and the scene."""
+
+    tracks: Tracks
+    reported: Tracks
+    truth: Tracks
+    scene: Scene
+
+    def __repr__(self) -> str:
+        return f"Simulation({self.tracks!r}, {self.scene!r})"
+
+
+def simulate(*, config: ConfigLike = None, **simulate: Any) -> Simulation:
+    """Walks pedestrians through an intersection and tracks them. Keywords are the fields of the group `simulate`, for
+    instance layout="acute", tracks=200, seed=1; the same ones give the same bits."""
+    settings = merged(merged("{}", config), {"simulate": simulate})
+    reported, truth, scene = _sila.simulate(settings)
+    cleaned = clean(Tracks(reported), "simulation", settings)
+    return Simulation(cleaned, Tracks(reported), Tracks(truth), scene)
+
+
+def _model(argument: str, given: Any) -> Model:
+    if not isinstance(given, Model):
+        raise TypeError(f"{argument}: expected a sila.Model, found {type(given).__name__}")
+    return given
+
+
+def _threads(threads: Any) -> int:
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
+        raise ValueError(f"threads: expected a whole number from 0 on (0: all), found {threads!r}")
+    return threads

@@ -1,0 +1,155 @@
+import copy
+import pickle
+import threading
+import time
+
+import numpy as np
+import pytest
+import sila
+
+
+def test_an_empty_model_knows_nothing():
+    assert sila.Model().size == 0
+    assert sila.Model().history == []
+
+
+def test_learning_gives_a_new_model_and_leaves_the_old_one(place, model):
+    before = copy.copy(model)
+    more = sila.learn(place.tracks[:10], scene=place.scene, model=model)
+    assert model == before
+    assert more != model
+    assert (more.episodes, more.tracks) == (model.episodes + 1, len(place.tracks) + 10)
+
+
+def test_a_model_tells_what_it_holds(model, place):
+    assert model.size == len(model.primitives) + len(model.transitions) > 0
+    assert repr(model).startswith(f"Model(size={model.size}: {len(model.primitives)} primitives, ")
+    expected = [(1, 20), (2, 20), (3, 20), (4, len(place.tracks) - 60)]
+    assert [(episode["number"], episode["tracks"]) for episode in model.history] == expected
+    assert model.inspect()["size"] == model.size
+    primitive = model.primitives[0]
+    assert primitive.cells.shape == primitive.centres.shape == primitive.velocities.shape == (len(primitive), 2)
+    assert primitive.cells.dtype == np.int32
+    assert np.all(np.linalg.norm(primitive.velocities, axis=1) <= 1.0 + 1e-12)
+    np.testing.assert_allclose(np.diff(primitive.centres, axis=0), np.diff(primitive.cells, axis=0) * model.cell_widths)
+    for transition in model.transitions:
+        assert 0 <= transition.from_primitive < len(model.primitives)
+        assert 0 <= transition.to_primitive < len(model.primitives)
+        assert transition.count > 0
+
+
+def test_a_model_comes_back_from_its_file_and_from_a_pickle(tmp_path, model):
+    model.save(tmp_path / "corner.sila")
+    for other in (
+        sila.Model.load(tmp_path / "corner.sila"),
+        pickle.loads(pickle.dumps(model)),
+        copy.copy(model),
+        copy.deepcopy(model),
+    ):
+        assert other == model
+        assert other.config == model.config
+        assert other.history == model.history
+
+
+def test_an_empty_model_pickles():
+    assert pickle.loads(pickle.dumps(sila.Model())) == sila.Model()
+
+
+def test_a_file_that_is_no_model_is_refused_and_left(tmp_path, model):
+    path = tmp_path / "notes.txt"
+    path.write_text("not a model, but somebody's notes about the weather of the last weeks\n" * 20)
+    with pytest.raises(sila.FormatError, match="notes.txt"):
+        sila.Model.load(path)
+    with pytest.raises(sila.FormatError):
+        model.save(path)
+    assert path.read_text().startswith("not a model")
+
+
+def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unseen):
+    other = sila.learn(unseen.tracks, scene=unseen.scene)
+    both = sila.fuse(model, other)
+    assert (both.tracks, both.episodes) == (model.tracks + other.tracks, model.episodes + other.episodes)
+    assert both.size <= model.size + other.size
+    assert [episode["number"] for episode in both.history] == list(range(1, len(both.history) + 1))
+    why = sila.explain_fusion(model, other)
+    assert sila.fuse(model, other).size < model.size + other.size
+    assert why["expect"] and why["reasons"]
+
+
+def test_batch_learning_is_one_episode_with_lessons(place, unseen):
+    at_once = sila.learn_at_once(place.tracks, scene=place.scene)
+    untaught = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks))
+    assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), untaught.size)
+    errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, untaught)]
+    assert errors[0] < errors[1]
+
+
+def test_one_thread_and_two_learn_the_same(place):
+    one, two = (sila.learn(place.tracks, scene=place.scene, threads=threads) for threads in (1, 2))
+    assert one == two
+
+
+def test_progress_is_told_when_it_is_wanted(place, capsys):
+    sila.learn(place.tracks[:20], scene=place.scene, batch=10, progress=True)
+    assert "learning" in capsys.readouterr().err
+    sila.learn(place.tracks[:20], scene=place.scene, batch=10)
+    assert capsys.readouterr().err == ""
+
+
+def test_other_threads_run_while_one_learns(place):
+    """The GIL is released: a thread that counts goes on counting during one call."""
+    done = threading.Event()
+    worker = threading.Thread(target=lambda: (sila.learn(place.tracks, scene=place.scene, batch=60), done.set()))
+    ticks = 0
+    worker.start()
+    while not done.is_set():
+        time.sleep(0.001)
+        ticks += 1
+    worker.join()
+    assert ticks > 20
+
+
+def test_an_exception_of_the_progress_bar_ends_the_learning(place):
+    class Broken(Exception):
+        pass
+
+    def refuse(*_):
+        raise Broken
+
+    with pytest.raises(Broken):
+        sila._sila.learn(sila.Model(), list(place.tracks), place.scene, "{}", 20, 0, refuse)
+
+
+def test_bad_arguments_are_named(place, model):
+    with pytest.raises(ValueError, match="batch: expected a whole number of at least 1, found 0"):
+        sila.learn(place.tracks, scene=place.scene, batch=0)
+    with pytest.raises(TypeError, match="model: expected a sila.Model, found str"):
+        sila.predict("corner.sila", place.tracks, scene=place.scene)
+    with pytest.raises(TypeError, match="scene: expected .* found dict"):
+        sila.learn(place.tracks, scene={})
+    with pytest.raises(ValueError, match="threads"):
+        sila.evaluate(model, place.tracks, scene=place.scene, threads=-1)
+    with pytest.raises(ValueError, match="every_s"):
+        sila.predict(model, place.tracks, scene=place.scene, every_s=0.0)
+    with pytest.raises(ValueError, match="grid"):
+        sila.learn(place.tracks, scene=place.scene, model=model, config={"learn": {"grid": {"cell_m": 2.0}}})
+
+
+def test_evaluation_is_a_table(model, unseen):
+    found = sila.evaluate(model, unseen.tracks, scene=unseen.scene)
+    frame = found.to_frame()
+    assert set(frame["group"]) == {"all", "moving", "turning"}
+    assert len(frame) == 3 * 2 * len(found.horizons_s)
+    assert found.metric("ade_m", group="all", of="constant_velocity") > 0.0
+    assert found.groups["all"]["windows"] > 0
+    assert "constant velocity" in str(found)
+    with pytest.raises(ValueError, match="name: expected one of weighted_mhd_m, .* found nothing"):
+        found.metric("nothing", group="all")
+
+
+def test_modified_hausdorff_is_the_larger_mean_of_nearest_distances():
+    a = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    b = np.array([[0.0, 1.0], [0.0, 3.0]])
+    nearest = np.linalg.norm(a[:, None] - b[None], axis=2)
+    expected = max(nearest.min(axis=1).mean(), nearest.min(axis=0).mean())
+    assert sila.modified_hausdorff_m(a, b) == pytest.approx(expected, abs=1e-14)

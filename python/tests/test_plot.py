@@ -1,0 +1,73 @@
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import sila
+from sila import plot
+from sila._ellipse import ellipse, steps_at
+
+
+@pytest.fixture(autouse=True)
+def close():
+    yield
+    plt.close("all")
+
+
+def test_an_ellipse_holds_its_share():
+    covariance = np.array([[2.0, 0.7], [0.7, 0.5]])
+    drawn = np.random.default_rng(5).multivariate_normal([1.0, -3.0], covariance, size=40000)
+    outline = ellipse([1.0, -3.0], covariance, 0.8, points=200)
+    inside = plt.matplotlib.path.Path(outline).contains_points(drawn).mean()
+    assert inside == pytest.approx(0.8, abs=0.01)  # five deviations of the share of 40000 draws
+    with pytest.raises(ValueError, match="coverage: expected a number between 0 and 1, found 90"):
+        ellipse([0.0, 0.0], covariance, 90)
+
+
+def test_ellipses_stand_where_they_are_wanted_and_within_the_horizon():
+    times = np.arange(1, 18) * 0.2
+    assert [round(times[i], 6) for i in steps_at(times, None)] == [3.4]
+    assert [round(times[i], 6) for i in steps_at(times, (2, 1, 5))] == [1.0, 2.0]
+
+
+def test_every_picture_is_drawn(tmp_path, model, place, unseen, predictions):
+    some = next(p for p in predictions if len(p.modes) > 1)
+    pictures = {
+        "tracks": plot.tracks(place.tracks, scene=place.scene),
+        "time": plot.tracks(place.tracks, colour="time"),
+        "frame": plot.curb_frame(place.scene),
+        "primitives": plot.primitives(model, scene=place.scene),
+        "graph": plot.primitive_graph(model, scene=place.scene),
+        "prediction": plot.predictions(some, tracks=unseen.tracks, scene=unseen.scene, coverage=(0.5, 0.9)),
+        "curve": plot.learning_curve(model, errors=[(20, 1.0), (60, 0.8)]),
+    }
+    for name, ax in pictures.items():
+        ax.figure.savefig(tmp_path / f"{name}.png", dpi=50)
+        picture = plt.imread(tmp_path / f"{name}.png")
+        assert len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0)) > 20, f"{name} is empty"
+
+
+def test_predictions_are_labelled_with_their_coverage(predictions):
+    labels = [text.get_text() for text in plot.predictions(predictions[0], coverage=0.95).get_legend().get_texts()]
+    assert "at 5 s: 95 % coverage" in labels
+    assert any(label.startswith("mode 1: ") for label in labels)
+
+
+def test_the_label_says_which_seconds_the_ellipses_are_of(predictions):
+    ax = plot.predictions(predictions[:2], coverage=(0.9, 0.5), at_s=(1, 3))
+    assert "at 1, 3 s: 50 %, 90 % coverage" in [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_the_picture_points_down_where_the_scene_does():
+    scene = sila.Scene(origin=[0, 0], axis_1=[1, 0], axis_2=[0, -1], sidewalk_width_m=2, y_axis="down")
+    assert plot.curb_frame(scene).yaxis_inverted()
+
+
+def test_the_curve_ends_at_the_size_of_the_model(model):
+    x, y = plot.learning_curve(model).lines[0].get_data()
+    assert (x[-1], y[-1]) == (model.tracks, model.size)
+
+
+def test_bad_arguments_are_named(place):
+    with pytest.raises(ValueError, match="colour: expected speed or time, found red"):
+        plot.tracks(place.tracks, colour="red")
+    with pytest.raises(ValueError, match=r"errors: expected shape \(n, 2\), found \(2,\)"):
+        plot.learning_curve(sila.Model(), errors=[1, 2])

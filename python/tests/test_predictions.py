@@ -1,0 +1,85 @@
+import copy
+import json
+import pickle
+
+import numpy as np
+import pytest
+import sila
+
+
+def test_arrays_agree_with_the_modes(predictions):
+    for prediction in predictions:
+        modes, steps = len(prediction.modes), len(prediction.times_s)
+        assert prediction.paths_m.shape == (modes, steps, 2)
+        assert prediction.covariances_m2.shape == (modes, steps, 2, 2)
+        assert prediction.weights.sum() == pytest.approx(1.0)
+        assert np.all(np.diff(prediction.weights) <= 0.0)
+        for index, mode in enumerate(prediction.modes):
+            assert np.array_equal(mode.path_m, prediction.paths_m[index])
+            assert np.array_equal(mode.covariances_m2, prediction.covariances_m2[index])
+    assert max(len(prediction.modes) for prediction in predictions) > 1
+
+
+def test_arrays_agree_with_the_line_of_json(predictions):
+    for prediction in predictions[:5]:
+        line = json.loads(prediction.to_json())
+        assert line["track"] == prediction.track
+        for index, mode in enumerate(line["modes"]):
+            assert np.array_equal(np.column_stack([mode["x"], mode["y"]]), prediction.paths_m[index])
+            covariances = prediction.covariances_m2[index].reshape(-1, 4)[:, [0, 1, 3]]
+            assert np.array_equal(np.array(mode["cov"]), covariances)
+
+
+def test_a_frame_has_a_row_a_mode_and_time(predictions):
+    prediction = next(p for p in predictions if len(p.modes) > 1)
+    frame = prediction.to_frame()
+    assert len(frame) == prediction.paths_m.shape[0] * prediction.paths_m.shape[1]
+    second = frame[frame["mode"] == 1]
+    assert np.array_equal(second[["x", "y"]].to_numpy(), prediction.paths_m[1])
+    assert np.array_equal(second["t"].to_numpy(), prediction.times_s)
+    assert set(second["weight"]) == {prediction.weights[1]}
+    assert len(predictions.to_frame()) == sum(p.paths_m[..., 0].size for p in predictions)
+    assert list(sila.Predictions().to_frame().columns) == list(frame.columns)
+
+
+def test_predictions_pickle_and_copy_bit_for_bit(predictions):
+    assert pickle.loads(pickle.dumps(predictions)) == predictions
+    assert copy.deepcopy(predictions[0]) == predictions[0]
+    assert predictions[0] != predictions[1]
+
+
+def test_what_is_written_is_what_is_shown(tmp_path, predictions):
+    text = predictions.to_ndjson(tmp_path / "p.ndjson")
+    assert (tmp_path / "p.ndjson").read_text() == text
+    assert len(text.splitlines()) == len(predictions)
+    one = predictions.of(predictions[0].track)
+    assert {prediction.track for prediction in one} == {predictions[0].track}
+    assert (
+        repr(predictions)
+        == f"Predictions({len(predictions)} predictions for {len({p.piece for p in predictions})} tracks)"
+    )
+
+
+def test_the_horizon_can_be_changed_without_learning_anew(model, unseen, predictions):
+    shorter = sila.predict(model, unseen.tracks, scene=unseen.scene, config={"predict": {"horizon_s": 2.0}})
+    assert shorter[0].times_s[-1] == pytest.approx(2.0)
+    assert np.array_equal(shorter[0].paths_m, predictions[0].paths_m[:, : len(shorter[0].times_s)])
+
+
+def test_what_comes_after_t0_changes_no_prediction(model, unseen, predictions):
+    track = unseen.tracks[0]
+    first = predictions.of(track.id)[0]
+    until = track.times_s <= first.t0_s + 1e-9
+    cut = sila.Track(track.id, track.times_s[until], track.positions_m[until])
+    assert sila.predict(model, cut, scene=unseen.scene, at_end=True)[0] == first
+
+
+def test_at_the_end_there_is_one_prediction_a_track(model, unseen):
+    found = sila.predict(model, unseen.tracks, scene=unseen.scene, at_end=True)
+    assert [prediction.piece for prediction in found] == [track.id for track in unseen.tracks]
+    assert [prediction.t0_s for prediction in found] == [track.times_s[-1] for track in unseen.tracks]
+
+
+def test_an_untaught_model_still_answers(unseen):
+    found = sila.predict(sila.Model(), unseen.tracks, scene=unseen.scene)
+    assert all(prediction.fallback for prediction in found)

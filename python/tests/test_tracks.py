@@ -1,0 +1,160 @@
+import copy
+import gzip
+import pickle
+
+import numpy as np
+import pandas
+import pytest
+import sila
+
+WALK = np.column_stack([np.arange(0.0, 3.0, 0.25), np.arange(12) * 0.3, np.arange(12) * -0.1])  # (12, 3)
+
+
+def same(a, b):
+    return len(a) == len(b) and all(
+        np.array_equal(p.times_s, q.times_s) and np.array_equal(p.positions_m, q.positions_m)
+        for p, q in zip(a, b, strict=True)
+    )
+
+
+def test_arrays_have_the_shapes_that_were_given():
+    track = sila.Track("7", WALK[:, 0], WALK[:, 1:])
+    assert track.times_s.shape == (12,)
+    assert track.positions_m.shape == (12, 2)
+    assert np.array_equal(track.positions_m, WALK[:, 1:])
+    assert repr(track) == "Track('7', 12 samples, 2.8 s)"
+
+
+def test_arrays_of_a_track_are_views_that_cannot_be_written_and_outlive_it():
+    track = sila.Track("7", WALK[:, 0], WALK[:, 1:])
+    positions = track.positions_m
+    with pytest.raises(ValueError, match="read-only"):
+        positions[0, 0] = 1.0
+    del track
+    assert np.array_equal(positions, WALK[:, 1:])
+
+
+def test_a_column_major_slice_is_read_by_its_meaning_and_not_by_its_memory():
+    wide = np.asfortranarray(np.hstack([WALK, WALK]))
+    assert same([sila.Track("7", wide[:, 0], wide[:, 1:3])], [sila.Track("7", WALK[:, 0], WALK[:, 1:])])
+
+
+def test_a_wrong_shape_is_refused_with_the_argument_and_both_shapes():
+    with pytest.raises(ValueError, match=r"positions_m: expected shape \(n, 2\), found shape \(12, 3\)"):
+        sila.Track("7", WALK[:, 0], WALK)
+    with pytest.raises(ValueError, match=r"times_s: expected shape \(n,\), found shape \(12, 1\)"):
+        sila.Track("7", WALK[:, :1], WALK[:, 1:])
+    with pytest.raises(ValueError, match=r"tracks\['a'\]: expected shape \(n, 3\) .* found \(12, 2\)"):
+        sila.as_tracks({"a": WALK[:, :2]})
+    with pytest.raises(ValueError, match=r"positions_m: expected numbers of shape \(n, 2\), found str"):
+        sila.Track("7", WALK[:, 0], "here")
+
+
+def test_times_that_do_not_increase_are_refused_by_name():
+    with pytest.raises(ValueError, match="7"):
+        sila.Track("7", WALK[::-1, 0], WALK[:, 1:])
+
+
+def test_frames_dictionaries_and_files_give_the_same_tracks(tmp_path):
+    arrays = {"a": WALK, "b": WALK + [0.5, 3.0, 1.0]}
+    rows = pandas.DataFrame(np.concatenate(list(arrays.values())), columns=["t", "x", "y"])
+    rows["track_id"] = np.repeat(list(arrays), 12)
+    from_dict, from_frame = sila.as_tracks(arrays), sila.as_tracks(rows.sample(frac=1.0, random_state=1))
+    from_dict.save(tmp_path / "walks.csv")
+    from_file = sila.read_tracks(tmp_path / "walks.csv")
+    (tmp_path / "walks.csv.gz").write_bytes(gzip.compress((tmp_path / "walks.csv").read_bytes()))
+    assert [track.id for track in from_dict] == ["a", "b"]
+    for other in (
+        from_frame,
+        from_file,
+        sila.as_tracks(tmp_path / "walks.csv.gz"),
+        sila.as_tracks([tmp_path / "walks.csv"]),
+    ):
+        assert same(other, from_dict)
+        assert [track.input_id for track in other] == ["a", "b"]
+
+
+def test_whole_numbers_in_a_float_column_are_the_ids_of_the_file():
+    rows = pandas.DataFrame(WALK, columns=["t", "x", "y"]).assign(track_id=17.0)
+    assert [track.id for track in sila.as_tracks(rows)] == ["17"]
+
+
+def test_a_frame_without_a_column_is_refused_by_its_name():
+    with pytest.raises(ValueError, match="t missing in track_id, x, y"):
+        sila.as_tracks(pandas.DataFrame({"track_id": [1], "x": [0.0], "y": [0.0]}))
+
+
+def test_every_row_is_accounted_for():
+    rows = pandas.DataFrame(WALK, columns=["t", "x", "y"]).assign(track_id="a", label="pedestrian")
+    rows.loc[3, "x"] = np.nan
+    rows.loc[5, "label"] = "car"
+    report = sila.as_tracks(rows).report
+    assert report["rows_read"] == 12
+    assert report["rows_kept"] == 10
+    assert {reason: entry["rows"] for reason, entry in report["dropped"].items()} == {"not_finite": 1, "other_label": 1}
+
+
+def test_rows_that_make_no_track_are_refused_with_the_reasons():
+    with pytest.raises(
+        sila.FormatError, match="at least one track of two samples, found 1 rows not_finite, 1 rows single"
+    ):
+        sila.as_tracks({"a": [[0.0, 0.0, 0.0], [1.0, np.nan, 1.0]]})
+    assert len(sila.as_tracks({})) == 0
+
+
+def test_a_gap_splits_and_the_pieces_keep_the_id_of_the_input():
+    walk = WALK.copy()
+    walk[6:, 0] += 10.0
+    tracks = sila.as_tracks({"a": walk})
+    assert [(track.id, track.input_id) for track in tracks] == [("a", "a"), ("a#2", "a")]
+
+
+def test_the_gap_is_a_configuration_field():
+    walk = WALK.copy()
+    walk[6:, 0] += 10.0
+    assert len(sila.as_tracks({"a": walk}, config={"clean": {"max_gap_s": 20.0, "max_speed_mps": 50.0}})) == 1
+
+
+def test_tracks_behave_as_a_sequence(place):
+    tracks = place.tracks
+    assert len(tracks[:7]) == 7
+    assert tracks[[3, 1]][0] == tracks[3]
+    mask = np.zeros(len(tracks), dtype=bool)
+    mask[5] = True
+    assert list(tracks[mask]) == [tracks[5]]
+    assert tracks[:2] + tracks[2:] == tracks
+    assert repr(tracks) == f"Tracks({len(tracks)} tracks, {sum(map(len, tracks))} samples)"
+
+
+def test_a_frame_of_tracks_gives_the_tracks_again(place):
+    assert same(sila.as_tracks(place.tracks.to_frame()), place.tracks)
+
+
+def test_tracks_pickle_and_copy(place):
+    for copied in (pickle.loads(pickle.dumps(place.tracks)), copy.deepcopy(place.tracks), copy.copy(place.tracks)):
+        assert copied == place.tracks
+    assert place.tracks[0] != place.tracks[1]
+    assert place.tracks[0] != "0"
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(sila.FormatError) as caught:
+        sila.read_tracks(tmp_path / "nobody.csv")
+    assert caught.value.path.endswith("nobody.csv")
+    assert caught.value.found
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_what_is_no_track_is_refused_by_its_type():
+    with pytest.raises(TypeError, match="tracks: expected tracks, .* found int"):
+        sila.as_tracks(3)
+    with pytest.raises(ValueError, match="found neither"):
+        sila.read_tracks()
+
+
+def test_a_split_holds_back_a_share_and_keeps_people_together(place):
+    train, test = sila.split_tracks(place.tracks, test_share=0.25, seed=3)
+    assert len({track.input_id for track in test}) == 15  # of 60 people
+    assert not {track.input_id for track in test} & {track.input_id for track in train}
+    assert sorted(track.id for track in train + test) == sorted(track.id for track in place.tracks)
+    assert sila.split_tracks(place.tracks, test_share=0.25, seed=3)[1] == test
