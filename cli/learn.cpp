@@ -47,13 +47,14 @@ void learn_tracks(const LearnOptions& options) {
   const int before = static_cast<int>(stored.episodes.size());
   const int episodes = (static_cast<int>(tracks.size()) + options.batch - 1) / options.batch;
   Model previous = stored.model;
-  const Run run = run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
-                               sila_update(config.episode), [&](int number, const Episode& episode) {
-                                 const EpisodeReport& report = episode.report;
-                                 file.commit(episode.model, record_of(before + number, previous, episode), configuration);
-                                 previous = episode.model;
-                                 tell(number, episodes, report);
-                               });
+  const Run run =
+      run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
+                   sila_update(config.episode), [&](int number, const Episode& episode) {
+                     const EpisodeReport& report = episode.report;
+                     file.commit(episode.model, record_of(before + number, previous, episode), configuration);
+                     previous = episode.model;
+                     tell(number, episodes, report);
+                   });
   if (options.common.json) {
     nlohmann::ordered_json json{
         {"model", options.model}, {"episodes", episodes}, {"tracks", tracks.size()}, {"size", size(run.model)}};

@@ -44,7 +44,8 @@ StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene
   StoredModel result;
   result.model = run.model;
   result.configuration = to_json(config).dump();
-  for (const EpisodeReport& report : run.episodes) result.episodes.push_back(cli::record_of(1, {}, {run.model, report}));
+  for (const EpisodeReport& report : run.episodes)
+    result.episodes.push_back(cli::record_of(1, {}, {run.model, report}));
   return result;
 }
 

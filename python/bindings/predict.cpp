@@ -80,9 +80,8 @@ auto all_weights(const Prediction& prediction) {
 
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
 using RegionState = std::pair<double, std::vector<double>>;
-using PredictionState =
-    std::tuple<std::string, std::string, double, std::vector<double>, bool, double, std::vector<ModeState>,
-               std::vector<RegionState>>;
+using PredictionState = std::tuple<std::string, std::string, double, std::vector<double>, bool, double,
+                                   std::vector<ModeState>, std::vector<RegionState>>;
 
 PredictionState state_of(const TrackPrediction& prediction) {
   std::vector<ModeState> modes;
@@ -90,8 +89,8 @@ PredictionState state_of(const TrackPrediction& prediction) {
     std::vector<double> path, covariances;
     for (const Vector2& point : mode.path_m) path.insert(path.end(), {point.x(), point.y()});
     for (const Matrix2& m : mode.covariances_m2) append(covariances, m);
-    modes.push_back({mode.weight, std::move(path), std::move(covariances), mode.primitives, static_cast<int>(mode.manner),
-                     mode.source});
+    modes.push_back({mode.weight, std::move(path), std::move(covariances), mode.primitives,
+                     static_cast<int>(mode.manner), mode.source});
   }
   const Prediction& content = prediction.content;
   std::vector<RegionState> regions;
@@ -159,7 +158,8 @@ void bind_prediction(nb::module_& module) {
             for (const Region& region : p.content.regions) regions.push_back({region.probability, region.levels});
             return regions;
           },
-          "(probability, levels of shape (t,)): with that probability the person will be where the density of the modes is "
+          "(probability, levels of shape (t,)): with that probability the person will be where the density of the "
+          "modes is "
           "at least exp(-level) of its peak; none from a model that no error has taught yet.")
       .def_prop_ro("modes", [](const TrackPrediction& p) { return p.content.modes; })
       .def_prop_ro(

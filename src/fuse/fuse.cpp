@@ -185,6 +185,9 @@ Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, c
   model.primitives = fused_primitives(previous, incoming.model, plan, config);
   model.transitions = fused_transitions(sources, plan, config.gp, outlook_gp_config(outlook));
   model.lessons = previous.lessons.empty() ? incoming.model.lessons : previous.lessons;
+  model.gait = incoming.gait.inputs.cols() > 0 ? learn_gait(previous.gait, incoming.gait, outlook)
+                                               : fuse_gaits(previous.gait, incoming.model.gait, outlook);
+  model.places = with_places(previous.places, incoming.model.places);
   model.episodes = previous.episodes + incoming.model.episodes;
   model.tracks = previous.tracks + incoming.model.tracks;
   const FuseReport report = report_of(plan, sources);

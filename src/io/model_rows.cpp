@@ -103,6 +103,8 @@ std::int64_t checksum(const Model& model, const std::string& configuration) {
     add(to_bytes(pack(transition.outlook)));
   }
   add(to_bytes(pack(model.lessons)));
+  add(to_bytes(pack(model.gait)));
+  add(to_bytes(pack(model.places)));
   add(to_bytes(std::vector<double>{static_cast<double>(model.episodes), static_cast<double>(model.tracks)}));
   add(std::as_bytes(std::span(configuration)));
   return static_cast<std::int64_t>(sum);
@@ -181,6 +183,8 @@ CREATE TABLE meta (          -- one row
   configuration TEXT NOT NULL,   -- JSON
   conventions BLOB NOT NULL,     -- doubles: see sila/model/packing.hpp, as for all blobs of doubles, little endian
   lessons BLOB NOT NULL,         -- doubles
+  gait BLOB NOT NULL,            -- doubles: the sparse GP
+  places BLOB NOT NULL,          -- doubles: the frames of the corners where it was learnt
   checksum INTEGER NOT NULL      -- CRC-32 of the model and the configuration
 );
 CREATE TABLE primitives (
@@ -216,10 +220,11 @@ void write_model(sqlite::Database& database, const Model& model, const std::stri
   write_primitives(database, model.primitives);
   write_transitions(database, model.transitions);
   database.execute("DELETE FROM meta");
-  sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   insert.bind(revision).bind(std::string_view(SILA_VERSION)).bind(std::int64_t{model.episodes});
   insert.bind(std::int64_t{model.tracks}).bind(std::string_view(configuration));
   insert.bind_blob(to_bytes(pack(model.conventions))).bind_blob(to_bytes(pack(model.lessons)));
+  insert.bind_blob(to_bytes(pack(model.gait))).bind_blob(to_bytes(pack(model.places)));
   insert.bind(checksum(model, configuration)).step();
 }
 
@@ -240,7 +245,7 @@ StoredModel read(sqlite::Database& database) {
   StoredModel stored;
   Model& model = stored.model;
   sqlite::Statement meta = database.prepare(
-      "SELECT sila_version, episodes, tracks, configuration, conventions, lessons, checksum FROM meta");
+      "SELECT sila_version, episodes, tracks, configuration, conventions, lessons, checksum, gait, places FROM meta");
   if (!meta.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
   stored.sila_version = meta.text(0);
   model.episodes = count_of<int>(meta.integer(1));
@@ -248,6 +253,8 @@ StoredModel read(sqlite::Database& database) {
   stored.configuration = meta.text(3);
   model.conventions = unpack_conventions(to_numbers(meta.blob(4)));
   model.lessons = unpack_lessons(to_numbers(meta.blob(5)));
+  model.gait = unpack_gp(to_numbers(meta.blob(7)));
+  model.places = unpack_places(to_numbers(meta.blob(8)));
   model.primitives = read_primitives(database);
   model.transitions = read_transitions(database);
   stored.episodes = read_episodes(database);

@@ -65,6 +65,15 @@ void add_outlooks(std::map<TransitionKey, OutlookSamples> outlooks, const Hyperp
   });
 }
 
+/// Every moment of the batch, whatever transition it belongs to.
+std::vector<const OutlookExample*> all_examples(const Batch& batch) {
+  std::vector<const OutlookExample*> examples;
+  for (const auto& of_track : batch.outlooks) {
+    for (const OutlookExample& example : of_track) examples.push_back(&example);
+  }
+  return examples;
+}
+
 LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::vector<Segment>> segments,
                       const Dictionary& dictionary, const Model& model) {
   LearnReport report;
@@ -135,6 +144,10 @@ Learnt learn(const Batch& batch, const Conventions& conventions, const LearnConf
   for (auto& [key, transition] : observed) learnt.increment.samples.push_back(std::move(transition.samples));
   add_outlooks(observe_outlooks(batch, segments), outlook_hyperparameters(conventions, outlook),
                outlook_gp_config(outlook), learnt.increment);
+  learnt.increment.gait = gait_samples(all_examples(batch));
+  learnt.increment.model.gait = learn_gait({}, learnt.increment.gait, outlook);
+  for (const CurbTrajectory& track : tracks)
+    learnt.increment.model.places = with_places(std::move(learnt.increment.model.places), {track.frame});
   return learnt;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "sila/model/gait.hpp"
 #include "sila/model/outlook.hpp"
 
 namespace sila {
@@ -36,6 +37,13 @@ void check_outlook(const Model& model, const std::string& name, const SparseGp& 
     refuse(name + ": the outlook is not a map from " + std::to_string(kOutlookInputs) +
            " inputs to 2 outputs for each of " + std::to_string(model.conventions.outlook_knots) + " knots");
   }
+}
+
+void check_gait(const Model& model) {
+  if (model.gait.points == 0.0) return;
+  validate(model.gait);
+  if (model.gait.pseudo_inputs.rows() != kGaitInputs || model.gait.mean.size() != 2 * model.conventions.outlook_knots)
+    refuse("the gait is not a map from " + std::to_string(kGaitInputs) + " inputs to 2 outputs for each knot");
 }
 
 void check_transition(const Model& model, std::size_t index) {
@@ -79,6 +87,8 @@ void check(const Model& model) {
   validate(model.conventions.grid);
   for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
+  check_gait(model);
+  for (const CurbFrame& place : model.places) validate(place);
 }
 
 }  // namespace sila

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sila/core/kinematics.hpp"
+#include "sila/model/gait.hpp"
 
 namespace sila {
 namespace {
@@ -28,8 +29,10 @@ std::optional<OutlookExample> outlook_example(const CurbTrajectory& observed, st
   const double interval_s = conventions.sample_interval_s;
   const double seen_s = static_cast<double>(future_m.size()) * interval_s;
   if (future_m.empty() || seen_s < min_seen_share * conventions.outlook_horizon_s - 1e-9) return std::nullopt;
-  OutlookExample example{observed.times_s.back(), outlook_state(observed),
-                         Eigen::VectorXd(2 * conventions.outlook_knots)};
+  const Eigen::Index outputs = 2 * conventions.outlook_knots;
+  OutlookExample example{observed.times_s.back(), outlook_state(observed), Eigen::VectorXd(outputs),
+                         gait_state(observed), Eigen::VectorXd(outputs)};
+  const Matrix2 to_gait = gait_frame(observed).transpose() * world_from_curb(observed.frame);
   const Vector2 constant = mean_velocity(observed, kConstantVelocityWindow_s);
   for (int knot = 0; knot < conventions.outlook_knots; ++knot) {
     const double due_s = (knot + 1) * conventions.outlook_horizon_s / conventions.outlook_knots;
@@ -37,6 +40,7 @@ std::optional<OutlookExample> outlook_example(const CurbTrajectory& observed, st
     const Vector2 way =
         to_curb(observed.frame, future_m[static_cast<std::size_t>(steps - 1)]) - observed.positions.back();
     example.partings.segment<2>(2 * knot) = way / (static_cast<double>(steps) * interval_s) - constant;
+    example.gait_partings.segment<2>(2 * knot) = to_gait * example.partings.segment<2>(2 * knot);
   }
   return example;
 }

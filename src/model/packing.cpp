@@ -139,8 +139,8 @@ bool identical(const Transition& a, const Transition& b) {
 }  // namespace
 
 std::vector<double> pack(const Lessons& lessons) {
-  const auto& [steps, classes, interval_s, with_map, without_map, residuals_with_map, residuals_without_map, surprises,
-               novelties] = lessons;
+  const auto& [steps, classes, interval_s, with_map, without_map, residuals_with_map, residuals_without_map,
+               residuals_place_free, surprises, novelties] = lessons;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
     const auto& [weight, features, products] = moments;
@@ -161,6 +161,7 @@ std::vector<double> pack(const Lessons& lessons) {
   packer.add_list(without_map, add_moments);
   packer.add_list(residuals_with_map, add_residual);
   packer.add_list(residuals_without_map, add_residual);
+  packer.add_list(residuals_place_free, add_residual);
   const auto add_number = [&](double number) { packer.add(number); };
   packer.add_list(surprises, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
   packer.add_list(novelties, add_number);
@@ -181,6 +182,7 @@ Lessons unpack_lessons(std::span<const double> numbers) {
   lessons.without_map = unpacker.list<RegressionMoments>(moments);
   lessons.residuals_with_map = unpacker.list<ResidualMoments>(residual);
   lessons.residuals_without_map = unpacker.list<ResidualMoments>(residual);
+  lessons.residuals_place_free = unpacker.list<ResidualMoments>(residual);
   const auto number = [&] { return unpacker.number(); };
   lessons.surprises = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
   lessons.novelties = unpacker.list<double>(number);
@@ -225,6 +227,30 @@ SparseGp unpack_gp(std::span<const double> numbers) {
   return gp;
 }
 
+std::vector<double> pack(const std::vector<CurbFrame>& places) {
+  Packer packer;
+  packer.add_list(places, [&](const CurbFrame& place) {
+    const auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m] = place;
+    for (const Vector2& part : {origin_m, axis_1, axis_2, unit_m}) packer.add(part);
+    packer.add(sidewalk_width_m);
+  });
+  return std::move(packer).numbers();
+}
+
+std::vector<CurbFrame> unpack_places(std::span<const double> numbers) {
+  Unpacker unpacker(numbers);
+  const auto pair = [&] {
+    const Eigen::VectorXd point = unpacker.vector();
+    if (point.size() != 2) refuse("a place has a point with " + std::to_string(point.size()) + " coordinates");
+    return Vector2(point);
+  };
+  std::vector<CurbFrame> places = unpacker.list<CurbFrame>([&] {
+    return CurbFrame{pair(), pair(), pair(), pair(), unpacker.number()};
+  });
+  unpacker.finish();
+  return places;
+}
+
 std::vector<double> pack(const Conventions& conventions) {
   const auto& [grid, scaling, sample_interval_s, reference_width_m, outlook_horizon_s, outlook_knots] = conventions;
   const auto& [cell, origin, tile_cells] = grid;
@@ -262,6 +288,7 @@ Conventions unpack_conventions(std::span<const double> numbers) {
 bool identical(const Model& a, const Model& b) {
   const auto same = [](const auto& x, const auto& y) { return identical(x, y); };
   return same_bits(pack(a.conventions), pack(b.conventions)) && same_bits(pack(a.lessons), pack(b.lessons)) &&
+         same_bits(pack(a.gait), pack(b.gait)) && same_bits(pack(a.places), pack(b.places)) &&
          a.episodes == b.episodes && a.tracks == b.tracks && std::ranges::equal(a.primitives, b.primitives, same) &&
          std::ranges::equal(a.transitions, b.transitions, same);
 }

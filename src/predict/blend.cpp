@@ -12,14 +12,15 @@ namespace {
 
 constexpr double kVelocityWindows_s[] = {0.4, 0.8, 1.6, 3.0};
 constexpr int kConstantVelocityFeature = 1;
-constexpr int kOutlookFeature = kKinematicFeatures;
+constexpr int kGaitFeature = kKinematicFeatures;
+constexpr int kOutlookFeature = kPlaceFreeFeatures;
 static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityWindow_s);
 /// Before anything was taught errors are believed to grow like this, with the weight of so many examples.
 constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
 
 /// The blend before anything was taught.
 Eigen::VectorXd untaught(int features) {
-  return Eigen::VectorXd::Unit(features, kOutlookFeature);
+  return Eigen::VectorXd::Unit(features, features > kPlaceFreeFeatures ? kOutlookFeature : kGaitFeature);
 }
 
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
@@ -73,14 +74,23 @@ Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {
 }
 
 Observation observation_of(const FieldMap& map, const CurbTrajectory& observed) {
-  return {kinematic_features(observed), consult_outlooks(map, observed), speed_class(observed)};
+  return {kinematic_features(observed), consult_gait(map, observed), consult_outlooks(map, observed),
+          map.knows(observed.frame), speed_class(observed)};
+}
+
+Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t step, double interval_s) {
+  Eigen::Matrix2Xd features(2, kPlaceFreeFeatures);
+  features.leftCols(kKinematicFeatures) = observation.kinematics;
+  features.col(kGaitFeature) = observation.kinematics.col(kConstantVelocityFeature) +
+                               observation.gait.parting_mps(static_cast<double>(step + 1) * interval_s);
+  return features;
 }
 
 Eigen::Matrix2Xd alone_features(const Observation& observation, std::size_t step, double interval_s) {
   Eigen::Matrix2Xd features(2, kAloneFeatures);
-  features.leftCols(kKinematicFeatures) = observation.kinematics;
+  features.leftCols(kPlaceFreeFeatures) = place_free_features(observation, step, interval_s);
   features.col(kOutlookFeature) = observation.kinematics.col(kConstantVelocityFeature) +
-                                  observation.foresight.parting_mps(static_cast<double>(step + 1) * interval_s);
+                                  observation.outlooks.parting_mps(static_cast<double>(step + 1) * interval_s);
   return features;
 }
 
@@ -98,10 +108,19 @@ Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rol
 Blend::Blend(const Lessons& lessons, const PredictConfig& config) {
   if (!config.blend || lessons.empty()) return;
   steps_ = lessons.steps;
-  residual_with_map_ = variances(lessons.residuals_with_map, lessons.classes, lessons.interval_s);
-  residual_without_map_ = variances(lessons.residuals_without_map, lessons.classes, lessons.interval_s);
-  with_map_ = solve(lessons.with_map, residual_with_map_, lessons, kMapFeatures, config.blend_ridge);
-  without_map_ = solve(lessons.without_map, residual_without_map_, lessons, kAloneFeatures, config.blend_ridge);
+  const auto taught_by = [&](const std::vector<RegressionMoments>& moments,
+                             const std::vector<ResidualMoments>& residuals, int features) {
+    Table table{{}, variances(residuals, lessons.classes, lessons.interval_s)};
+    table.coefficients = solve(moments, table.residuals_m2, lessons, features, config.blend_ridge);
+    return table;
+  };
+  place_free_ = {{}, variances(lessons.residuals_place_free, lessons.classes, lessons.interval_s)};
+  alone_ = taught_by(lessons.without_map, lessons.residuals_without_map, kAloneFeatures);
+  with_map_ = taught_by(lessons.with_map, lessons.residuals_with_map, kMapFeatures);
+}
+
+const Blend::Table& Blend::table(Eigen::Index features) const {
+  return features == kMapFeatures ? with_map_ : features == kAloneFeatures ? alone_ : place_free_;
 }
 
 std::size_t Blend::cell(std::size_t step, int speed_class) const {
@@ -110,17 +129,17 @@ std::size_t Blend::cell(std::size_t step, int speed_class) const {
 }
 
 Vector2 Blend::velocity_mps(const Eigen::Matrix2Xd& features, std::size_t step, int speed_class) const {
-  const auto& table = features.cols() == kMapFeatures ? with_map_ : without_map_;
-  if (table.empty()) return features * untaught(static_cast<int>(features.cols()));
-  return features * table[cell(step, speed_class)];
+  const auto& coefficients = table(features.cols()).coefficients;
+  if (coefficients.empty()) return features * untaught(static_cast<int>(features.cols()));
+  return features * coefficients[cell(step, speed_class)];
 }
 
-Vector2 Blend::residual_m2(std::size_t step, int speed_class, bool with_map) const {
-  const auto& table = with_map ? residual_with_map_ : residual_without_map_;
-  if (table.empty()) return Vector2::Zero();
+Vector2 Blend::residual_m2(std::size_t step, int speed_class, Eigen::Index features) const {
+  const auto& residuals_m2 = table(features).residuals_m2;
+  if (residuals_m2.empty()) return Vector2::Zero();
   // Beyond what was taught the error goes on growing as it did on average.
   const double growth = std::max(1.0, static_cast<double>(step + 1) / steps_);
-  return table[cell(step, speed_class)] * growth * growth;
+  return residuals_m2[cell(step, speed_class)] * growth * growth;
 }
 
 Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2) {

@@ -31,12 +31,12 @@ Explanation explain(const Predictor& predictor, const CurbTrajectory& observed) 
   }
   Explanation explanation;
   explanation.likelihood_power = predictor.config().likelihood_power;
-  explanation.alike = tracing.seen.foresight.evidence;
+  explanation.alike = tracing.seen.outlooks.evidence;
   explanation.raw_novelty = tracing.raw_novelty;
   explanation.at_least_as_novel = 1.0 - prediction.novelty;
   for (const Mode& mode : prediction.modes) {
     ModeExplanation explained{mode.weight, mode.manner, mode.primitives, {}};
-    if (mode.source < tracing.groups.size()) {
+    if (!prediction.fallback) {
       for (const std::size_t member : tracing.groups[mode.source])
         explained.rollouts.push_back(explain_rollout(predictor.map(), tracing.rollouts[member], total));
     }

@@ -19,6 +19,8 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   const Grid& grid = model.conventions.grid;
   bucket_size_ = 2.0 * grid.cell;
   outlook_knots_ = model.conventions.outlook_knots, outlook_horizon_s_ = model.conventions.outlook_horizon_s;
+  if (model.gait.points > 0.0) gait_.emplace(model.gait);
+  places_ = model.places;
   fields_.reserve(model.transitions.size());
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)

@@ -21,6 +21,7 @@ Lessons empty_lessons(int steps, double interval_s) {
   lessons.without_map.assign(cells, blank(kAloneFeatures));
   lessons.residuals_with_map.resize(cells);
   lessons.residuals_without_map.resize(cells);
+  lessons.residuals_place_free.resize(cells);
   lessons.surprises.assign(cells, std::vector<double>(kSurpriseBins, 0.0));
   lessons.novelties.assign(kNoveltyBins, 0.0);
   return lessons;
@@ -63,7 +64,7 @@ std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& windo
     ModeAtStep mode{
         map_features(seen, rollout, window.observed, step, predictor.interval_s()), {}, rollout.weight, 0.0};
     mode.way = seconds * predictor.blend().velocity_mps(mode.features, step, seen.speed);
-    Vector2 variances = predictor.blend().residual_m2(step, seen.speed, true);
+    Vector2 variances = predictor.blend().residual_m2(step, seen.speed, kMapFeatures);
     if (variances.isZero()) variances = Vector2::Constant(0.25 * seconds * seconds);
     mode.responsibility = mode.weight * density(truth - mode.way, oriented_covariance(mode.way, variances));
     total += mode.responsibility;
@@ -77,7 +78,7 @@ std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& windo
 struct Example {
   std::vector<ModeAtStep> modes;
   Eigen::Matrix2Xd alone;  ///< features without a roll-out
-  Vector2 alone_way = Vector2::Zero();
+  Vector2 alone_way = Vector2::Zero(), place_free_way = Vector2::Zero();
   Vector2 truth = Vector2::Zero();  ///< displacement from t0 [m]
   double surprise = 0.0;
 };
@@ -99,6 +100,9 @@ WindowExamples examples_of(const Predictor& predictor, const Window& window, int
     example.alone = alone_features(hypotheses.seen, j, predictor.interval_s());
     example.alone_way = static_cast<double>(j + 1) * predictor.interval_s() *
                         predictor.blend().velocity_mps(example.alone, j, examples.speed);
+    example.place_free_way = static_cast<double>(j + 1) * predictor.interval_s() *
+                             predictor.blend().velocity_mps(
+                                 place_free_features(hypotheses.seen, j, predictor.interval_s()), j, examples.speed);
     example.modes = modes_at(predictor, window, hypotheses, hypotheses.seen, j, example.truth);
     example.surprise = surprise(prediction, j, window.future_m[j]);
     examples.steps.push_back(std::move(example));
@@ -115,6 +119,7 @@ void add(Lessons& lessons, const WindowExamples& window) {
     lessons.surprises[cell][static_cast<std::size_t>(surprise_bin(example.surprise))] += 1.0;
     add(lessons.without_map[cell], example.alone, example.truth / seconds, 1.0);
     add(lessons.residuals_without_map[cell], example.alone_way, example.truth - example.alone_way, 1.0);
+    add(lessons.residuals_place_free[cell], example.place_free_way, example.truth - example.place_free_way, 1.0);
     for (const ModeAtStep& mode : example.modes) {
       add(lessons.with_map[cell], mode.features, example.truth / seconds, mode.weight);
       add(lessons.residuals_with_map[cell], mode.way, example.truth - mode.way, mode.responsibility);
@@ -146,7 +151,7 @@ void fade(Lessons& lessons, double decay) {
     for (double& count : bins) count *= decay;
   }
   for (double& count : lessons.novelties) count *= decay;
-  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map}) {
+  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map, &lessons.residuals_place_free}) {
     for (ResidualMoments& cell : *table) cell.weight *= decay, cell.along_m2 *= decay, cell.across_m2 *= decay;
   }
 }
@@ -177,6 +182,7 @@ Lessons add_lessons(const Lessons& past, const Lessons& recent, double decay) {
   accumulate_cells(sum.without_map, recent.without_map);
   accumulate_cells(sum.residuals_with_map, recent.residuals_with_map);
   accumulate_cells(sum.residuals_without_map, recent.residuals_without_map);
+  accumulate_cells(sum.residuals_place_free, recent.residuals_place_free);
   for (std::size_t cell = 0; cell < sum.surprises.size(); ++cell)
     accumulate_bins(sum.surprises[cell], recent.surprises[cell]);
   accumulate_bins(sum.novelties, recent.novelties);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sila/model/gait.hpp"
 #include "sila/model/outlook.hpp"
 
 namespace sila {
@@ -36,6 +37,17 @@ Foresight consult_outlooks(const FieldMap& map, const CurbTrajectory& observed) 
   foresight.knot_interval_s = map.outlook_horizon_s() / knots;
   for (int knot = 0; knot < knots; ++knot)
     foresight.partings_mps.push_back(velocity_to_world(observed.frame, sum.segment<2>(2 * knot)));
+  return foresight;
+}
+
+Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed) {
+  Foresight foresight;
+  const int knots = map.outlook_knots();
+  if (!map.gait() || observed.positions.empty()) return foresight;
+  const GpPrediction said = map.gait()->predict(gait_state(observed));
+  const Matrix2 frame = gait_frame(observed);
+  foresight.knot_interval_s = map.outlook_horizon_s() / knots;
+  for (int knot = 0; knot < knots; ++knot) foresight.partings_mps.emplace_back(frame * said.mean.segment<2>(2 * knot));
   return foresight;
 }
 

@@ -62,23 +62,26 @@ Mode blended_mode(const FieldMap& map, const Blend& blend, const Observation& se
     const Eigen::Matrix2Xd features = map_features(seen, rollout, observed, j, interval_s);
     const Vector2 way = static_cast<double>(j + 1) * interval_s * blend.velocity_mps(features, j, seen.speed);
     mode.path_m.emplace_back(start_m + way);
-    mode.covariances_m2.push_back(oriented_covariance(way, blend.residual_m2(j, seen.speed, true)));
+    mode.covariances_m2.push_back(oriented_covariance(way, blend.residual_m2(j, seen.speed, kMapFeatures)));
   }
   return mode;
 }
 
-/// Kinematics and outlooks alone: constant velocity until past errors taught better.
-Mode kinematic_mode(const Blend& blend, const Observation& seen, const CurbTrajectory& observed, std::size_t steps,
-                    double interval_s) {
+/// Without roll-outs: constant velocity until past errors taught better. `here`: outlooks are asked as well.
+Mode kinematic_mode(const Blend& blend, const Observation& seen, bool here, const CurbTrajectory& observed,
+                    std::size_t steps, double interval_s) {
   Mode mode{1.0, {}, {}, {}};
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
   for (std::size_t j = 0; j < steps; ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const double spread = kUntaughtSpread_mps * seconds;
-    const Vector2 way = seconds * blend.velocity_mps(alone_features(seen, j, interval_s), j, seen.speed);
+    const Eigen::Matrix2Xd features =
+        here ? alone_features(seen, j, interval_s) : place_free_features(seen, j, interval_s);
+    const Vector2 way = seconds * blend.velocity_mps(features, j, seen.speed);
     mode.path_m.emplace_back(start_m + way);
-    mode.covariances_m2.push_back(blend.taught() ? oriented_covariance(way, blend.residual_m2(j, seen.speed, false))
-                                                 : Matrix2(Matrix2::Identity() * spread * spread));
+    mode.covariances_m2.push_back(blend.taught()
+                                      ? oriented_covariance(way, blend.residual_m2(j, seen.speed, features.cols()))
+                                      : Matrix2(Matrix2::Identity() * spread * spread));
   }
   return mode;
 }
@@ -116,15 +119,16 @@ Prediction Predictor::predict(const CurbTrajectory& observed, const Hypotheses& 
   Prediction prediction;
   prediction.t0_s = observed.times_s.back();
   prediction.novelty = calibration_.novelty(hypotheses.raw_novelty);
-  prediction.fallback = hypotheses.rollouts.empty();
+  const bool here = hypotheses.seen.known_place || !config_.known_places_only || !blend_.taught();
+  prediction.fallback = !here || hypotheses.rollouts.empty();
   for (int j = 1; j <= steps; ++j) prediction.times_s.push_back(j * interval_s_);
   std::vector<Mode>& modes = prediction.modes;
-  for (const Rollout& rollout : hypotheses.rollouts) {
+  for (const Rollout& rollout : prediction.fallback ? std::vector<Rollout>{} : hypotheses.rollouts) {
     modes.push_back(blend_.taught() ? blended_mode(map_, blend_, hypotheses.seen, rollout, observed, count, interval_s_)
                                     : plain_mode(map_, rollout, observed.frame, count));
     modes.back().source = modes.size() - 1;
   }
-  if (prediction.fallback) modes.push_back(kinematic_mode(blend_, hypotheses.seen, observed, count, interval_s_));
+  if (prediction.fallback) modes.push_back(kinematic_mode(blend_, hypotheses.seen, here, observed, count, interval_s_));
   if (!blend_.taught()) return prediction;
   const int room = config_.max_modes - static_cast<int>(modes.size());
   std::vector<Mode> split =

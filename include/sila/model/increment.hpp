@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "sila/model/gait.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {
@@ -21,6 +22,7 @@ struct TransitionSamples {
 struct Increment {
   Model model;
   std::vector<TransitionSamples> samples;
+  GaitSamples gait = {};  ///< those of the model's gait
 };
 
 }  // namespace sila

@@ -28,11 +28,12 @@ struct Lessons {
   int classes = 0;
   double interval_s = 0.2;                     ///< between steps
   std::vector<RegressionMoments> with_map;     ///< kinematics and roll-outs
-  std::vector<RegressionMoments> without_map;  ///< kinematics alone, for when no transition matches
+  std::vector<RegressionMoments> without_map;  ///< kinematics and outlooks, for when no transition matches
   std::vector<ResidualMoments> residuals_with_map;
   std::vector<ResidualMoments> residuals_without_map;
-  std::vector<std::vector<double>> surprises;  ///< how often what happened was so surprising: bins of each cell
-  std::vector<double> novelties;               ///< how often a path was so little known: bins
+  std::vector<ResidualMoments> residuals_place_free;  ///< of the gait alone, for a place that is not known
+  std::vector<std::vector<double>> surprises;         ///< how often what happened was so surprising: bins of each cell
+  std::vector<double> novelties;                      ///< how often a path was so little known: bins
 
   bool empty() const { return steps == 0; }
 };

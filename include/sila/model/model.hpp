@@ -6,6 +6,7 @@
 #include "sila/model/conventions.hpp"
 #include "sila/model/lessons.hpp"
 #include "sila/model/motion_primitive.hpp"
+#include "sila/model/place.hpp"
 #include "sila/model/transition.hpp"
 
 namespace sila {
@@ -17,6 +18,8 @@ struct Model {
   std::vector<MotionPrimitive> primitives;  ///< D
   std::vector<Transition> transitions;      ///< R, sorted by (from, to), each pair once
   Lessons lessons;                          ///< constant size
+  SparseGp gait;                            ///< how walking goes on whatever the place (gait.hpp); constant size
+  std::vector<CurbFrame> places;            ///< where it was learnt, in the order of learning
   int episodes = 0;
   long tracks = 0;  ///< trajectories learnt from
 

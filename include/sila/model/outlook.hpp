@@ -29,6 +29,7 @@ struct OutlookConfig {
   double min_seen_share = 0.75;
   int max_pseudo_inputs = 30;
   double selection_stop = 0.1;
+  int gait_pseudo_inputs = 40;
 };
 
 template <class Config, class Visitor>
@@ -52,6 +53,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_pseudo_inputs", config.max_pseudo_inputs, Range{1, 1000}, "-", "most pseudo-inputs of an outlook");
   visit.number("selection_stop", config.selection_stop, Range{0.0, 1.0}, "of the signal variance",
                "no more pseudo-inputs once every conditional variance is below this");
+  visit.number("gait_pseudo_inputs", config.gait_pseudo_inputs, Range{1, 1000}, "-",
+               "most pseudo-inputs of what is known of walking whatever the place");
 }
 
 /// Constant velocity is the mean velocity of the last so many seconds.
@@ -66,6 +69,9 @@ struct OutlookExample {
   OutlookState state = OutlookState::Zero();
   /// Mean velocity from t0 to each knot minus constant velocity [widths/s]: x, y of the first knot, of the second, ...
   Eigen::VectorXd partings;
+  /// The same whatever the place (see gait.hpp): how walking has been; partings ahead and left [m/s].
+  Eigen::Matrix<double, 7, 1> gait = Eigen::Matrix<double, 7, 1>::Zero();
+  Eigen::VectorXd gait_partings;
 };
 
 OutlookState outlook_state(const CurbTrajectory& observed);

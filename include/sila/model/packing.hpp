@@ -12,6 +12,7 @@ namespace sila {
 std::vector<double> pack(const Lessons& lessons);
 std::vector<double> pack(const FlowField& field);
 std::vector<double> pack(const SparseGp& gp);
+std::vector<double> pack(const std::vector<CurbFrame>& places);
 std::vector<double> pack(const Conventions& conventions);
 
 /// The parts again.
@@ -19,6 +20,7 @@ std::vector<double> pack(const Conventions& conventions);
 Lessons unpack_lessons(std::span<const double> numbers);
 FlowField unpack_flow_field(std::span<const double> numbers);
 SparseGp unpack_gp(std::span<const double> numbers);
+std::vector<CurbFrame> unpack_places(std::span<const double> numbers);
 Conventions unpack_conventions(std::span<const double> numbers);
 
 /// Whether two models are the same bit for bit: -0 is not 0 here, and a NaN is itself.

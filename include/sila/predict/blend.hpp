@@ -16,8 +16,10 @@ inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
 inline constexpr int kSpeedClasses = 5;
 /// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
 inline constexpr int kKinematicFeatures = 5;
+/// The same, and that of the gait: nothing that depends on the place.
+inline constexpr int kPlaceFreeFeatures = kKinematicFeatures + 1;
 /// The same, and that of the outlooks.
-inline constexpr int kAloneFeatures = kKinematicFeatures + 1;
+inline constexpr int kAloneFeatures = kPlaceFreeFeatures + 1;
 /// The same, and the mean velocities of the two particles of a roll-out.
 inline constexpr int kMapFeatures = kAloneFeatures + 2;
 
@@ -29,20 +31,24 @@ Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed);
 /// What is known of somebody before any roll-out.
 struct Observation {
   Eigen::Matrix2Xd kinematics;
-  Foresight foresight;
+  Foresight gait;
+  Foresight outlooks;
+  bool known_place = true;
   int speed = 0;  ///< class
 };
 Observation observation_of(const FieldMap& map, const CurbTrajectory& observed);
 
-/// Candidate mean velocities from t0 to `step` (counted from 0), without and with a roll-out.
-/// Shapes: 2 x kAloneFeatures, 2 x kMapFeatures.
+/// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
+/// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.
+Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t step, double interval_s);
 Eigen::Matrix2Xd alone_features(const Observation& observation, std::size_t step, double interval_s);
 Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
                               std::size_t step, double interval_s);
 
 /// The coefficients with which features are summed, per (step, class): solved once from the lessons.
 /// Ridge regression towards what the outlooks say (constant velocity where they know nothing).
-/// Source: none in the paper; docs/decisions/0005-blend.md.
+/// Whatever the place the gait alone counts: coefficients learnt at some places made it worse at others.
+/// Source: none in the paper; docs/decisions/0005-blend.md, 0073-gait.md.
 class Blend {
  public:
   Blend(const Lessons& lessons, const PredictConfig& config);
@@ -50,17 +56,21 @@ class Blend {
   bool taught() const { return steps_ > 0; }
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the lessons use the last of them.
   Vector2 velocity_mps(const Eigen::Matrix2Xd& features, std::size_t step, int speed_class) const;
-  /// Variances [m²] along and across the way to the mean position; zero where nothing was taught.
-  Vector2 residual_m2(std::size_t step, int speed_class, bool with_map) const;
+  /// Variances [m²] along and across the way to the mean position that so many features give; zero where nothing was
+  /// taught.
+  Vector2 residual_m2(std::size_t step, int speed_class, Eigen::Index features) const;
 
  private:
   std::size_t cell(std::size_t step, int speed_class) const;
 
   int steps_ = 0;
-  std::vector<Eigen::VectorXd> with_map_;
-  std::vector<Eigen::VectorXd> without_map_;
-  std::vector<Vector2> residual_with_map_;
-  std::vector<Vector2> residual_without_map_;
+  /// What was taught of one set of features.
+  struct Table {
+    std::vector<Eigen::VectorXd> coefficients;
+    std::vector<Vector2> residuals_m2;
+  };
+  const Table& table(Eigen::Index features) const;
+  Table place_free_, alone_, with_map_;
 };
 
 /// A covariance with the given variances along and across a direction.

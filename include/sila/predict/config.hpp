@@ -32,6 +32,7 @@ struct PredictConfig {
   bool chaining = true;
   double merge_radius_m = 2.0;
   bool blend = true;
+  bool known_places_only = true;
   double blend_ridge = 5.0;
   int alternatives = 4;
   double alternative_weight = 0.01;
@@ -69,6 +70,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes nearer than this on average become one");
   visit.flag("blend", config.blend, "blend roll-outs with kinematics as past errors taught");
+  visit.flag("known_places_only", config.known_places_only,
+             "at a corner where nothing was learnt trust only what does not depend on the place");
   visit.number(
       "blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "-",
       "trust in outlooks (where none: constant velocity) against what errors taught, in units of their variance");

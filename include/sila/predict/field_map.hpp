@@ -31,6 +31,8 @@ class FieldMap {
   std::span<const int> near(const Vector2& position) const;
   int outlook_knots() const { return outlook_knots_; }
   double outlook_horizon_s() const { return outlook_horizon_s_; }
+  const std::optional<Posterior>& gait() const { return gait_; }
+  bool knows(const CurbFrame& place) const { return is_known(places_, place); }
   /// Transitions that leave a primitive, in order.
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
 
@@ -40,6 +42,8 @@ class FieldMap {
   double bucket_size_ = 1.0;
   int outlook_knots_ = 0;
   double outlook_horizon_s_ = 0.0;
+  std::optional<Posterior> gait_;
+  std::vector<CurbFrame> places_;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;
   std::unordered_map<std::int64_t, std::vector<int>> buckets_;

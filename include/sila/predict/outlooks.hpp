@@ -7,7 +7,7 @@
 
 namespace sila {
 
-/// What the outlooks near a person say together about how the path will part from constant velocity.
+/// How a path is expected to part from constant velocity.
 struct Foresight {
   std::vector<Vector2> partings_mps;  ///< world frame, at each knot; none if the model has no outlooks
   double knot_interval_s = 1.0;
@@ -21,5 +21,8 @@ struct Foresight {
 /// Each transition nearby is an expert that saw other people: their precisions beyond the prior's add up, and each mean
 /// counts by its precision. Source: Tresp 2000, Bayesian committee machine; docs/decisions/0060-outlooks.md.
 Foresight consult_outlooks(const FieldMap& map, const CurbTrajectory& observed);
+
+/// What the gait says, whatever the place.
+Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed);
 
 }  // namespace sila
