@@ -43,6 +43,8 @@ void add(ResidualMoments& moments, const Vector2& way, const Vector2& error, dou
   moments.across_m2 += weight * (error.squaredNorm() - forward * forward);
 }
 
+constexpr double kWindowsToKnowCovariance = 20.0;
+
 double density(const Vector2& error, const Matrix2& covariance) {
   return std::exp(-0.5 * error.dot(covariance.inverse() * error)) / std::sqrt(covariance.determinant());
 }
@@ -81,6 +83,7 @@ struct Example {
   Vector2 alone_way = Vector2::Zero(), place_free_way = Vector2::Zero();
   Vector2 truth = Vector2::Zero();  ///< displacement from t0 [m]
   double surprise = 0.0;
+  bool surprise_counts = false;  ///< the covariances were taught
 };
 
 struct WindowExamples {
@@ -105,6 +108,7 @@ WindowExamples examples_of(const Predictor& predictor, const Window& window, int
                                  place_free_features(hypotheses.seen, j, predictor.interval_s()), j, examples.speed);
     example.modes = modes_at(predictor, window, hypotheses, hypotheses.seen, j, example.truth);
     example.surprise = surprise(prediction, j, window.future_m[j]);
+    example.surprise_counts = predictor.blend().taught();
     examples.steps.push_back(std::move(example));
   }
   return examples;
@@ -116,7 +120,8 @@ void add(Lessons& lessons, const WindowExamples& window) {
     const Example& example = window.steps[j];
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(window.speed);
     const double seconds = static_cast<double>(j + 1) * lessons.interval_s;
-    lessons.surprises[cell][static_cast<std::size_t>(surprise_bin(example.surprise))] += 1.0;
+    if (example.surprise_counts)
+      lessons.surprises[cell][static_cast<std::size_t>(surprise_bin(example.surprise))] += 1.0;
     add(lessons.without_map[cell], example.alone, example.truth / seconds, 1.0);
     add(lessons.residuals_without_map[cell], example.alone_way, example.truth - example.alone_way, 1.0);
     add(lessons.residuals_place_free[cell], example.place_free_way, example.truth - example.place_free_way, 1.0);
@@ -139,8 +144,8 @@ void accumulate_cells(std::vector<ResidualMoments>& sum, const std::vector<Resid
   }
 }
 
-void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more) {
-  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += more[bin];
+void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, double weight = 1.0) {
+  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += weight * more[bin];
 }
 
 void fade(Lessons& lessons, double decay) {
@@ -183,8 +188,11 @@ Lessons add_lessons(const Lessons& past, const Lessons& recent, double decay) {
   accumulate_cells(sum.residuals_with_map, recent.residuals_with_map);
   accumulate_cells(sum.residuals_without_map, recent.residuals_without_map);
   accumulate_cells(sum.residuals_place_free, recent.residuals_place_free);
-  for (std::size_t cell = 0; cell < sum.surprises.size(); ++cell)
-    accumulate_bins(sum.surprises[cell], recent.surprises[cell]);
+  for (std::size_t cell = 0; cell < sum.surprises.size(); ++cell) {
+    // Under covariances of which little was known surprises say little: wide ones would hide how large they are now.
+    const double known = past.residuals_with_map[cell].weight;
+    accumulate_bins(sum.surprises[cell], recent.surprises[cell], known / (known + kWindowsToKnowCovariance));
+  }
   accumulate_bins(sum.novelties, recent.novelties);
   return sum;
 }
