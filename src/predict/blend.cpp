@@ -74,8 +74,10 @@ Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {
 }
 
 Observation observation_of(const FieldMap& map, const CurbTrajectory& observed) {
-  return {kinematic_features(observed), consult_gait(map, observed), consult_outlooks(map, observed),
-          map.knows(observed.frame), speed_class(observed)};
+  Observation observation{kinematic_features(observed), consult_gait(map, observed), ask_outlooks(map, observed), {},
+                          map.knows(observed.frame),    speed_class(observed)};
+  observation.outlooks = combine(map, observed, observation.opinions);
+  return observation;
 }
 
 Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t step, double interval_s) {
@@ -86,11 +88,12 @@ Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t
   return features;
 }
 
-Eigen::Matrix2Xd alone_features(const Observation& observation, std::size_t step, double interval_s) {
+Eigen::Matrix2Xd alone_features(const Observation& observation, const Foresight& outlooks, std::size_t step,
+                                double interval_s) {
   Eigen::Matrix2Xd features(2, kAloneFeatures);
   features.leftCols(kPlaceFreeFeatures) = place_free_features(observation, step, interval_s);
   features.col(kOutlookFeature) = observation.kinematics.col(kConstantVelocityFeature) +
-                                  observation.outlooks.parting_mps(static_cast<double>(step + 1) * interval_s);
+                                  outlooks.parting_mps(static_cast<double>(step + 1) * interval_s);
   return features;
 }
 
@@ -99,7 +102,7 @@ Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rol
   Eigen::Matrix2Xd features(2, kMapFeatures);
   const Vector2& start = observed.positions.back();
   const double seconds = static_cast<double>(step + 1) * interval_s;
-  features.leftCols(kAloneFeatures) = alone_features(observation, step, interval_s);
+  features.leftCols(kAloneFeatures) = alone_features(observation, rollout.outlooks, step, interval_s);
   features.col(kAloneFeatures) = velocity_to_world(observed.frame, rollout.path[step] - start) / seconds;
   features.col(kAloneFeatures + 1) = velocity_to_world(observed.frame, rollout.own_path[step] - start) / seconds;
   return features;

@@ -83,24 +83,24 @@ struct Example {
   Vector2 alone_way = Vector2::Zero(), place_free_way = Vector2::Zero();
   Vector2 truth = Vector2::Zero();  ///< displacement from t0 [m]
   double surprise = 0.0;
-  bool surprise_counts = false;  ///< the covariances were taught
 };
 
 struct WindowExamples {
   int speed = 0;
   double raw_novelty = 1.0;
+  bool taught = false;  ///< by a model that had learnt something
   std::vector<Example> steps;
 };
 
 WindowExamples examples_of(const Predictor& predictor, const Window& window, int steps) {
   const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps);
   const Prediction prediction = predictor.predict(window.observed, hypotheses);
-  WindowExamples examples{hypotheses.seen.speed, hypotheses.raw_novelty, {}};
+  WindowExamples examples{hypotheses.seen.speed, hypotheses.raw_novelty, predictor.blend().taught(), {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     Example example;
     example.truth = window.future_m[j] - start_m;
-    example.alone = alone_features(hypotheses.seen, j, predictor.interval_s());
+    example.alone = alone_features(hypotheses.seen, hypotheses.seen.outlooks, j, predictor.interval_s());
     example.alone_way = static_cast<double>(j + 1) * predictor.interval_s() *
                         predictor.blend().velocity_mps(example.alone, j, examples.speed);
     example.place_free_way = static_cast<double>(j + 1) * predictor.interval_s() *
@@ -108,20 +108,18 @@ WindowExamples examples_of(const Predictor& predictor, const Window& window, int
                                  place_free_features(hypotheses.seen, j, predictor.interval_s()), j, examples.speed);
     example.modes = modes_at(predictor, window, hypotheses, hypotheses.seen, j, example.truth);
     example.surprise = surprise(prediction, j, window.future_m[j]);
-    example.surprise_counts = predictor.blend().taught();
     examples.steps.push_back(std::move(example));
   }
   return examples;
 }
 
 void add(Lessons& lessons, const WindowExamples& window) {
-  lessons.novelties[static_cast<std::size_t>(novelty_bin(window.raw_novelty))] += 1.0;
+  if (window.taught) lessons.novelties[static_cast<std::size_t>(novelty_bin(window.raw_novelty))] += 1.0;
   for (std::size_t j = 0; j < window.steps.size(); ++j) {
     const Example& example = window.steps[j];
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(window.speed);
     const double seconds = static_cast<double>(j + 1) * lessons.interval_s;
-    if (example.surprise_counts)
-      lessons.surprises[cell][static_cast<std::size_t>(surprise_bin(example.surprise))] += 1.0;
+    if (window.taught) lessons.surprises[cell][static_cast<std::size_t>(surprise_bin(example.surprise))] += 1.0;
     add(lessons.without_map[cell], example.alone, example.truth / seconds, 1.0);
     add(lessons.residuals_without_map[cell], example.alone_way, example.truth - example.alone_way, 1.0);
     add(lessons.residuals_place_free[cell], example.place_free_way, example.truth - example.place_free_way, 1.0);

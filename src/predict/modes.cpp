@@ -39,6 +39,13 @@ double weight_of(const std::vector<Rollout>& rollouts, const std::vector<std::si
   return sum;
 }
 
+/// One pair of alternatives finds room beside the groups.
+int most_groups(const PredictConfig& config) {
+  constexpr int pair = 2;
+  const bool alternatives = config.blend && config.alternatives >= pair && config.max_modes > pair;
+  return alternatives ? config.max_modes - pair : config.max_modes;
+}
+
 }  // namespace
 
 std::vector<std::vector<std::size_t>> group_rollouts(const std::vector<Rollout>& rollouts, const CurbFrame& frame,
@@ -63,7 +70,7 @@ std::vector<std::vector<std::size_t>> group_rollouts(const std::vector<Rollout>&
   }
   std::stable_sort(groups.begin(), groups.end(),
                    [&](const auto& a, const auto& b) { return weight_of(rollouts, a) > weight_of(rollouts, b); });
-  groups.resize(std::min(groups.size(), static_cast<std::size_t>(config.max_modes)));
+  groups.resize(std::min(groups.size(), static_cast<std::size_t>(most_groups(config))));
   return groups;
 }
 

@@ -17,21 +17,34 @@ Vector2 Foresight::parting_mps(double seconds) const {
   return (1.0 - share) * partings_mps[before] + share * partings_mps[after];
 }
 
-Foresight consult_outlooks(const FieldMap& map, const CurbTrajectory& observed) {
+std::vector<ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed) {
+  std::vector<ExpertOpinion> opinions;
+  if (map.outlook_knots() == 0 || observed.positions.empty()) return opinions;
+  const OutlookState state = outlook_state(observed);
+  for (const int index : map.near(observed.positions.back())) {
+    const std::optional<Posterior>& outlook = map.field(index).outlook;
+    if (!outlook) continue;
+    const GpPrediction said = outlook->predict(state);
+    const double relative = std::max(1e-9, said.variance / outlook->signal_variance());
+    const double gain = 1.0 / relative - 1.0;
+    opinions.push_back(
+        {index, gain, gain * outlook->noise_variance() / outlook->signal_variance(), said.mean / relative});
+  }
+  return opinions;
+}
+
+Foresight combine(const FieldMap& map, const CurbTrajectory& observed, std::span<const ExpertOpinion> opinions,
+                  std::span<const int> excluded) {
   Foresight foresight;
   const int knots = map.outlook_knots();
-  if (knots == 0 || observed.positions.empty()) return foresight;
-  const OutlookState state = outlook_state(observed);
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(2 * knots);  // of means, each times its precision
-  double gain = 0.0;                                       // of precision, relative to the prior's
-  for (const int index : map.near(observed.positions.back())) {
-    const FieldMap::Field& field = map.field(index);
-    if (!field.outlook) continue;
-    const GpPrediction said = field.outlook->predict(state);
-    const double relative = std::max(1e-9, said.variance / field.outlook->signal_variance());
-    sum += said.mean / relative;
-    gain += 1.0 / relative - 1.0;
-    foresight.evidence += (1.0 / relative - 1.0) * field.outlook->noise_variance() / field.outlook->signal_variance();
+  if (knots == 0) return foresight;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(2 * knots);
+  double gain = 0.0;
+  for (const ExpertOpinion& opinion : opinions) {
+    if (std::find(excluded.begin(), excluded.end(), opinion.transition) != excluded.end()) continue;
+    sum += opinion.weighted_mean;
+    gain += opinion.gain;
+    foresight.evidence += opinion.evidence;
   }
   sum /= 1.0 + gain;
   foresight.knot_interval_s = map.outlook_horizon_s() / knots;

@@ -76,7 +76,7 @@ Mode kinematic_mode(const Blend& blend, const Observation& seen, bool here, cons
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const double spread = kUntaughtSpread_mps * seconds;
     const Eigen::Matrix2Xd features =
-        here ? alone_features(seen, j, interval_s) : place_free_features(seen, j, interval_s);
+        here ? alone_features(seen, seen.outlooks, j, interval_s) : place_free_features(seen, j, interval_s);
     const Vector2 way = seconds * blend.velocity_mps(features, j, seen.speed);
     mode.path_m.emplace_back(start_m + way);
     mode.covariances_m2.push_back(blend.taught()
@@ -97,6 +97,29 @@ Predictor::Predictor(const Model& model, const PredictConfig& config)
   validate_fields("predict", config);
 }
 
+namespace {
+
+/// Transitions with which roll-outs of other modes began, and none of this mode.
+std::vector<int> rivals_of(const Tracing& tracing, std::size_t mode) {
+  const auto begins_with = [&](std::size_t group) {
+    std::vector<int> transitions;
+    for (const std::size_t member : tracing.groups[group])
+      transitions.push_back(tracing.rollouts[member].origin.transition);
+    return transitions;
+  };
+  const std::vector<int> own = begins_with(mode);
+  std::vector<int> rivals;
+  for (std::size_t group = 0; group < tracing.groups.size(); ++group) {
+    if (group == mode) continue;
+    for (const int transition : begins_with(group)) {
+      if (std::find(own.begin(), own.end(), transition) == own.end()) rivals.push_back(transition);
+    }
+  }
+  return rivals;
+}
+
+}  // namespace
+
 Tracing Predictor::trace(const CurbTrajectory& observed, int steps) const {
   const int decision_steps = steps_in(config_.mode_horizon_s, interval_s_);
   const Candidates candidates = find_candidates(map_, observed, config_);
@@ -110,7 +133,10 @@ Tracing Predictor::trace(const CurbTrajectory& observed, int steps) const {
 
 Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps) const {
   Tracing tracing = trace(observed, steps);
-  return {merge_rollouts(tracing.rollouts, tracing.groups), std::move(tracing.seen), tracing.raw_novelty};
+  std::vector<Rollout> modes = merge_rollouts(tracing.rollouts, tracing.groups);
+  for (std::size_t m = 0; m < modes.size(); ++m)
+    modes[m].outlooks = combine(map_, observed, tracing.seen.opinions, rivals_of(tracing, m));
+  return {std::move(modes), std::move(tracing.seen), tracing.raw_novelty};
 }
 
 Prediction Predictor::predict(const CurbTrajectory& observed, const Hypotheses& hypotheses) const {

@@ -74,11 +74,11 @@ Calibration::Calibration(const Lessons& lessons) {
   steps_ = lessons.steps, classes_ = lessons.classes;
   const std::vector<double> gaussian = gaussian_shares();
   for (int step = 0; step < steps_; ++step) {
-    std::vector<double> pooled(kSurpriseBins, 0.0);
+    std::vector<double> pooled(kSurpriseBins, 0.0);  // of those who move: who stands is another population
     const auto cell = [&](int c) -> const std::vector<double>& {
       return lessons.surprises[static_cast<std::size_t>(step * classes_ + c)];
     };
-    for (int c = 0; c < classes_; ++c) {
+    for (int c = 1; c < classes_; ++c) {
       for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
     }
     const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);

@@ -166,7 +166,9 @@ TEST(Compare, FindsTheDifferenceThatIsThereWithAnIntervalRoundIt) {
 TEST(Compare, LeavesOutTrialsThatOnlyOneOfTheTwoHas) {
   std::vector<PartRow> rows{row("a", "sila", 1, 0.8), row("a", "other", 1, 0.9), row("a", "other", 2, 5.0)};
   for (const Comparison& c : compare(rows, "sila", 100, 1)) {
-    if (c.method == "other" && c.against == "sila") EXPECT_NEAR(c.difference, 0.1, 1e-12);
+    if (c.method == "other" && c.against == "sila") {
+      EXPECT_NEAR(c.difference, 0.1, 1e-12);
+    }
   }
 }
 

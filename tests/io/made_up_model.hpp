@@ -12,6 +12,7 @@
 #include <string>
 
 #include "sila/io/model_store.hpp"
+#include "sila/model/gait.hpp"
 
 namespace sila {
 
@@ -60,22 +61,25 @@ inline MotionPrimitive random_primitive(std::mt19937_64& random) {
   return primitive;
 }
 
-inline FlowField random_field(std::mt19937_64& random) {
+inline SparseGp random_gp(std::mt19937_64& random, Eigen::Index inputs, Eigen::Index outputs) {
   const auto pseudo_inputs = static_cast<Eigen::Index>(1 + random() % 8);
-  FlowField field;
-  field.gp.kernel.signal_variance = 0.3;
-  field.gp.kernel.length_scales = random_matrix(random, 2, 1).cwiseAbs() + Eigen::MatrixXd::Constant(2, 1, 0.1);
-  field.gp.noise_variance = 1.0 / 3.0;
-  field.gp.pseudo_inputs = random_matrix(random, 2, pseudo_inputs);
-  field.gp.mean = random_matrix(random, 2, 1);
+  SparseGp gp;
+  gp.kernel.signal_variance = 0.3;
+  gp.kernel.length_scales = random_matrix(random, inputs, 1).cwiseAbs() + Eigen::MatrixXd::Constant(inputs, 1, 0.1);
+  gp.noise_variance = 1.0 / 3.0;
+  gp.pseudo_inputs = random_matrix(random, inputs, pseudo_inputs);
+  gp.mean = random_matrix(random, outputs, 1);
   const Eigen::MatrixXd root = random_matrix(random, pseudo_inputs, pseudo_inputs);
-  field.gp.information = root * root.transpose();
-  field.gp.response = random_matrix(random, pseudo_inputs, 2);
-  field.gp.mean_response = random_matrix(random, pseudo_inputs, 1);
-  field.gp.points = 17.0;
-  field.gp.jitter = 1e-5;
-  field.extent = Eigen::AlignedBox2d(Vector2(-1.0, -2.0), Vector2(3.0, 0.1));
-  return field;
+  gp.information = root * root.transpose();
+  gp.response = random_matrix(random, pseudo_inputs, outputs);
+  gp.mean_response = random_matrix(random, pseudo_inputs, 1);
+  gp.points = 17.0;
+  gp.jitter = 1e-5;
+  return gp;
+}
+
+inline FlowField random_field(std::mt19937_64& random) {
+  return {random_gp(random, 2, 2), Eigen::AlignedBox2d(Vector2(-1.0, -2.0), Vector2(3.0, 0.1))};
 }
 
 inline Lessons random_lessons(std::mt19937_64& random) {
@@ -88,7 +92,10 @@ inline Lessons random_lessons(std::mt19937_64& random) {
     lessons.without_map.push_back({0.2 * i, random_matrix(random, 2, 2), random_matrix(random, 2, 1)});
     lessons.residuals_with_map.push_back({0.3 * i, 1.0 / 7.0, 0.1});
     lessons.residuals_without_map.push_back({0.4 * i, 1.0 / 9.0, 0.7});
+    lessons.residuals_place_free.push_back({0.5 * i, 1.0 / 11.0, 0.2});
+    lessons.surprises.push_back({1.0 / 3.0, 0.1 * i});
   }
+  lessons.novelties = {0.25, 2.0, 1.0 / 3.0};
   return lessons;
 }
 
@@ -100,13 +107,18 @@ inline Model random_model(std::uint64_t seed) {
   model.conventions.grid.origin = random_matrix(random, 2, 1);
   model.conventions.scaling = seed % 2 == 0 ? CurbScaling::mean_width : CurbScaling::strip_widths;
   model.conventions.reference_width_m = 2.1;
+  model.conventions.outlook_horizon_s = 4.5;
+  model.conventions.outlook_knots = 3;
   const int primitives = 3 + static_cast<int>(random() % 10);
   for (int i = 0; i < primitives; ++i) model.primitives.push_back(random_primitive(random));
   for (int from = 0; from < primitives; ++from) {
     for (int to = from; to < primitives; to += 2)
-      model.transitions.push_back({from, to, 1.0 + from, random_field(random)});
+      model.transitions.push_back({from, to, 1.0 + from, random_field(random), random_gp(random, kOutlookInputs, 6)});
   }
   model.lessons = random_lessons(random);
+  model.gait = random_gp(random, kGaitInputs, 6);
+  model.places.resize(2);
+  model.places[1].origin_m = random_matrix(random, 2, 1);
   model.episodes = static_cast<int>(seed % 100);
   model.tracks = 20 * model.episodes;
   return model;

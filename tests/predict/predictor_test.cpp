@@ -166,7 +166,8 @@ TEST(Weights, FollowFromNegativeLogLikelihoodsAsInThePaper) {
   }
   PredictConfig apart;
   apart.merge_radius_m = 0.1;
-  const std::vector<Rollout> modes = merge_rollouts(rollouts, testing::square_frame(), 25, apart);
+  const std::vector<Rollout> modes =
+      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(), 25, apart));
   ASSERT_EQ(modes.size(), 3u);
   EXPECT_NEAR(modes[0].weight, .7053845127, 1e-10);
   EXPECT_NEAR(modes[1].weight, .2594964603, 1e-10);
@@ -182,7 +183,8 @@ TEST(Merging, MakesOneModeOfNearPathsAndKeepsTheirSpread) {
     rollout.covariances = std::vector<Matrix2>(25, Matrix2::Zero());
     rollouts.push_back(rollout);
   }
-  const std::vector<Rollout> modes = merge_rollouts(rollouts, testing::square_frame(1.0), 25, {});
+  const std::vector<Rollout> modes =
+      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(1.0), 25, {}));
   ASSERT_EQ(modes.size(), 2u);
   EXPECT_NEAR(modes[0].weight, 4.0 / 7.0, 1e-12);
   EXPECT_NEAR(modes[0].path[3].y(), 0.1, 1e-12);

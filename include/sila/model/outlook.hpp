@@ -16,7 +16,7 @@ namespace sila {
 
 /// How outlooks are learnt: for each transition, a sparse GP from how somebody comes along (place, velocity, mean
 /// velocity) to how their path will part from constant velocity. Lengths in metres become widths when a model begins.
-/// Source: none in the paper; docs/decisions/0060-outlooks.md.
+/// Source: none in the paper; docs/decisions/0070-outlooks.md.
 struct OutlookConfig {
   bool enabled = true;
   int knots = 4;

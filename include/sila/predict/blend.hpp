@@ -32,7 +32,8 @@ Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed);
 struct Observation {
   Eigen::Matrix2Xd kinematics;
   Foresight gait;
-  Foresight outlooks;
+  std::vector<ExpertOpinion> opinions;
+  Foresight outlooks;  ///< all opinions together
   bool known_place = true;
   int speed = 0;  ///< class
 };
@@ -41,7 +42,8 @@ Observation observation_of(const FieldMap& map, const CurbTrajectory& observed);
 /// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
 /// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.
 Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t step, double interval_s);
-Eigen::Matrix2Xd alone_features(const Observation& observation, std::size_t step, double interval_s);
+Eigen::Matrix2Xd alone_features(const Observation& observation, const Foresight& outlooks, std::size_t step,
+                                double interval_s);
 Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
                               std::size_t step, double interval_s);
 

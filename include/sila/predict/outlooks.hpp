@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
@@ -18,9 +19,20 @@ struct Foresight {
   Vector2 parting_mps(double seconds) const;
 };
 
+/// What one transition's outlook says to somebody, ready to be added to what others say.
+struct ExpertOpinion {
+  int transition = 0;
+  double gain = 0.0;              ///< of precision, relative to the prior's
+  double evidence = 0.0;          ///< people who came along alike
+  Eigen::VectorXd weighted_mean;  ///< mean times relative precision, curb coordinates
+};
+std::vector<ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed);
+
 /// Each transition nearby is an expert that saw other people: their precisions beyond the prior's add up, and each mean
-/// counts by its precision. Source: Tresp 2000, Bayesian committee machine; docs/decisions/0060-outlooks.md.
-Foresight consult_outlooks(const FieldMap& map, const CurbTrajectory& observed);
+/// counts by its precision. Those in `excluded` are not heard: they speak for another hypothesis.
+/// Source: Tresp 2000, Bayesian committee machine; docs/decisions/0070-outlooks.md.
+Foresight combine(const FieldMap& map, const CurbTrajectory& observed, std::span<const ExpertOpinion> opinions,
+                  std::span<const int> excluded = {});
 
 /// What the gait says, whatever the place.
 Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed);

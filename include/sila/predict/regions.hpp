@@ -28,7 +28,7 @@ int novelty_bin(double raw_novelty);
 
 /// How large surprises were, learnt from predictions of windows that the model had not learnt: which level a region of
 /// a probability needs. Where little was seen of a speed class all classes speak for it, and before anything was seen a
-/// Gaussian does. Source: none in the paper; docs/decisions/0061-regions.md.
+/// Gaussian does. Source: none in the paper; docs/decisions/0071-regions.md.
 class Calibration {
  public:
   explicit Calibration(const Lessons& lessons);

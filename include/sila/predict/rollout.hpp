@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "sila/predict/candidates.hpp"
+#include "sila/predict/outlooks.hpp"
 
 namespace sila {
 
@@ -15,6 +16,7 @@ struct Rollout {
   std::vector<int> transitions;      ///< in order
   Candidate origin;                  ///< where it began
   double chain_probability = 1.0;    ///< of the branches that it took
+  Foresight outlooks;                ///< of the transitions that do not speak for another mode; set when merged
 };
 
 /// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the

@@ -1,0 +1,107 @@
+#include "sila/predict/regions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sila/predict/alternatives.hpp"
+#include "sila/predict/blend.hpp"
+
+namespace sila {
+namespace {
+
+Prediction one_mode(const Matrix2& covariance) {
+  Prediction prediction;
+  prediction.times_s = {0.2};
+  prediction.modes.push_back({1.0, {Vector2(3.0, -1.0)}, {covariance}, {}});
+  return prediction;
+}
+
+Matrix2 tilted() {
+  Matrix2 covariance;
+  covariance << 2.0, 0.6, 0.6, 0.5;
+  return covariance;
+}
+
+TEST(Surprise, OfOneModeIsHalfTheSquaredMahalanobisDistance) {
+  const Prediction prediction = one_mode(tilted());
+  const Vector2 off(0.7, 1.1);
+  EXPECT_NEAR(surprise(prediction, 0, Vector2(3.0, -1.0) + off), 0.5 * off.dot(tilted().inverse() * off), 1e-12);
+  EXPECT_EQ(surprise(prediction, 0, {3.0, -1.0}), 0.0);
+  EXPECT_TRUE(std::isfinite(surprise(prediction, 0, {1e6, 1e6})));
+}
+
+TEST(Calibration, WithoutLessonsSpeaksOfAGaussian) {
+  const Calibration calibration{Lessons{}};
+  EXPECT_FALSE(calibration.taught());
+  EXPECT_NEAR(calibration.level(7, 2, 0.5), std::log(2.0), 1e-12);
+  EXPECT_EQ(calibration.novelty(0.3), 0.3);
+}
+
+Lessons lessons_with(int surprising_bin, double windows) {
+  Lessons lessons;
+  lessons.steps = 1, lessons.classes = kSpeedClasses;
+  lessons.surprises.assign(kSpeedClasses, std::vector<double>(kSurpriseBins, 0.0));
+  lessons.surprises[3][static_cast<std::size_t>(surprising_bin)] = windows;
+  lessons.novelties.assign(kNoveltyBins, 0.0);
+  lessons.novelties[0] = 0.75 * windows, lessons.novelties[25] = 0.25 * windows;
+  return lessons;
+}
+
+TEST(Calibration, LevelsFollowWhatHappened) {
+  const int bin = surprise_bin(4.0);
+  const Calibration calibration(lessons_with(bin, 1e6));
+  EXPECT_EQ(surprise_bin(calibration.level(0, 3, 0.5)), bin);
+  EXPECT_EQ(surprise_bin(calibration.level(0, 3, 0.9)), bin);
+  EXPECT_LT(calibration.level(0, 3, 0.5), calibration.level(0, 3, 0.9));
+  // A class that was never seen takes the word of the others.
+  EXPECT_EQ(surprise_bin(calibration.level(0, 1, 0.5)), bin);
+}
+
+TEST(Calibration, OfAFewWindowsStaysNearTheGaussian) {
+  const Calibration calibration(lessons_with(surprise_bin(20.0), 2.0));
+  EXPECT_LT(calibration.level(0, 3, 0.5), 1.5);
+}
+
+TEST(Calibration, NoveltyIsTheShareThatWasBetterKnown) {
+  const Calibration calibration(lessons_with(3, 100.0));
+  EXPECT_EQ(calibration.novelty(0.0), 0.0);
+  EXPECT_NEAR(calibration.novelty(0.3), 0.75, 1e-12);
+  EXPECT_NEAR(calibration.novelty(1.0), 1.0, 1e-12);
+}
+
+TEST(Alternatives, KeepTheMeanAndTheCovarianceOfTheirMode) {
+  PredictConfig config;
+  config.alternative_weight = 0.05;
+  const Vector2 start(1.0, 2.0), way(2.0, 1.0);
+  const Mode mode{0.8, {start + way}, {oriented_covariance(way, {1.5, 0.4})}, {4}};
+  const std::vector<Mode> modes = with_alternatives(mode, start, 5, config);
+  ASSERT_EQ(modes.size(), 5u);
+  double weight = 0.0;
+  Vector2 mean = Vector2::Zero();
+  for (const Mode& part : modes) weight += part.weight, mean += part.weight * part.path_m[0];
+  EXPECT_NEAR(weight, 0.8, 1e-12);
+  EXPECT_LT((mean / weight - mode.path_m[0]).norm(), 1e-12);
+  Matrix2 covariance = Matrix2::Zero();
+  for (const Mode& part : modes) {
+    const Vector2 off = part.path_m[0] - mode.path_m[0];
+    covariance += part.weight / weight * (part.covariances_m2[0] + off * off.transpose());
+  }
+  EXPECT_LT((covariance - mode.covariances_m2[0]).norm(), 1e-12);
+  EXPECT_EQ(modes[1].manner, Manner::slower);
+  EXPECT_LT((modes[1].path_m[0] - start).norm(), way.norm());
+}
+
+TEST(Alternatives, ComeInPairsAndOnlyWhereThereIsRoom) {
+  const Mode mode{1.0, {Vector2(1, 0)}, {Matrix2::Identity()}, {}};
+  EXPECT_EQ(with_alternatives(mode, {0, 0}, 1, {}).size(), 1u);
+  EXPECT_EQ(with_alternatives(mode, {0, 0}, 3, {}).size(), 3u);
+  PredictConfig none;
+  none.alternatives = 0;
+  const std::vector<Mode> same = with_alternatives(mode, {0, 0}, 5, none);
+  ASSERT_EQ(same.size(), 1u);
+  EXPECT_EQ(same[0].weight, 1.0);
+}
+
+}  // namespace
+}  // namespace sila
