@@ -26,6 +26,9 @@ Update kinematics_update() {
   return [](const Model& previous, const Batch& batch, const Conventions& conventions) {
     Updated updated;
     updated.model.conventions = conventions;
+    updated.model.places = previous.places;
+    for (const CurbTrajectory& track : batch.tracks)
+      updated.model.places = with_places(std::move(updated.model.places), {track.frame});
     updated.model.episodes = previous.episodes + 1;
     updated.model.tracks = previous.tracks + static_cast<long>(batch.tracks.size());
     return updated;
