@@ -73,8 +73,8 @@ fs::path found_file(const std::string& name, const ExperimentOptions& options, c
 std::vector<PlacedTrack> placed(CleanTracks clean, const Scene& scene, CornerChoice corners) {
   std::vector<PlacedTrack> tracks;
   for (Trajectory& track : clean.trajectories) {
-    const std::size_t corner = corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary;
-    tracks.push_back({std::move(track), scene.corners[corner].frame});
+    const CurbFrame& frame = frame_for(scene, track, corners);
+    tracks.push_back({std::move(track), frame});
   }
   return tracks;
 }

@@ -71,9 +71,8 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config) {
   for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
   for (const std::string& line : to_lines(clean.report)) std::cerr << line << "\n";
   for (Trajectory& track : clean.trajectories) {
-    const std::size_t corner =
-        config.corners == CornerChoice::nearest ? nearest_corner(result.scene, track) : result.scene.primary;
-    result.tracks.push_back({std::move(track), result.scene.corners[corner].frame});
+    const CurbFrame& frame = frame_for(result.scene, track, config.corners);
+    result.tracks.push_back({std::move(track), frame});
   }
   return result;
 }

@@ -5,16 +5,10 @@
 #include "sila/core/clean.hpp"
 #include "sila/episode/config.hpp"
 #include "sila/eval/evaluate.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/sim/config.hpp"
 
 namespace sila {
-
-/// By which corner of a scene its tracks are looked at.
-enum class CornerChoice {
-  primary,  ///< all by the scene's primary corner
-  nearest,  ///< each by the corner nearest to it: what is learnt at one corner serves the others
-};
-inline constexpr const char* kCornerChoices[] = {"primary", "nearest"};
 
 /// Everything that the program can be told, the one home of every default. `sila config` prints it.
 struct Config {

@@ -147,11 +147,8 @@ CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, 
 std::vector<PlacedTrack> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config) {
   const Scene& scaled = scene.as(config.episode.scaling);
   std::vector<PlacedTrack> result;
-  for (const Track& track : tracks) {
-    const std::size_t corner =
-        config.corners == CornerChoice::nearest ? nearest_corner(scaled, track.trajectory) : scaled.primary;
-    result.push_back({track.trajectory, scaled.corners[corner].frame});
-  }
+  for (const Track& track : tracks)
+    result.push_back({track.trajectory, frame_for(scaled, track.trajectory, config.corners)});
   return result;
 }
 

@@ -10,10 +10,6 @@
 namespace sila {
 namespace {
 
-std::string person_of(const std::string& id) {
-  return id.substr(0, id.find('#'));
-}
-
 /// Fisher-Yates on raw bits: std::shuffle gives other orders with other standard libraries.
 template <class T>
 void shuffle(std::vector<T>& items, std::uint64_t seed) {
@@ -32,6 +28,10 @@ EpisodeConfig without_lessons(EpisodeConfig config) {
 }
 
 }  // namespace
+
+std::string person_of(const std::string& id) {
+  return id.substr(0, id.find('#'));
+}
 
 Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint64_t seed) {
   if (!(test_share >= 0.0 && test_share < 1.0)) {

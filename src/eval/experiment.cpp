@@ -7,12 +7,10 @@
 #include <set>
 #include <stdexcept>
 
+#include "sila/eval/episodes.hpp"
+
 namespace sila {
 namespace {
-
-std::string person_of(const std::string& id) {
-  return id.substr(0, id.find('#'));
-}
 
 std::vector<PlacedTrack> long_enough(const Place& place, double min_track_s) {
   std::vector<PlacedTrack> tracks;

@@ -1,5 +1,6 @@
 #include "sila/eval/part.hpp"
 
+#include "sila/eval/episodes.hpp"
 #include "sila/eval/report.hpp"
 
 namespace sila {
@@ -7,10 +8,6 @@ namespace {
 
 using nlohmann::json;
 using nlohmann::ordered_json;
-
-std::string person_of(const std::string& id) {
-  return id.substr(0, id.find('#'));
-}
 
 GroupSums sums_of(const WindowScore& window) {
   const Metrics &model = window.model.back(), &constant = window.constant.back();

@@ -181,9 +181,10 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
   validate(config), validate(start);
   validate("fit_sparse_gp", data, start.kernel.length_scales.size(), data.outputs.cols());
   const Eigen::Index points = data.inputs.cols();
-  const Eigen::VectorXd mean = points > 0 ? Eigen::VectorXd(data.outputs.colwise().mean().transpose())
+  const bool about_data = config.constant_mean == ConstantMean::data && points > 0;
+  const Eigen::VectorXd mean = about_data ? Eigen::VectorXd(data.outputs.colwise().mean().transpose())
                                           : Eigen::VectorXd::Zero(data.outputs.cols()).eval();
-  if (points < 2) {
+  if (points == 0 || (points == 1 && about_data)) {
     SparseGp constant =
         empty_gp(start.kernel, start.noise_variance, Eigen::MatrixXd(start.kernel.length_scales.size(), 0), mean);
     constant.points = static_cast<double>(points);

@@ -204,4 +204,8 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
   return static_cast<std::size_t>(nearest - scene.corners.begin());
 }
 
+const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners) {
+  return scene.corners.at(corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary).frame;
+}
+
 }  // namespace sila

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -134,8 +135,10 @@ Tracing Predictor::trace(const CurbTrajectory& observed, int steps) const {
 Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps) const {
   Tracing tracing = trace(observed, steps);
   std::vector<Rollout> modes = merge_rollouts(tracing.rollouts, tracing.groups);
-  for (std::size_t m = 0; m < modes.size(); ++m)
-    modes[m].outlooks = combine(map_, observed, tracing.seen.opinions, rivals_of(tracing, m));
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    const std::vector<int> rivals = rivals_of(tracing, m);
+    modes[m].outlooks = rivals.empty() ? tracing.seen.outlooks : combine(map_, observed, tracing.seen.opinions, rivals);
+  }
   return {std::move(modes), std::move(tracing.seen), tracing.raw_novelty};
 }
 
@@ -149,7 +152,9 @@ Prediction Predictor::predict(const CurbTrajectory& observed, const Hypotheses& 
   prediction.fallback = !here || hypotheses.rollouts.empty();
   for (int j = 1; j <= steps; ++j) prediction.times_s.push_back(j * interval_s_);
   std::vector<Mode>& modes = prediction.modes;
-  for (const Rollout& rollout : prediction.fallback ? std::vector<Rollout>{} : hypotheses.rollouts) {
+  const std::span<const Rollout> rollouts(hypotheses.rollouts.data(),
+                                          prediction.fallback ? 0 : hypotheses.rollouts.size());
+  for (const Rollout& rollout : rollouts) {
     modes.push_back(blend_.taught() ? blended_mode(map_, blend_, hypotheses.seen, rollout, observed, count, interval_s_)
                                     : plain_mode(map_, rollout, observed.frame, count));
     modes.back().source = modes.size() - 1;

@@ -207,5 +207,16 @@ TEST(Pooling, WithoutDataKeepsTheStart) {
   EXPECT_TRUE(pool_hyperparameters(sets, start) == start);
 }
 
+TEST(Fit, FallsBackToZeroFarFromItsDataIfAsked) {
+  const GpData one{Eigen::MatrixXd::Zero(2, 1), Eigen::MatrixXd::Constant(1, 2, 3.0)};
+  const Hyperparameters theta{{1.0, Eigen::VectorXd::Ones(2)}, 0.1};
+  GpConfig zero;
+  zero.constant_mean = ConstantMean::zero;
+  const Posterior posterior(fit_sparse_gp(one, theta, zero));
+  EXPECT_NEAR(posterior.predict(Eigen::VectorXd::Zero(2)).mean(0), 3.0 / 1.1, 1e-4);  // shrunk by the noise
+  EXPECT_NEAR(posterior.predict(Eigen::VectorXd::Constant(2, 50.0)).mean(0), 0.0, 1e-12);
+  EXPECT_NEAR(Posterior(fit_sparse_gp(one, theta)).predict(Eigen::VectorXd::Constant(2, 50.0)).mean(0), 3.0, 1e-12);
+}
+
 }  // namespace
 }  // namespace sila::gp_tests

@@ -3,11 +3,15 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "sila/episode/episode.hpp"
 
 namespace sila {
+
+/// Whose track it is: pieces of one person are "17", "17#2", ...
+std::string person_of(const std::string& track_id);
 
 /// Tracks to learn from, in the order of their arrival, and tracks held back.
 struct Split {

@@ -11,6 +11,13 @@
 
 namespace sila {
 
+/// By which corner of a scene its tracks are looked at.
+enum class CornerChoice {
+  primary,  ///< all by the scene's primary corner
+  nearest,  ///< each by the corner nearest to it: what is learnt at one corner serves the others
+};
+inline constexpr const char* kCornerChoices[] = {"primary", "nearest"};
+
 /// p_scene = [[a, -b], [b, a]] p_file + (tx, ty), p_file in metres.
 struct SimilarityTransform {
   double a = 1.0;
@@ -64,5 +71,8 @@ void write_scene(const std::filesystem::path& path, const Scene& scene);
 /// The corner whose origin is nearest to the median position of the track. Throws: std::invalid_argument for no corner
 /// or sample.
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
+
+/// The frame of the corner by which a track is looked at. Throws: as nearest_corner.
+const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
 
 }  // namespace sila
