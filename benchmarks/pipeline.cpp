@@ -75,9 +75,10 @@ void Episode(benchmark::State& state, bool lessons) {
 
 void OnePrediction(benchmark::State& state) {
   const sila::Predictor predictor(place().model, kConfig.episode.predict);
+  sila::Workspace workspace;
   std::size_t number = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(predictor.predict(place().windows[number++ % place().windows.size()].observed));
+    benchmark::DoNotOptimize(predictor.predict(place().windows[number++ % place().windows.size()].observed, workspace));
   }
   state.counters["model size"] = static_cast<double>(size(place().model));
 }
