@@ -18,17 +18,18 @@ struct Workbench {
   std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are looked at
 };
 
-/// The transition that speaks for `rare` with the least difference, if any does.
-detail::Match best_match(Workbench& bench, int rare, const std::vector<bool>& news, const CompactConfig& config,
-                         double agreement) {
+/// The transition that speaks for `rare` with the least difference; -1 if none does.
+int best_speaker(Workbench& bench, int rare, const std::vector<bool>& news, const detail::Coverage& coverage) {
   const auto at = [&](int i) -> const Transition& { return bench.transitions[static_cast<std::size_t>(i)]; };
-  detail::Match best;
-  for (const int other : bench.index.candidates(at(rare), config.agreement_share)) {
+  int best = -1;
+  double least = 0.0;
+  for (const int other : bench.index.candidates(at(rare), coverage.share)) {
     const bool looked_at = !news[static_cast<std::size_t>(rare)] && !news[static_cast<std::size_t>(other)];
     if (other == rare || looked_at || at(other).count < at(rare).count) continue;
-    const detail::Match match = bench.index.match(rare, at(rare), other, at(other), config.known_ratio);
-    if (match.share < config.agreement_share || match.difference >= agreement) continue;
-    if (best.transition < 0 || match.difference < best.difference) best = match;
+    const auto difference = bench.index.difference(rare, at(rare), other, at(other), coverage);
+    if (!difference || (best >= 0 && *difference >= least)) continue;
+    best = other;
+    least = *difference;
   }
   return best;
 }
@@ -51,7 +52,7 @@ void absorb(Workbench& bench, int rare, int into, const FuseConfig& fusing, cons
 }
 
 /// Absorbs until nothing agrees any more, for what has grown may agree with what it did not agree with before.
-int absorb_rare(Workbench& bench, const CompactConfig& config, double agreement, const FuseConfig& fusing,
+int absorb_rare(Workbench& bench, double max_count, const detail::Coverage& coverage, const FuseConfig& fusing,
                 const OutlookConfig& outlook) {
   std::vector<int> order(bench.transitions.size());
   std::iota(order.begin(), order.end(), 0);
@@ -64,10 +65,10 @@ int absorb_rare(Workbench& bench, const CompactConfig& config, double agreement,
     });
     for (const int rare : order) {
       if (!bench.kept[static_cast<std::size_t>(rare)]) continue;
-      if (bench.transitions[static_cast<std::size_t>(rare)].count > config.max_count) continue;
-      const detail::Match match = best_match(bench, rare, news, config, agreement);
-      if (match.transition < 0) continue;
-      absorb(bench, rare, match.transition, fusing, outlook);
+      if (bench.transitions[static_cast<std::size_t>(rare)].count > max_count) continue;
+      const int speaker = best_speaker(bench, rare, news, coverage);
+      if (speaker < 0) continue;
+      absorb(bench, rare, speaker, fusing, outlook);
       ++absorbed;
     }
   }
@@ -91,8 +92,9 @@ Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fu
                   {model.transitions, 2.0 * model.conventions.grid.cell},
                   std::vector<bool>(transitions, true),
                   std::vector<bool>(transitions, false)};
-  const double agreement = config.agreement_mps / model.conventions.reference_width_m;
-  result.report.absorbed = absorb_rare(bench, config, agreement, fusing, outlook);
+  const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m,
+                                  config.agreement_share};
+  result.report.absorbed = absorb_rare(bench, config.max_count, coverage, fusing, outlook);
   for (std::size_t i = 0; i < transitions; ++i) {
     const Transition& transition = model.transitions[i];
     const double unseen = model.episodes - transition.last_episode;

@@ -18,7 +18,10 @@ std::int64_t floor_to(double value, double size) {
 }  // namespace
 
 FieldIndex::FieldIndex(const std::vector<Transition>& transitions, double bucket_size)
-    : bucket_size_(bucket_size), posteriors_(transitions.size()), boxes_(transitions.size()) {
+    : bucket_size_(bucket_size),
+      posteriors_(transitions.size()),
+      means_(transitions.size()),
+      boxes_(transitions.size()) {
   for (std::size_t i = 0; i < transitions.size(); ++i) insert(static_cast<int>(i), transitions[i]);
 }
 
@@ -40,10 +43,12 @@ void FieldIndex::insert(int transition, const Transition& content) {
 void FieldIndex::remove(int transition) {
   boxes_[static_cast<std::size_t>(transition)].setEmpty();
   posteriors_[static_cast<std::size_t>(transition)].reset();
+  means_[static_cast<std::size_t>(transition)].reset();
 }
 
 void FieldIndex::replace(int transition, const Transition& content) {
   posteriors_[static_cast<std::size_t>(transition)].reset();
+  means_[static_cast<std::size_t>(transition)].reset();
   insert(transition, content);
 }
 
@@ -71,22 +76,34 @@ const Posterior& FieldIndex::posterior(int transition, const Transition& content
   return *cached;
 }
 
-Match FieldIndex::match(int of, const Transition& asked, int by, const Transition& speaker, double known_ratio) {
+const Eigen::Matrix2Xd& FieldIndex::own_means(int transition, const Transition& content) {
+  std::optional<Eigen::Matrix2Xd>& cached = means_[static_cast<std::size_t>(transition)];
+  if (cached) return *cached;
+  const Eigen::MatrixXd& places = content.field.gp.pseudo_inputs;
+  const Posterior& own = posterior(transition, content);
+  cached.emplace(2, places.cols());
+  for (Eigen::Index m = 0; m < places.cols(); ++m) cached->col(m) = own.predict_flow(places.col(m)).mean;
+  return *cached;
+}
+
+std::optional<double> FieldIndex::difference(int of, const Transition& asked, int by, const Transition& speaker,
+                                             const Coverage& coverage) {
   const Eigen::MatrixXd& places = asked.field.gp.pseudo_inputs;
-  const Posterior& own = posterior(of, asked);
+  const Eigen::Matrix2Xd& own = own_means(of, asked);
   const Posterior& other = posterior(by, speaker);
-  Match match{by, 0.0, 0.0};
+  const double needed = coverage.share * static_cast<double>(places.cols());
+  double squares = 0.0;
   double known = 0.0;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
+    if (known + static_cast<double>(places.cols() - m) < needed) return std::nullopt;  // most fail early
     const FlowPrediction said = other.predict_flow(places.col(m));
-    if (said.variance >= known_ratio * other.signal_variance()) continue;
+    if (said.variance >= coverage.known_ratio * other.signal_variance()) continue;
     known += 1.0;
-    match.difference += (said.mean - own.predict_flow(places.col(m)).mean).squaredNorm();
+    squares += (said.mean - own.col(m)).squaredNorm();
   }
-  if (known == 0.0) return match;
-  match.difference = std::sqrt(match.difference / known);
-  match.share = known / static_cast<double>(places.cols());
-  return match;
+  if (known == 0.0 || known < needed) return std::nullopt;
+  const double difference = std::sqrt(squares / known);
+  return difference < coverage.agreement ? std::optional(difference) : std::nullopt;
 }
 
 std::vector<int> thin_out(Model& model, const std::vector<bool>& kept) {

@@ -14,13 +14,7 @@ namespace sila::detail {
 struct Coverage {
   double known_ratio = 0.4;  ///< it knows the place: variance / signal variance is below this
   double agreement = 0.3;    ///< velocities that differ by less are alike [widths/s]
-};
-
-/// How well one field speaks for the pseudo-inputs of another.
-struct Match {
-  int transition = -1;
-  double share = 0.0;       ///< of the pseudo-inputs that it knows
-  double difference = 0.0;  ///< root mean square there [widths/s]
+  double share = 0.8;        ///< of the pseudo-inputs of the other field, which it must know
 };
 
 /// The fields of a model by where they are, factorised when they are first asked. Indices are those of the transitions
@@ -32,8 +26,12 @@ class FieldIndex {
   /// Transitions whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs of `of`; sorted.
   std::vector<int> candidates(const Transition& of, double share) const;
   const Posterior& posterior(int transition, const Transition& content);
-  /// What `by` says at the pseudo-inputs of `of`.
-  Match match(int of, const Transition& asked, int by, const Transition& speaker, double known_ratio);
+  /// What it says itself at its pseudo-inputs.
+  const Eigen::Matrix2Xd& own_means(int transition, const Transition& content);
+  /// Root mean square difference of `by` and `of` at the pseudo-inputs of `of` that `by` knows, if `by` speaks for `of`
+  /// [widths/s].
+  std::optional<double> difference(int of, const Transition& asked, int by, const Transition& speaker,
+                                   const Coverage& coverage);
   void remove(int transition);
   /// The transition has another field now.
   void replace(int transition, const Transition& content);
@@ -43,6 +41,7 @@ class FieldIndex {
 
   double bucket_size_ = 1.0;
   std::vector<std::optional<Posterior>> posteriors_;
+  std::vector<std::optional<Eigen::Matrix2Xd>> means_;
   std::vector<Eigen::AlignedBox2d> boxes_;  ///< empty: gone
   std::unordered_map<std::int64_t, std::vector<int>> buckets_;
 };

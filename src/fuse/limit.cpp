@@ -33,13 +33,13 @@ struct Ledger {
 /// Notes the pseudo-inputs of `of` for which `by` speaks.
 void note(Ledger& ledger, detail::FieldIndex& index, const std::vector<Transition>& transitions, std::size_t of,
           std::size_t by, const detail::Coverage& coverage) {
-  const Posterior& own = index.posterior(static_cast<int>(of), transitions[of]);
+  const Eigen::Matrix2Xd& own = index.own_means(static_cast<int>(of), transitions[of]);
   const Posterior& other = index.posterior(static_cast<int>(by), transitions[by]);
   const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     const FlowPrediction said = other.predict_flow(places.col(m));
     if (said.variance >= coverage.known_ratio * other.signal_variance()) continue;
-    if ((said.mean - own.predict_flow(places.col(m)).mean).norm() >= coverage.agreement) continue;
+    if ((said.mean - own.col(m)).norm() >= coverage.agreement) continue;
     ++ledger.speakers[of][static_cast<std::size_t>(m)];
     ledger.speaks_for[by].push_back({of, static_cast<std::size_t>(m)});
   }
@@ -54,10 +54,10 @@ Ledger ledger_of(const Model& model, const CompactConfig& config) {
     ledger.speakers.emplace_back(static_cast<std::size_t>(transition.field.gp.pseudo_inputs.cols()), 0);
     ledger.bytes.push_back(static_cast<double>(packed_bytes(transition)));
   }
-  const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m};
+  const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m, 0.0};
   detail::FieldIndex index(transitions, 2.0 * model.conventions.grid.cell);
   for (std::size_t of = 0; of < transitions.size(); ++of) {
-    for (const int by : index.candidates(transitions[of], 0.0)) {
+    for (const int by : index.candidates(transitions[of], coverage.share)) {
       const auto other = static_cast<std::size_t>(by);
       if (other != of) note(ledger, index, transitions, of, other, coverage);
     }
