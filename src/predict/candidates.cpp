@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <optional>
 
 namespace sila {
 namespace {
 
-double log_normal(double difference, double variance) {
-  return -0.5 * (std::log(2.0 * std::numbers::pi * variance) + difference * difference / variance);
+/// Of two independent differences with the same variance.
+double log_normal(double squared_differences, double variance) {
+  return -std::log(2.0 * std::numbers::pi * variance) - 0.5 * squared_differences / variance;
 }
 
 double log_prior(const FieldMap::Field& field, double variance_here, WeightPrior prior) {
@@ -31,45 +34,63 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
   return samples > wanted ? samples - wanted : 0;
 }
 
+/// What one field says of the observed path, if it knows enough of it. `least_known` falls to var / sigma_f^2 where the
+/// field knows a sample better.
+std::optional<Candidate> judge(const FieldMap::Field& field, int index, const CurbTrajectory& observed,
+                               std::span<double> least_known, const PredictConfig& config) {
+  const std::size_t samples = observed.positions.size(), first = samples - least_known.size();
+  const FlowPrediction here = field.posterior.predict_flow(observed.positions.back());
+  if (here.variance >= config.support_ratio * field.signal_variance) return std::nullopt;
+  Candidate candidate{index, 0.0, log_prior(field, here.variance, config.prior), 0.0};
+  int supported = 0;
+  for (std::size_t t = first; t < samples; ++t) {
+    const FlowPrediction flow = t + 1 == samples ? here : field.posterior.predict_flow(observed.positions[t]);
+    const Vector2 difference = observed.velocities[t] - flow.mean;
+    const double variance = flow.variance + field.noise_variance;
+    candidate.log_likelihood += log_normal(difference.squaredNorm(), variance);
+    const double unknown = flow.variance / field.signal_variance;
+    supported += unknown < config.support_ratio ? 1 : 0;
+    least_known[t - first] = std::min(least_known[t - first], unknown);
+  }
+  if (supported < std::min(config.min_supported_samples, static_cast<int>(samples - first))) return std::nullopt;
+  candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
+  return candidate;
+}
+
+/// How many of the candidates, best first, are worth a roll-out.
+std::size_t worth_keeping(std::span<const Candidate> list, const PredictConfig& config) {
+  std::size_t kept = 0;
+  while (kept < list.size() && kept < static_cast<std::size_t>(config.max_candidates) &&
+         list[kept].score >= list.front().score + std::log(config.min_relative_weight)) {
+    ++kept;
+  }
+  return kept;
+}
+
 }  // namespace
 
-Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config) {
+Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config,
+                           Scratch& scratch) {
   Candidates found;
   const std::size_t samples = observed.positions.size();
   if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
-  const std::size_t first = first_of_last(samples, config.evidence_s, interval_s);
-  std::vector<double> least_known(samples - first, 1.0);
-  for (const int index : map.near(observed.positions.back())) {
-    const FieldMap::Field& field = map.field(index);
-    const double here = field.posterior.predict_flow(observed.positions.back()).variance;
-    if (here >= config.support_ratio * field.signal_variance) continue;
-    Candidate candidate{index, 0.0, log_prior(field, here, config.prior), 0.0};
-    int supported = 0;
-    for (std::size_t t = first; t < samples; ++t) {
-      const FlowPrediction flow = field.posterior.predict_flow(observed.positions[t]);
-      const Vector2 difference = observed.velocities[t] - flow.mean;
-      const double variance = flow.variance + field.noise_variance;
-      candidate.log_likelihood += log_normal(difference.x(), variance) + log_normal(difference.y(), variance);
-      const double unknown = flow.variance / field.signal_variance;
-      supported += unknown < config.support_ratio ? 1 : 0;
-      least_known[t - first] = std::min(least_known[t - first], unknown);
-    }
-    if (supported < std::min(config.min_supported_samples, static_cast<int>(samples - first))) continue;
-    candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
-    found.list.push_back(candidate);
+  const auto least_known = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
+  std::fill(least_known.begin(), least_known.end(), 1.0);
+  const std::span<const int> near = map.near(observed.positions.back());
+  const auto list = scratch.array<Candidate>(near.size());
+  std::size_t count = 0;
+  for (const int index : near) {
+    if (const auto candidate = judge(map.field(index), index, observed, least_known, config))
+      list[count++] = *candidate;
   }
-  double unknown = 0.0;
-  for (double ratio : least_known) unknown += ratio;
-  found.novelty = unknown / static_cast<double>(least_known.size());
-  std::stable_sort(found.list.begin(), found.list.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-  std::size_t kept = 0;
-  while (kept < found.list.size() && kept < static_cast<std::size_t>(config.max_candidates) &&
-         found.list[kept].score >= found.list.front().score + std::log(config.min_relative_weight)) {
-    ++kept;
-  }
-  found.list.resize(kept);
+  found.novelty =
+      std::accumulate(least_known.begin(), least_known.end(), 0.0) / static_cast<double>(least_known.size());
+  found.list = list.first(count);
+  std::sort(found.list.begin(), found.list.end(), [](const Candidate& a, const Candidate& b) {
+    return a.score != b.score ? a.score > b.score : a.transition < b.transition;
+  });
+  found.list = found.list.first(worth_keeping(found.list, config));
   return found;
 }
 
