@@ -6,6 +6,9 @@
 namespace sila {
 namespace {
 
+/// So many length scales from the box of its pseudo-inputs an outlook is 1e-4 of what it is at them, or less.
+constexpr double kOutlookReach = 4.3;
+
 std::int64_t pack(std::int64_t x, std::int64_t y) {
   return (x << 32) ^ (y & 0xffffffff);
 }
@@ -24,6 +27,13 @@ void add_buckets_within(const Vector2& centre, const Vector2& reach, double size
       if ((nearest - centre).cwiseQuotient(reach).squaredNorm() <= 1.0) buckets.insert(pack(x, y));
     }
   }
+}
+
+void add_outlook(const SparseGp& outlook, FieldMap::Field& field) {
+  field.outlook.emplace(outlook);
+  const Eigen::VectorXd reach = kOutlookReach * outlook.kernel.length_scales;
+  field.outlook_reach = {outlook.pseudo_inputs.rowwise().minCoeff() - reach,
+                         outlook.pseudo_inputs.rowwise().maxCoeff() + reach};
 }
 
 }  // namespace
@@ -48,8 +58,9 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
                        gp.kernel.signal_variance,
                        gp.noise_variance,
                        Posterior(gp),
+                       {},
                        {}});
-    if (transition.outlook.points > 0.0) fields_.back().outlook.emplace(transition.outlook);
+    if (transition.outlook.points > 0.0) add_outlook(transition.outlook, fields_.back());
     leaving_[static_cast<std::size_t>(transition.from)].push_back(index);
     // One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
     const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));

@@ -25,7 +25,7 @@ std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTraje
   std::size_t count = 0;
   for (const int index : near) {
     const std::optional<Posterior>& outlook = map.field(index).outlook;
-    if (!outlook) continue;
+    if (!outlook || !map.field(index).outlook_reach.contains(state)) continue;
     const auto mean = scratch.array<double>(outlook->outputs());
     const double variance = outlook->predict(std::span(state.data(), kOutlookInputs), mean);
     const double relative = std::max(1e-9, variance / outlook->signal_variance());

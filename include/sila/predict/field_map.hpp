@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -7,6 +8,7 @@
 
 #include "sila/gp/posterior.hpp"
 #include "sila/model/model.hpp"
+#include "sila/model/outlook.hpp"
 
 namespace sila {
 
@@ -24,6 +26,7 @@ class FieldMap {
     double noise_variance = 1.0;
     Posterior posterior;
     std::optional<Posterior> outlook;
+    Eigen::AlignedBox<double, kOutlookInputs> outlook_reach;  ///< beyond it the outlook knows nothing
   };
 
   const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
