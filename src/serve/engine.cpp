@@ -14,6 +14,8 @@ namespace {
 
 /// Predictions are made so many at a time; between them new detections are looked at.
 constexpr std::size_t kAtATime = 16;
+/// Fewer are made sooner than another thread is woken, which on a busy machine may take long.
+constexpr std::size_t kWorthSharing = 6;
 /// Pedestrians whose predictions are judged at a time, when no prediction waits and when one does.
 constexpr std::size_t kJudgedAtLeisure = 4, kJudgedInHaste = 1;
 constexpr double kTellEvery_s = 1.0, kPublishEvery_s = 0.25;
@@ -134,10 +136,15 @@ bool Engine::work() {
   const std::vector<Question> questions = ask(live_, kAtATime, settings_);
   std::vector<Answer> answers(questions.size());
   const std::shared_ptr<const Snapshot> snapshot = learner_.snapshot();
-  tbb::parallel_for(std::size_t{0}, questions.size(), [&](std::size_t i) {
+  const auto answer = [&](std::size_t i) {
     answers[i].prediction = tuned(snapshot->predictor.predict(questions[i].observed), live_.tuning);
     answers[i].line = prediction_line(questions[i].track, answers[i].prediction);
-  });
+  };
+  if (questions.size() < kWorthSharing) {
+    for (std::size_t i = 0; i < questions.size(); ++i) answer(i);
+  } else {
+    tbb::parallel_for(std::size_t{0}, questions.size(), answer);
+  }
   std::vector<Line> lines;
   for (std::size_t i = 0; i < questions.size(); ++i)
     lines.push_back({questions[i].stream, std::move(answers[i].line), true});

@@ -38,13 +38,15 @@ ordered_json trail_json(const Trajectory& path) {
   return list;
 }
 
-ordered_json modes_json(const Prediction& prediction) {
+/// What is still to come of each way: a prediction may be older than the last position.
+ordered_json modes_json(const Prediction& prediction, double now_s) {
   ordered_json list = ordered_json::array();
   for (std::size_t m = 0; m < std::min(kMostModes, prediction.modes.size()); ++m) {
     const Mode& mode = prediction.modes[m];
     ordered_json path = ordered_json::array();
     for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-      if ((mode.path_m.size() - 1 - j) % 2 == 0) add_point(path, mode.path_m[j]);
+      const bool over = prediction.t0_s + prediction.times_s[j] <= now_s;
+      if (!over && (mode.path_m.size() - 1 - j) % 2 == 0) add_point(path, mode.path_m[j]);
     }
     list.push_back({{"weight", centimetres(mode.weight)}, {"path", std::move(path)}, {"primitives", mode.primitives}});
   }
@@ -57,7 +59,7 @@ ordered_json person_json(StreamId stream, const std::string& track, const Person
   if (person.unscored.empty()) return json;
   const Prediction& prediction = person.unscored.back().prediction;
   json["novelty"] = centimetres(prediction.novelty), json["fallback"] = prediction.fallback;
-  json["modes"] = modes_json(prediction);
+  json["modes"] = modes_json(prediction, person.track.path.times_s.back());
   return json;
 }
 

@@ -20,7 +20,7 @@ struct TimedLine {
 /// The samples of tracks in the order of time. Sources (files) follow one another `pause_s` apart, on one clock, for
 /// each has a clock of its own; `apart_s` > 0 instead starts each track so long after the one before it, for recordings
 /// whose tracks have no common clock. Units: seconds, metres.
-std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s, double pause_s = 10.0);
+std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s, double pause_s = 5.0);
 
 /// What came back.
 struct ReplayReport {
