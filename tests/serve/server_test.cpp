@@ -134,10 +134,13 @@ TEST(Server, SlowsNobodyDownForOneWhoIsTooFast) {
   Running service(options);
   Client fast(service.server->tcp_port()), calm(service.server->tcp_port());
   for (int k = 0; k < 500; ++k) fast.say(Detection{"a", 0.001 * k, {0.0, 0.0}});
-  const auto told = fast.hear();
-  ASSERT_TRUE(told);
-  EXPECT_EQ((*told)["refused"], "too_fast");
-  EXPECT_GE((*told)["count"].get<int>(), 400);
+  int refused = 0;
+  while (refused < 400) {
+    const auto told = fast.hear();
+    ASSERT_TRUE(told);
+    EXPECT_EQ((*told)["refused"], "too_fast");
+    refused += (*told)["count"].get<int>();
+  }
   for (const Detection& row : one_walker(3.3)) calm.say(row);
   EXPECT_TRUE(calm.hear()->contains("modes"));
 }
