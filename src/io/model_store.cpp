@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kApplicationId = 0x53494C41;  // "SILA"
-constexpr std::int64_t kSchema = 2;
+constexpr std::int64_t kSchema = 3;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
   throw FormatError(path.string(), 0, "a sila model", found);
