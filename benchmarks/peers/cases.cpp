@@ -159,7 +159,8 @@ int run(const std::vector<std::string>& words) {
     const int times = std::stoi(words[1]);
     std::cout << ordered_json{{"gp", solve_gp(times)},
                               {"dictionary", solve_dictionary(times, 0)},
-                              {"dictionary of 29", solve_dictionary(times, 29)}}
+                              {"dictionary of 29", solve_dictionary(times, 29)},
+                              {"dictionary of 58", solve_dictionary(times, 58)}}
                      .dump()
               << "\n";
     return 0;

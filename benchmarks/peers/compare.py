@@ -102,7 +102,7 @@ def main():
         sila_value = judged_by_gpy(case, ours["gp"])
         gpy_seconds, gpy_value = gpy_until(case, sila_value, options.times)
         whole_seconds, whole_value = gpy_until(case, -np.inf, options.times)
-        dictionaries = [ours["dictionary of 29"], ours["dictionary"]]
+        dictionaries = [ours["dictionary of 29"], ours["dictionary of 58"], ours["dictionary"]]
         peers = [fit_sklearn(folder, words["primitives"], options.times) for words in dictionaries]
 
     lines = [

@@ -43,7 +43,6 @@ Eigen::MatrixXd gram_of(const CodingProblem& problem, const CodingState& state, 
 /// The lasso of one track on the primitives that share a cell with it.
 struct TrackLasso {
   std::vector<int> primitives;
-  Eigen::MatrixXd gram;
   Eigen::VectorXd products;
   Eigen::VectorXd start;
 };
@@ -67,14 +66,11 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   }
   std::sort(lasso.primitives.begin(), lasso.primitives.end());
   const auto count = static_cast<Eigen::Index>(lasso.primitives.size());
-  lasso.products.resize(count), lasso.gram.resize(count, count);
+  lasso.products.resize(count);
   for (Eigen::Index j = 0; j < count; ++j) {
-    const int primitive = lasso.primitives[static_cast<std::size_t>(j)];
-    const auto k = static_cast<std::size_t>(primitive);
+    const auto k = static_cast<std::size_t>(lasso.primitives[static_cast<std::size_t>(j)]);
     lasso.products(j) = touched.products[k];
     touched.products[k] = 0.0, touched.yet[k] = false;
-    for (Eigen::Index i = 0; i < count; ++i)
-      lasso.gram(i, j) = overlap.gram(lasso.primitives[static_cast<std::size_t>(i)], primitive);
   }
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {
@@ -93,9 +89,20 @@ std::vector<Coefficient> code_of(const TrackLasso& lasso, const Eigen::VectorXd&
   return code;
 }
 
+/// The entries of the gram matrix that one track needs; zero for the primitive at place `removed`, if any.
+struct TrackGram {
+  const Overlap& overlap;
+  const std::vector<int>& primitives;
+  Eigen::Index removed = -1;
+  double operator()(Eigen::Index i, Eigen::Index k) const {
+    if (i == removed || k == removed) return 0.0;
+    return overlap.gram(primitives[static_cast<std::size_t>(i)], primitives[static_cast<std::size_t>(k)]);
+  }
+};
+
 /// The part of the objective that the code of one track changes.
-double code_cost(const TrackLasso& lasso, const Eigen::VectorXd& s, double penalty) {
-  return 0.5 * s.dot(lasso.gram * s) - lasso.products.dot(s) + penalty * s.sum();
+double code_cost(const TrackLasso& lasso, const LassoSolution& code, double penalty) {
+  return 0.5 * code.s.dot(code.gram_s) - lasso.products.dot(code.s) + penalty * code.s.sum();
 }
 
 }  // namespace
@@ -126,9 +133,10 @@ CodingState with_new_codes(const CodingProblem& problem, CodingState state, doub
   state.objective = problem.energy;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
     const TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
-    const Eigen::VectorXd s = nonnegative_lasso(lasso.gram, lasso.products, penalty, lasso.start);
-    state.codes[i] = code_of(lasso, s);
-    state.objective += code_cost(lasso, s, penalty);
+    const LassoSolution code =
+        nonnegative_lasso(TrackGram{overlap, lasso.primitives}, lasso.products, penalty, lasso.start);
+    state.codes[i] = code_of(lasso, code.s);
+    state.objective += code_cost(lasso, code, penalty);
   }
   return state;
 }
@@ -186,16 +194,16 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
                                   [&](const Coefficient& used) { return used.primitive == primitive; });
     if (!uses) continue;
     TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
-    const double before = code_cost(lasso, lasso.start, penalty);
+    const LassoSolution present{lasso.start, gram_times(TrackGram{overlap, lasso.primitives}, lasso.start)};
     const auto place =
         std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
-    lasso.gram.row(place).setZero();
-    lasso.gram.col(place).setZero();
+    const double before = code_cost(lasso, present, penalty);
     lasso.products(place) = 0.0;
     lasso.start(place) = 0.0;
-    const Eigen::VectorXd s = nonnegative_lasso(lasso.gram, lasso.products, penalty, lasso.start);
-    removal.cost += code_cost(lasso, s, penalty) - before;
-    removal.codes.emplace_back(i, code_of(lasso, s));
+    const LassoSolution code =
+        nonnegative_lasso(TrackGram{overlap, lasso.primitives, place}, lasso.products, penalty, lasso.start);
+    removal.cost += code_cost(lasso, code, penalty) - before;
+    removal.codes.emplace_back(i, code_of(lasso, code.s));
   }
   return removal;
 }

@@ -57,7 +57,7 @@ TEST(SparseCoding, SatisfiesTheOptimalityConditionsAndIsNeverNegative) {
     const Eigen::VectorXd signal = Eigen::VectorXd::NullaryExpr(30, [&](Eigen::Index) { return normal(random); });
     const Eigen::MatrixXd gram = atoms.transpose() * atoms;
     const Eigen::VectorXd products = atoms.transpose() * signal;
-    const Eigen::VectorXd s = nonnegative_lasso(gram, products, 0.7, Eigen::VectorXd::Zero(8));
+    const Eigen::VectorXd s = nonnegative_lasso(gram, products, 0.7, Eigen::VectorXd::Zero(8)).s;
     const Eigen::VectorXd slope = gram * s - products;
     for (Eigen::Index k = 0; k < 8; ++k) {
       EXPECT_GE(s(k), 0.0);
