@@ -5,6 +5,7 @@
 
 #include "options.hpp"
 #include "sila/eval/episodes.hpp"
+#include "sila/eval/recorded.hpp"
 #include "sila/eval/report.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
@@ -18,7 +19,7 @@ namespace {
 struct EvaluateOptions {
   CommonOptions common;
   TrackOptions tracks;
-  std::string model;
+  std::string model, predictions;
 };
 
 void evaluate_model(const EvaluateOptions& options) {
@@ -26,11 +27,16 @@ void evaluate_model(const EvaluateOptions& options) {
   const StoredModel stored = load_model(options.model);
   const Config base = apply_json(Config{}, nlohmann::json::parse(stored.configuration), options.model);
   const Config config = configured(options.common, base);
+  const RecordedPredictions recorded =
+      options.predictions.empty() ? RecordedPredictions{} : read_predictions(options.predictions);
   SceneTracks input = read_placed(options.tracks, config);
   if (options.tracks.hold_out > 0.0) {
     input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).test;
   }
-  const Evaluation evaluation = evaluate(stored.model, input.tracks, config.episode, config.evaluate);
+  const Evaluation evaluation =
+      options.predictions.empty()
+          ? evaluate(stored.model, input.tracks, config.episode, config.evaluate)
+          : evaluate_forecast(forecast_of(recorded), input.tracks, config.episode, config.evaluate);
   if (options.common.json) {
     nlohmann::ordered_json json = to_json(evaluation);
     json["tracks"] = input.tracks.size();
@@ -52,6 +58,9 @@ void add_evaluate(CLI::App& app) {
                             "sila evaluate tracks.csv --scene corner.json --model corner.sila", options->common);
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
+  verb->add_option("--predictions", options->predictions,
+                   "judge these lines, of `predict` or `serve`, instead of what the model predicts now")
+      ->type_name("FILE");
   verb->callback([options] { evaluate_model(*options); });
 }
 

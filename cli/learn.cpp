@@ -18,7 +18,7 @@ struct LearnOptions {
   CommonOptions common;
   TrackOptions tracks;
   std::string model;
-  int batch = 20;
+  int batch = LiveConfig{}.batch;
 };
 
 /// What all episodes together did not keep apart, or not at all.

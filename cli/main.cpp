@@ -34,6 +34,8 @@ int main(int argc, char** argv) {
   sila::cli::add_inspect(app);
   sila::cli::add_experiment(app);
   sila::cli::add_report(app);
+  sila::cli::add_serve(app);
+  sila::cli::add_replay(app);
   sila::cli::add_config(app);
   try {
     app.parse(argc, argv);

@@ -1,5 +1,6 @@
 #include "options.hpp"
 
+#include <fstream>
 #include <iostream>
 #include <stdexcept>
 
@@ -58,19 +59,36 @@ Config configured(const CommonOptions& common, Config base) {
   return config;
 }
 
-SceneTracks read_placed(const TrackOptions& options, const Config& config) {
-  SceneTracks result;
-  result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
+ReadTracks read_clean(const TrackOptions& options, const Config& config) {
+  ReadTracks result;
+  if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
   ReadOptions read = options.read;
   if (!options.format.empty()) read.format = format_named(options.format);
   const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
-  CleanTracks clean = paths.empty() ? read_scene_tracks(result.scene, config.clean)
-                                    : read_tracks(paths, result.scene, read, config.clean);
-  result.report = clean.report;
-  result.input_ids = std::move(clean.input_ids);
+  if (paths.empty() && options.scene.empty())
+    throw std::invalid_argument("tracks: none are given, and no --scene that names some");
+  result.tracks = paths.empty() ? read_scene_tracks(result.scene, config.clean)
+                                : read_tracks(paths, result.scene, read, config.clean);
   for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
-  for (const std::string& line : to_lines(clean.report)) std::cerr << line << "\n";
-  for (Trajectory& track : clean.trajectories) {
+  for (const std::string& line : to_lines(result.tracks.report)) std::cerr << line << "\n";
+  return result;
+}
+
+std::string read_token(const std::string& path) {
+  std::ifstream file(path);
+  std::string token;
+  if (!std::getline(file, token) || token.empty())
+    throw std::invalid_argument("--token-file = " + path + " cannot be read or begins with an empty line");
+  return token;
+}
+
+SceneTracks read_placed(const TrackOptions& options, const Config& config) {
+  ReadTracks read = read_clean(options, config);
+  SceneTracks result;
+  result.scene = std::move(read.scene);
+  result.report = std::move(read.tracks.report);
+  result.input_ids = std::move(read.tracks.input_ids);
+  for (Trajectory& track : read.tracks.trajectories) {
     const CurbFrame& frame = frame_for(result.scene, track, config.corners);
     result.tracks.push_back({std::move(track), frame});
   }

@@ -43,12 +43,24 @@ struct SceneTracks {
   TrackReport report;
 };
 
+/// The same before anything is put in the frame of a corner; without a scene if none is given.
+struct ReadTracks {
+  Scene scene;
+  CleanTracks tracks;
+};
+
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required = true);
 
 /// `base` with the configuration file, then the --set assignments, applied.
 Config configured(const CommonOptions& common, Config base = {});
+
+/// Reads tracks and tells what became of their rows on stderr.
+ReadTracks read_clean(const TrackOptions& options, const Config& config);
+
+/// The first line of a file: a token is given by a file, so that it is in no list of processes.
+std::string read_token(const std::string& path);
 
 /// Reads tracks, tells what became of their rows on stderr, and puts each in the frame of its corner.
 SceneTracks read_placed(const TrackOptions& options, const Config& config);

@@ -13,6 +13,8 @@ void add_fuse(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_experiment(CLI::App& app);
 void add_report(CLI::App& app);
+void add_serve(CLI::App& app);
+void add_replay(CLI::App& app);
 void add_config(CLI::App& app);
 
 }  // namespace sila::cli

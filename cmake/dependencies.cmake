@@ -10,3 +10,6 @@ find_package(hwy 1.0 REQUIRED)
 find_path(SILA_DLIB_INCLUDE_DIR dlib/optimization.h REQUIRED)
 add_library(sila_dlib INTERFACE)
 target_include_directories(sila_dlib SYSTEM INTERFACE $<BUILD_INTERFACE:${SILA_DLIB_INCLUDE_DIR}>)
+# Asio and Beast are header-only.
+find_package(Boost 1.74 REQUIRED)
+find_package(Threads REQUIRED)

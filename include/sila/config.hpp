@@ -6,6 +6,8 @@
 #include "sila/episode/config.hpp"
 #include "sila/eval/evaluate.hpp"
 #include "sila/io/scene.hpp"
+#include "sila/live/config.hpp"
+#include "sila/serve/config.hpp"
 #include "sila/sim/config.hpp"
 
 namespace sila {
@@ -16,6 +18,8 @@ struct Config {
   CornerChoice corners = CornerChoice::primary;
   EpisodeConfig episode;  ///< its groups stand at the top level: fuse.similarity_threshold, predict.horizon_s, ...
   EvaluateConfig evaluate;
+  LiveConfig live;
+  ServeConfig serve;
   SimulationConfig simulate;
 };
 
@@ -26,6 +30,8 @@ void fields(C& config, Visitor&& visit) {
   visit.choice("corners", config.corners, kCornerChoices, "by which corner of a scene its tracks are looked at");
   fields(config.episode, visit);
   visit.group("evaluate", config.evaluate);
+  visit.group("live", config.live);
+  visit.group("serve", config.serve);
   visit.group("simulate", config.simulate);
 }
 

@@ -22,6 +22,10 @@ double median_interval(std::span<const double> times_s) {
   return *middle;
 }
 
+double kernel_width_s(std::span<const double> times_s, const SamplingConfig& config) {
+  return std::max(config.smoothing_s, config.smoothing_intervals * median_interval(times_s));
+}
+
 MotionState local_line(const Trajectory& track, double time_s, std::size_t known, double width_s) {
   const auto begin = track.times_s.begin(), end = begin + static_cast<std::ptrdiff_t>(known);
   const auto from = std::lower_bound(begin, end, time_s - kKernelReach * width_s);
@@ -67,12 +71,15 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
     throw std::invalid_argument("smooth: known = " + std::to_string(known) + ", the track has " +
                                 std::to_string(track.times_s.size()) + " samples");
   }
-  const double interval_s = median_interval(std::span(track.times_s).first(known));
-  const double width_s = std::max(config.smoothing_s, config.smoothing_intervals * interval_s);
+  const double width_s = kernel_width_s(std::span(track.times_s).first(known), config);
   std::vector<MotionState> states;
   states.reserve(times_s.size());
   for (double t : times_s) states.push_back(local_line(track, t, known, width_s));
   return states;
+}
+
+double smoothing_reach_s(const Trajectory& track, const SamplingConfig& config) {
+  return kKernelReach * kernel_width_s(track.times_s, config);
 }
 
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
@@ -113,14 +120,22 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
   return path;
 }
 
+std::optional<double> next_due_s(double due_s, double time_s, double every_s) {
+  if (time_s < due_s - kTimeSlack_s) return std::nullopt;
+  if (every_s <= 0.0) return time_s;
+  while (due_s <= time_s + kTimeSlack_s) due_s += every_s;
+  return due_s;
+}
+
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double every_s) {
   if (!(every_s > 0.0)) throw std::invalid_argument("prediction_samples: every_s must be positive");
   std::vector<std::size_t> samples;
   double due = track.times_s.front() + observe_s;
   for (std::size_t i = 0; i < track.times_s.size(); ++i) {
-    if (track.times_s[i] < due - kTimeSlack_s) continue;
+    const std::optional<double> next_s = next_due_s(due, track.times_s[i], every_s);
+    if (!next_s) continue;
     samples.push_back(i);
-    while (due <= track.times_s[i] + kTimeSlack_s) due += every_s;
+    due = *next_s;
   }
   return samples;
 }

@@ -59,11 +59,6 @@ Prediction constant_prediction(const Window& window, int steps, double interval_
   return prediction;
 }
 
-bool is_moving(const Window& window, const EvaluateConfig& judged) {
-  const Vector2 moved = window.observed.positions.back() - window.observed.positions.front();
-  return velocity_to_world(window.observed.frame, moved).norm() >= judged.moving_m;
-}
-
 /// The variance per axis and step with which a Gaussian round constant velocity suits the windows best.
 std::vector<double> constant_variances(std::span<const JudgedWindow> windows, int steps, double interval_s,
                                        auto belongs) {
@@ -107,26 +102,17 @@ int steps_of(const EpisodeConfig& config) {
   return static_cast<int>(std::lround(config.predict.horizon_s / config.sampling.interval_s));
 }
 
-WindowScore judge(const Forecast& forecast, const Window& window, std::span<const double> horizons_s,
-                  const std::vector<double>& own_variances_m2, const EpisodeConfig& config,
-                  const EvaluateConfig& judged, const Background* background) {
-  const double interval_s = config.sampling.interval_s;
-  WindowScore score;
-  score.moving = is_moving(window, judged);
-  score.turning = score.moving && heading_change_rad(whole_path(window)) > judged.turning_rad;
-  const std::vector<double>& variances_m2 =
-      background == nullptr ? own_variances_m2
-                            : (score.moving ? background->moving_variances_m2 : background->standing_variances_m2);
+/// No mode: there was no forecast for this window.
+WindowScore judge(const Forecast& forecast, const Window& window, const std::vector<double>& own_variances_m2,
+                  const EpisodeConfig& config, const EvaluateConfig& judged, const Background* background) {
   const Prediction prediction = forecast(window.observed);
-  const Prediction constant = constant_prediction(window, steps_of(config), interval_s, variances_m2);
-  if (background != nullptr) score.inside = contains(background->area, constant.modes.front().path_m.back());
-  score.track = window.observed.id, score.t0_s = prediction.t0_s;
-  score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
-  for (double horizon_s : horizons_s) {
-    const auto count = static_cast<std::size_t>(std::lround(horizon_s / interval_s));
-    score.model.push_back(measure(prediction, window.future_m, count));
-    score.constant.push_back(measure(constant, window.future_m, count));
-  }
+  if (prediction.modes.empty()) return {};
+  if (background == nullptr) return score_window(prediction, window, own_variances_m2, config, judged);
+  const bool moving = is_moving(window.observed, judged);
+  WindowScore score = score_window(
+      prediction, window, moving ? background->moving_variances_m2 : background->standing_variances_m2, config, judged);
+  const auto constant_m = constant_velocity(window.observed, steps_of(config), config.sampling.interval_s);
+  score.inside = contains(background->area, constant_m.back());
   return score;
 }
 
@@ -143,6 +129,29 @@ void add_groups(Evaluation& evaluation, bool with_area) {
 }
 
 }  // namespace
+
+bool is_moving(const CurbTrajectory& observed, const EvaluateConfig& judged) {
+  const Vector2 moved = observed.positions.back() - observed.positions.front();
+  return velocity_to_world(observed.frame, moved).norm() >= judged.moving_m;
+}
+
+WindowScore score_window(const Prediction& prediction, const Window& window,
+                         const std::vector<double>& constant_variances_m2, const EpisodeConfig& config,
+                         const EvaluateConfig& judged) {
+  const double interval_s = config.sampling.interval_s;
+  WindowScore score;
+  score.moving = is_moving(window.observed, judged);
+  score.turning = score.moving && heading_change_rad(whole_path(window)) > judged.turning_rad;
+  score.track = window.observed.id, score.t0_s = prediction.t0_s;
+  score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
+  const Prediction constant = constant_prediction(window, steps_of(config), interval_s, constant_variances_m2);
+  for (double horizon_s : horizons_until(config.predict.horizon_s)) {
+    const auto count = static_cast<std::size_t>(std::lround(horizon_s / interval_s));
+    score.model.push_back(measure(prediction, window.future_m, count));
+    score.constant.push_back(measure(constant, window.future_m, count));
+  }
+  return score;
+}
 
 std::vector<double> horizons_until(double horizon_s) {
   std::vector<double> horizons;
@@ -168,7 +177,7 @@ Background background_of(std::span<const PlacedTrack> train, const EpisodeConfig
       windows_with_future(train, config, judged.every_s, static_cast<std::size_t>(steps)).windows;
   const auto variances = [&](bool moving) {
     return constant_variances(windows, steps, config.sampling.interval_s,
-                              [&](const Window& window) { return is_moving(window, judged) == moving; });
+                              [&](const Window& window) { return is_moving(window.observed, judged) == moving; });
   };
   return {covered_area(train), variances(true), variances(false)};
 }
@@ -185,9 +194,10 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const PlacedTra
   evaluation.skipped = judged.skipped;
   evaluation.windows.resize(judged.windows.size());
   tbb::parallel_for(std::size_t{0}, judged.windows.size(), [&](std::size_t i) {
-    evaluation.windows[i] = judge(forecast, judged.windows[i].window, evaluation.horizons_s, own_variances_m2, config,
-                                  judged_config, background);
+    evaluation.windows[i] =
+        judge(forecast, judged.windows[i].window, own_variances_m2, config, judged_config, background);
   });
+  std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, background != nullptr);
   return evaluation;
 }

@@ -1,13 +1,15 @@
-#include "model_data.hpp"
+#include "sila/report/model_data.hpp"
 
 #include <cmath>
 #include <numbers>
 
 #include "round.hpp"
 
-namespace sila::detail {
+namespace sila {
 namespace {
 
+using detail::point_json;
+using detail::rounded;
 using nlohmann::ordered_json;
 
 ordered_json corner_json(const Corner& corner) {
@@ -89,4 +91,4 @@ ordered_json episodes_json(const StoredModel& stored, std::size_t most_bytes) {
   return list;
 }
 
-}  // namespace sila::detail
+}  // namespace sila

@@ -5,12 +5,12 @@
 #include <set>
 #include <stdexcept>
 
-#include "model_data.hpp"
 #include "round.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/eval/report.hpp"
 #include "sila/io/track_report.hpp"
 #include "sila/report/judged.hpp"
+#include "sila/report/model_data.hpp"
 #include "sila/version.hpp"
 
 namespace sila {
@@ -182,9 +182,9 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   }
   ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
   data["bytes"] = input.stored.bytes;
-  data["scene"] = detail::scene_json(input.scene, input.stored.model.conventions);
-  data["model"] = detail::model_json(input.stored.model);
-  data["episodes"] = detail::episodes_json(input.stored, limits.most_bytes / 2);
+  data["scene"] = scene_json(input.scene, input.stored.model.conventions);
+  data["model"] = model_json(input.stored.model);
+  data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_judgement(data, input, limits);
   return data;

@@ -5,24 +5,7 @@ import { learntSection } from "./learnt";
 import { playerSection } from "./player";
 import { accuracySection, learningSection, worstSection } from "./quality";
 import { settingsSection } from "./settings";
-
-type Theme = "auto" | "light" | "dark";
-
-function themeButton(): HTMLElement {
-  const button = h("button", { type: "button", id: "theme" });
-  const names: Record<Theme, string> = { auto: "◐ Auto", light: "☀ Light", dark: "☾ Dark" };
-  const order: Theme[] = ["auto", "light", "dark"];
-  let theme: Theme = "auto";
-  const apply = (): void => {
-    if (theme === "auto") delete document.documentElement.dataset["theme"];
-    else document.documentElement.dataset["theme"] = theme;
-    button.textContent = names[theme];
-    button.setAttribute("aria-label", `Colours: ${theme}`);
-  };
-  button.addEventListener("click", () => { theme = order[(order.indexOf(theme) + 1) % order.length]!; apply(); });
-  apply();
-  return button;
-}
+import { themeButton } from "./theme";
 
 function tiles(data: ReportData): HTMLElement {
   const list: [string, string, string][] = [];

@@ -2,6 +2,7 @@
 
 #include <concepts>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,10 @@ struct MotionState {
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config);
 
+/// How far in time a sample counts in what is smoothed [s]: a position at t is settled once the track goes on beyond
+/// t + reach, as far as its usual interval stays what it is.
+double smoothing_reach_s(const Trajectory& track, const SamplingConfig& config);
+
 /// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and
 /// reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track. Units:
 /// widths and widths/s in `frame`.
@@ -50,6 +55,11 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
 /// The true path after sample `last`, in metres, at the `steps` times that follow it by `interval_s`; shorter where the
 /// track ends.
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config);
+
+/// Whether a prediction that is due at `due_s` (observe_s after the start of a track, to begin with) falls to a sample
+/// at `time_s`, and when the next one is due: the rule of `prediction_samples` for tracks that still grow. 0 as
+/// `every_s` makes one due at each sample.
+std::optional<double> next_due_s(double due_s, double time_s, double every_s);
 
 /// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the
 /// first at or after each further `every_s`, to the end of the track.

@@ -64,7 +64,8 @@ struct Evaluation {
   std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
 };
 
-/// Whatever predicts: a model made ready, or a baseline. Called from many threads.
+/// Whatever predicts: a model made ready, a baseline, or a recording. No mode means no prediction: such windows are
+/// left out. Called from many threads.
 using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 
 /// What the tracks that were learnt tell the judge.
@@ -88,6 +89,16 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const PlacedTra
 /// The same for a model.
 Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
                     const EvaluateConfig& judged);
+
+/// Whether somebody moved while observed, by `moving_m`.
+bool is_moving(const CurbTrajectory& observed, const EvaluateConfig& judged);
+
+/// Judges one prediction by what then happened, beside constant velocity on the same window (as a Gaussian of those
+/// variances per step); without knowledge of a covered area. Throws: std::invalid_argument if the future or the
+/// prediction is shorter than the horizon.
+WindowScore score_window(const Prediction& prediction, const Window& window,
+                         const std::vector<double>& constant_variances_m2, const EpisodeConfig& config,
+                         const EvaluateConfig& judged);
 
 /// The horizons of `Evaluation`: whole seconds below `horizon_s`, then `horizon_s`.
 std::vector<double> horizons_until(double horizon_s);

@@ -1,8 +1,14 @@
 #pragma once
 
-#include "sila/report/report.hpp"
+#include <cstddef>
+#include <nlohmann/json.hpp>
 
-namespace sila::detail {
+#include "sila/io/model_store.hpp"
+#include "sila/io/scene.hpp"
+
+// Parts of the data that the viewer shows (docs/viewer.md).
+
+namespace sila {
 
 /// Corners, frames and the direction of y.
 nlohmann::ordered_json scene_json(const Scene& scene, const Conventions& conventions);
@@ -11,4 +17,4 @@ nlohmann::ordered_json model_json(const Model& model);
 /// What the model file has of every episode; without the shapes of the changes if they take more than `most_bytes`.
 nlohmann::ordered_json episodes_json(const StoredModel& stored, std::size_t most_bytes);
 
-}  // namespace sila::detail
+}  // namespace sila

@@ -1,0 +1,71 @@
+#include "sila/serve/replay.hpp"
+
+#include <csignal>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+
+#include "options.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct ReplayVerb {
+  CommonOptions common;
+  TrackOptions tracks;
+  std::string to, token_file;
+  double rate = 1.0, apart_s = 0.0, linger_s = 2.0;
+};
+
+double quantile(const std::vector<double>& sorted, double share) {
+  return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+}
+
+void tell(const ReplayReport& report) {
+  std::cerr << report.sent << " detections sent, " << report.predictions << " predictions, " << report.dropped
+            << " told to be dropped, " << report.refused << " lines refused\n";
+  if (report.latencies_s.empty()) return;
+  std::cerr << std::fixed << std::setprecision(1) << "detection to prediction: median "
+            << 1e3 * quantile(report.latencies_s, 0.5) << " ms, 90 % " << 1e3 * quantile(report.latencies_s, 0.9)
+            << " ms, 99 % " << 1e3 * quantile(report.latencies_s, 0.99) << " ms, longest "
+            << 1e3 * report.latencies_s.back() << " ms, of " << report.latencies_s.size() << "\n";
+}
+
+void replay_tracks(const ReplayVerb& options) {
+  const Config config = configured(options.common);
+  const std::vector<TimedLine> lines = timed_lines(read_clean(options.tracks, config).tracks, options.apart_s);
+  std::cerr << lines.size() << " detections over " << lines.back().at_s / options.rate << " s\n";
+  std::signal(SIGPIPE, SIG_IGN);
+  if (options.to.empty()) {
+    replay(lines, options.rate, [](const TimedLine& line) {
+      if (std::cout) std::cout << line.text << "\n" << std::flush;
+    });
+    return;
+  }
+  const std::string token = options.token_file.empty() ? std::string() : read_token(options.token_file);
+  tell(replay_to(options.to, token, lines, options.rate, options.linger_s,
+                 [](const std::string& line) { std::cout << line << "\n"; }));
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app) {
+  auto options = std::make_shared<ReplayVerb>();
+  CLI::App* verb =
+      add_verb(app, "replay", "Play recorded tracks as a live tracker would.",
+               "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson", options->common);
+  add_tracks(*verb, options->tracks, false);
+  verb->add_option("--rate", options->rate, "times as fast as it happened [1]")->check(CLI::PositiveNumber);
+  verb->add_option("--to", options->to,
+                   "tcp:ADDRESS:PORT or unix:PATH [standard output]; predictions go to standard output")
+      ->type_name("ADDRESS");
+  verb->add_option("--apart", options->apart_s,
+                   "start each track so many seconds after the one before it, for tracks without a common clock");
+  verb->add_option("--linger", options->linger_s, "seconds to wait for the last predictions [2]");
+  verb->add_option("--token-file", options->token_file, "file whose first line is the token of the service")
+      ->type_name("FILE");
+  verb->callback([options] { replay_tracks(*options); });
+}
+
+}  // namespace sila::cli

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sila/episode/episode.hpp"
+#include "sila/live/config.hpp"
+#include "sila/predict/predictor.hpp"
+
+namespace sila {
+
+/// A model made ready to predict; immutable, shared by whoever still uses it.
+struct Snapshot {
+  Model model;
+  Predictor predictor;
+  Snapshot(Model made, const PredictConfig& config) : model(std::move(made)), predictor(model, config) {}
+};
+
+/// Where learning stands.
+struct Learning {
+  std::size_t waiting_tracks = 0;
+  std::uint64_t forgotten_tracks = 0;  ///< more than live.max_waiting_tracks waited, or their episode failed
+  std::uint64_t episodes = 0;          ///< since the start
+  std::uint64_t failed_episodes = 0;
+  std::uint64_t learnt_tracks = 0;
+  bool busy = false;
+  double last_episode_s = 0.0;
+  std::string last_error;
+};
+
+/// Learns in a thread of its own, one batch an episode. Predictions never wait for it: they go on with the last
+/// snapshot until the next one is whole, and it leaves them all processors but one.
+class Learner {
+ public:
+  /// Called on the learner's thread with the model before and each finished episode, before anybody predicts with it;
+  /// keeps it (`ModelFile::commit`). If it throws, the episode counts as failed and the model stays what it was.
+  using Commit = std::function<void(const Model& previous, const Episode& episode)>;
+
+  Learner(Model start, const EpisodeConfig& episode, const LiveConfig& live, Commit commit);
+  /// Finishes the episode that runs; what waits is not learnt.
+  ~Learner();
+  Learner(const Learner&) = delete;
+  Learner& operator=(const Learner&) = delete;
+
+  std::shared_ptr<const Snapshot> snapshot() const;
+  Learning learning() const;
+  /// Hands over tracks; returns at once.
+  void give(std::vector<PlacedTrack> tracks);
+  /// Learns what waits, a last smaller batch included, and returns when it is done.
+  void learn_rest();
+
+ private:
+  void run();
+  void run_one(std::vector<PlacedTrack> batch);
+  bool ready() const;
+
+  EpisodeConfig episode_;
+  LiveConfig live_;
+  Commit commit_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<PlacedTrack> waiting_;
+  std::shared_ptr<const Snapshot> snapshot_;
+  Learning learning_;
+  bool stopping_ = false;
+  bool rest_ = false;
+  std::thread thread_;
+};
+
+}  // namespace sila

@@ -1,0 +1,76 @@
+#include "sila/live/learner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <thread>
+
+#include "live/streams.hpp"
+#include "sila/eval/episodes.hpp"
+
+namespace sila {
+namespace {
+
+using testing::corner_walks;
+
+LiveConfig small_batches(int batch) {
+  LiveConfig config;
+  config.batch = batch;
+  return config;
+}
+
+TEST(Learner, LearnsAsTheEpisodesOfTheSameBatchesDo) {
+  const std::vector<PlacedTrack> tracks = corner_walks(25, 5);
+  const EpisodeConfig config;
+  std::vector<int> committed;
+  Learner learner(Model{}, config, small_batches(10), [&](const Model& previous, const Episode& episode) {
+    EXPECT_EQ(episode.model.episodes, previous.episodes + 1);
+    committed.push_back(episode.model.episodes);
+  });
+  const auto before = learner.snapshot();
+  learner.give(tracks);
+  learner.learn_rest();
+  EXPECT_EQ(committed, (std::vector<int>{1, 2, 3}));
+  EXPECT_TRUE(before->model.empty()) << "a snapshot never changes";
+  const sila::Run run = run_episodes(Model{}, tracks, 10, config, sila_update(config));
+  const auto after = learner.snapshot();
+  EXPECT_EQ(size(after->model), size(run.model));
+  EXPECT_EQ(after->model.tracks, 25);
+  EXPECT_EQ(learner.learning().learnt_tracks, 25u);
+}
+
+TEST(Learner, GoesOnWithTheModelThatItHadWhenItCannotBeKept) {
+  int calls = 0;
+  Learner learner(Model{}, EpisodeConfig{}, small_batches(10), [&](const Model&, const Episode&) {
+    if (++calls == 1) throw std::runtime_error("the disk is full");
+  });
+  learner.give(corner_walks(10, 1));
+  learner.learn_rest();
+  EXPECT_EQ(learner.learning().failed_episodes, 1u);
+  EXPECT_EQ(learner.learning().last_error, "the disk is full");
+  EXPECT_TRUE(learner.snapshot()->model.empty());
+  learner.give(corner_walks(10, 2));
+  learner.learn_rest();
+  EXPECT_EQ(learner.snapshot()->model.episodes, 1);
+}
+
+TEST(Learner, ForgetsTheOldestTracksWhenTooManyWait) {
+  LiveConfig config = small_batches(1000);
+  config.max_waiting_tracks = 30;
+  Learner learner(Model{}, EpisodeConfig{}, config, [](const Model&, const Episode&) {});
+  for (int i = 0; i < 10; ++i) learner.give(corner_walks(10, 1));
+  EXPECT_EQ(learner.learning().waiting_tracks, 30u);
+  EXPECT_EQ(learner.learning().forgotten_tracks, 70u);
+}
+
+TEST(Learner, EndsWithoutLearningWhatIsLessThanABatch) {
+  int calls = 0;
+  {
+    Learner learner(Model{}, EpisodeConfig{}, small_batches(20), [&](const Model&, const Episode&) { ++calls; });
+    learner.give(corner_walks(5, 1));
+  }
+  EXPECT_EQ(calls, 0);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,119 @@
+#include "sila/live/scores.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "sila/live/tuning.hpp"
+
+namespace sila {
+namespace {
+
+PersonScore moving_person(double error_m) {
+  PersonScore person;
+  WindowScore window;
+  window.moving = true;
+  Metrics model, constant;
+  model.weighted_mhd_m = error_m, constant.weighted_mhd_m = 1.0;
+  window.model = {model}, window.constant = {constant};
+  add(person, window, false);
+  return person;
+}
+
+Drift after(double before_m, double recent_m, unsigned seed) {
+  LiveConfig config;
+  std::mt19937 random(seed);
+  std::lognormal_distribution<double> spread(0.0, 0.5);
+  Scoreboard board;
+  for (int i = 0; i < 400; ++i) add(board, moving_person(before_m * spread(random)), config);
+  for (int i = 0; i < config.drift_pedestrians; ++i) add(board, moving_person(recent_m * spread(random)), config);
+  return drift_of(board, config);
+}
+
+TEST(Drift, StaysSilentWhileErrorsAreWhatTheyWere) {
+  int alarms = 0;
+  for (unsigned seed = 1; seed <= 500; ++seed) {
+    const Drift drift = after(0.8, 0.8, seed);
+    EXPECT_TRUE(drift.known);
+    alarms += drift.alarm ? 1 : 0;
+  }
+  EXPECT_LE(alarms, 1);
+}
+
+TEST(Drift, SpeaksWhenErrorsGrowByHalf) {
+  int alarms = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) alarms += after(0.8, 1.2, seed).alarm ? 1 : 0;
+  EXPECT_GE(alarms, 90);
+}
+
+TEST(Drift, SaysNothingAboutAFewPedestrians) {
+  LiveConfig config;
+  Scoreboard board;
+  for (int i = 0; i < 3 * config.drift_pedestrians - 1; ++i) {
+    EXPECT_FALSE(drift_of(board, config).known);
+    add(board, moving_person(i < 100 ? 1.0 : 100.0), config);
+  }
+}
+
+TEST(Scoreboard, RemembersTheLastPedestriansAndNoMore) {
+  LiveConfig config;
+  config.remembered = 20;
+  Scoreboard board;
+  for (int i = 0; i < 100; ++i) add(board, moving_person(i), config);
+  add(board, PersonScore{}, config);
+  ASSERT_EQ(board.size(), 20u);
+  EXPECT_EQ(totals(board, true).front().windows, 20u);
+  EXPECT_DOUBLE_EQ(totals(board, true).front().weighted_mhd_m, 20 * (80 + 99) / 2.0);
+  EXPECT_LT(coverage(board).front().front(), 0.0);
+}
+
+/// Surprises grow over the pedestrians; regions are stated as if they were exponential with mean 1.
+TEST(Tuning, RegionsHoldAsOftenAsStatedWhateverHappens) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    LiveConfig config;
+    std::mt19937 random(seed);
+    std::exponential_distribution<double> surprise(1.0);
+    Tuning tuning;
+    Scoreboard board;
+    for (int i = 0; i < 1000; ++i) {
+      const double scale = i < 300 ? 0.5 : (i < 700 ? 3.0 : 1.5);
+      Prediction prediction;
+      prediction.times_s = {1.0};
+      for (const double p : kRegionProbabilities) prediction.regions.push_back({p, {-std::log1p(-p)}});
+      prediction = tuned(prediction, tuning);
+      PersonScore person;
+      for (int k = 0; k < 4; ++k) {
+        const double found = scale * surprise(random);
+        WindowScore window;
+        window.model.resize(1), window.constant.resize(1);
+        for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p)
+          window.model[0].coverage[p] = found <= prediction.regions[p].levels[0] ? 1.0 : 0.0;
+        add(person, window, true);
+      }
+      tuning = taught(std::move(tuning), person, {1.0}, config.tuning_step);
+      add(board, std::move(person), config);
+    }
+    for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
+      const double share = coverage(board).front()[p];
+      EXPECT_NEAR(share, kRegionProbabilities[p], 0.03) << "seed " << seed;
+      // What is off is what the factor moved, exactly.
+      EXPECT_NEAR(1000.0 * config.tuning_step * (kRegionProbabilities[p] - share), tuning.log_factors[0][p], 1e-6);
+    }
+  }
+}
+
+TEST(Tuning, LargerProbabilitiesNeverGetSmallerRegions) {
+  Tuning tuning{{1.0, 2.0}, {{2.0, -3.0, 0.0, -1.0}, {0.0, 0.0, -2.0, 1.0}}};
+  Prediction prediction;
+  prediction.times_s = {0.5, 1.0, 1.5, 2.0, 5.0};
+  for (const double p : kRegionProbabilities)
+    prediction.regions.push_back({p, std::vector<double>(5, -std::log1p(-p))});
+  prediction = tuned(prediction, tuning);
+  for (std::size_t p = 1; p < prediction.regions.size(); ++p) {
+    for (std::size_t j = 0; j < 5; ++j) EXPECT_GE(prediction.regions[p].levels[j], prediction.regions[p - 1].levels[j]);
+  }
+  EXPECT_NEAR(prediction.regions[0].levels[2], -std::log1p(-0.25) * std::exp(1.0), 1e-12);
+}
+
+}  // namespace
+}  // namespace sila

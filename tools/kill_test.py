@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Kills `sila serve` (SIGKILL) at random moments while it learns, and looks into the model file each time: it must open,
+hold every episode that was said to be kept, at most one more (kept, and killed before it was said), and none twice.
+
+    tools/kill_test.py --kills 200 [--program build/release/cli/sila] [--seed 1]
+"""
+import argparse, json, os, random, signal, sqlite3, subprocess, sys, tempfile, threading, time
+
+
+def run(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+class Service:
+    """A running service and what it has said."""
+
+    def __init__(self, program, folder, model, batch):
+        self.socket = os.path.join(folder, "serve.sock")
+        self.said = 0
+        self.up = threading.Event()
+        self.process = subprocess.Popen(
+            [program, "serve", "--scene", os.path.join(folder, "tracks.scene.json"), "--model", model, "--http", "off",
+             "--unix", self.socket, "--batch", str(batch)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        self.reader = threading.Thread(target=self.listen, daemon=True)
+        self.reader.start()
+
+    def listen(self):
+        for line in self.process.stderr:
+            if line.startswith("episode ") and " is kept" in line:
+                self.said = int(line.split()[1])
+            if line.rstrip().endswith("serving"):
+                self.up.set()
+
+    def kill(self):
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+        self.reader.join(timeout=5)
+
+
+def episodes_of(program, model):
+    """Numbers and tracks of the file's episodes, and what `sila inspect` says of its model."""
+    told = json.loads(run(program, "inspect", model, "--json"))
+    with sqlite3.connect(f"file:{model}?mode=ro", uri=True) as database:
+        rows = database.execute("SELECT number, tracks FROM episodes ORDER BY number").fetchall()
+    return rows, told
+
+
+def check(rows, told, said):
+    numbers = [number for number, _ in rows]
+    if numbers != list(range(1, len(numbers) + 1)):
+        return f"the numbers of the episodes are {numbers}"
+    if not said <= len(numbers) <= said + 1:
+        return f"{len(numbers)} episodes are in the file, {said} were said to be kept"
+    if told["episodes"] != len(numbers):
+        return f"the model says {told['episodes']} episodes, the file has {len(numbers)}"
+    if told["tracks"] != sum(tracks for _, tracks in rows):
+        return f"the model says {told['tracks']} tracks, its episodes {sum(tracks for _, tracks in rows)}"
+    return None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--program", default="build/release/cli/sila")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--batch", type=int, default=4)
+    parser.add_argument("--longest", type=float, default=2.5, help="seconds until a kill")
+    options = parser.parse_args()
+    program, chance = os.path.abspath(options.program), random.Random(options.seed)
+    busy, kept, unsaid, failures = 0, 0, 0, []
+    with tempfile.TemporaryDirectory() as folder:
+        tracks, model = os.path.join(folder, "tracks.csv"), os.path.join(folder, "model.sila")
+        run(program, "simulate", "--layout", "four-way", "--tracks", "200", "--seed", str(options.seed), "--out", tracks)
+        for kill in range(1, options.kills + 1):
+            service = Service(program, folder, model, options.batch)
+            if not service.up.wait(60):
+                failures.append(f"kill {kill}: the service did not start again")
+                break
+            player = subprocess.Popen([program, "replay", tracks, "--apart", "0.4", "--rate", "60", "--to", "unix:" + service.socket],
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(chance.uniform(0.05, options.longest))
+            before = service.said
+            service.kill()
+            player.kill()
+            player.wait()
+            if not os.path.exists(model):
+                if before > 0:
+                    failures.append(f"kill {kill}: the model file is gone")
+                continue
+            try:
+                rows, told = episodes_of(program, model)
+            except (subprocess.CalledProcessError, sqlite3.Error) as error:
+                failures.append(f"kill {kill}: the file does not open: {getattr(error, 'stderr', error)}")
+                break
+            said = max(service.said, kept)
+            fault = check(rows, told, said)
+            if fault:
+                failures.append(f"kill {kill}: {fault}")
+            busy += len(rows) > kept
+            unsaid += len(rows) == said + 1
+            kept = len(rows)
+            if kill % 20 == 0:
+                print(f"{kill} kills, {kept} episodes kept", file=sys.stderr)
+    print(f"{options.kills} kills: {kept} episodes kept, new ones in {busy} of the runs, {unsaid} killed between keeping and saying; "
+          f"{len(failures)} faults")
+    for failure in failures:
+        print(failure, file=sys.stderr)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,82 @@
+// Opens the live page of a running `sila serve` in a real Chromium, looks at it while a recording is replayed, and takes pictures.
+//   node build/browser/live_browser.mjs http://127.0.0.1:PORT/ PICTURES
+import assert from "node:assert/strict";
+import { mkdir } from "node:fs/promises";
+import { join, resolve } from "node:path";
+import { chromium, type Browser, type Page } from "playwright-core";
+
+const [address, folder] = process.argv.slice(2);
+assert.ok(address && folder, "the address of the page and a folder for pictures are needed");
+const pictures = resolve(folder);
+
+interface Visit { width?: number; height?: number; dark?: boolean; touch?: boolean }
+
+/** Opens the page and fails if it complains or asks anybody but the service. */
+async function visiting(browser: Browser, { width = 1280, height = 900, dark = false, touch = false }: Visit, act: (page: Page) => Promise<void>): Promise<void> {
+  const context = await browser.newContext({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", hasTouch: touch, isMobile: touch, deviceScaleFactor: touch ? 2 : 1, reducedMotion: "reduce" });
+  const page = await context.newPage();
+  const complaints: string[] = [];
+  page.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("request", (request) => { if (new URL(request.url()).host !== new URL(address!).host && !request.url().startsWith("data:")) complaints.push(`asks for ${request.url()}`); });
+  await page.goto(address!);
+  await page.waitForSelector("svg.place");
+  await act(page);
+  assert.deepEqual(complaints, [], "the page complains or asks somebody else");
+  await context.close();
+}
+
+const number = async (page: Page, selector: string): Promise<number> => Number((await page.locator(selector).innerText()).replace(/[^0-9.]/g, ""));
+const people = (page: Page): Promise<string> => page.locator(".people .person").evaluateAll((all) => all.map((p) => `${p.getAttribute("cx")},${p.getAttribute("cy")}`).join(" "));
+const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures, `${name}.png`), fullPage });
+
+const tests: [string, (browser: Browser) => Promise<void>][] = [
+  ["shows pedestrians who move, with ways and lit primitives", (browser) => visiting(browser, {}, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll(".people .mode").length > 5, undefined, { timeout: 60_000 });
+    await page.waitForFunction(() => document.querySelectorAll(".primitive.lit").length > 0, undefined, { timeout: 60_000 });
+    const before = await people(page);
+    await page.waitForTimeout(1500);
+    assert.notEqual(await people(page), before, "people move");
+    assert.match(await page.locator("#state").innerText(), /^connected to sila/);
+    await page.getByLabel(/^ways/).uncheck();
+    assert.equal(await page.locator(".people .mode").count(), 0);
+    await page.getByLabel(/^ways/).check();
+    await page.locator("#now").screenshot({ path: join(pictures, "live-map.png") });
+  })],
+  ["shows how the model grows and how good it is", (browser) => visiting(browser, {}, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll("#learning .chart svg path").length > 3 && document.querySelectorAll("#horizons tr").length >= 5, undefined, { timeout: 120_000 });
+    const size = await number(page, "#size");
+    assert.ok(size > 0);
+    await page.waitForFunction((before) => Number((document.querySelector("#size")?.textContent ?? "").replace(/[^0-9.]/g, "")) !== before, size, { timeout: 120_000 });
+    assert.ok(await number(page, "#error") > 0);
+    assert.match(await page.locator("#account").innerText(), /detections, .* predictions/);
+    await page.waitForTimeout(15_000);
+    await picture(page, "live-desktop", true);
+  })],
+  ["is readable in the dark", (browser) => visiting(browser, { dark: true }, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll(".people .mode").length > 0, undefined, { timeout: 60_000 });
+    await page.waitForTimeout(6000);
+    await picture(page, "live-dark", true);
+  })],
+  ["fits on a phone", (browser) => visiting(browser, { width: 390, height: 844, touch: true }, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll(".people .mode").length > 0, undefined, { timeout: 60_000 });
+    await page.waitForTimeout(6000);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), "nothing sticks out");
+    await picture(page, "live-phone", true);
+  })],
+];
+
+await mkdir(pictures, { recursive: true });
+const browser = await chromium.launch({ executablePath: process.env["SILA_CHROMIUM"] ?? "/usr/bin/chromium", args: process.getuid?.() === 0 ? ["--no-sandbox"] : [] });
+let failed = 0;
+for (const [name, run] of tests) {
+  try {
+    await run(browser);
+    console.log(`ok      ${name}`);
+  } catch (error) {
+    ++failed;
+    console.error(`FAILED  ${name}\n${error instanceof Error ? error.stack : String(error)}`);
+  }
+}
+await browser.close();
+process.exit(failed === 0 ? 0 : 1);

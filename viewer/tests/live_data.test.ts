@@ -1,0 +1,36 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { grown, lit, momentOf, remembered, type Facts, type Moment } from "../src/live_data";
+
+const moment = (at: number): Moment => ({ at, mhd_m: 1, constant_mhd_m: 2, size: 3, episodes: 4 });
+
+test("a page left open keeps the first and the last moment and never too many", () => {
+  let moments: Moment[] = [];
+  for (let i = 0; i < 5000; ++i) {
+    moments = remembered(moments, moment(i), 100);
+    assert.ok(moments.length <= 100);
+    assert.equal(moments[0]!.at, 0);
+    assert.equal(moments.at(-1)!.at, i);
+  }
+  assert.ok(moments.every((m, i) => i === 0 || m.at > moments[i - 1]!.at));
+});
+
+test("nobody judged makes no moment", () => {
+  const facts = { moving: [], size: 1, episodes: 1 } as unknown as Facts;
+  assert.equal(momentOf(facts, 1), undefined);
+  assert.equal(momentOf({ ...facts, moving: [{ windows: 0, mhd_m: 0, constant_mhd_m: 0 }] }, 1), undefined);
+  assert.equal(momentOf({ ...facts, moving: [{ windows: 2, mhd_m: 0.5, constant_mhd_m: 1 }] }, 1)!.mhd_m, 0.5);
+});
+
+test("a primitive is lit by the likeliest way that visits it", () => {
+  const person = (weight: number, primitives: number[]) => ({ id: "1:a", name: "a", trail: [0, 0], modes: [{ weight, path: [], primitives }] });
+  assert.deepEqual([...lit([person(0.2, [1, 2]), person(0.7, [2])])], [[1, 0.2], [2, 0.7]]);
+});
+
+test("the box of the map grows only when somebody leaves it", () => {
+  const at = (x: number, y: number) => [{ id: "1:a", name: "a", trail: [x, y] }];
+  const box = grown(undefined, at(0, 0), 5)!;
+  assert.deepEqual(box, { x0: -5, y0: -5, x1: 5, y1: 5 });
+  assert.equal(grown(box, at(4, -4), 5), box);
+  assert.deepEqual(grown(box, at(8, 0), 5), { x0: -5, y0: -5, x1: 13, y1: 5 });
+});
