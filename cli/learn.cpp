@@ -55,9 +55,16 @@ void learn_tracks(const LearnOptions& options) {
                      previous = episode.model;
                      tell(number, episodes, report);
                    });
+  if (run.known > 0) {
+    std::cerr << run.known << " of " << episodes << " batches are in " << options.model
+              << " already and were not learnt again\n";
+  }
   if (options.common.json) {
-    nlohmann::ordered_json json{
-        {"model", options.model}, {"episodes", episodes}, {"tracks", tracks.size()}, {"size", size(run.model)}};
+    nlohmann::ordered_json json{{"model", options.model},
+                                {"episodes", episodes},
+                                {"known", run.known},
+                                {"tracks", tracks.size()},
+                                {"size", size(run.model)}};
     std::cout << json.dump(2) << "\n";
   } else {
     std::cout << options.model << ": " << run.model.tracks << " tracks in " << run.model.episodes << " episodes, "

@@ -56,6 +56,13 @@ pid_t fork_to(Action&& action) {
   return child;
 }
 
+TEST(ModelStoreDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(7)));
+  run_sql(folder / "m.sila", "DELETE FROM learnt WHERE episode = (SELECT min(episode) FROM learnt)");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "the checksum does not agree"));
+}
+
 TEST(ModelStoreDamage, RefusesWhatIsNoModelAndSaysSo) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(refusal_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));
@@ -83,8 +90,8 @@ TEST(ModelStoreDamage, LearnsIntoAnEmptyFile) {
 TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 3");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 3 of a newer sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 4");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 4 of a newer sila"));
   EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
   run_sql(folder / "m.sila", "PRAGMA user_version = 1");
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
