@@ -119,12 +119,8 @@ def _configuration(options: argparse.Namespace) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _client(options: argparse.Namespace) -> Iterator[Client]:
-    try:
-        from distributed import Client as NewClient
-    except ImportError as error:
-        raise ImportError(fleet.MISSING) from error
     if options.scheduler is not None:
-        with NewClient(options.scheduler) as client:
+        with fleet.engine().Client(options.scheduler) as client:
             yield client
         return
     with fleet.local_client(options.workers) as client:

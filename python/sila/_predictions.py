@@ -63,7 +63,21 @@ class Predictions(Sequence[Prediction]):
         return text
 
 
-_COLUMNS = ("track_id", "t0", "fallback", "novelty", "mode", "weight", "manner", "t", "x", "y", "cov_xx", "cov_xy", "cov_yy")
+_COLUMNS = (
+    "track_id",
+    "t0",
+    "fallback",
+    "novelty",
+    "mode",
+    "weight",
+    "manner",
+    "t",
+    "x",
+    "y",
+    "cov_xx",
+    "cov_xy",
+    "cov_yy",
+)
 
 
 def frame_of(prediction: Prediction) -> pandas.DataFrame:

@@ -7,6 +7,7 @@ whatever the number of workers and the order in which they finish, and after a w
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
 import time
@@ -19,21 +20,20 @@ from typing import TYPE_CHECKING, Any, Union
 from . import _sila
 from ._config import ConfigLike, merged
 from ._progress import bar
-from ._sila import Model, Scene, Track
+from ._sila import Model, Scene
 from ._tracks import SceneLike, as_scene, read_tracks
 from .errors import FormatError
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 PathLike = Union[str, "os.PathLike[str]"]
 #: One path, several, or a scene (None: the one beside it) for each path.
-Sources = Union[PathLike, Iterable[PathLike], Mapping[PathLike, Union[SceneLike, None]]]
+Sources = PathLike | Iterable[PathLike] | Mapping[PathLike, SceneLike | None]
 
 MODEL_SUFFIX = ".sila"
 #: Tracks a task.
 LEAF = 200
-MISSING = "sila.fleet needs dask.distributed: pip install 'sila[fleet]'"
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def learn(
 class _Run:
     """One run on a cluster: futures of what all tasks need, and how far it is."""
 
-    def __init__(self, client: Client, settings: str, batch: int, leaf: int, progress: bool | None) -> None:
+    def __init__(self, client: Any, settings: str, batch: int, leaf: int, progress: bool | None) -> None:
         self.client = client
         self.settings = settings
         self.batch = batch
@@ -115,13 +115,11 @@ class _Run:
         self.name = f"sila-{uuid.uuid4().hex[:8]}"
         self.common = self.submit("settings", _same, (settings, batch))
 
-    def submit(self, name: str, function: Any, *arguments: Any) -> Future:
+    def submit(self, name: str, function: Any, *arguments: Any) -> Any:
         """Keys of our own: the scheduler need not look into models to find one."""
         return self.client.submit(function, *arguments, key=f"{self.name}-{name}", pure=False)
 
-    def learn(
-        self, found: list[_Source], unread: dict[str, str], start: Model, strict: bool, began: float
-    ) -> Outcome:
+    def learn(self, found: list[_Source], unread: dict[str, str], start: Model, strict: bool, began: float) -> Outcome:
         sources = len(found) + len(unread)
         leaves, episodes = self.read(found, unread)
         if unread and (strict or not leaves):
@@ -138,17 +136,11 @@ class _Run:
         learnt = result.tracks - start.tracks
         return Outcome(result, unread, sources, len(chosen), known, learnt, time.monotonic() - began)
 
-    def read(
-        self, found: list[_Source], unread: dict[str, str]
-    ) -> tuple[list[tuple[Future, bool, str]], list[list[str]]]:
+    def read(self, found: list[_Source], unread: dict[str, str]) -> tuple[list[tuple[Any, bool, str]], list[list[str]]]:
         """Leaves as futures (with whether they are models, and their source), and the episodes of each."""
-        reads = [
-            self.submit(f"read-{i}", _read, source, self.leaf, self.common) for i, source in enumerate(found)
-        ]
-        contents = [
-            self.submit(f"content-{i}", _episodes_in, future, self.common) for i, future in enumerate(reads)
-        ]
-        leaves: list[tuple[Future, bool, str]] = []
+        reads = [self.submit(f"read-{i}", _read, source, self.leaf, self.common) for i, source in enumerate(found)]
+        contents = [self.submit(f"content-{i}", _episodes_in, future, self.common) for i, future in enumerate(reads)]
+        leaves: list[tuple[Any, bool, str]] = []
         episodes: list[list[str]] = []
         for i, content in enumerate(self.finished(contents, "reading", "source")):
             path = found[i].path
@@ -161,7 +153,7 @@ class _Run:
                 episodes.append(ids)
         return leaves, episodes
 
-    def carry_out(self, leaves: list[tuple[Future, list[str]]], start: Model) -> Model:
+    def carry_out(self, leaves: list[tuple[Any, list[str]]], start: Model) -> Model:
         """Every task of the plan, as soon as what it needs is there."""
         plan = _sila.plan_fleet(len(leaves), start.episodes > 0, self.settings)
         values: dict[int, Any] = {_sila.FLEET_NOTHING: None}
@@ -188,7 +180,7 @@ class _Run:
             result: Model = values[len(plan) - 1].result()
         return result
 
-    def finished(self, futures: list[Future], doing: str, unit: str) -> list[Any]:
+    def finished(self, futures: list[Any], doing: str, unit: str) -> list[Any]:
         with bar(self.progress, len(futures), doing, unit) as moving:
             for future in futures:
                 future.add_done_callback(lambda _: moving.update())
@@ -332,16 +324,18 @@ def local_client(workers: int | None = None) -> Iterator[Client]:
     """A cluster of processes of this machine, one a processor if their number is not said, that lives as long as this.
 
     Nothing listens outside this machine."""
-    try:
-        from distributed import Client as NewClient
-        from distributed import LocalCluster
-    except ImportError as error:
-        raise ImportError(MISSING) from error
-    with (
-        LocalCluster(n_workers=workers or os.cpu_count(), threads_per_worker=1, dashboard_address=None) as cluster,
-        NewClient(cluster) as connected,
-    ):
+    dask = engine()
+    size = {"n_workers": workers or os.cpu_count(), "threads_per_worker": 1}
+    with dask.LocalCluster(**size, dashboard_address="127.0.0.1:0") as cluster, dask.Client(cluster) as connected:
         yield connected
+
+
+def engine() -> Any:
+    """dask.distributed, or what to do."""
+    try:
+        return importlib.import_module("distributed")
+    except ImportError as error:
+        raise ImportError("sila.fleet needs dask.distributed: pip install 'sila[fleet]'") from error
 
 
 @contextlib.contextmanager

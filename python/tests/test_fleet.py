@@ -20,7 +20,7 @@ LEAF = 20
 
 @pytest.fixture(scope="session")
 def client():
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with sila.fleet.local_client(2) as client:
         yield client
 
 
@@ -63,28 +63,30 @@ def test_every_track_of_every_source_is_learnt(outcome, sites):
 
 def test_one_worker_and_another_order_give_the_same_bytes(outcome, sites, tmp_path):
     files = sorted(sites.rglob("*.csv"), reverse=True)
-    with LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as cluster:
-        with Client(cluster) as single:
-            alone = sila.fleet.learn(files, client=single, batch=10, leaf=LEAF)
+    local = {"processes": False, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(n_workers=1, threads_per_worker=2, **local) as cluster, Client(cluster) as single:
+        alone = sila.fleet.learn(files, client=single, batch=10, leaf=LEAF)
     assert alone.model == outcome.model
     assert saved(alone.model, tmp_path, "a.sila") == saved(outcome.model, tmp_path, "b.sila")
 
 
 def test_a_worker_that_is_killed_changes_nothing(outcome, sites):
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with sila.fleet.local_client(2) as client:
         workers = client.run(os.getpid)
         done = threading.Event()
 
         def kill_one():
-            # In the middle: once some leaves are learnt, before the tree is.
+            # In the middle: some leaves are learnt, the tree is not.
             while not done.is_set():
-                keys = client.run_on_scheduler(lambda dask_scheduler: [str(key) for key in dask_scheduler.tasks])
-                finished = client.run_on_scheduler(
-                    lambda dask_scheduler: sum(
-                        task.state == "memory" and "-learn-" in str(key) for key, task in dask_scheduler.tasks.items()
-                    )
+                pending = client.run_on_scheduler(
+                    lambda dask_scheduler: [
+                        str(key)
+                        for key, task in dask_scheduler.tasks.items()
+                        if task.state in ("waiting", "queued", "processing", "no-worker")
+                    ]
                 )
-                if finished >= 2 and any("-finish-" in key for key in keys):
+                learning = sum("-learn-" in key for key in pending)
+                if any("-finish-" in key for key in pending) and learning <= outcome.leaves - 2:
                     os.kill(next(iter(workers.values())), signal.SIGKILL)
                     return True
                 time.sleep(0.005)
