@@ -4,6 +4,7 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(SQLite3 3.40 REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(TBB REQUIRED)
+find_package(hwy 1.0 REQUIRED)
 
 # dlib's optimisers are header-only templates: its headers are used, its library (BLAS, image and GUI code) is not linked.
 find_path(SILA_DLIB_INCLUDE_DIR dlib/optimization.h REQUIRED)

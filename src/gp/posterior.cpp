@@ -2,82 +2,55 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "posterior_simd.hpp"
 #include "statistics.hpp"
 
 namespace sila {
 namespace {
 
-constexpr Eigen::Index padding = 4;
-
-Eigen::Index padded(Eigen::Index size) {
-  return (size + padding - 1) / padding * padding;
+std::size_t padded(Eigen::Index size, std::size_t multiple) {
+  return (static_cast<std::size_t>(size) + multiple - 1) / multiple * multiple;
 }
 
-/// |reduction k|^2, column by column so that the inner loop runs over contiguous rows.
-template <class Vector>
-double explained_variance(const Eigen::MatrixXd& reduction, const Vector& k) {
-  Vector reduced = Vector::Zero(reduction.rows());
-  const Eigen::Index rows = reduction.rows();
-  double* out = reduced.data();
-  const double* column = reduction.data();
-  for (Eigen::Index j = 0; j < reduction.cols(); ++j, column += rows) {
-    const double value = k(j);
-    for (Eigen::Index i = 0; i < rows; ++i) out[i] += column[i] * value;
+/// The matrix column by column in an array of `rows` rows and `columns` columns, zeros beyond it.
+std::vector<double> padded(const Eigen::MatrixXd& matrix, std::size_t rows, std::size_t columns) {
+  std::vector<double> numbers(rows * columns, 0.0);
+  for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+      numbers[static_cast<std::size_t>(j) * rows + static_cast<std::size_t>(i)] = matrix(i, j);
   }
-  return reduced.square().sum();
+  return numbers;
 }
 
-/// MaxRows bounds the kernel vector, so that it lives on the stack; Eigen::Dynamic for larger ones.
-template <int MaxRows, bool with_variance, bool with_jacobian>
-FlowLinearisation evaluate(const detail::FlowTables& flow, const Eigen::Vector2d& x) {
-  using Vector = Eigen::Array<double, Eigen::Dynamic, 1, 0, MaxRows, 1>;
-  const Vector first = (flow.inputs.col(0) - x.x()) * flow.inverse_length_scales.x();
-  const Vector second = (flow.inputs.col(1) - x.y()) * flow.inverse_length_scales.y();
-  const Vector k = flow.signal_variance * (-0.5 * (first.square() + second.square())).exp();
-  FlowLinearisation result;
-  for (Eigen::Index p = 0; p < 2; ++p) {
-    const Vector share = flow.weights.col(p) * k;
-    result.flow.mean(p) = flow.mean(p) + share.sum();
-    if constexpr (with_jacobian) {
-      result.jacobian(p, 0) = flow.inverse_length_scales.x() * (share * first).sum();
-      result.jacobian(p, 1) = flow.inverse_length_scales.y() * (share * second).sum();
-    }
+/// k(Z, x), on the stack unless there are very many pseudo-inputs.
+class Similarities {
+ public:
+  Similarities(const detail::PosteriorView& view, const double* x) {
+    if (view.columns > stack_.size()) heap_.resize(view.columns);
+    detail::similarities(view, x, data());
   }
-  if constexpr (with_variance) {
-    result.flow.variance = std::max(0.0, flow.signal_variance - explained_variance(flow.reduction, k));
-  }
-  return result;
-}
+  double* data() { return heap_.empty() ? stack_.data() : heap_.data(); }
 
-template <bool with_variance, bool with_jacobian>
-FlowLinearisation evaluate(const detail::FlowTables& flow, const Eigen::Vector2d& x) {
-  constexpr int stack = static_cast<int>(Posterior::max_stack_pseudo_inputs);
-  return flow.inputs.rows() <= stack ? evaluate<stack, with_variance, with_jacobian>(flow, x)
-                                     : evaluate<Eigen::Dynamic, with_variance, with_jacobian>(flow, x);
-}
+ private:
+  std::array<double, Posterior::max_stack_pseudo_inputs> stack_;
+  std::vector<double> heap_;
+};
 
-detail::FlowTables flow_tables(const SparseGp& gp, const Eigen::MatrixXd& weights, const Eigen::MatrixXd& reduction) {
-  const Eigen::Index size = gp.pseudo_inputs.cols();
-  detail::FlowTables flow{gp.mean,
-                          gp.kernel.length_scales.cwiseInverse(),
-                          gp.kernel.signal_variance,
-                          Eigen::ArrayX2d::Zero(padded(size), 2),
-                          Eigen::ArrayX2d::Zero(padded(size), 2),
-                          Eigen::MatrixXd::Zero(padded(reduction.rows()), size)};
-  flow.inputs.topRows(size) = gp.pseudo_inputs.transpose().array();
-  flow.weights.topRows(size) = weights.array();
-  flow.reduction.topRows(reduction.rows()) = reduction;
-  return flow;
+double variance_left(const detail::PosteriorView& view, const double* k) {
+  return std::max(0.0, view.signal_variance - detail::explained_variance(view, k));
 }
 
 }  // namespace
 
 Posterior::Posterior(const SparseGp& gp)
-    : kernel_(gp.kernel), noise_variance_(gp.noise_variance), mean_(gp.mean), pseudo_inputs_(gp.pseudo_inputs) {
+    : signal_variance_(gp.kernel.signal_variance),
+      noise_variance_(gp.noise_variance),
+      mean_(gp.mean.data(), gp.mean.data() + gp.mean.size()) {
   validate(gp);
   const Eigen::Index size = gp.pseudo_inputs.cols();
   const Eigen::MatrixXd lower = detail::lower_factor(gp, "posterior");
@@ -85,49 +58,97 @@ Posterior::Posterior(const SparseGp& gp)
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
 
   const Eigen::LLT<Eigen::MatrixXd> seen(identity + gp.information);  // B
-  weights_ = lower_view.transpose().solve(seen.solve(gp.response));
+  const Eigen::MatrixXd weights = lower_view.transpose().solve(seen.solve(gp.response));
 
   // I - B^-1 = F (I + F'F)^-1 F' with G = F F': no difference of large inverses, and the variance cannot exceed the
   // prior.
   const Eigen::MatrixXd factor = detail::semidefinite_factor(gp.information);
   const Eigen::LLT<Eigen::MatrixXd> inner(Eigen::MatrixXd::Identity(factor.cols(), factor.cols()) +
                                           factor.transpose() * factor);
-  reduction_ = inner.matrixL().solve(factor.transpose());
-  lower_view.solveInPlace<Eigen::OnTheRight>(reduction_);
+  Eigen::MatrixXd reduction = inner.matrixL().solve(factor.transpose());
+  lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
 
-  is_flow_ = gp.pseudo_inputs.rows() == 2 && gp.mean.size() == 2;
-  if (is_flow_) flow_ = flow_tables(gp, weights_, reduction_);
+  const Eigen::VectorXd inverse = gp.kernel.length_scales.cwiseInverse();
+  inverse_length_scales_.assign(inverse.data(), inverse.data() + inverse.size());
+  columns_ = padded(size, detail::kColumnPadding), rows_ = padded(reduction.rows(), detail::kRowPadding);
+  pseudo_inputs_ = padded(gp.pseudo_inputs.transpose(), columns_, inputs());
+  weights_ = padded(weights, columns_, outputs());
+  reduction_ = padded(reduction, rows_, columns_);
+}
+
+detail::PosteriorView Posterior::view() const {
+  return {
+      inputs(),        outputs(),         columns_,        rows_, pseudo_inputs_.data(), inverse_length_scales_.data(),
+      weights_.data(), reduction_.data(), signal_variance_};
+}
+
+double Posterior::predict(std::span<const double> x, std::span<double> mean) const {
+  if (x.size() != inputs() || !std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); })) {
+    throw std::invalid_argument("posterior: x has " + std::to_string(x.size()) + " entries, must have " +
+                                std::to_string(inputs()) + " finite ones");
+  }
+  if (mean.size() != outputs()) {
+    throw std::invalid_argument("posterior: mean has room for " + std::to_string(mean.size()) + " outputs, must be " +
+                                std::to_string(outputs()));
+  }
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  detail::weighted_sums(tables, k.data(), mean.data());
+  for (std::size_t output = 0; output < mean.size(); ++output) mean[output] += mean_[output];
+  return variance_left(tables, k.data());
 }
 
 GpPrediction Posterior::predict(const Eigen::VectorXd& x) const {
-  if (x.size() != pseudo_inputs_.rows() || !x.allFinite()) {
-    throw std::invalid_argument("posterior: x has " + std::to_string(x.size()) + " entries, must have " +
-                                std::to_string(pseudo_inputs_.rows()) + " finite ones");
-  }
-  const Eigen::VectorXd k = covariance(kernel_, pseudo_inputs_, x);
-  return {mean_ + weights_.transpose() * k, std::max(0.0, kernel_.signal_variance - (reduction_ * k).squaredNorm())};
+  GpPrediction prediction{Eigen::VectorXd(static_cast<Eigen::Index>(outputs())), 0.0};
+  prediction.variance =
+      predict(std::span(x.data(), static_cast<std::size_t>(x.size())), std::span(prediction.mean.data(), outputs()));
+  return prediction;
 }
 
 void Posterior::require_flow(const Eigen::Vector2d& x) const {
-  if (is_flow_ && x.allFinite()) return;
+  if (inputs() == 2 && outputs() == 2 && x.allFinite()) return;
   throw std::invalid_argument("posterior: x = (" + std::to_string(x.x()) + ", " + std::to_string(x.y()) +
                               "), must be finite, and the GP must have 2 inputs and 2 outputs, not " +
-                              std::to_string(pseudo_inputs_.rows()) + " and " + std::to_string(mean_.size()));
+                              std::to_string(inputs()) + " and " + std::to_string(outputs()));
 }
 
 FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
-  return evaluate<true, false>(flow_, x).flow;
+  FlowPrediction flow;
+  flow.variance = predict(std::span(x.data(), 2), std::span(flow.mean.data(), 2));
+  return flow;
+}
+
+Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {
+  require_flow(x);
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  Eigen::Vector2d mean;
+  detail::weighted_sums(tables, k.data(), mean.data());
+  return mean + Eigen::Vector2d(mean_[0], mean_[1]);
 }
 
 Eigen::Matrix2d Posterior::mean_jacobian(const Eigen::Vector2d& x) const {
   require_flow(x);
-  return evaluate<false, true>(flow_, x).jacobian;
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
+  detail::slopes(tables, x.data(), k.data(), jacobian.data());
+  return jacobian;
 }
 
 FlowLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
-  return evaluate<true, true>(flow_, x);
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  FlowLinearisation result;
+  detail::weighted_sums(tables, k.data(), result.flow.mean.data());
+  result.flow.mean += Eigen::Vector2d(mean_[0], mean_[1]);
+  result.flow.variance = variance_left(tables, k.data());
+  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
+  detail::slopes(tables, x.data(), k.data(), jacobian.data());
+  result.jacobian = jacobian;
+  return result;
 }
 
 }  // namespace sila

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -10,24 +11,30 @@
 namespace sila {
 namespace {
 
-using PrimitivesAt = decltype(Overlap::at);
-
-PrimitivesAt primitives_at(const CodingProblem& problem, const CodingState& state) {
-  PrimitivesAt at(problem.cells.size());
-  for (std::size_t k = 0; k < state.primitives.size(); ++k) {
-    for (const CellArrow& arrow : state.primitives[k]) {
-      at[static_cast<std::size_t>(arrow.cell)].emplace_back(static_cast<int>(k), &arrow.value);
-    }
+/// Which primitives are where; the inner products are left empty.
+Overlap primitives_at(const CodingProblem& problem, const CodingState& state) {
+  Overlap overlap;
+  overlap.first.assign(problem.cells.size() + 1, 0);
+  for (const auto& primitive : state.primitives) {
+    for (const CellArrow& arrow : primitive) ++overlap.first[static_cast<std::size_t>(arrow.cell) + 1];
   }
-  return at;
+  std::partial_sum(overlap.first.begin(), overlap.first.end(), overlap.first.begin());
+  overlap.entries.resize(overlap.first.back());
+  std::vector<std::size_t> next(overlap.first.begin(), overlap.first.end() - 1);
+  for (std::size_t k = 0; k < state.primitives.size(); ++k) {
+    for (const CellArrow& arrow : state.primitives[k])
+      overlap.entries[next[static_cast<std::size_t>(arrow.cell)]++] = {static_cast<int>(k), &arrow.value};
+  }
+  return overlap;
 }
 
-Eigen::MatrixXd gram_of(const CodingState& state, const PrimitivesAt& at) {
+Eigen::MatrixXd gram_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap) {
   const auto count = static_cast<Eigen::Index>(state.primitives.size());
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);
-  for (const auto& here : at) {
-    for (const auto& [k, a] : here) {
-      for (const auto& [l, b] : here) gram(k, l) += a->dot(*b);
+  for (std::size_t cell = 0; cell < problem.cells.size(); ++cell) {
+    const auto here = overlap.at(static_cast<int>(cell));
+    for (const Overlap::Entry& a : here) {
+      for (const Overlap::Entry& b : here) gram(a.primitive, b.primitive) += a.arrow->dot(*b.arrow);
     }
   }
   return gram;
@@ -41,27 +48,34 @@ struct TrackLasso {
   Eigen::VectorXd start;
 };
 
+/// Of each primitive; `products` is all zero but for the primitives that the last track touched.
+struct Touched {
+  explicit Touched(const CodingState& state) : products(state.primitives.size(), 0.0), yet(products.size(), false) {}
+  std::vector<double> products;
+  std::vector<bool> yet;
+};
+
 TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap,
-                       std::size_t track) {
-  std::vector<std::pair<int, double>> shares;
-  for (const CellArrow& visit : problem.tracks[track]) {
-    for (const auto& [k, arrow] : overlap.at[static_cast<std::size_t>(visit.cell)])
-      shares.emplace_back(k, arrow->dot(visit.value));
-  }
-  std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<std::pair<int, double>> products;
-  for (const auto& [k, share] : shares) {
-    if (products.empty() || products.back().first != k) products.emplace_back(k, 0.0);
-    products.back().second += share;
-  }
+                       std::size_t track, Touched& touched) {
   TrackLasso lasso;
-  const auto count = static_cast<Eigen::Index>(products.size());
-  lasso.products.resize(count);
-  for (const auto& [k, product] : products) {
-    lasso.products(static_cast<Eigen::Index>(lasso.primitives.size())) = product;
-    lasso.primitives.push_back(k);
+  for (const CellArrow& visit : problem.tracks[track]) {
+    for (const Overlap::Entry& entry : overlap.at(visit.cell)) {
+      const auto k = static_cast<std::size_t>(entry.primitive);
+      if (!touched.yet[k]) lasso.primitives.push_back(entry.primitive), touched.yet[k] = true;
+      touched.products[k] += entry.arrow->dot(visit.value);
+    }
   }
-  lasso.gram = overlap.gram(lasso.primitives, lasso.primitives);
+  std::sort(lasso.primitives.begin(), lasso.primitives.end());
+  const auto count = static_cast<Eigen::Index>(lasso.primitives.size());
+  lasso.products.resize(count), lasso.gram.resize(count, count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    const int primitive = lasso.primitives[static_cast<std::size_t>(j)];
+    const auto k = static_cast<std::size_t>(primitive);
+    lasso.products(j) = touched.products[k];
+    touched.products[k] = 0.0, touched.yet[k] = false;
+    for (Eigen::Index i = 0; i < count; ++i)
+      lasso.gram(i, j) = overlap.gram(lasso.primitives[static_cast<std::size_t>(i)], primitive);
+  }
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {
     const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), used.primitive);
@@ -108,9 +122,10 @@ CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& gr
 
 CodingState with_new_codes(const CodingProblem& problem, CodingState state, double penalty) {
   const Overlap overlap = overlap_of(problem, state);
+  Touched touched(state);
   state.objective = problem.energy;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
-    const TrackLasso lasso = track_lasso(problem, state, overlap, i);
+    const TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
     const Eigen::VectorXd s = nonnegative_lasso(lasso.gram, lasso.products, penalty, lasso.start);
     state.codes[i] = code_of(lasso, s);
     state.objective += code_cost(lasso, s, penalty);
@@ -119,31 +134,25 @@ CodingState with_new_codes(const CodingProblem& problem, CodingState state, doub
 }
 
 CodingState with_new_primitives(const CodingProblem& problem, CodingState state) {
-  const std::size_t count = state.primitives.size();
-  std::vector<std::map<int, double>> code_gram(count);  // A = S S'
-  std::vector<std::vector<double>> use(count, std::vector<double>(problem.tracks.size(), 0.0));
+  const auto count = static_cast<Eigen::Index>(state.primitives.size());
+  Eigen::MatrixXd code_gram = Eigen::MatrixXd::Zero(count, count);  // A = S S'
+  Eigen::MatrixXd use = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.tracks.size()), count);
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     for (const Coefficient& a : state.codes[i]) {
-      use[static_cast<std::size_t>(a.primitive)][i] = a.value;
-      for (const Coefficient& b : state.codes[i])
-        code_gram[static_cast<std::size_t>(a.primitive)][b.primitive] += a.value * b.value;
+      use(static_cast<Eigen::Index>(i), a.primitive) = a.value;
+      for (const Coefficient& b : state.codes[i]) code_gram(b.primitive, a.primitive) += a.value * b.value;
     }
   }
-  const PrimitivesAt at =
-      primitives_at(problem, state);  // points into state: later primitives see the new earlier ones
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto self = code_gram[k].find(static_cast<int>(k));
-    if (self == code_gram[k].end() || self->second <= 1e-8) continue;
-    for (CellArrow& arrow : state.primitives[k]) {
-      const auto cell = static_cast<std::size_t>(arrow.cell);
+  const Overlap overlap = primitives_at(problem, state);  // into state: later primitives see the new earlier ones
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const double self = code_gram(k, k);
+    if (self <= 1e-8) continue;
+    for (CellArrow& arrow : state.primitives[static_cast<std::size_t>(k)]) {
       Arrow pull = Arrow::Zero();
-      for (const CellArrow& visit : problem.visits[cell])
-        pull += use[k][static_cast<std::size_t>(visit.cell)] * visit.value;
-      for (const auto& [l, value] : at[cell]) {
-        const auto shared = code_gram[k].find(l);
-        if (shared != code_gram[k].end()) pull -= shared->second * *value;
-      }
-      arrow.value = project_arrow(arrow.value + pull / self->second, problem.g);
+      for (const CellArrow& visit : problem.visits[static_cast<std::size_t>(arrow.cell)])
+        pull += use(visit.cell, k) * visit.value;
+      for (const Overlap::Entry& other : overlap.at(arrow.cell)) pull -= code_gram(other.primitive, k) * *other.arrow;
+      arrow.value = project_arrow(arrow.value + pull / self, problem.g);
     }
   }
   return state;
@@ -163,19 +172,20 @@ std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState&
 }
 
 Overlap overlap_of(const CodingProblem& problem, const CodingState& state) {
-  Overlap overlap{primitives_at(problem, state), {}};
-  overlap.gram = gram_of(state, overlap.at);
+  Overlap overlap = primitives_at(problem, state);
+  overlap.gram = gram_of(problem, state, overlap);
   return overlap;
 }
 
 Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
                    double penalty) {
   Removal removal;
+  Touched touched(state);
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     const bool uses = std::any_of(state.codes[i].begin(), state.codes[i].end(),
                                   [&](const Coefficient& used) { return used.primitive == primitive; });
     if (!uses) continue;
-    TrackLasso lasso = track_lasso(problem, state, overlap, i);
+    TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
     const double before = code_cost(lasso, lasso.start, penalty);
     const auto place =
         std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
@@ -190,11 +200,7 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
   return removal;
 }
 
-Overlap without(Overlap overlap, const CodingState& state, int primitive) {
-  for (const CellArrow& arrow : state.primitives[static_cast<std::size_t>(primitive)]) {
-    std::erase_if(overlap.at[static_cast<std::size_t>(arrow.cell)],
-                  [&](const auto& here) { return here.first == primitive; });
-  }
+Overlap without(Overlap overlap, int primitive) {
   overlap.gram.row(primitive).setZero();
   overlap.gram.col(primitive).setZero();
   return overlap;

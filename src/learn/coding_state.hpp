@@ -4,7 +4,6 @@
 // the grid.
 
 #include <Eigen/Core>
-#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -51,9 +50,19 @@ std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState&
 
 /// How the primitives of a state overlap: what codes are computed from.
 struct Overlap {
-  std::vector<std::vector<std::pair<int, const Arrow*>>>
-      at;                ///< per cell: each primitive there and its arrow; points into the state
-  Eigen::MatrixXd gram;  ///< inner products of the primitives
+  /// A primitive in a cell, and its arrow; points into the state.
+  struct Entry {
+    int primitive = 0;
+    const Arrow* arrow = nullptr;
+  };
+  std::vector<Entry> entries;      ///< of one cell after another, primitives in order
+  std::vector<std::size_t> first;  ///< entry of each cell, and the end
+  Eigen::MatrixXd gram;            ///< inner products of the primitives; zero for those that are gone
+
+  std::span<const Entry> at(int cell) const {
+    const auto c = static_cast<std::size_t>(cell);
+    return std::span(entries).subspan(first[c], first[c + 1] - first[c]);
+  }
 };
 Overlap overlap_of(const CodingProblem& problem, const CodingState& state);
 
@@ -67,8 +76,8 @@ struct Removal {
 Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
                    double penalty);
 
-/// The overlap once a primitive is gone; its index stays, empty.
-Overlap without(Overlap overlap, const CodingState& state, int primitive);
+/// The overlap once a primitive is gone; its index stays, with zero norm, so that no code takes it.
+Overlap without(Overlap overlap, int primitive);
 
 /// The state without the primitives for which `drop` is true; no code may use them.
 CodingState compacted(const CodingState& state, const std::vector<bool>& drop);

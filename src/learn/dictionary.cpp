@@ -151,7 +151,7 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
     if (removal.cost >= gain_cells) continue;
     for (auto& [track, code] : removal.codes) state.codes[track] = std::move(code);
     state.objective += removal.cost;
-    overlap = without(std::move(overlap), state, static_cast<int>(k));
+    overlap = without(std::move(overlap), static_cast<int>(k));
     drop[k] = true;
   }
   return compacted(state, drop);

@@ -17,32 +17,37 @@ Matrix2 heading_frame(const Vector2& way) {
 
 }  // namespace
 
-std::vector<Mode> with_alternatives(const Mode& mode, const Vector2& start_m, int room, const PredictConfig& config) {
+int count_alternatives(int room, const PredictConfig& config) {
+  return std::max(0, std::min(room, config.alternatives) / 2 * 2);
+}
+
+void split_into_alternatives(std::span<Mode> modes, const Vector2& start_m, const PredictConfig& config) {
   constexpr Manner manners[] = {Manner::slower, Manner::faster, Manner::left, Manner::right};
-  const int pairs = std::min(room, config.alternatives) / 2;
-  std::vector<Mode> modes(static_cast<std::size_t>(1 + 2 * pairs), mode);
-  if (pairs == 0) return modes;
+  const std::size_t pairs = modes.size() / 2;
+  Mode& likeliest = modes.front();
   const double share = config.alternative_weight, reach = config.alternative_reach;
-  modes.front().weight = mode.weight * (1.0 - 2.0 * pairs * share);
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    const Matrix2 frame = heading_frame(mode.path_m[j] - start_m);
-    Matrix2 inner = frame.transpose() * mode.covariances_m2[j] * frame;
-    for (int pair = 0; pair < pairs; ++pair) {
-      const Vector2 off = reach * std::sqrt(inner(pair, pair)) * frame.col(pair);
-      modes[static_cast<std::size_t>(1 + 2 * pair)].path_m[j] += pair == 0 ? Vector2(-off) : off;
-      modes[static_cast<std::size_t>(2 + 2 * pair)].path_m[j] += pair == 0 ? off : Vector2(-off);
+  for (std::size_t k = 1; k < modes.size(); ++k) {
+    modes[k] = likeliest;
+    modes[k].weight = likeliest.weight * share;
+    modes[k].manner = manners[k - 1];
+  }
+  likeliest.weight *= 1.0 - 2.0 * static_cast<double>(pairs) * share;
+  for (std::size_t j = 0; j < likeliest.path_m.size(); ++j) {
+    const Matrix2 frame = heading_frame(likeliest.path_m[j] - start_m);
+    Matrix2 inner = frame.transpose() * likeliest.covariances_m2[j] * frame;
+    for (std::size_t pair = 0; pair < pairs; ++pair) {
+      const auto axis = static_cast<Eigen::Index>(pair);
+      const Vector2 off = reach * std::sqrt(inner(axis, axis)) * frame.col(axis);
+      modes[1 + 2 * pair].path_m[j] += pair == 0 ? Vector2(-off) : off;
+      modes[2 + 2 * pair].path_m[j] += pair == 0 ? off : Vector2(-off);
     }
     // What the offsets of a pair add to the variance, every member gives up.
-    const double kept = 1.0 - 2.0 * share * reach * reach;
-    for (int pair = 0; pair < pairs; ++pair) inner.row(pair) *= std::sqrt(kept), inner.col(pair) *= std::sqrt(kept);
+    const double kept = std::sqrt(1.0 - 2.0 * share * reach * reach);
+    for (Eigen::Index axis = 0; axis < static_cast<Eigen::Index>(pairs); ++axis)
+      inner.row(axis) *= kept, inner.col(axis) *= kept;
     const Matrix2 covariance = frame * inner * frame.transpose();
     for (Mode& member : modes) member.covariances_m2[j] = 0.5 * (covariance + covariance.transpose());
   }
-  for (std::size_t k = 1; k < modes.size(); ++k) {
-    modes[k].weight = mode.weight * share;
-    modes[k].manner = manners[k - 1];
-  }
-  return modes;
 }
 
 }  // namespace sila

@@ -18,9 +18,9 @@ static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityW
 /// Before anything was taught errors are believed to grow like this, with the weight of so many examples.
 constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
 
-/// The blend before anything was taught.
-Eigen::VectorXd untaught(int features) {
-  return Eigen::VectorXd::Unit(features, features > kPlaceFreeFeatures ? kOutlookFeature : kGaitFeature);
+/// The blend before anything was taught is this feature alone.
+Eigen::Index untaught_feature(Eigen::Index features) {
+  return features > kPlaceFreeFeatures ? kOutlookFeature : kGaitFeature;
 }
 
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
@@ -42,7 +42,7 @@ std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int 
 std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments,
                                    const std::vector<Vector2>& residuals_m2, const Lessons& lessons, int features,
                                    double ridge) {
-  const Eigen::VectorXd prior = untaught(features);
+  const Eigen::VectorXd prior = Eigen::VectorXd::Unit(features, untaught_feature(features));
   std::vector<Eigen::VectorXd> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
     const std::size_t step = cell / static_cast<std::size_t>(lessons.classes);
@@ -65,41 +65,45 @@ int speed_class(const CurbTrajectory& observed) {
   return speed;
 }
 
-Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed) {
-  Eigen::Matrix2Xd features(2, kKinematicFeatures);
+KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
+  KinematicFeatures features;
   Eigen::Index column = 0;
   for (double window_s : kVelocityWindows_s) features.col(column++) = mean_velocity_mps(observed, window_s);
   features.col(column) = velocity_to_world(observed.frame, observed.velocities.back());
   return features;
 }
 
-Observation observation_of(const FieldMap& map, const CurbTrajectory& observed) {
-  Observation observation{kinematic_features(observed), consult_gait(map, observed), ask_outlooks(map, observed), {},
-                          map.knows(observed.frame),    speed_class(observed)};
-  observation.outlooks = combine(map, observed, observation.opinions);
+Observation observation_of(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
+  Observation observation{kinematic_features(observed),
+                          consult_gait(map, observed, scratch),
+                          ask_outlooks(map, observed, scratch),
+                          {},
+                          map.knows(observed.frame),
+                          speed_class(observed)};
+  observation.outlooks = combine(map, observed, observation.opinions, {}, scratch);
   return observation;
 }
 
-Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t step, double interval_s) {
-  Eigen::Matrix2Xd features(2, kPlaceFreeFeatures);
+Features place_free_features(const Observation& observation, std::size_t step, double interval_s) {
+  Features features(2, kPlaceFreeFeatures);
   features.leftCols(kKinematicFeatures) = observation.kinematics;
   features.col(kGaitFeature) = observation.kinematics.col(kConstantVelocityFeature) +
                                observation.gait.parting_mps(static_cast<double>(step + 1) * interval_s);
   return features;
 }
 
-Eigen::Matrix2Xd alone_features(const Observation& observation, const Foresight& outlooks, std::size_t step,
-                                double interval_s) {
-  Eigen::Matrix2Xd features(2, kAloneFeatures);
+Features alone_features(const Observation& observation, const Foresight& outlooks, std::size_t step,
+                        double interval_s) {
+  Features features(2, kAloneFeatures);
   features.leftCols(kPlaceFreeFeatures) = place_free_features(observation, step, interval_s);
   features.col(kOutlookFeature) = observation.kinematics.col(kConstantVelocityFeature) +
                                   outlooks.parting_mps(static_cast<double>(step + 1) * interval_s);
   return features;
 }
 
-Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
-                              std::size_t step, double interval_s) {
-  Eigen::Matrix2Xd features(2, kMapFeatures);
+Features map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
+                      std::size_t step, double interval_s) {
+  Features features(2, kMapFeatures);
   const Vector2& start = observed.positions.back();
   const double seconds = static_cast<double>(step + 1) * interval_s;
   features.leftCols(kAloneFeatures) = alone_features(observation, rollout.outlooks, step, interval_s);
@@ -131,10 +135,10 @@ std::size_t Blend::cell(std::size_t step, int speed_class) const {
   return row * kSpeedClasses + static_cast<std::size_t>(speed_class);
 }
 
-Vector2 Blend::velocity_mps(const Eigen::Matrix2Xd& features, std::size_t step, int speed_class) const {
+Vector2 Blend::velocity_mps(const Features& features, std::size_t step, int speed_class) const {
   const auto& coefficients = table(features.cols()).coefficients;
-  if (coefficients.empty()) return features * untaught(static_cast<int>(features.cols()));
-  return features * coefficients[cell(step, speed_class)];
+  if (coefficients.empty()) return features.col(untaught_feature(features.cols()));
+  return features.lazyProduct(coefficients[cell(step, speed_class)]);
 }
 
 Vector2 Blend::residual_m2(std::size_t step, int speed_class, Eigen::Index features) const {

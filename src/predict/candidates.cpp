@@ -3,12 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <optional>
 
 namespace sila {
 namespace {
 
-double log_normal(double difference, double variance) {
-  return -0.5 * (std::log(2.0 * std::numbers::pi * variance) + difference * difference / variance);
+/// How many transitions are scored on the whole window, for each that may be rolled out.
+constexpr std::size_t kLookedAtPerCandidate = 4;
+
+/// Of two independent differences with the same variance.
+double log_normal(double squared_differences, double variance) {
+  return -std::log(2.0 * std::numbers::pi * variance) - 0.5 * squared_differences / variance;
 }
 
 double log_prior(const FieldMap::Field& field, double variance_here, WeightPrior prior) {
@@ -31,45 +37,88 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
   return samples > wanted ? samples - wanted : 0;
 }
 
+/// What one field says of the last sample, if it knows the place.
+std::optional<Candidate> glance(const FieldMap::Field& field, int index, const CurbTrajectory& observed,
+                                double& least_known, const PredictConfig& config) {
+  const FlowPrediction here = field.posterior.predict_flow(observed.positions.back());
+  const double unknown = here.variance / field.signal_variance;
+  if (unknown >= config.support_ratio) return std::nullopt;
+  least_known = std::min(least_known, unknown);
+  const double log_likelihood =
+      log_normal((observed.velocities.back() - here.mean).squaredNorm(), here.variance + field.noise_variance);
+  return Candidate{index, log_likelihood, log_prior(field, here.variance, config.prior), 0.0};
+}
+
+/// Adds what the field says of the samples before; whether it knows enough of them. `least_known` falls to var /
+/// sigma_f^2 where the field knows a sample better.
+bool look_closely(Candidate& candidate, const FieldMap::Field& field, const CurbTrajectory& observed,
+                  std::span<double> least_known, const PredictConfig& config) {
+  const std::size_t first = observed.positions.size() - least_known.size();
+  int supported = 1;
+  for (std::size_t t = first; t + 1 < observed.positions.size(); ++t) {
+    const FlowPrediction flow = field.posterior.predict_flow(observed.positions[t]);
+    candidate.log_likelihood +=
+        log_normal((observed.velocities[t] - flow.mean).squaredNorm(), flow.variance + field.noise_variance);
+    const double unknown = flow.variance / field.signal_variance;
+    supported += unknown < config.support_ratio ? 1 : 0;
+    least_known[t - first] = std::min(least_known[t - first], unknown);
+  }
+  candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
+  return supported >= std::min(config.min_supported_samples, static_cast<int>(least_known.size()));
+}
+
+bool better(const Candidate& a, const Candidate& b) {
+  return a.score != b.score ? a.score > b.score : a.transition < b.transition;
+}
+
+/// Where very many transitions overlap, those of which the last sample alone says least are not looked at closely.
+std::span<Candidate> shortlist(std::span<Candidate> list, std::size_t samples, const PredictConfig& config) {
+  const std::size_t most = kLookedAtPerCandidate * static_cast<std::size_t>(config.max_candidates);
+  if (list.size() <= most) return list;
+  for (Candidate& candidate : list) {
+    candidate.score =
+        config.likelihood_power * static_cast<double>(samples) * candidate.log_likelihood + candidate.log_prior;
+  }
+  std::nth_element(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(most), list.end(), better);
+  return list.first(most);
+}
+
+/// How many of the candidates, best first, are worth a roll-out.
+std::size_t worth_keeping(std::span<const Candidate> list, const PredictConfig& config) {
+  std::size_t kept = 0;
+  while (kept < list.size() && kept < static_cast<std::size_t>(config.max_candidates) &&
+         list[kept].score >= list.front().score + std::log(config.min_relative_weight)) {
+    ++kept;
+  }
+  return kept;
+}
+
 }  // namespace
 
-Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config) {
+Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config,
+                           Scratch& scratch) {
   Candidates found;
   const std::size_t samples = observed.positions.size();
   if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
-  const std::size_t first = first_of_last(samples, config.evidence_s, interval_s);
-  std::vector<double> least_known(samples - first, 1.0);
-  for (const int index : map.near(observed.positions.back())) {
-    const FieldMap::Field& field = map.field(index);
-    const double here = field.posterior.predict_flow(observed.positions.back()).variance;
-    if (here >= config.support_ratio * field.signal_variance) continue;
-    Candidate candidate{index, 0.0, log_prior(field, here, config.prior), 0.0};
-    int supported = 0;
-    for (std::size_t t = first; t < samples; ++t) {
-      const FlowPrediction flow = field.posterior.predict_flow(observed.positions[t]);
-      const Vector2 difference = observed.velocities[t] - flow.mean;
-      const double variance = flow.variance + field.noise_variance;
-      candidate.log_likelihood += log_normal(difference.x(), variance) + log_normal(difference.y(), variance);
-      const double unknown = flow.variance / field.signal_variance;
-      supported += unknown < config.support_ratio ? 1 : 0;
-      least_known[t - first] = std::min(least_known[t - first], unknown);
-    }
-    if (supported < std::min(config.min_supported_samples, static_cast<int>(samples - first))) continue;
-    candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
-    found.list.push_back(candidate);
+  const auto least_known = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
+  std::fill(least_known.begin(), least_known.end(), 1.0);
+  const std::span<const int> near = map.near(observed.positions.back());
+  const auto list = scratch.array<Candidate>(near.size());
+  std::size_t count = 0;
+  for (const int index : near) {
+    if (const auto candidate = glance(map.field(index), index, observed, least_known.back(), config))
+      list[count++] = *candidate;
   }
-  double unknown = 0.0;
-  for (double ratio : least_known) unknown += ratio;
-  found.novelty = unknown / static_cast<double>(least_known.size());
-  std::stable_sort(found.list.begin(), found.list.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-  std::size_t kept = 0;
-  while (kept < found.list.size() && kept < static_cast<std::size_t>(config.max_candidates) &&
-         found.list[kept].score >= found.list.front().score + std::log(config.min_relative_weight)) {
-    ++kept;
-  }
-  found.list.resize(kept);
+  const std::span<Candidate> shorter = shortlist(list.first(count), least_known.size(), config);
+  const auto end = std::remove_if(shorter.begin(), shorter.end(), [&](Candidate& candidate) {
+    return !look_closely(candidate, map.field(candidate.transition), observed, least_known, config);
+  });
+  found.list = shorter.first(static_cast<std::size_t>(end - shorter.begin()));
+  found.novelty =
+      std::accumulate(least_known.begin(), least_known.end(), 0.0) / static_cast<double>(least_known.size());
+  std::sort(found.list.begin(), found.list.end(), better);
+  found.list = found.list.first(worth_keeping(found.list, config));
   return found;
 }
 

@@ -24,9 +24,10 @@ RolloutExplanation explain_rollout(const FieldMap& map, const Rollout& rollout, 
 
 Explanation explain(const Predictor& predictor, const CurbTrajectory& observed) {
   const Prediction prediction = predictor.predict(observed);
-  const Tracing tracing = predictor.trace(observed, static_cast<int>(prediction.times_s.size()));
+  Scratch scratch;
+  const Tracing tracing = predictor.trace(observed, static_cast<int>(prediction.times_s.size()), scratch);
   double total = 0.0;
-  for (const auto& group : tracing.groups) {
+  for (const RolloutGroup group : tracing.groups) {
     for (const std::size_t member : group) total += tracing.rollouts[member].weight;
   }
   Explanation explanation;

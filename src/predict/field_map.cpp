@@ -1,6 +1,7 @@
 #include "sila/predict/field_map.hpp"
 
 #include <cmath>
+#include <set>
 
 namespace sila {
 namespace {
@@ -13,11 +14,23 @@ std::int64_t floor_to(double value, double size) {
   return static_cast<std::int64_t>(std::floor(value / size));
 }
 
+/// The buckets of which some point is within the ellipse with these half axes.
+void add_buckets_within(const Vector2& centre, const Vector2& reach, double size, std::set<std::int64_t>& buckets) {
+  const Vector2 low = centre - reach, high = centre + reach;
+  for (std::int64_t x = floor_to(low.x(), size); x <= floor_to(high.x(), size); ++x) {
+    for (std::int64_t y = floor_to(low.y(), size); y <= floor_to(high.y(), size); ++y) {
+      const Vector2 corner(static_cast<double>(x) * size, static_cast<double>(y) * size);
+      const Vector2 nearest = centre.cwiseMax(corner).cwiseMin(corner + Vector2::Constant(size));
+      if ((nearest - centre).cwiseQuotient(reach).squaredNorm() <= 1.0) buckets.insert(pack(x, y));
+    }
+  }
+}
+
 }  // namespace
 
 FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   const Grid& grid = model.conventions.grid;
-  bucket_size_ = 2.0 * grid.cell;
+  bucket_size_ = grid.cell;
   outlook_knots_ = model.conventions.outlook_knots, outlook_horizon_s_ = model.conventions.outlook_horizon_s;
   if (model.gait.points > 0.0) gait_.emplace(model.gait);
   places_ = model.places;
@@ -38,15 +51,12 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
                        {}});
     if (transition.outlook.points > 0.0) fields_.back().outlook.emplace(transition.outlook);
     leaving_[static_cast<std::size_t>(transition.from)].push_back(index);
-    if (transition.field.extent.isEmpty()) continue;
-    // One length scale beyond its data a field knows less than the support ratio asks for.
+    // One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
     const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
-    const Vector2 low = transition.field.extent.min() - reach, high = transition.field.extent.max() + reach;
-    for (std::int64_t x = floor_to(low.x(), bucket_size_); x <= floor_to(high.x(), bucket_size_); ++x) {
-      for (std::int64_t y = floor_to(low.y(), bucket_size_); y <= floor_to(high.y(), bucket_size_); ++y) {
-        buckets_[pack(x, y)].push_back(index);
-      }
-    }
+    std::set<std::int64_t> known;
+    for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
+      add_buckets_within(gp.pseudo_inputs.col(m), reach, bucket_size_, known);
+    for (const std::int64_t bucket : known) buckets_[bucket].push_back(index);
   }
 }
 

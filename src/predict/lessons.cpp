@@ -1,5 +1,6 @@
 #include "sila/predict/lessons.hpp"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <Eigen/LU>
@@ -27,7 +28,7 @@ Lessons empty_lessons(int steps, double interval_s) {
   return lessons;
 }
 
-void add(RegressionMoments& moments, const Eigen::Matrix2Xd& features, const Vector2& target, double weight) {
+void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
   moments.weight += weight;
   moments.features.noalias() += weight * features.transpose() * features;
   moments.products.noalias() += weight * features.transpose() * target;
@@ -50,7 +51,7 @@ double density(const Vector2& error, const Matrix2& covariance) {
 }
 
 struct ModeAtStep {
-  Eigen::Matrix2Xd features;
+  Features features;
   Vector2 way = Vector2::Zero();  ///< predicted displacement [m]
   double weight = 0.0;
   double responsibility = 0.0;  ///< how likely this mode is the one that happened
@@ -79,7 +80,7 @@ std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& windo
 /// What one window shows of one step.
 struct Example {
   std::vector<ModeAtStep> modes;
-  Eigen::Matrix2Xd alone;  ///< features without a roll-out
+  Features alone;  ///< features without a roll-out
   Vector2 alone_way = Vector2::Zero(), place_free_way = Vector2::Zero();
   Vector2 truth = Vector2::Zero();  ///< displacement from t0 [m]
   double surprise = 0.0;
@@ -92,9 +93,10 @@ struct WindowExamples {
   std::vector<Example> steps;
 };
 
-WindowExamples examples_of(const Predictor& predictor, const Window& window, int steps) {
-  const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps);
-  const Prediction prediction = predictor.predict(window.observed, hypotheses);
+WindowExamples examples_of(const Predictor& predictor, const Window& window, int steps, Workspace& workspace) {
+  workspace.scratch.reset();
+  const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps, workspace.scratch);
+  const Prediction& prediction = predictor.predict(window.observed, hypotheses, workspace);
   WindowExamples examples{hypotheses.seen.speed, hypotheses.raw_novelty, predictor.blend().taught(), {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
@@ -164,8 +166,9 @@ void fade(Lessons& lessons, double decay) {
 Lessons gather_lessons(const Predictor& predictor, std::span<const Window> windows) {
   const int steps = static_cast<int>(std::lround(predictor.config().horizon_s / predictor.interval_s()));
   std::vector<WindowExamples> each(windows.size());
+  tbb::enumerable_thread_specific<Workspace> workspaces;
   tbb::parallel_for(std::size_t{0}, windows.size(),
-                    [&](std::size_t i) { each[i] = examples_of(predictor, windows[i], steps); });
+                    [&](std::size_t i) { each[i] = examples_of(predictor, windows[i], steps, workspaces.local()); });
   Lessons sum = empty_lessons(steps, predictor.interval_s());  // in the order of the windows, whatever the threads did
   for (const WindowExamples& examples : each) add(sum, examples);
   return sum;

@@ -13,30 +13,42 @@ double mean_distance_m(const Rollout& a, const Rollout& b, const Matrix2& world_
   return sum / static_cast<double>(steps);
 }
 
-Rollout weighted_mean(const std::vector<const Rollout*>& members) {
-  Rollout mean = *members.front();
-  if (members.size() == 1) return mean;
-  mean.weight = 0.0;
-  for (const Rollout* member : members) mean.weight += member->weight;
-  for (std::size_t j = 0; j < mean.path.size(); ++j) {
-    mean.path[j].setZero(), mean.own_path[j].setZero(), mean.covariances[j].setZero();
-    for (const Rollout* member : members) {
-      const double share = member->weight / mean.weight;
-      mean.path[j] += share * member->path[j];
-      mean.own_path[j] += share * member->own_path[j];
-    }
-    for (const Rollout* member : members) {
-      const Vector2 off = member->path[j] - mean.path[j];
-      mean.covariances[j] += member->weight / mean.weight * (member->covariances[j] + off * off.transpose());
-    }
+/// The mean of the members' paths, each with its share of the weight.
+template <class Path>
+std::span<const Vector2> mean_path(std::span<const Rollout> rollouts, RolloutGroup group, double weight, Path path,
+                                   Scratch& scratch) {
+  const auto mean = scratch.array<Vector2>((rollouts[group.front()].*path).size());
+  std::fill(mean.begin(), mean.end(), Vector2::Zero());
+  for (const std::size_t member : group) {
+    const double share = rollouts[member].weight / weight;
+    for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += share * (rollouts[member].*path)[j];
   }
   return mean;
 }
 
-double weight_of(const std::vector<Rollout>& rollouts, const std::vector<std::size_t>& group) {
+double weight_of(std::span<const Rollout> rollouts, RolloutGroup group) {
   double sum = 0.0;
   for (const std::size_t member : group) sum += rollouts[member].weight;
   return sum;
+}
+
+Rollout weighted_mean(std::span<const Rollout> rollouts, RolloutGroup group, Scratch& scratch) {
+  Rollout mean = rollouts[group.front()];
+  if (group.size() == 1) return mean;
+  mean.weight = weight_of(rollouts, group);
+  mean.path = mean_path(rollouts, group, mean.weight, &Rollout::path, scratch);
+  mean.own_path = mean_path(rollouts, group, mean.weight, &Rollout::own_path, scratch);
+  const auto covariances = scratch.array<Matrix2>(mean.covariances.size());
+  std::fill(covariances.begin(), covariances.end(), Matrix2::Zero());
+  for (const std::size_t index : group) {
+    const Rollout& member = rollouts[index];
+    for (std::size_t j = 0; j < covariances.size(); ++j) {
+      const Vector2 off = member.path[j] - mean.path[j];
+      covariances[j] += member.weight / mean.weight * (member.covariances[j] + off * off.transpose());
+    }
+  }
+  mean.covariances = covariances;
+  return mean;
 }
 
 /// One pair of alternatives finds room beside the groups.
@@ -46,42 +58,61 @@ int most_groups(const PredictConfig& config) {
   return alternatives ? config.max_modes - pair : config.max_modes;
 }
 
+/// The members of each group, in order.
+std::span<RolloutGroup> collect(std::span<const std::size_t> order, std::span<const std::size_t> group_of,
+                                std::size_t groups, Scratch& scratch) {
+  const auto list = scratch.array<RolloutGroup>(groups);
+  for (std::size_t group = 0; group < groups; ++group) {
+    const auto members = scratch.array<std::size_t>(order.size());
+    std::size_t count = 0;
+    for (const std::size_t index : order) {
+      if (group_of[index] == group) members[count++] = index;
+    }
+    list[group] = members.first(count);
+  }
+  return list;
+}
+
 }  // namespace
 
-std::vector<std::vector<std::size_t>> group_rollouts(const std::vector<Rollout>& rollouts, const CurbFrame& frame,
-                                                     int decision_steps, const PredictConfig& config) {
-  std::vector<std::vector<std::size_t>> groups;  // the first member, the heaviest, speaks for its group
-  if (rollouts.empty()) return groups;
+std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, const CurbFrame& frame,
+                                             int decision_steps, const PredictConfig& config, Scratch& scratch) {
+  if (rollouts.empty()) return {};
   const Matrix2 matrix = world_from_curb(frame);
   const std::size_t steps =
       std::clamp<std::size_t>(static_cast<std::size_t>(decision_steps), 1, rollouts.front().path.size());
-  std::vector<std::size_t> order(rollouts.size());
+  const auto order = scratch.array<std::size_t>(rollouts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return rollouts[a].weight > rollouts[b].weight; });
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return rollouts[a].weight != rollouts[b].weight ? rollouts[a].weight > rollouts[b].weight : a < b;
+  });
+  const auto group_of = scratch.array<std::size_t>(rollouts.size());
+  const auto speakers = scratch.array<std::size_t>(rollouts.size());  // the first member, the heaviest, of each group
+  std::size_t count = 0;
   for (const std::size_t index : order) {
-    const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& members) {
-      return mean_distance_m(rollouts[members.front()], rollouts[index], matrix, steps) < config.merge_radius_m;
-    });
-    if (group == groups.end())
-      groups.push_back({index});
-    else
-      group->push_back(index);
+    std::size_t group = 0;
+    while (group < count &&
+           mean_distance_m(rollouts[speakers[group]], rollouts[index], matrix, steps) >= config.merge_radius_m) {
+      ++group;
+    }
+    if (group == count) speakers[count++] = index;
+    group_of[index] = group;
   }
-  std::stable_sort(groups.begin(), groups.end(),
-                   [&](const auto& a, const auto& b) { return weight_of(rollouts, a) > weight_of(rollouts, b); });
-  groups.resize(std::min(groups.size(), static_cast<std::size_t>(most_groups(config))));
-  return groups;
+  const std::span<RolloutGroup> groups = collect(order, group_of, count, scratch);
+  std::sort(groups.begin(), groups.end(), [&](RolloutGroup a, RolloutGroup b) {
+    const double first = weight_of(rollouts, a), second = weight_of(rollouts, b);
+    return first != second ? first > second : a.front() < b.front();
+  });
+  return groups.first(std::min(count, static_cast<std::size_t>(most_groups(config))));
 }
 
-std::vector<Rollout> merge_rollouts(const std::vector<Rollout>& rollouts,
-                                    const std::vector<std::vector<std::size_t>>& groups) {
-  std::vector<Rollout> modes;
+std::span<Rollout> merge_rollouts(std::span<const Rollout> rollouts, std::span<const RolloutGroup> groups,
+                                  Scratch& scratch) {
+  const auto modes = scratch.array<Rollout>(groups.size());
   double total = 0.0;
-  for (const auto& group : groups) {
-    std::vector<const Rollout*> members;
-    for (const std::size_t member : group) members.push_back(&rollouts[member]);
-    total += modes.emplace_back(weighted_mean(members)).weight;
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    modes[m] = weighted_mean(rollouts, groups[m], scratch);
+    total += modes[m].weight;
   }
   for (Rollout& mode : modes) mode.weight /= total;
   return modes;

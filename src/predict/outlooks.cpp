@@ -17,50 +17,58 @@ Vector2 Foresight::parting_mps(double seconds) const {
   return (1.0 - share) * partings_mps[before] + share * partings_mps[after];
 }
 
-std::vector<ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed) {
-  std::vector<ExpertOpinion> opinions;
-  if (map.outlook_knots() == 0 || observed.positions.empty()) return opinions;
+std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
+  if (map.outlook_knots() == 0 || observed.positions.empty()) return {};
   const OutlookState state = outlook_state(observed);
-  for (const int index : map.near(observed.positions.back())) {
+  const std::span<const int> near = map.near(observed.positions.back());
+  const auto opinions = scratch.array<ExpertOpinion>(near.size());
+  std::size_t count = 0;
+  for (const int index : near) {
     const std::optional<Posterior>& outlook = map.field(index).outlook;
     if (!outlook) continue;
-    const GpPrediction said = outlook->predict(state);
-    const double relative = std::max(1e-9, said.variance / outlook->signal_variance());
+    const auto mean = scratch.array<double>(outlook->outputs());
+    const double variance = outlook->predict(std::span(state.data(), kOutlookInputs), mean);
+    const double relative = std::max(1e-9, variance / outlook->signal_variance());
     const double gain = 1.0 / relative - 1.0;
-    opinions.push_back(
-        {index, gain, gain * outlook->noise_variance() / outlook->signal_variance(), said.mean / relative});
+    for (double& value : mean) value /= relative;
+    opinions[count++] = {index, gain, gain * outlook->noise_variance() / outlook->signal_variance(), mean};
   }
-  return opinions;
+  return opinions.first(count);
 }
 
 Foresight combine(const FieldMap& map, const CurbTrajectory& observed, std::span<const ExpertOpinion> opinions,
-                  std::span<const int> excluded) {
+                  std::span<const int> excluded, Scratch& scratch) {
   Foresight foresight;
-  const int knots = map.outlook_knots();
+  const auto knots = static_cast<std::size_t>(map.outlook_knots());
   if (knots == 0) return foresight;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(2 * knots);
+  const auto partings = scratch.array<Vector2>(knots);
+  std::fill(partings.begin(), partings.end(), Vector2::Zero());
   double gain = 0.0;
   for (const ExpertOpinion& opinion : opinions) {
     if (std::find(excluded.begin(), excluded.end(), opinion.transition) != excluded.end()) continue;
-    sum += opinion.weighted_mean;
+    for (std::size_t knot = 0; knot < knots; ++knot)
+      partings[knot] += Vector2(opinion.weighted_mean[2 * knot], opinion.weighted_mean[2 * knot + 1]);
     gain += opinion.gain;
     foresight.evidence += opinion.evidence;
   }
-  sum /= 1.0 + gain;
-  foresight.knot_interval_s = map.outlook_horizon_s() / knots;
-  for (int knot = 0; knot < knots; ++knot)
-    foresight.partings_mps.push_back(velocity_to_world(observed.frame, sum.segment<2>(2 * knot)));
+  for (Vector2& parting : partings) parting = velocity_to_world(observed.frame, parting / (1.0 + gain));
+  foresight.knot_interval_s = map.outlook_horizon_s() / static_cast<double>(knots);
+  foresight.partings_mps = partings;
   return foresight;
 }
 
-Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed) {
+Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
   Foresight foresight;
-  const int knots = map.outlook_knots();
   if (!map.gait() || observed.positions.empty()) return foresight;
-  const GpPrediction said = map.gait()->predict(gait_state(observed));
+  const GaitState state = gait_state(observed);
+  const auto mean = scratch.array<double>(map.gait()->outputs());
+  map.gait()->predict(std::span(state.data(), kGaitInputs), mean);
   const Matrix2 frame = gait_frame(observed);
-  foresight.knot_interval_s = map.outlook_horizon_s() / knots;
-  for (int knot = 0; knot < knots; ++knot) foresight.partings_mps.emplace_back(frame * said.mean.segment<2>(2 * knot));
+  const auto partings = scratch.array<Vector2>(mean.size() / 2);
+  for (std::size_t knot = 0; knot < partings.size(); ++knot)
+    partings[knot] = frame * Vector2(mean[2 * knot], mean[2 * knot + 1]);
+  foresight.knot_interval_s = map.outlook_horizon_s() / static_cast<double>(map.outlook_knots());
+  foresight.partings_mps = partings;
   return foresight;
 }
 

@@ -48,6 +48,19 @@ std::vector<double> shrunk(const std::vector<double>& counts, const std::vector<
   return shares;
 }
 
+/// The surprise below which this share of all lies, along a line within a bin.
+double quantile(const std::vector<double>& shares, double probability) {
+  double below = 0.0;
+  for (int bin = 0; bin + 1 < kSurpriseBins; ++bin) {
+    const double share = shares[static_cast<std::size_t>(bin)];
+    if (below + share >= probability) {
+      return lower_edge(bin) + (kEdges[bin] - lower_edge(bin)) * (probability - below) / share;
+    }
+    below += share;
+  }
+  return 2.0 * kEdges[kSurpriseBins - 2];
+}
+
 }  // namespace
 
 double surprise(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
@@ -82,7 +95,11 @@ Calibration::Calibration(const Lessons& lessons) {
       for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
     }
     const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
-    for (int c = 0; c < classes_; ++c) shares_.push_back(shrunk(cell(c), all, kPooledWindows));
+    for (int c = 0; c < classes_; ++c) {
+      const std::vector<double> shares = shrunk(cell(c), all, kPooledWindows);
+      auto& levels = levels_.emplace_back();
+      for (std::size_t r = 0; r < levels.size(); ++r) levels[r] = quantile(shares, kRegionProbabilities[r]);
+    }
   }
   const double total = std::accumulate(lessons.novelties.begin(), lessons.novelties.end(), 0.0);
   double below = 0.0;
@@ -92,20 +109,10 @@ Calibration::Calibration(const Lessons& lessons) {
   }
 }
 
-double Calibration::level(std::size_t step, int speed_class, double probability) const {
-  if (steps_ == 0) return -std::log1p(-probability);
+double Calibration::level(std::size_t step, int speed_class, std::size_t region) const {
+  if (steps_ == 0) return -std::log1p(-kRegionProbabilities[region]);
   const std::size_t row = std::min(step, static_cast<std::size_t>(steps_ - 1));
-  const std::vector<double>& shares =
-      shares_[row * static_cast<std::size_t>(classes_) + static_cast<std::size_t>(speed_class)];
-  double below = 0.0;
-  for (int bin = 0; bin + 1 < kSurpriseBins; ++bin) {
-    const double share = shares[static_cast<std::size_t>(bin)];
-    if (below + share >= probability) {
-      return lower_edge(bin) + (kEdges[bin] - lower_edge(bin)) * (probability - below) / share;
-    }
-    below += share;
-  }
-  return 2.0 * kEdges[kSurpriseBins - 2];
+  return levels_[row * static_cast<std::size_t>(classes_) + static_cast<std::size_t>(speed_class)][region];
 }
 
 double Calibration::novelty(double raw_novelty) const {

@@ -8,14 +8,31 @@
 namespace sila {
 namespace {
 
+/// One step of a path, and the one before it: paths that part share what they have in common.
+struct Step {
+  Vector2 position, own_position;  ///< [widths], [m] in the world frame
+  Matrix2 covariance;
+  const Step* before = nullptr;
+};
+
+/// A transition that a path follows, and the one before it.
+struct Link {
+  int transition = 0;
+  const Link* before = nullptr;
+};
+
 /// A path under way.
 struct Branch {
-  Rollout rollout;
+  double weight = 0.0, chain_probability = 1.0;
+  Candidate origin;
+  const Link* link = nullptr;
+  const Step* step = nullptr;
   Vector2 position, velocity;          ///< of the particle that follows the field [widths], [widths/s]
   Vector2 own_position, own_velocity;  ///< of the particle with its own speed [m], [m/s], world frame
   Matrix2 covariance = Matrix2::Zero();
   FlowLinearisation here;  ///< what the field that it follows says at `position`
   bool off_map = false;    ///< left the last field: keeps its velocity
+  std::size_t number = 0;  ///< breaks ties
 };
 
 struct Successor {
@@ -23,80 +40,146 @@ struct Successor {
   double probability = 0.0;
 };
 
-/// Transitions that follow in the graph and know the place; their probabilities sum to 1.
-std::vector<Successor> successors(const FieldMap& map, int transition, const Vector2& position, double support_ratio) {
-  std::vector<Successor> list;
+/// Transitions that follow in the graph and know the place; their probabilities sum to 1. Without branching the
+/// likeliest of them.
+std::span<const Successor> successors(const FieldMap& map, int transition, const Vector2& position, bool may_branch,
+                                      double support_ratio, Scratch& scratch) {
+  const std::span<const int> leaving = map.leaving(map.field(transition).to);
+  const auto list = scratch.array<Successor>(leaving.size());
+  std::size_t count = 0;
   double total = 0.0;
-  for (const int next : map.leaving(map.field(transition).to)) {
+  for (const int next : leaving) {
     const FieldMap::Field& field = map.field(next);
     if (next == transition) continue;
     if (field.posterior.predict_flow(position).variance >= support_ratio * field.signal_variance) continue;
-    list.push_back({next, field.probability});
+    list[count++] = {next, field.probability};
     total += field.probability;
   }
-  for (Successor& successor : list) successor.probability /= total;
-  return list;
+  const auto known = list.first(count);
+  for (Successor& successor : known) successor.probability /= total;
+  if (may_branch || count < 2) return known;
+  std::iter_swap(known.begin(), std::max_element(known.begin(), known.end(), [](const auto& a, const auto& b) {
+                   return a.probability < b.probability;
+                 }));
+  known.front().probability = 1.0;
+  return known.first(1);
 }
 
 class Roller {
  public:
-  Roller(const FieldMap& map, const CurbTrajectory& observed, double interval_s, const PredictConfig& config)
-      : map_(map), config_(config), frame_(observed.frame), dt_(interval_s), own_speed_mps_(mean_speed_mps(observed)) {}
+  Roller(const FieldMap& map, const CurbTrajectory& observed, double interval_s, bool with_covariances,
+         const PredictConfig& config, Scratch& scratch)
+      : map_(map),
+        config_(config),
+        frame_(observed.frame),
+        dt_(interval_s),
+        own_speed_mps_(mean_speed_mps(observed)),
+        with_covariances_(with_covariances),
+        scratch_(scratch) {}
 
-  void advance(Branch& branch) const {
-    const FieldMap::Field& field = map_.field(branch.rollout.transitions.back());
-    if (!branch.off_map) branch.velocity = branch.here.flow.mean;
-    spread(branch, field);
-    branch.position += dt_ * branch.velocity;
-    advance_own(branch, field);
-    look(branch);
-    branch.rollout.path.push_back(branch.position);
-    branch.rollout.own_path.push_back(to_curb(frame_, branch.own_position));
-    branch.rollout.covariances.push_back(branch.covariance);
+  std::span<Branch> start(const Candidates& candidates, const CurbTrajectory& observed) const {
+    const auto branches = scratch_.array<Branch>(candidates.list.size());
+    for (std::size_t k = 0; k < branches.size(); ++k) {
+      const Candidate& candidate = candidates.list[k];
+      Branch& branch = branches[k];
+      branch.weight = std::exp(candidate.score - candidates.list.front().score);
+      branch.origin = candidate;
+      branch.position = observed.positions.back();
+      branch.velocity = observed.velocities.back();
+      branch.own_position = to_world(frame_, branch.position);
+      branch.own_velocity = velocity_to_world(frame_, branch.velocity);
+      follow(branch, candidate.transition);
+    }
+    return branches;
   }
 
-  /// Evaluates the field that the branch follows once, where it is.
-  void look(Branch& branch) const {
-    branch.here = map_.field(branch.rollout.transitions.back()).posterior.linearise_flow(branch.position);
+  void advance(Branch& branch, int steps_before) const {
+    const FieldMap::Field& field = map_.field(branch.link->transition);
+    if (!branch.off_map) branch.velocity = branch.here.flow.mean;
+    if (with_covariances_) spread(branch, field, steps_before);
+    branch.position += dt_ * branch.velocity;
+    advance_own(branch, field);
+    if (!branch.off_map || with_covariances_) look(branch);
+    Step& step = scratch_.array<Step>(1).front();
+    step = {branch.position, branch.own_position, branch.covariance, branch.step};
+    branch.step = &step;
   }
 
   /// True where the branch has left the field that it follows.
   bool has_left(const Branch& branch) const {
     if (branch.off_map) return false;
-    const FieldMap::Field& field = map_.field(branch.rollout.transitions.back());
+    const FieldMap::Field& field = map_.field(branch.link->transition);
     return branch.here.flow.variance > config_.leave_ratio * field.signal_variance;
   }
 
-  /// The branches that go on from here: one a successor, or the branch itself, off the map.
-  std::vector<Branch> split(Branch branch, bool may_branch) const {
-    std::vector<Successor> next;
-    if (config_.chaining)
-      next = successors(map_, branch.rollout.transitions.back(), branch.position, config_.support_ratio);
-    if (next.empty()) {
-      branch.off_map = true;
-      return {std::move(branch)};
+  /// The branches with those that have left their field replaced by what follows: one a successor, or the branch
+  /// itself, off the map.
+  std::span<Branch> split(std::span<const Branch> branches, bool may_branch) const {
+    const auto nexts = scratch_.array<std::span<const Successor>>(branches.size());
+    std::size_t most = branches.size();
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+      nexts[b] = {};
+      if (!config_.chaining || !has_left(branches[b])) continue;
+      nexts[b] = successors(map_, branches[b].link->transition, branches[b].position, may_branch, config_.support_ratio,
+                            scratch_);
+      most += nexts[b].size();
     }
-    if (!may_branch) {
-      const auto likeliest = std::max_element(
-          next.begin(), next.end(), [](const auto& a, const auto& b) { return a.probability < b.probability; });
-      next = {{likeliest->transition, 1.0}};
+    const auto list = scratch_.array<Branch>(most);
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+      for (const Successor& successor : nexts[b]) {
+        Branch& part = list[count++] = branches[b];
+        part.weight *= successor.probability, part.chain_probability *= successor.probability;
+        follow(part, successor.transition);
+      }
+      if (!nexts[b].empty()) continue;
+      list[count] = branches[b];
+      list[count++].off_map = branches[b].off_map || has_left(branches[b]);
     }
-    std::vector<Branch> branches(next.size(), branch);
-    for (std::size_t k = 0; k < next.size(); ++k) {
-      branches[k].rollout.weight *= next[k].probability;
-      branches[k].rollout.chain_probability *= next[k].probability;
-      branches[k].rollout.transitions.push_back(next[k].transition);
-      look(branches[k]);
+    return list.first(count);
+  }
+
+  Rollout finished(const Branch& branch, std::size_t steps) const {
+    Rollout rollout;
+    rollout.weight = branch.weight, rollout.chain_probability = branch.chain_probability;
+    rollout.origin = branch.origin;
+    const auto path = scratch_.array<Vector2>(steps), own_path = scratch_.array<Vector2>(steps);
+    const auto covariances = scratch_.array<Matrix2>(with_covariances_ ? steps : 0);
+    const Step* step = branch.step;
+    for (std::size_t j = steps; j-- > 0; step = step->before) {
+      path[j] = step->position, own_path[j] = to_curb(frame_, step->own_position);
+      if (with_covariances_) covariances[j] = step->covariance;
     }
-    return branches;
+    std::size_t links = 0;
+    for (const Link* link = branch.link; link; link = link->before) ++links;
+    const auto transitions = scratch_.array<int>(links);
+    for (const Link* link = branch.link; link; link = link->before) transitions[--links] = link->transition;
+    rollout.path = path, rollout.own_path = own_path, rollout.covariances = covariances;
+    rollout.transitions = transitions;
+    return rollout;
   }
 
  private:
-  void spread(Branch& branch, const FieldMap::Field& field) const {
+  void follow(Branch& branch, int transition) const {
+    Link& link = scratch_.array<Link>(1).front();
+    link = {transition, branch.link};
+    branch.link = &link;
+    look(branch);
+  }
+
+  /// Evaluates the field that the branch follows once, where it is.
+  void look(Branch& branch) const {
+    const Posterior& posterior = map_.field(branch.link->transition).posterior;
+    if (with_covariances_)
+      branch.here = posterior.linearise_flow(branch.position);
+    else
+      branch.here.flow = posterior.predict_flow(branch.position);
+  }
+
+  void spread(Branch& branch, const FieldMap::Field& field, int steps_before) const {
     // A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white
     // noise.
-    const double lasting_s = std::min(2.0 * config_.noise_correlation_s,
-                                      dt_ * (2.0 * static_cast<double>(branch.rollout.path.size()) + 1.0));
+    const double lasting_s = std::min(2.0 * config_.noise_correlation_s, dt_ * (2.0 * steps_before + 1.0));
     Matrix2 step = Matrix2::Identity();
     if (!branch.off_map) step += dt_ * branch.here.jacobian;
     const Matrix2 grown = step * branch.covariance * step.transpose();
@@ -106,8 +189,7 @@ class Roller {
 
   void advance_own(Branch& branch, const FieldMap::Field& field) const {
     if (!branch.off_map) {
-      const Vector2 flow =
-          velocity_to_world(frame_, field.posterior.predict_flow(to_curb(frame_, branch.own_position)).mean);
+      const Vector2 flow = velocity_to_world(frame_, field.posterior.flow_mean(to_curb(frame_, branch.own_position)));
       const double length = flow.norm();
       const double share = std::min(1.0, dt_ / config_.own_speed_relaxation_s);
       if (length > 1e-9) branch.own_velocity += share * (flow * (own_speed_mps_ / length) - branch.own_velocity);
@@ -120,61 +202,41 @@ class Roller {
   const CurbFrame& frame_;
   double dt_;
   double own_speed_mps_;
+  bool with_covariances_;
+  Scratch& scratch_;
 };
 
-std::vector<Branch> start(const Candidates& candidates, const CurbTrajectory& observed) {
-  std::vector<Branch> branches;
-  for (const Candidate& candidate : candidates.list) {
-    Branch branch;
-    branch.rollout.weight = std::exp(candidate.score - candidates.list.front().score);
-    branch.rollout.origin = candidate;
-    branch.rollout.transitions.push_back(candidate.transition);
-    branch.position = observed.positions.back();
-    branch.velocity = observed.velocities.back();
-    branch.own_position = to_world(observed.frame, branch.position);
-    branch.own_velocity = velocity_to_world(observed.frame, branch.velocity);
-    branches.push_back(std::move(branch));
-  }
-  return branches;
-}
-
 /// Light branches go, then those beyond the limit.
-void prune(std::vector<Branch>& branches, const PredictConfig& config) {
-  std::stable_sort(branches.begin(), branches.end(),
-                   [](const Branch& a, const Branch& b) { return a.rollout.weight > b.rollout.weight; });
-  const double least = config.min_relative_weight * branches.front().rollout.weight;
-  std::erase_if(branches, [&](const Branch& branch) { return branch.rollout.weight < least; });
-  if (branches.size() > static_cast<std::size_t>(config.max_branches)) {
-    branches.erase(branches.begin() + config.max_branches, branches.end());
-  }
+std::span<Branch> prune(std::span<Branch> branches, const PredictConfig& config) {
+  for (std::size_t b = 0; b < branches.size(); ++b) branches[b].number = b;
+  std::sort(branches.begin(), branches.end(), [](const Branch& a, const Branch& b) {
+    return a.weight != b.weight ? a.weight > b.weight : a.number < b.number;
+  });
+  const double least = config.min_relative_weight * branches.front().weight;
+  std::size_t kept = std::min(branches.size(), static_cast<std::size_t>(config.max_branches));
+  while (branches[kept - 1].weight < least) --kept;
+  return branches.first(kept);
 }
 
 }  // namespace
 
-std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
-                              int steps, double interval_s, const PredictConfig& config) {
-  const Roller roller(map, observed, interval_s, config);
+std::span<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
+                            int steps, double interval_s, bool with_covariances, const PredictConfig& config,
+                            Scratch& scratch) {
+  const Roller roller(map, observed, interval_s, with_covariances, config, scratch);
   const int branching_steps = static_cast<int>(std::lround(config.mode_horizon_s / interval_s));
-  std::vector<Branch> branches = start(candidates, observed);
-  for (Branch& branch : branches) roller.look(branch);
+  std::span<Branch> branches = roller.start(candidates, observed);
   for (int step = 0; step < steps; ++step) {
-    std::vector<Branch> next;
-    bool split = false;
-    for (Branch& branch : branches) {
-      if (step > 0 && roller.has_left(branch)) {
-        std::vector<Branch> parts = roller.split(std::move(branch), step < branching_steps);
-        split = split || parts.size() > 1;
-        std::move(parts.begin(), parts.end(), std::back_inserter(next));
-      } else {
-        next.push_back(std::move(branch));
-      }
+    if (step > 0 && std::any_of(branches.begin(), branches.end(), [&](const auto& b) { return roller.has_left(b); })) {
+      const std::size_t before = branches.size();
+      branches = roller.split(branches, step < branching_steps);
+      if (branches.size() > before) branches = prune(branches, config);
     }
-    if (split) prune(next, config);
-    for (Branch& branch : next) roller.advance(branch);
-    branches = std::move(next);
+    for (Branch& branch : branches) roller.advance(branch, step);
   }
-  std::vector<Rollout> rollouts;
-  for (Branch& branch : branches) rollouts.push_back(std::move(branch.rollout));
+  const auto rollouts = scratch.array<Rollout>(branches.size());
+  for (std::size_t b = 0; b < branches.size(); ++b)
+    rollouts[b] = roller.finished(branches[b], static_cast<std::size_t>(steps));
   return rollouts;
 }
 

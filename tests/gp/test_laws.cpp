@@ -112,6 +112,7 @@ TEST(Posterior, MatchesTheTextbook) {
       EXPECT_NEAR(flow.variance, std::max(0.0, wanted.variance), 1e-8);
       const FlowLinearisation both = posterior.linearise_flow(x);
       EXPECT_EQ(both.flow.mean, flow.mean);
+      EXPECT_EQ(posterior.flow_mean(x), flow.mean);
       EXPECT_EQ(both.flow.variance, flow.variance);
       EXPECT_EQ(both.jacobian, posterior.mean_jacobian(x));
     }
@@ -122,9 +123,9 @@ TEST(Posterior, FlowsWithMorePseudoInputsThanTheStackHoldsAreTheSame) {
   Generator make(3);
   const Hyperparameters theta{{1.0, vector({0.4, 0.4})}, 0.1};
   GpConfig config;
-  config.max_pseudo_inputs = 100;
-  const SparseGp gp = fit_sparse_gp(make.data(2, 300, 2), theta, config);
-  ASSERT_GT(gp.pseudo_inputs.cols(), Posterior::max_stack_pseudo_inputs);
+  config.max_pseudo_inputs = 300, config.selection_stop = 0.0;
+  const SparseGp gp = fit_sparse_gp(make.data(2, 400, 2), theta, config);
+  ASSERT_GT(gp.pseudo_inputs.cols(), static_cast<Eigen::Index>(Posterior::max_stack_pseudo_inputs));
   for (int i = 0; i < 40; ++i) {
     const Eigen::Vector2d x = make.points(2, 1, 8.0);
     const GpPrediction wanted = textbook(gp, x);
@@ -247,6 +248,9 @@ TEST(CallersMistakes, AreNamed) {
   EXPECT_EQ(refusal([&] { Posterior(gp).predict(vector({nan})); }),
             "posterior: x has 1 entries, must have 1 finite ones");
   EXPECT_NE(refusal([&] { Posterior(gp).predict_flow({0, 0}); }), "nothing was thrown");
+  std::vector<double> two(2);
+  EXPECT_EQ(refusal([&] { Posterior(gp).predict(std::vector<double>{0.0}, two); }),
+            "posterior: mean has room for 2 outputs, must be 1");
   EXPECT_NE(refusal([&] { select_pseudo_inputs(unit_kernel(), row({0}), 3, 1.5); }), "nothing was thrown");
   SparseGp broken = gp;
   broken.response(0, 0) = nan;

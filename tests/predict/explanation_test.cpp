@@ -67,7 +67,8 @@ TEST(Outlooks, OfASingleExpertIsWhatTheExpertSays) {
   ASSERT_GT(only.outlook.points, 0.0);
   const FieldMap map(model);
   for (const Window& window : fresh_windows()) {
-    const Foresight foresight = combine(map, window.observed, ask_outlooks(map, window.observed));
+    Scratch scratch;
+    const Foresight foresight = combine(map, window.observed, ask_outlooks(map, window.observed, scratch), {}, scratch);
     if (!(foresight.evidence > 0.0)) continue;
     const GpPrediction said = Posterior(only.outlook).predict(Eigen::VectorXd(outlook_state(window.observed)));
     const Vector2 last = velocity_to_world(window.observed.frame, said.mean.tail<2>());

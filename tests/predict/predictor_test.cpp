@@ -154,20 +154,27 @@ TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
   EXPECT_THROW(Predictor(corner_model(), none), std::invalid_argument);
 }
 
+/// A roll-out that stays at a point for 25 steps.
+Rollout standing(const Vector2& point, double weight, const Matrix2& covariance, Scratch& scratch) {
+  const auto path = scratch.array<Vector2>(25);
+  const auto covariances = scratch.array<Matrix2>(25);
+  std::fill(path.begin(), path.end(), point);
+  std::fill(covariances.begin(), covariances.end(), covariance);
+  Rollout rollout;
+  rollout.weight = weight, rollout.path = rollout.own_path = path, rollout.covariances = covariances;
+  return rollout;
+}
+
 TEST(Weights, FollowFromNegativeLogLikelihoodsAsInThePaper) {
   // NLL = (10, 11, 13) on paths far apart.
+  Scratch scratch;
   std::vector<Rollout> rollouts;
-  for (double nll : {13.0, 10.0, 11.0}) {
-    Rollout rollout;
-    rollout.weight = std::exp(10.0 - nll);
-    rollout.path = rollout.own_path = std::vector<Vector2>(25, Vector2(nll, 0.0));
-    rollout.covariances = std::vector<Matrix2>(25, Matrix2::Identity());
-    rollouts.push_back(rollout);
-  }
+  for (double nll : {13.0, 10.0, 11.0})
+    rollouts.push_back(standing(Vector2(nll, 0.0), std::exp(10.0 - nll), Matrix2::Identity(), scratch));
   PredictConfig apart;
   apart.merge_radius_m = 0.1;
-  const std::vector<Rollout> modes =
-      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(), 25, apart));
+  const std::span<const Rollout> modes =
+      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(), 25, apart, scratch), scratch);
   ASSERT_EQ(modes.size(), 3u);
   EXPECT_NEAR(modes[0].weight, .7053845127, 1e-10);
   EXPECT_NEAR(modes[1].weight, .2594964603, 1e-10);
@@ -175,16 +182,12 @@ TEST(Weights, FollowFromNegativeLogLikelihoodsAsInThePaper) {
 }
 
 TEST(Merging, MakesOneModeOfNearPathsAndKeepsTheirSpread) {
+  Scratch scratch;
   std::vector<Rollout> rollouts;
-  for (double y : {0.0, 0.4, 8.0}) {
-    Rollout rollout;
-    rollout.weight = y == 0.4 ? 1.0 : 3.0;
-    rollout.path = rollout.own_path = std::vector<Vector2>(25, Vector2(0.0, y));
-    rollout.covariances = std::vector<Matrix2>(25, Matrix2::Zero());
-    rollouts.push_back(rollout);
-  }
-  const std::vector<Rollout> modes =
-      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(1.0), 25, {}));
+  for (double y : {0.0, 0.4, 8.0})
+    rollouts.push_back(standing(Vector2(0.0, y), y == 0.4 ? 1.0 : 3.0, Matrix2::Zero(), scratch));
+  const std::span<const Rollout> modes =
+      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(1.0), 25, {}, scratch), scratch);
   ASSERT_EQ(modes.size(), 2u);
   EXPECT_NEAR(modes[0].weight, 4.0 / 7.0, 1e-12);
   EXPECT_NEAR(modes[0].path[3].y(), 0.1, 1e-12);

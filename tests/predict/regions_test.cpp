@@ -31,10 +31,13 @@ TEST(Surprise, OfOneModeIsHalfTheSquaredMahalanobisDistance) {
   EXPECT_TRUE(std::isfinite(surprise(prediction, 0, {1e6, 1e6})));
 }
 
+constexpr std::size_t kHalf = 1, kNineTenths = 3;
+static_assert(kRegionProbabilities[kHalf] == 0.5 && kRegionProbabilities[kNineTenths] == 0.9);
+
 TEST(Calibration, WithoutLessonsSpeaksOfAGaussian) {
   const Calibration calibration{Lessons{}};
   EXPECT_FALSE(calibration.taught());
-  EXPECT_NEAR(calibration.level(7, 2, 0.5), std::log(2.0), 1e-12);
+  EXPECT_NEAR(calibration.level(7, 2, kHalf), std::log(2.0), 1e-12);
   EXPECT_EQ(calibration.novelty(0.3), 0.3);
 }
 
@@ -51,16 +54,16 @@ Lessons lessons_with(int surprising_bin, double windows) {
 TEST(Calibration, LevelsFollowWhatHappened) {
   const int bin = surprise_bin(4.0);
   const Calibration calibration(lessons_with(bin, 1e6));
-  EXPECT_EQ(surprise_bin(calibration.level(0, 3, 0.5)), bin);
-  EXPECT_EQ(surprise_bin(calibration.level(0, 3, 0.9)), bin);
-  EXPECT_LT(calibration.level(0, 3, 0.5), calibration.level(0, 3, 0.9));
+  EXPECT_EQ(surprise_bin(calibration.level(0, 3, kHalf)), bin);
+  EXPECT_EQ(surprise_bin(calibration.level(0, 3, kNineTenths)), bin);
+  EXPECT_LT(calibration.level(0, 3, kHalf), calibration.level(0, 3, kNineTenths));
   // A class that was never seen takes the word of the others.
-  EXPECT_EQ(surprise_bin(calibration.level(0, 1, 0.5)), bin);
+  EXPECT_EQ(surprise_bin(calibration.level(0, 1, kHalf)), bin);
 }
 
 TEST(Calibration, OfAFewWindowsStaysNearTheGaussian) {
   const Calibration calibration(lessons_with(surprise_bin(20.0), 2.0));
-  EXPECT_LT(calibration.level(0, 3, 0.5), 1.5);
+  EXPECT_LT(calibration.level(0, 3, kHalf), 1.5);
 }
 
 TEST(Calibration, NoveltyIsTheShareThatWasBetterKnown) {
@@ -75,8 +78,8 @@ TEST(Alternatives, KeepTheMeanAndTheCovarianceOfTheirMode) {
   config.alternative_weight = 0.05;
   const Vector2 start(1.0, 2.0), way(2.0, 1.0);
   const Mode mode{0.8, {start + way}, {oriented_covariance(way, {1.5, 0.4})}, {4}};
-  const std::vector<Mode> modes = with_alternatives(mode, start, 5, config);
-  ASSERT_EQ(modes.size(), 5u);
+  std::vector<Mode> modes(5, mode);
+  split_into_alternatives(modes, start, config);
   double weight = 0.0;
   Vector2 mean = Vector2::Zero();
   for (const Mode& part : modes) weight += part.weight, mean += part.weight * part.path_m[0];
@@ -93,13 +96,15 @@ TEST(Alternatives, KeepTheMeanAndTheCovarianceOfTheirMode) {
 }
 
 TEST(Alternatives, ComeInPairsAndOnlyWhereThereIsRoom) {
-  const Mode mode{1.0, {Vector2(1, 0)}, {Matrix2::Identity()}, {}};
-  EXPECT_EQ(with_alternatives(mode, {0, 0}, 1, {}).size(), 1u);
-  EXPECT_EQ(with_alternatives(mode, {0, 0}, 3, {}).size(), 3u);
+  EXPECT_EQ(count_alternatives(-1, {}), 0);
+  EXPECT_EQ(count_alternatives(1, {}), 0);
+  EXPECT_EQ(count_alternatives(3, {}), 2);
+  EXPECT_EQ(count_alternatives(100, {}), 4);
   PredictConfig none;
   none.alternatives = 0;
-  const std::vector<Mode> same = with_alternatives(mode, {0, 0}, 5, none);
-  ASSERT_EQ(same.size(), 1u);
+  EXPECT_EQ(count_alternatives(5, none), 0);
+  std::vector<Mode> same(1, Mode{1.0, {Vector2(1, 0)}, {Matrix2::Identity()}, {}});
+  split_into_alternatives(same, {0, 0}, none);
   EXPECT_EQ(same[0].weight, 1.0);
 }
 

@@ -1,10 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <vector>
 
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila {
+namespace detail {
+struct PosteriorView;
+}
 
 /// Mean and variance of a flow (2 inputs, 2 outputs) at one point; the variance is of f, common to both outputs.
 struct FlowPrediction {
@@ -18,54 +24,45 @@ struct FlowLinearisation {
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
 };
 
-namespace detail {
-
-/// A posterior with 2 inputs and 2 outputs, laid out for vector registers: rows padded with zeros.
-struct FlowTables {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  Eigen::Vector2d inverse_length_scales = Eigen::Vector2d::Ones();
-  double signal_variance = 1.0;
-  Eigen::ArrayX2d inputs;
-  Eigen::ArrayX2d weights;
-  Eigen::MatrixXd reduction;
-};
-
-}  // namespace detail
-
 /// A SparseGp made ready for many predictions: mean(x) = mean + weights' k, variance(x) = signal_variance - |reduction
 /// k|^2 with k = k(Z, x); so the variance is never above the prior's. Immutable; may be used from many threads. Source:
 /// algorithms 2.4. Differs: reduction' reduction = K_uu^-1 - L_u^-T B^-1 L_u^-1 is kept as a factor
 /// (docs/decisions/0012).
 class Posterior {
  public:
-  /// The flow functions work on the stack up to this many pseudo-inputs.
-  static constexpr Eigen::Index max_stack_pseudo_inputs = 64;
+  /// Predictions do not allocate up to this many pseudo-inputs.
+  static constexpr std::size_t max_stack_pseudo_inputs = 256;
 
   /// Throws: std::invalid_argument if gp is not valid; NumericalError.
   explicit Posterior(const SparseGp& gp);
 
   /// Shapes: x is D. Throws: std::invalid_argument for a wrong shape or NaN.
   GpPrediction predict(const Eigen::VectorXd& x) const;
+  /// The same without allocating: the mean is written, the variance returned. Shapes: x is D, mean is P. Throws: as
+  /// `predict`.
+  double predict(std::span<const double> x, std::span<double> mean) const;
 
-  /// For D = 2, P = 2; these do not allocate. Throws: std::invalid_argument if the GP is of another shape.
+  /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
+  Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
   Eigen::Matrix2d mean_jacobian(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
 
-  double signal_variance() const { return kernel_.signal_variance; }
+  double signal_variance() const { return signal_variance_; }
   double noise_variance() const { return noise_variance_; }
+  std::size_t inputs() const { return inverse_length_scales_.size(); }
+  std::size_t outputs() const { return mean_.size(); }
 
  private:
+  detail::PosteriorView view() const;
   void require_flow(const Eigen::Vector2d& x) const;
 
-  Kernel kernel_;
+  double signal_variance_ = 1.0;
   double noise_variance_ = 1.0;
-  Eigen::VectorXd mean_;
-  Eigen::MatrixXd pseudo_inputs_;  // D x M
-  Eigen::MatrixXd weights_;        // M x P
-  Eigen::MatrixXd reduction_;      // rank x M
-  bool is_flow_ = false;
-  detail::FlowTables flow_;
+  std::vector<double> mean_;
+  std::vector<double> inverse_length_scales_;
+  std::size_t columns_ = 0, rows_ = 0;  ///< padded number of pseudo-inputs, and padded rank
+  std::vector<double> pseudo_inputs_, weights_, reduction_;
 };
 
 }  // namespace sila

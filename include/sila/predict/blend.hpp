@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
@@ -25,27 +26,30 @@ inline constexpr int kMapFeatures = kAloneFeatures + 2;
 
 int speed_class(const CurbTrajectory& observed);
 
-/// Candidate mean velocities from t0 to any step [m/s], one a column. Shapes: 2 x kKinematicFeatures.
-Eigen::Matrix2Xd kinematic_features(const CurbTrajectory& observed);
+/// Candidate mean velocities from t0 to a step [m/s], one a column.
+using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMapFeatures>;
+using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
+
+/// Those of any step.
+KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
 /// What is known of somebody before any roll-out.
 struct Observation {
-  Eigen::Matrix2Xd kinematics;
+  KinematicFeatures kinematics = KinematicFeatures::Zero();
   Foresight gait;
-  std::vector<ExpertOpinion> opinions;
+  std::span<const ExpertOpinion> opinions;
   Foresight outlooks;  ///< all opinions together
   bool known_place = true;
   int speed = 0;  ///< class
 };
-Observation observation_of(const FieldMap& map, const CurbTrajectory& observed);
+Observation observation_of(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch);
 
 /// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
 /// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.
-Eigen::Matrix2Xd place_free_features(const Observation& observation, std::size_t step, double interval_s);
-Eigen::Matrix2Xd alone_features(const Observation& observation, const Foresight& outlooks, std::size_t step,
-                                double interval_s);
-Eigen::Matrix2Xd map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
-                              std::size_t step, double interval_s);
+Features place_free_features(const Observation& observation, std::size_t step, double interval_s);
+Features alone_features(const Observation& observation, const Foresight& outlooks, std::size_t step, double interval_s);
+Features map_features(const Observation& observation, const Rollout& rollout, const CurbTrajectory& observed,
+                      std::size_t step, double interval_s);
 
 /// The coefficients with which features are summed, per (step, class): solved once from the lessons.
 /// Ridge regression towards what the outlooks say (constant velocity where they know nothing).
@@ -57,7 +61,7 @@ class Blend {
 
   bool taught() const { return steps_ > 0; }
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the lessons use the last of them.
-  Vector2 velocity_mps(const Eigen::Matrix2Xd& features, std::size_t step, int speed_class) const;
+  Vector2 velocity_mps(const Features& features, std::size_t step, int speed_class) const;
   /// Variances [m²] along and across the way to the mean position that so many features give; zero where nothing was
   /// taught.
   Vector2 residual_m2(std::size_t step, int speed_class, Eigen::Index features) const;

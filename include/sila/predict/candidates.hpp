@@ -1,10 +1,11 @@
 #pragma once
 
-#include <vector>
+#include <span>
 
 #include "sila/core/trajectory.hpp"
 #include "sila/predict/config.hpp"
 #include "sila/predict/field_map.hpp"
+#include "sila/predict/scratch.hpp"
 
 namespace sila {
 
@@ -17,12 +18,13 @@ struct Candidate {
 };
 
 struct Candidates {
-  std::vector<Candidate> list;  ///< best first, at most max_candidates, each at least min_relative_weight of the best
-  double novelty = 1.0;         ///< mean over the observed samples of var / sigma_f^2 of the field that knows it best
+  std::span<Candidate> list;  ///< best first, at most max_candidates, each at least min_relative_weight of the best
+  double novelty = 1.0;       ///< mean over the observed samples of var / sigma_f^2 of the field that knows it best
 };
 
 /// The transitions whose fields know the last observed point and enough of those before it, scored by how well they
 /// explain the observed velocities. Source: algorithms 1.11, steps 1 to 3.
-Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config);
+Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config,
+                           Scratch& scratch);
 
 }  // namespace sila

@@ -4,24 +4,34 @@
 #include "sila/predict/blend.hpp"
 #include "sila/predict/config.hpp"
 #include "sila/predict/field_map.hpp"
+#include "sila/predict/modes.hpp"
 #include "sila/predict/prediction.hpp"
 #include "sila/predict/regions.hpp"
+#include "sila/predict/scratch.hpp"
 
 namespace sila {
 
 /// What is known before modes are made: roll-outs, which of them belong together, and what needs no roll-out.
+/// It and the hypotheses live in the scratch memory that they were made with.
 struct Tracing {
-  std::vector<Rollout> rollouts;                 ///< none if no transition matches
-  std::vector<std::vector<std::size_t>> groups;  ///< of roll-outs that become one mode, heaviest first
+  std::span<const Rollout> rollouts;     ///< none if no transition matches
+  std::span<const RolloutGroup> groups;  ///< of roll-outs that become one mode, heaviest first
   Observation seen;
   double raw_novelty = 1.0;  ///< how little of the observed path any field knows
 };
 
 /// Merged and normalised roll-outs, and the rest of a tracing.
 struct Hypotheses {
-  std::vector<Rollout> rollouts;
+  std::span<const Rollout> rollouts;
   Observation seen;
   double raw_novelty = 1.0;
+};
+
+/// What is kept from one prediction to the next, so that the next need not allocate; one for each thread.
+struct Workspace {
+  Scratch scratch;
+  Prediction prediction;    ///< the last one
+  std::vector<Mode> spare;  ///< that it had no need of
 };
 
 /// A model made ready to predict thousands of tracks; immutable, may be used from many threads.
@@ -35,11 +45,13 @@ class Predictor {
   /// world frame. Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
   /// Source: SILA paper, section on prediction; algorithms 1.11.
   Prediction predict(const CurbTrajectory& observed) const;
+  /// The same, and once the workspace is as large as it has to be without allocating; valid until it is used again.
+  const Prediction& predict(const CurbTrajectory& observed, Workspace& workspace) const;
 
   /// Steps towards a prediction, over at least `steps` steps; what lessons are learnt and explanations are made from.
-  Tracing trace(const CurbTrajectory& observed, int steps) const;
-  Hypotheses hypotheses(const CurbTrajectory& observed, int steps) const;
-  Prediction predict(const CurbTrajectory& observed, const Hypotheses& hypotheses) const;
+  Tracing trace(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
+  Hypotheses hypotheses(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
+  const Prediction& predict(const CurbTrajectory& observed, const Hypotheses& hypotheses, Workspace& workspace) const;
 
   const PredictConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
@@ -47,6 +59,8 @@ class Predictor {
   const Blend& blend() const { return blend_; }
 
  private:
+  void add_regions(Prediction& prediction, int speed_class) const;
+
   PredictConfig config_;
   double interval_s_;
   FieldMap map_;

@@ -34,7 +34,8 @@ class Calibration {
   explicit Calibration(const Lessons& lessons);
 
   bool taught() const { return steps_ > 0; }
-  double level(std::size_t step, int speed_class, double probability) const;
+  /// Of the region with this number in kRegionProbabilities.
+  double level(std::size_t step, int speed_class, std::size_t region) const;
   /// Share of the people seen so far whose path was better known than this raw novelty; the raw novelty itself while
   /// nobody was seen.
   double novelty(double raw_novelty) const;
@@ -42,8 +43,8 @@ class Calibration {
  private:
   int steps_ = 0;
   int classes_ = 1;
-  std::vector<std::vector<double>> shares_;  ///< of each bin, per cell (step, class)
-  std::vector<double> known_better_;         ///< share of novelties in lower bins
+  std::vector<std::array<double, kRegionProbabilities.size()>> levels_;  ///< per cell (step, class)
+  std::vector<double> known_better_;                                     ///< share of novelties in lower bins
 };
 
 }  // namespace sila

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <vector>
+#include <span>
 
 #include "sila/predict/candidates.hpp"
 #include "sila/predict/outlooks.hpp"
@@ -9,21 +9,22 @@ namespace sila {
 
 /// Where a chain of transitions leads, in curb coordinates.
 struct Rollout {
-  double weight = 0.0;               ///< relative; not normalised
-  std::vector<Vector2> path;         ///< of a person who moves as the fields say
-  std::vector<Vector2> own_path;     ///< of one who takes the direction of the fields at the observed speed
-  std::vector<Matrix2> covariances;  ///< of `path`, from the fields' variance and noise
-  std::vector<int> transitions;      ///< in order
-  Candidate origin;                  ///< where it began
-  double chain_probability = 1.0;    ///< of the branches that it took
-  Foresight outlooks;                ///< of the transitions that do not speak for another mode; set when merged
+  double weight = 0.0;                   ///< relative; not normalised
+  std::span<const Vector2> path;         ///< of a person who moves as the fields say
+  std::span<const Vector2> own_path;     ///< of one who takes the direction of the fields at the observed speed
+  std::span<const Matrix2> covariances;  ///< of `path`, from the fields' variance and noise; none unless asked for
+  std::span<const int> transitions;      ///< in order
+  Candidate origin;                      ///< where it began
+  double chain_probability = 1.0;        ///< of the branches that it took
+  Foresight outlooks;                    ///< of the transitions that do not speak for another mode; set when merged
 };
 
 /// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the
 /// transitions that follow in the graph and know the place, weighted by P(k | j); with none it keeps its last velocity.
 /// Branching stops at `mode_horizon_s`; from there the likeliest successor is taken, so that a longer horizon only adds
-/// to a shorter one. Source: algorithms 1.11, steps 4 and 5.
-std::vector<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
-                              int steps, double interval_s, const PredictConfig& config);
+/// to a shorter one. The paths live in `scratch`. Source: algorithms 1.11, steps 4 and 5.
+std::span<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
+                            int steps, double interval_s, bool with_covariances, const PredictConfig& config,
+                            Scratch& scratch);
 
 }  // namespace sila

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdlib>
+#include <span>
+#include <vector>
+
+#include "sila/config.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/io/scene_tracks.hpp"
+#include "sila/sim/simulate.hpp"
+
+namespace bench {
+
+inline const sila::Config kConfig;
+inline constexpr std::size_t kBatch = 20;
+
+/// Of the scene that SILA_BENCH_SCENE and SILA_BENCH_DATA name, else simulated.
+inline std::vector<sila::PlacedTrack> all_tracks() {
+  std::vector<sila::PlacedTrack> tracks;
+  if (const char* path = std::getenv("SILA_BENCH_SCENE")) {
+    const char* data = std::getenv("SILA_BENCH_DATA");
+    const sila::Scene scene = sila::read_scene(path, kConfig.episode.scaling, data ? data : "");
+    for (sila::Trajectory& track : sila::read_scene_tracks(scene, kConfig.clean).trajectories) {
+      tracks.push_back({std::move(track), scene.corners[scene.primary].frame});
+    }
+    return sila::split_tracks(std::move(tracks), 0.0, 1).train;
+  }
+  sila::SimulationConfig simulation = kConfig.simulate;
+  simulation.tracks = 400;
+  sila::Simulation simulated = sila::simulate(simulation);
+  for (sila::Trajectory& track : simulated.tracks) {
+    tracks.push_back({std::move(track), sila::primary_corner(simulated.scene).frame});
+  }
+  return tracks;
+}
+
+/// A place half learnt, and the next batches.
+struct Place {
+  std::vector<sila::PlacedTrack> tracks = all_tracks();
+  std::size_t half = tracks.size() / 2 / kBatch * kBatch;
+  sila::Model model =
+      sila::run_episodes({}, std::span(tracks).first(half), kBatch, kConfig.episode, sila::sila_update(kConfig.episode))
+          .model;
+  std::vector<sila::Window> windows =
+      sila::windows_of(std::span(tracks).subspan(half), kConfig.episode.sampling, kConfig.episode.predict, 1.0);
+
+  std::span<const sila::PlacedTrack> batch(std::size_t number) const {
+    const std::size_t batches = (tracks.size() - half) / kBatch;
+    return std::span(tracks).subspan(half + number % batches * kBatch, kBatch);
+  }
+};
+
+inline const Place& place() {
+  static const Place it;
+  return it;
+}
+
+}  // namespace bench

@@ -1,0 +1,114 @@
+// One prediction and a frame of 100, idle and while episodes are learnt on another core. Each call is timed by itself,
+// for it is the slow ones that a control loop notices: counters p50, p99 and worst [us].
+//
+//   prediction                                   # simulated
+//   SILA_BENCH_SCENE=SCENE.json SILA_BENCH_DATA=DIR prediction
+
+#include <benchmark/benchmark.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "place.hpp"
+#include "sila/predict/predictor.hpp"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::size_t kTransitions = 1000;
+
+/// A model of at least 1000 transitions: nothing is fused, so that more fields overlap than in a model that SILA made.
+const sila::Model& large_model() {
+  static const sila::Model model = [] {
+    sila::SimulationConfig simulation = bench::kConfig.simulate;
+    simulation.tracks = 4000;
+    const sila::Simulation simulated = sila::simulate(simulation);
+    sila::Model grown;
+    const sila::Update update = sila::accumulate_update(bench::kConfig.episode);
+    for (std::size_t first = 0; grown.transitions.size() < kTransitions; first += bench::kBatch) {
+      std::vector<sila::PlacedTrack> batch;
+      for (std::size_t k = first; k < first + bench::kBatch; ++k)
+        batch.push_back({simulated.tracks.at(k), sila::primary_corner(simulated.scene).frame});
+      grown = sila::run_episode(grown, batch, bench::kConfig.episode, update).model;
+    }
+    return grown;
+  }();
+  return model;
+}
+
+std::vector<sila::Window> simulated_windows() {
+  sila::SimulationConfig simulation = bench::kConfig.simulate;
+  simulation.tracks = 60, simulation.seed = 77;
+  const sila::Simulation simulated = sila::simulate(simulation);
+  std::vector<sila::PlacedTrack> tracks;
+  for (const sila::Trajectory& track : simulated.tracks)
+    tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
+  return sila::windows_of(tracks, bench::kConfig.episode.sampling, bench::kConfig.episode.predict, 1.0);
+}
+
+void report(benchmark::State& state, std::vector<double>& each_us, const sila::Model& model) {
+  std::sort(each_us.begin(), each_us.end());
+  const auto quantile = [&](double share) {
+    return each_us[static_cast<std::size_t>(share * static_cast<double>(each_us.size() - 1))];
+  };
+  state.counters["p50"] = quantile(0.5), state.counters["p99"] = quantile(0.99),
+  state.counters["worst"] = quantile(1.0);
+  state.counters["primitives"] = static_cast<double>(model.primitives.size());
+  state.counters["transitions"] = static_cast<double>(model.transitions.size());
+}
+
+/// Predictions of so many windows are one call.
+void predict(benchmark::State& state, const sila::Model& model, const std::vector<sila::Window>& windows,
+             std::size_t at_once) {
+  const sila::Predictor predictor(model, bench::kConfig.episode.predict);
+  sila::Workspace workspace;
+  for (const sila::Window& window : windows) predictor.predict(window.observed, workspace);
+  std::vector<double> each_us;
+  each_us.reserve(std::size_t{1} << 22);
+  std::size_t number = 0;
+  for (auto _ : state) {
+    const auto start = Clock::now();
+    for (std::size_t k = 0; k < at_once; ++k)
+      benchmark::DoNotOptimize(predictor.predict(windows[number++ % windows.size()].observed, workspace));
+    each_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+  }
+  report(state, each_us, model);
+}
+
+void OneAtThePlace(benchmark::State& state) {
+  predict(state, bench::place().model, bench::place().windows, 1);
+}
+
+void OneOfALargeModel(benchmark::State& state) {
+  static const std::vector<sila::Window> windows = simulated_windows();
+  predict(state, large_model(), windows, 1);
+}
+
+void FrameOf100(benchmark::State& state) {
+  static const std::vector<sila::Window> windows = simulated_windows();
+  predict(state, large_model(), windows, 100);
+}
+
+void OneWhileLearning(benchmark::State& state) {
+  std::atomic<bool> done = false;
+  bench::place();
+  std::thread learner([&] {
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    for (std::size_t number = 0; !done; ++number)
+      benchmark::DoNotOptimize(
+          sila::run_episode(bench::place().model, bench::place().batch(number), bench::kConfig.episode));
+  });
+  predict(state, bench::place().model, bench::place().windows, 1);
+  done = true;
+  learner.join();
+}
+
+BENCHMARK(OneAtThePlace)->Unit(benchmark::kMicrosecond)->Repetitions(3);
+BENCHMARK(OneWhileLearning)->Unit(benchmark::kMicrosecond)->Repetitions(3);
+BENCHMARK(OneOfALargeModel)->Unit(benchmark::kMicrosecond)->Repetitions(3);
+BENCHMARK(FrameOf100)->Unit(benchmark::kMicrosecond)->Repetitions(3);
+
+}  // namespace

@@ -1,0 +1,123 @@
+// What a control loop must not meet: memory, locks and exceptions while somebody is predicted. The C library's own
+// entries are counted, so that nothing underneath escapes.
+
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include <cstdlib>
+
+#include "sila/episode/episode.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/predict/predictor.hpp"
+#include "support/walks.hpp"
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+namespace {
+
+thread_local bool counting = false;
+thread_local long allocations = 0, locks = 0;  // an exception allocates, too
+
+using Lock = int (*)(pthread_mutex_t*);
+const Lock real_lock = reinterpret_cast<Lock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) {
+  allocations += counting ? 1 : 0;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  allocations += counting ? 1 : 0;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* memory, std::size_t size) {
+  allocations += counting ? 1 : 0;
+  return __libc_realloc(memory, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  allocations += counting ? 1 : 0;
+  return __libc_memalign(alignment, size);
+}
+
+int pthread_mutex_lock(pthread_mutex_t* mutex) {
+  locks += counting ? 1 : 0;
+  // Before this file's globals exist nobody counts and one thread runs.
+  return real_lock ? real_lock(mutex) : 0;
+}
+}
+
+namespace sila {
+namespace {
+
+struct Counts {
+  long allocations = 0, locks = 0;
+};
+
+template <class Work>
+Counts counts_of(const Work& work) {
+  allocations = locks = 0;
+  counting = true;
+  work();
+  counting = false;
+  return {allocations, locks};
+}
+
+void expect_quiet(const EpisodeConfig& config) {
+  const Model model = run_episodes({}, testing::corner_walks(80, 21), 20, config, sila_update(config)).model;
+  const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), config.sampling, config.predict, 0.4);
+  ASSERT_GT(windows.size(), 50u);
+  const Predictor predictor(model, config.predict);
+  Workspace workspace;
+  for (const Window& window : windows) predictor.predict(window.observed, workspace);
+  for (const Window& window : windows) {
+    const Prediction fresh = predictor.predict(window.observed);
+    const Counts counts = counts_of([&] { predictor.predict(window.observed, workspace); });
+    EXPECT_EQ(counts.allocations, 0);
+    EXPECT_EQ(counts.locks, 0);
+    // What was left from other people does not show.
+    ASSERT_EQ(workspace.prediction.modes.size(), fresh.modes.size());
+    for (std::size_t m = 0; m < fresh.modes.size(); ++m) {
+      EXPECT_EQ(workspace.prediction.modes[m].weight, fresh.modes[m].weight);
+      EXPECT_EQ(workspace.prediction.modes[m].path_m, fresh.modes[m].path_m);
+      EXPECT_EQ(workspace.prediction.modes[m].covariances_m2, fresh.modes[m].covariances_m2);
+      EXPECT_EQ(workspace.prediction.modes[m].primitives, fresh.modes[m].primitives);
+      EXPECT_EQ(workspace.prediction.modes[m].manner, fresh.modes[m].manner);
+    }
+  }
+}
+
+TEST(Workspace, CountsWhatItPromisesNotToDo) {
+  const Counts counts = counts_of([] {
+    std::vector<int> numbers(3);
+    pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+    pthread_mutex_lock(&mutex);
+    pthread_mutex_unlock(&mutex);
+    EXPECT_EQ(numbers.size(), 3u);
+  });
+  EXPECT_GE(counts.allocations, 1);
+  EXPECT_EQ(counts.locks, 1);
+}
+
+TEST(Workspace, OnceItIsLargeEnoughAPredictionNeitherAllocatesNorLocks) {
+  expect_quiet({});
+}
+
+TEST(Workspace, TheSameInThePapersProfile) {
+  EpisodeConfig plain;
+  plain.predict.blend = false, plain.lessons.enabled = false, plain.outlook.enabled = false;
+  plain.predict.merge_radius_m = 0.3;
+  expect_quiet(plain);
+}
+
+}  // namespace
+}  // namespace sila
+
+#endif
