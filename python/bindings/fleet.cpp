@@ -52,7 +52,7 @@ std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
 
 std::vector<PythonTask> plan(int leaves, bool goes_on, const std::string& config) {
   std::vector<PythonTask> tasks;
-  for (const FleetTask& task : plan_fleet(leaves, goes_on, config_of(config).episode.lessons))
+  for (const FleetTask& task : plan_fleet(leaves, goes_on, config_of(config).episode))
     tasks.emplace_back(kFleetSteps[static_cast<std::size_t>(task.step)], task.leaf, task.inputs);
   return tasks;
 }

@@ -105,6 +105,13 @@ Lessons teach(const Leaf& leaf, Model known, const Lessons& lessons, const Episo
   return lessons_on(known, tracks, config);
 }
 
+FuseConfig fusing(const EpisodeConfig& config) {
+  FuseConfig fuse = config.fuse;
+  fuse.case_3_fuses_stronger = config.fleet.case_3_fuses_stronger;
+  fuse.mean = config.fleet.mean;
+  return fuse;
+}
+
 EpisodeConfig rehearsing(EpisodeConfig config) {
   constexpr double kSparser = 4.0;
   config.lessons.every_s *= kSparser;
@@ -143,7 +150,7 @@ std::vector<ChosenLeaf> choose_leaves(std::span<const std::vector<EpisodeId>> ep
   return chosen;
 }
 
-Plan plan_fleet(int leaves, bool goes_on, const LessonConfig& config) {
+Plan plan_fleet(int leaves, bool goes_on, const EpisodeConfig& config) {
   if (leaves < 1)
     throw std::invalid_argument("plan_fleet: leaves = " + std::to_string(leaves) + ", must be at least 1");
   Plan plan;
@@ -154,9 +161,9 @@ Plan plan_fleet(int leaves, bool goes_on, const LessonConfig& config) {
   const int halves[2] = {reduce(plan, FleetStep::fuse, std::span(learnt).first(split)),
                          reduce(plan, FleetStep::fuse, std::span(learnt).subspan(split))};
   int lessons = kFleetNothing;
-  if (config.enabled) {
+  if (config.lessons.enabled) {
     const int judges[2] = {with_start(plan, goes_on, halves[1]), with_start(plan, goes_on, halves[0])};
-    lessons = add_rounds(plan, judges, leaves, middle, config.tree_rounds);
+    lessons = add_rounds(plan, judges, leaves, middle, config.fleet.lesson_rounds);
   }
   const int whole =
       halves[1] == kFleetNothing ? halves[0] : add_task(plan, {FleetStep::fuse, -1, {halves[0], halves[1]}});
@@ -175,7 +182,7 @@ FleetValue run_task(FleetStep step, const Leaf& leaf, Inputs inputs, const Episo
     case FleetStep::learn:
       return learn_leaf(leaf, config);
     case FleetStep::fuse:
-      return fuse_models(model_in(input(0)), model_in(input(1)), config.fuse, config.outlook).model;
+      return fuse_models(model_in(input(0)), model_in(input(1)), fusing(config), config.outlook).model;
     case FleetStep::rehearse:
       return teach(leaf, model_in(input(0)), lessons_in(input(1)), rehearsing(config));
     case FleetStep::teach:
@@ -205,7 +212,7 @@ Model learn_fleet(const Model& start, std::vector<Leaf> leaves, EpisodeConfig co
   const FleetValue begin = start, nothing;
   const Leaf none;
   std::vector<FleetValue> values;
-  const Plan plan = plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0, config.lessons);
+  const Plan plan = plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0, config);
   for (const FleetTask& task : plan) {
     std::vector<const FleetValue*> inputs;
     for (const int from : task.inputs)

@@ -169,7 +169,7 @@ TEST(Fleet, BeginsWithTheMedianWidthOfItsPlaces) {
 TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
   for (const int leaves : {1, 2, 3, 7, 16, 33}) {
     for (const bool goes_on : {false, true}) {
-      const std::vector<FleetTask> plan = plan_fleet(leaves, goes_on, kConfig.lessons);
+      const std::vector<FleetTask> plan = plan_fleet(leaves, goes_on, kConfig);
       std::vector<std::set<int>> knows(plan.size());
       std::vector<int> taught(static_cast<std::size_t>(leaves), 0);
       for (std::size_t t = 0; t < plan.size(); ++t) {
@@ -188,11 +188,11 @@ TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
           EXPECT_FALSE(knows[static_cast<std::size_t>(judge)].contains(task.leaf)) << leaves << " leaves";
         }
       }
-      for (const int rounds : taught) EXPECT_EQ(rounds, kConfig.lessons.tree_rounds);
+      for (const int rounds : taught) EXPECT_EQ(rounds, kConfig.fleet.lesson_rounds);
       EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(leaves)) << "every leaf counts";
     }
   }
-  EXPECT_THROW(plan_fleet(0, false, kConfig.lessons), std::invalid_argument);
+  EXPECT_THROW(plan_fleet(0, false, kConfig), std::invalid_argument);
 }
 
 }  // namespace

@@ -15,7 +15,6 @@ struct LessonConfig {
   bool enabled = true;
   double every_s = 1.6;
   double decay = 0.97;
-  int tree_rounds = 2;
 };
 
 template <class Config, class Visitor>
@@ -25,8 +24,24 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("every_s", config.every_s, Range{0.0, 60.0, true}, "s",
                "between the windows of a track that are predicted");
   visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode", "how much older lessons still count");
-  visit.number("tree_rounds", config.tree_rounds, Range{1, 20}, "-",
-               "how often each half of a fleet is predicted by the other half, the last time to learn from the errors");
+}
+
+/// How models that were learnt side by side become one, where it differs from one batch after another.
+struct FleetConfig {
+  bool case_3_fuses_stronger = true;
+  PrimitiveMean mean = PrimitiveMean::count;
+  int lesson_rounds = 2;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, FleetConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.flag("case_3_fuses_stronger", config.case_3_fuses_stronger,
+             "case 3 fuses the stronger pair: halves meet once, what stays apart stays apart (paper: off)");
+  visit.choice("mean", config.mean, primitive_mean_names,
+               "mean of fused primitives: plain (paper), by count, over active cells");
+  visit.number("lesson_rounds", config.lesson_rounds, Range{1, 20}, "-",
+               "how often each half is predicted by the other half, the last time to learn from the errors");
 }
 
 /// Everything that an episode is governed by.
@@ -38,6 +53,7 @@ struct EpisodeConfig {
   OutlookConfig outlook;
   FuseConfig fuse;
   LessonConfig lessons;
+  FleetConfig fleet;
   PredictConfig predict;
 };
 
@@ -56,6 +72,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("outlook", config.outlook);
   visit.group("fuse", config.fuse);
   visit.group("lessons", config.lessons);
+  visit.group("fleet", config.fleet);
   visit.group("predict", config.predict);
 }
 

@@ -59,7 +59,7 @@ struct FleetTask {
 /// model. Leaves are halved again and again and the halves fused. Then what one half learnt predicts the other half,
 /// round by round, and the errors teach: no model is judged by tracks that it has learnt. Throws: std::invalid_argument
 /// without leaves. Source: none in the paper; docs/decisions/0062-fleet.md.
-std::vector<FleetTask> plan_fleet(int leaves, bool goes_on, const LessonConfig& config);
+std::vector<FleetTask> plan_fleet(int leaves, bool goes_on, const EpisodeConfig& config);
 
 using FleetValue = std::variant<std::monostate, Model, Lessons>;
 
