@@ -6,6 +6,7 @@ needs the package with `sila[fleet]`. The places are simulated; the numbers are 
 """
 
 import argparse
+import os
 import pickle
 import statistics
 import tempfile
@@ -103,7 +104,9 @@ def run(folder, options):
                 lambda client=client: sila.fleet.learn(folder, client=client, leaf=options.leaf, progress=False),
                 options.repeats,
             )
-            rows.append((f"fleet, {workers} worker" + "s" * (workers > 1), seconds, outcome.model))
+            spent = ", ".join(f"{cpu:.1f}" for cpu in client.run(lambda: sum(os.times()[:2])).values())
+            who = f"fleet, {workers} worker" + "s" * (workers > 1) + f" ({spent} s of processor time, with their start)"
+            rows.append((who, seconds, outcome.model))
     assert rows[1][2] == rows[2][2] == rows[3][2], "one model, whoever made it"
     tracks = rows[0][2].tracks
     print(f"{options.sites} places of {options.tracks} tracks, {options.leaf} tracks a leaf\n")
