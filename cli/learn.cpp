@@ -21,10 +21,30 @@ struct LearnOptions {
   int batch = 20;
 };
 
+/// What all episodes together did not keep apart, or not at all.
+struct GivenUp {
+  int absorbed = 0;
+  int forgotten = 0;
+  LimitReport over_limit;
+
+  void add(const EpisodeReport& report) {
+    absorbed += report.compact.absorbed;
+    forgotten += report.compact.forgotten;
+    over_limit.primitives += report.given_up.primitives;
+    over_limit.transitions += report.given_up.transitions;
+    over_limit.count += report.given_up.count;
+  }
+};
+
 void tell(int number, int of, const EpisodeReport& report) {
   std::ostringstream line;
   line << "episode " << number << "/" << of << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
+  const LimitReport& lost = report.given_up;
+  if (lost.transitions > 0) {
+    line << "; over the limit, gave up " << lost.primitives << " primitives and " << lost.transitions
+         << " transitions, seen " << std::setprecision(1) << lost.count << " times";
+  }
   std::cerr << line.str() << "\n";
 }
 
@@ -47,6 +67,7 @@ void learn_tracks(const LearnOptions& options) {
   const int before = static_cast<int>(stored.episodes.size());
   const int episodes = (static_cast<int>(tracks.size()) + options.batch - 1) / options.batch;
   Model previous = stored.model;
+  GivenUp given_up;
   const Run run =
       run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
                    sila_update(config.episode), [&](int number, const Episode& episode) {
@@ -54,6 +75,7 @@ void learn_tracks(const LearnOptions& options) {
                      file.commit(episode.model, record_of(before + number, previous, episode), configuration);
                      previous = episode.model;
                      tell(number, episodes, report);
+                     given_up.add(report);
                    });
   if (run.known > 0) {
     std::cerr << run.known << " of " << episodes << " batches are in " << options.model
@@ -65,6 +87,8 @@ void learn_tracks(const LearnOptions& options) {
                                 {"known", run.known},
                                 {"tracks", tracks.size()},
                                 {"size", size(run.model)}};
+    json["absorbed"] = given_up.absorbed, json["forgotten"] = given_up.forgotten;
+    json["given_up"] = to_json(given_up.over_limit);
     std::cout << json.dump(2) << "\n";
   } else {
     std::cout << options.model << ": " << run.model.tracks << " tracks in " << run.model.episodes << " episodes, "

@@ -12,6 +12,10 @@
 // What a model file is told of its episodes, by the program and by the Python package alike.
 namespace sila::cli {
 
+inline nlohmann::ordered_json to_json(const LimitReport& report) {
+  return {{"primitives", report.primitives}, {"transitions", report.transitions}, {"count", report.count}};
+}
+
 /// What the model file keeps of an episode that began with `previous`; numbers count from 1.
 inline EpisodeRecord record_of(int number, const Model& previous, const Episode& episode) {
   const EpisodeReport& report = episode.report;
@@ -20,6 +24,9 @@ inline EpisodeRecord record_of(int number, const Model& previous, const Episode&
   statistics["unexplained"] = report.learn.unexplained;
   statistics["batch_primitives"] = report.learn.primitives;
   statistics["batch_transitions"] = report.learn.transitions;
+  statistics["absorbed"] = report.compact.absorbed;
+  statistics["forgotten"] = report.compact.forgotten;
+  statistics["given_up"] = to_json(report.given_up);
   statistics["change"] = to_json(report.change, previous, episode.model);
   return {number, report.tracks, report.seconds, report.size_before, report.size_after, statistics.dump()};
 }

@@ -95,6 +95,26 @@ ModelChange change_by_relearning(const Model& previous, const Model& updated) {
   return change;
 }
 
+ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
+  std::vector<int> place(static_cast<std::size_t>(change.primitives_after), -1);
+  for (std::size_t k = 0; k < kept.size(); ++k) place.at(static_cast<std::size_t>(kept[k])) = static_cast<int>(k);
+  const auto at = [&](int updated) { return place.at(static_cast<std::size_t>(updated)); };
+  const std::set<int> gone_before(change.gone.begin(), change.gone.end());
+  for (int i = 0, updated = 0; i < change.primitives_before; ++i) {
+    if (!gone_before.contains(i) && at(updated++) < 0) change.gone.push_back(i);
+  }
+  std::sort(change.gone.begin(), change.gone.end());
+  std::erase_if(change.added, [&](int k) { return at(k) < 0; });
+  for (int& k : change.added) k = at(k);
+  std::erase_if(change.fused, [&](const FusedPrimitive& fused) { return at(fused.primitive) < 0; });
+  for (FusedPrimitive& fused : change.fused) fused.primitive = at(fused.primitive);
+  std::erase_if(change.split,
+                [&](const ReplacedPrimitive& split) { return at(split.first) < 0 || at(split.second) < 0; });
+  for (ReplacedPrimitive& split : change.split) split.first = at(split.first), split.second = at(split.second);
+  change.primitives_after = static_cast<int>(kept.size());
+  return change;
+}
+
 ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated) {
   ordered_json json{{"before", change.primitives_before}, {"after", change.primitives_after}, {"gone", change.gone}};
   json["added"] = ordered_json::array();

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <utility>
+
+#include "sila/fuse/fade.hpp"
 
 namespace sila {
 namespace {
@@ -93,7 +96,9 @@ Update sila_update(const EpisodeConfig& config) {
     const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);  // M'(n)
     Fused fused = fuse(previous, incoming.increment, config.fuse, config.outlook);    // M(n)
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    return Updated{std::move(fused.model), incoming.report, fused.report, std::move(change)};
+    Compacted small = compact(std::move(fused.model), config.compact, config.fuse, config.outlook);
+    change = without_dropped(std::move(change), small.kept);
+    return Updated{std::move(small.model), incoming.report, fused.report, small.report, std::move(change)};
   };
 }
 
@@ -102,7 +107,7 @@ Update accumulate_update(const EpisodeConfig& config) {
     const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);
     Fused sum = accumulate(previous, incoming.increment);
     ModelChange change = change_by(sum.plan, previous, sum.model);
-    return Updated{std::move(sum.model), incoming.report, sum.report, std::move(change)};
+    return Updated{std::move(sum.model), incoming.report, sum.report, {}, std::move(change)};
   };
 }
 
@@ -114,7 +119,7 @@ Update relearn_update(const EpisodeConfig& config) {
     Learnt learnt = learn(*seen, conventions, config.learn, config.outlook);
     learnt.increment.model.episodes = previous.episodes + 1;
     ModelChange change = change_by_relearning(previous, learnt.increment.model);
-    return Updated{std::move(learnt.increment.model), learnt.report, {}, std::move(change)};
+    return Updated{std::move(learnt.increment.model), learnt.report, {}, {}, std::move(change)};
   };
 }
 
@@ -139,8 +144,11 @@ Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, cons
   return gather_lessons(Predictor(seen, config.predict), windows);
 }
 
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
-                    const Update& update) {
+namespace {
+
+/// One episode without the fading that comes before it.
+Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                const Update& update) {
   validate_fields("run_episode", config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
@@ -155,6 +163,9 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   Lessons lessons = taught_by(previous, batch, config);
   Updated updated = update(previous, prepared(batch, conventions, config), conventions);
   updated.model.lessons = std::move(lessons);
+  Limited limited = limit(std::move(updated.model), config.model, config.compact);
+  updated.model = std::move(limited.model);
+  updated.change = without_dropped(std::move(updated.change), limited.kept);
   updated.model.episode_ids = joined(previous.episode_ids, {id});
   Episode episode{std::move(updated.model), {}};
   episode.report.tracks = static_cast<int>(batch.size());
@@ -162,8 +173,22 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   episode.report.size_after = size(episode.model);
   episode.report.learn = updated.learn;
   episode.report.fuse = std::move(updated.fuse);
+  episode.report.compact = updated.compact;
+  episode.report.given_up = limited.report;
   episode.report.change = std::move(updated.change);
   episode.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return episode;
+}
+
+}  // namespace
+
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                    const Update& update) {
+  const double half_life = config.compact.half_life_episodes;
+  if (std::isinf(half_life) || batch.empty()) return take_up(previous, batch, config, update);
+  validate_fields("run_episode", config);
+  Episode episode = take_up(fade(previous, std::exp2(-1.0 / half_life)), batch, config, update);
+  if (episode.report.known) episode.model = previous;
   return episode;
 }
 

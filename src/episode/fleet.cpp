@@ -112,6 +112,13 @@ FuseConfig fusing(const EpisodeConfig& config) {
   return fuse;
 }
 
+/// As an episode does: what became rare beside the other half is absorbed or forgotten.
+Model fuse_halves(const Model& first, const Model& second, const EpisodeConfig& config) {
+  const FuseConfig fuse = fusing(config);
+  Model fused = fuse_models(first, second, fuse, config.outlook).model;
+  return compact(std::move(fused), config.compact, fuse, config.outlook).model;
+}
+
 EpisodeConfig rehearsing(EpisodeConfig config) {
   constexpr double kSparser = 4.0;
   config.lessons.every_s *= kSparser;
@@ -121,7 +128,7 @@ EpisodeConfig rehearsing(EpisodeConfig config) {
 /// What was known before fades as if the new episodes had come one after another.
 Model finish(Model model, const Lessons& lessons, const Model& start, const EpisodeConfig& config) {
   model.lessons = add_lessons(start.lessons, lessons, std::pow(config.lessons.decay, model.episodes - start.episodes));
-  return model;
+  return limit(std::move(model), config.model, config.compact).model;
 }
 
 }  // namespace
@@ -182,7 +189,7 @@ FleetValue run_task(FleetStep step, const Leaf& leaf, Inputs inputs, const Episo
     case FleetStep::learn:
       return learn_leaf(leaf, config);
     case FleetStep::fuse:
-      return fuse_models(model_in(input(0)), model_in(input(1)), fusing(config), config.outlook).model;
+      return fuse_halves(model_in(input(0)), model_in(input(1)), config);
     case FleetStep::rehearse:
       return teach(leaf, model_in(input(0)), lessons_in(input(1)), rehearsing(config));
     case FleetStep::teach:

@@ -17,8 +17,10 @@ void shuffle(std::vector<T>& items, std::uint64_t seed) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
 }
 
-EpisodeConfig without_lessons(EpisodeConfig config) {
+/// Batch learning takes no lessons on the way and has no growth to stop.
+EpisodeConfig plain_config(EpisodeConfig config) {
   config.lessons.enabled = false;
+  config.compact.enabled = false;
   return config;
 }
 
@@ -67,7 +69,7 @@ Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::s
 Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& config) {
   const auto started = std::chrono::steady_clock::now();
   const auto half = tracks.size() / 2;
-  const EpisodeConfig plain = without_lessons(config);
+  const EpisodeConfig plain = plain_config(config);
   const auto learn_all = [&](std::span<const PlacedTrack> some) {
     return run_episode(Model{}, some, plain, sila_update(plain));
   };

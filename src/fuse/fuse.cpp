@@ -123,6 +123,18 @@ detail::FieldSources sources_of(const TransitionGroup& group, const Model& previ
   return sources;
 }
 
+/// The episode of the fused model in which somebody last walked any of the transitions that become one.
+int last_episode_of(const TransitionGroup& group, const Model& previous, const Model& incoming) {
+  const int shift = static_cast<int>(previous.primitives.size());
+  int last = 0;
+  for (const auto& [from, to] : group.sources) {
+    last = std::max(last, from < shift
+                              ? transition_at(previous, {from, to}).last_episode
+                              : previous.episodes + transition_at(incoming, {from - shift, to - shift}).last_episode);
+  }
+  return last;
+}
+
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
 std::vector<Transition> fused_transitions(const std::vector<detail::FieldSources>& sources, const FusionPlan& plan,
                                           const GpConfig& config, const GpConfig& outlook_config) {
@@ -184,6 +196,8 @@ Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, c
   model.conventions = previous.empty() ? incoming.model.conventions : previous.conventions;
   model.primitives = fused_primitives(previous, incoming.model, plan, config);
   model.transitions = fused_transitions(sources, plan, config.gp, outlook_gp_config(outlook));
+  for (std::size_t g = 0; g < plan.groups.size(); ++g)
+    model.transitions[g].last_episode = last_episode_of(plan.groups[g], previous, incoming.model);
   model.lessons = previous.lessons.empty() ? incoming.model.lessons : previous.lessons;
   model.gait = incoming.gait.inputs.cols() > 0 ? learn_gait(previous.gait, incoming.gait, outlook)
                                                : fuse_gaits(previous.gait, incoming.model.gait, outlook);

@@ -5,6 +5,8 @@
 #include <set>
 #include <sstream>
 
+#include "sila/model/packing.hpp"
+
 namespace sila {
 namespace {
 
@@ -107,6 +109,7 @@ nlohmann::ordered_json inspect_json(const StoredModel& stored) {
           {"episodes", model.episodes},
           {"tracks", model.tracks},
           {"bytes", stored.bytes},
+          {"model_bytes", packed_bytes(stored.model)},
           {"sila_version", stored.sila_version},
           {"cells", facts.cells},
           {"arrows", facts.arrows},

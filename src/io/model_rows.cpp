@@ -106,7 +106,7 @@ std::int64_t checksum(const Model& model, const std::string& configuration) {
   }
   for (const Transition& transition : model.transitions) {
     add(to_bytes(std::vector<double>{static_cast<double>(transition.from), static_cast<double>(transition.to),
-                                     transition.count}));
+                                     transition.count, static_cast<double>(transition.last_episode)}));
     add(to_bytes(pack(transition.field)));
     add(to_bytes(pack(transition.outlook)));
   }
@@ -140,10 +140,11 @@ void write_primitives(sqlite::Database& database, const std::vector<MotionPrimit
 
 void write_transitions(sqlite::Database& database, const std::vector<Transition>& transitions) {
   database.execute("DELETE FROM transitions");
-  sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?, ?)");
+  sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?, ?, ?)");
   for (const Transition& transition : transitions) {
     insert.bind(std::int64_t{transition.from}).bind(std::int64_t{transition.to}).bind(transition.count);
-    insert.bind_blob(to_bytes(pack(transition.field))).bind_blob(to_bytes(pack(transition.outlook))).step();
+    insert.bind_blob(to_bytes(pack(transition.field))).bind_blob(to_bytes(pack(transition.outlook)));
+    insert.bind(std::int64_t{transition.last_episode}).step();
   }
 }
 
@@ -161,11 +162,12 @@ std::vector<MotionPrimitive> read_primitives(sqlite::Database& database) {
 std::vector<Transition> read_transitions(sqlite::Database& database) {
   std::vector<Transition> transitions;
   sqlite::Statement row = database.prepare(
-      "SELECT from_primitive, to_primitive, count, field, outlook FROM transitions ORDER BY from_primitive, "
-      "to_primitive");
+      "SELECT from_primitive, to_primitive, count, field, outlook, last_episode FROM transitions ORDER BY "
+      "from_primitive, to_primitive");
   while (row.step()) {
     transitions.push_back({count_of<int>(row.integer(0)), count_of<int>(row.integer(1)), row.real(2),
-                           unpack_flow_field(to_numbers(row.blob(3))), unpack_gp(to_numbers(row.blob(4)))});
+                           unpack_flow_field(to_numbers(row.blob(3))), unpack_gp(to_numbers(row.blob(4))),
+                           count_of<int>(row.integer(5))});
   }
   return transitions;
 }
@@ -226,6 +228,7 @@ CREATE TABLE transitions (
   count REAL NOT NULL,
   field BLOB NOT NULL,           -- doubles: the sparse GP and its extent
   outlook BLOB NOT NULL,         -- doubles: the sparse GP
+  last_episode INTEGER NOT NULL, -- in which it was last seen
   PRIMARY KEY (from_primitive, to_primitive)
 );
 CREATE TABLE episodes (

@@ -112,7 +112,8 @@ std::vector<std::pair<Run, std::vector<CellArrow>>> choose_seeds(const CodingPro
   }
   std::stable_sort(best.begin(), best.end(),
                    [](const auto& a, const auto& b) { return a.first.energy > b.first.energy; });
-  const std::size_t most = std::max<std::size_t>(1, problem.tracks.size() / 10);
+  const std::size_t room = static_cast<std::size_t>(config.max_primitives) - state.primitives.size();
+  const std::size_t most = std::min(room, std::max<std::size_t>(1, problem.tracks.size() / 10));
   std::vector<std::pair<Run, std::vector<CellArrow>>> seeds;
   for (auto& [run, rest] : best) {
     std::vector<CellArrow> seed = seed_on_support(problem, rest, config);

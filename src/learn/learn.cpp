@@ -41,6 +41,7 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
   for (const auto& [key, transition] : observed) {
     Transition& fitted = transitions.emplace_back();
     fitted.from = key.first, fitted.to = key.second, fitted.count = transition.count;
+    fitted.last_episode = 1;
     FlowField& field = fitted.field;
     for (Eigen::Index i = 0; i < transition.samples.positions.cols(); ++i) {
       field.extent.extend(Vector2(transition.samples.positions.col(i)));

@@ -54,6 +54,10 @@ void check_transition(const Model& model, std::size_t index) {
     refuse(name + ": there are only " + std::to_string(primitives) + " primitives");
   }
   if (!(transition.count > 0.0) || !std::isfinite(transition.count)) refuse(name + ": the count is not positive");
+  if (transition.last_episode < 0 || transition.last_episode > model.episodes) {
+    refuse(name + ": last seen in episode " + std::to_string(transition.last_episode) + " of " +
+           std::to_string(model.episodes));
+  }
   if (index > 0) {
     const Transition& before = model.transitions[index - 1];
     if (std::pair(before.from, before.to) >= std::pair(transition.from, transition.to)) {

@@ -133,7 +133,7 @@ bool identical(const MotionPrimitive& a, const MotionPrimitive& b) {
 
 bool identical(const Transition& a, const Transition& b) {
   return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field)) &&
-         same_bits(pack(a.outlook), pack(b.outlook));
+         same_bits(pack(a.outlook), pack(b.outlook)) && a.last_episode == b.last_episode;
 }
 
 }  // namespace
@@ -283,6 +283,27 @@ Conventions unpack_conventions(std::span<const double> numbers) {
   conventions.outlook_knots = unpacker.count<int>();
   unpacker.finish();
   return conventions;
+}
+
+std::size_t packed_bytes(const MotionPrimitive& primitive) {
+  const auto& [cells, weight] = primitive;
+  constexpr std::size_t per_cell = sizeof(CellKey) + sizeof(Vector2);
+  return sizeof weight + per_cell * cells.size();
+}
+
+std::size_t packed_bytes(const Transition& transition) {
+  const auto& [from, to, count, field, outlook, last_episode] = transition;
+  return sizeof from + sizeof to + sizeof count + sizeof last_episode +
+         sizeof(double) * (pack(field).size() + pack(outlook).size());
+}
+
+std::size_t packed_bytes(const Model& model) {
+  std::size_t bytes = sizeof model.episodes + sizeof model.tracks;
+  for (const auto& part : {pack(model.conventions), pack(model.lessons), pack(model.gait), pack(model.places)})
+    bytes += sizeof(double) * part.size();
+  for (const MotionPrimitive& primitive : model.primitives) bytes += packed_bytes(primitive);
+  for (const Transition& transition : model.transitions) bytes += packed_bytes(transition);
+  return bytes;
 }
 
 bool identical(const Model& a, const Model& b) {

@@ -221,6 +221,34 @@ std::size_t steps(double length_m) {
   return static_cast<std::size_t>(length_m / kPathStep_m + 0.5);
 }
 
+/// How far before and behind works people leave the sidewalk, and where works begin.
+constexpr double kDetourRamp_m = 3.0;
+constexpr double kWorksBegin_m = 4.0;
+
+/// The way round works: where the sidewalk is closed its width is walked on the roadway, beside the curb.
+void go_round_works(Route& route, const StreetPlan& plan, const SimulationConfig& config) {
+  const Block& block = plan.blocks.front();
+  const Vector2 along_curb = -left_of(block.inward_1);  // away from the corner
+  Gate gate;
+  for (std::size_t i = 0; i < route.path.size(); ++i) {
+    Vector2& point = route.path[i];
+    const double depth = (point - block.origin).dot(block.inward_1);
+    const double along = (point - block.origin).dot(along_curb);
+    if (depth < 0.0 || depth > plan.sidewalk_m) continue;
+    const double outside = std::max(kWorksBegin_m - along, along - kWorksBegin_m - config.works_m);
+    const double share = std::clamp(1.0 - outside / kDetourRamp_m, 0.0, 1.0);
+    const double shift = share * share * (3.0 - 2.0 * share) * (plan.sidewalk_m + 0.3);
+    point -= shift * block.inward_1;
+    if (shift <= depth) continue;
+    if (!gate.roadway) gate.stop = gate.begin = i;
+    gate.roadway = true;
+    gate.end = i + 1;
+  }
+  if (!gate.roadway) return;
+  const auto later = std::ranges::find_if(route.gates, [&](const Gate& other) { return other.stop > gate.stop; });
+  route.gates.insert(later, gate);
+}
+
 /// One gate for each crossing, in order, at the curb.
 std::vector<Gate> find_gates(const StreetPlan& plan, const std::vector<Stretch>& stretches,
                              const std::vector<Vector2>& path, double stand_back_m) {
@@ -310,6 +338,7 @@ Route draw_route(const StreetPlan& plan, const SimulationConfig& config, Random&
   route.facts.rounds_corner = rounds_corner(plan, draft.stretches);
   route.facts.ignores_red = jaywalker;
   route.facts.leaves_crosswalk = unmarked.has_value();
+  if (config.works_m > 0.0) go_round_works(route, plan, config);
   if (random.chance(config.stand_share)) add_standing(route, plan, config, random);
   return route;
 }

@@ -122,6 +122,35 @@ TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
   EXPECT_GT(count, 100);
 }
 
+TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
+  simulate();
+  const Outcome outcome =
+      run("learn tracks.csv --scene tracks.scene.json --model m.sila --json --set model.max_primitives=25 "
+          "--set model.max_bytes=400000");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
+  EXPECT_LE(inspected.at("primitives").get<int>(), 25);
+  EXPECT_LE(inspected.at("model_bytes").get<double>(), 400000.0);
+  const auto given_up = nlohmann::json::parse(outcome.out).at("given_up");
+  EXPECT_GT(given_up.at("primitives").get<int>(), 0);
+  EXPECT_GT(given_up.at("transitions").get<int>(), 0);
+  EXPECT_GT(given_up.at("count").get<double>(), 0.0);
+  EXPECT_NE(outcome.err.find("over the limit, gave up"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Program, RefusesCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLeavesTheFileAlone) {
+  learn();
+  const std::string model = read(folder_ / "m.sila");
+  for (const std::string field :
+       {"model.max_bytes=1000", "model.max_bytes=0", "model.max_bytes=-5", "model.max_primitives=0",
+        "model.max_primitives=nan", "compact.half_life_episodes=0", "compact.half_life_episodes=-2"}) {
+    const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --set " + field;
+    expect_refused(refused, {field.substr(0, field.find('='))});
+    EXPECT_EQ(run(refused).code, 2) << field;
+    EXPECT_EQ(read(folder_ / "m.sila"), model) << field;
+  }
+}
+
 TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
   learn();
   fs::rename(folder_ / "m.sila", folder_ / "first.sila");

@@ -75,7 +75,7 @@ TEST(Relearn, SeesAllBatchesSoFar) {
   EXPECT_EQ(relearnt.model.tracks, 40);
   EXPECT_EQ(relearnt.model.episodes, 2);
   EpisodeConfig plain = kConfig;
-  plain.lessons.enabled = false;
+  plain.lessons.enabled = plain.compact.enabled = false;
   const Model at_once = run_episode({}, tracks, plain).model;
   EXPECT_EQ(size(relearnt.model), size(at_once));
 }

@@ -118,6 +118,8 @@ inline Model random_model(std::uint64_t seed) {
   }
   model.lessons = random_lessons(random);
   model.gait = random_gp(random, kGaitInputs, 6);
+  for (Transition& transition : model.transitions)
+    transition.last_episode = static_cast<int>(random() % (seed % 100 + 1));
   model.places.resize(2);
   model.places[1].origin_m = random_matrix(random, 2, 1);
   model.episodes = static_cast<int>(seed % 100);

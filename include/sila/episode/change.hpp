@@ -40,6 +40,9 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
 /// For a model that was learnt anew: all that was is gone, all that is was added.
 ModelChange change_by_relearning(const Model& previous, const Model& updated);
 
+/// The change if of the updated primitives only those in `kept` (sorted indices) stay.
+ModelChange without_dropped(ModelChange change, const std::vector<int>& kept);
+
 /// The change as a model file keeps it: the shapes of the primitives that are new or fused, and the transitions whose
 /// count is another one. Constant in the size of the model, but for what changed.
 /// Shapes: `cells` is x, y and direction [whole degrees] of each cell, one after the other.

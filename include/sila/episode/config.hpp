@@ -3,7 +3,9 @@
 #include <concepts>
 
 #include "sila/core/sampling.hpp"
+#include "sila/fuse/compact.hpp"
 #include "sila/fuse/config.hpp"
+#include "sila/fuse/limit.hpp"
 #include "sila/learn/config.hpp"
 #include "sila/model/outlook.hpp"
 #include "sila/predict/config.hpp"
@@ -52,6 +54,8 @@ struct EpisodeConfig {
   LearnConfig learn;
   OutlookConfig outlook;
   FuseConfig fuse;
+  CompactConfig compact;
+  ModelLimits model;
   LessonConfig lessons;
   FleetConfig fleet;
   PredictConfig predict;
@@ -71,6 +75,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("learn", config.learn);
   visit.group("outlook", config.outlook);
   visit.group("fuse", config.fuse);
+  visit.group("compact", config.compact);
+  visit.group("model", config.model);
   visit.group("lessons", config.lessons);
   visit.group("fleet", config.fleet);
   visit.group("predict", config.predict);

@@ -7,7 +7,9 @@
 #include "sila/core/placed_track.hpp"
 #include "sila/episode/change.hpp"
 #include "sila/episode/config.hpp"
+#include "sila/fuse/compact.hpp"
 #include "sila/fuse/fuse.hpp"
+#include "sila/fuse/limit.hpp"
 #include "sila/learn/learn.hpp"
 #include "sila/predict/lessons.hpp"
 
@@ -22,6 +24,8 @@ struct EpisodeReport {
   double seconds = 0.0;  ///< wall time of the episode
   LearnReport learn;
   FuseReport fuse;
+  CompactReport compact;
+  LimitReport given_up;
   ModelChange change;
 };
 
@@ -35,6 +39,7 @@ struct Updated {
   Model model;
   LearnReport learn;
   FuseReport fuse;
+  CompactReport compact;
   ModelChange change;
 };
 
@@ -42,7 +47,7 @@ struct Updated {
 /// The batch comes in curb coordinates; `conventions` are those of the model, or the first ones.
 using Update = std::function<Updated(const Model& previous, const Batch& batch, const Conventions& conventions)>;
 
-Update sila_update(const EpisodeConfig& config);  ///< learn, then fuse: M(n) = fuse(M(n-1), M'(n))
+Update sila_update(const EpisodeConfig& config);  ///< learn, fuse, compact: M(n) = compact(fuse(M(n-1), M'(n)))
 Update accumulate_update(
     const EpisodeConfig& config);  ///< learn, then add without fusing (standard incremental learning)
 /// Learns anew from all batches so far, which it keeps (batch learning); each call needs the batches in order.
@@ -60,9 +65,11 @@ Conventions conventions_for(const Model& previous, const CurbFrame& frame, const
 /// What the errors of a model teach on tracks that it has not learnt.
 Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config);
 
-/// One episode: predict the batch with what is known so far and learn from the errors, then learn the batch itself.
+/// One episode: forget a little (only with a half-life), predict the batch with what is known so far and learn from the
+/// errors, learn the batch itself, and give up what is over the limits (only if there are any).
 /// A batch that the model has learnt before leaves it as it is.
-/// Throws: std::invalid_argument for a configuration out of range or conventions other than the model's.
+/// Throws: std::invalid_argument for a configuration out of range or conventions other than the model's,
+/// limits in which nothing fits.
 /// Source: SILA paper, Alg. 1. Differs: the lessons; docs/decisions/0005-blend.md.
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
                     const Update& update);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,11 @@ FlowField unpack_flow_field(std::span<const double> numbers);
 SparseGp unpack_gp(std::span<const double> numbers);
 std::vector<CurbFrame> unpack_places(std::span<const double> numbers);
 Conventions unpack_conventions(std::span<const double> numbers);
+
+/// What a part, and the whole model, takes in a file: its numbers, without what the database adds [bytes].
+std::size_t packed_bytes(const MotionPrimitive& primitive);
+std::size_t packed_bytes(const Transition& transition);
+std::size_t packed_bytes(const Model& model);
 
 /// Whether two models are the same bit for bit: -0 is not 0 here, and a NaN is itself.
 bool identical(const Model& a, const Model& b);

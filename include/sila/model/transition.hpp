@@ -12,6 +12,7 @@ struct Transition {
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;
   SparseGp outlook = {};  ///< of the paths that led here (see outlook.hpp); no points: nothing known
+  int last_episode = 0;   ///< of the model, in which it was last seen; from 1
 };
 
 }  // namespace sila

@@ -26,6 +26,7 @@ struct SimulationConfig {
   double view_radius_m = 15.0;
   double sidewalk_width_m = 3.0;
   double road_width_m = 8.0;
+  double works_m = 0.0;
 
   double arrivals_per_s = 0.25;
   double group_share = 0.2;
@@ -54,6 +55,9 @@ void fields(Config& config, Visitor&& visit) {
                "the tracker sees this far round the primary corner");
   visit.number("sidewalk_width_m", config.sidewalk_width_m, R{2.0, 6.0}, "m", "from the curb to the building");
   visit.number("road_width_m", config.road_width_m, R{4.0, 20.0}, "m", "from curb to curb");
+  visit.number("works_m", config.works_m, R{0.0, 10.0}, "m",
+               "so long a piece of the sidewalk along axis_1 of the primary corner is closed, from 4 m off; people go "
+               "round it on the roadway");
   visit.number("arrivals_per_s", config.arrivals_per_s, R{0.01, 1.5}, "1/s", "walkers or groups that enter the scene");
   visit.number("group_share", config.group_share, share, "", "arrivals of two or three people who walk together");
   visit.number("turn_share", config.turn_share, share, "",

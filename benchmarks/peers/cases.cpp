@@ -1,0 +1,180 @@
+// What tools/bench_peers compares with GPy and scikit-learn: the cases are written for them, and solved here.
+//
+//   peer_cases write DIR        gp_inputs.csv, gp_outputs.csv, gp_pseudo_inputs.csv, dictionary.csv
+//   peer_cases solve N          each N times; prints one JSON object, seconds and what was found
+
+#include <algorithm>
+#include <ctime>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "../gp_data.hpp"
+#include "sila/config.hpp"
+#include "sila/core/sampling.hpp"
+#include "sila/gp/greedy.hpp"
+#include "sila/gp/train.hpp"
+#include "sila/learn/dictionary.hpp"
+#include "sila/learn/learn.hpp"
+#include "sila/sim/simulate.hpp"
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr int kPoints = 300, kPseudoInputs = 20, kIterations = 50;
+constexpr int kTracks = 840;  ///< as in the paper
+
+/// One output, for GPy's FITC knows no more.
+sila::GpData one_output() {
+  sila::GpData data = sila::benchmarks::transition_data(kPoints, 1);
+  data.outputs.conservativeResize(Eigen::NoChange, 1);
+  return data;
+}
+
+struct GpCase {
+  sila::GpData data = one_output();
+  sila::Hyperparameters start = sila::benchmarks::walking_theta();
+  Eigen::MatrixXd pseudo_inputs = sila::select_pseudo_inputs(start.kernel, data.inputs, kPseudoInputs, 0.0);
+};
+
+/// The paper's simulated tracks on the grid.
+struct DictionaryCase {
+  sila::Config config;
+  std::vector<sila::GridVector> vectors;
+  sila::Conventions conventions;
+  std::vector<sila::CellKey> cells;
+
+  DictionaryCase() {
+    sila::SimulationConfig simulation = config.simulate;
+    simulation.tracks = kTracks;
+    const sila::Simulation simulated = sila::simulate(simulation);
+    const sila::CurbFrame frame = sila::primary_corner(simulated.scene).frame;
+    conventions = sila::begin_conventions(frame, config.episode.scaling, config.episode.sampling.interval_s,
+                                          config.episode.learn.grid);
+    std::set<sila::CellKey> seen;
+    for (const sila::Trajectory& track : simulated.tracks) {
+      vectors.push_back(sila::to_grid_vector(sila::resample(track, frame, config.episode.sampling), conventions.grid,
+                                             config.episode.learn.dictionary.min_speed_mps));
+      seen.insert(vectors.back().path.begin(), vectors.back().path.end());
+    }
+    cells.assign(seen.begin(), seen.end());
+  }
+
+  Eigen::Index column(const sila::CellKey& key) const {
+    return 2 * (std::lower_bound(cells.begin(), cells.end(), key) - cells.begin());
+  }
+
+  /// One track a row: x and y of the direction in each cell.
+  Eigen::MatrixXd matrix() const {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kTracks, 2 * static_cast<Eigen::Index>(cells.size()));
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+      for (std::size_t c = 0; c < vectors[i].path.size(); ++c)
+        rows.block<1, 2>(static_cast<Eigen::Index>(i), column(vectors[i].path[c])) =
+            vectors[i].directions[c].transpose();
+    }
+    return rows;
+  }
+};
+
+void write(const std::string& path, const Eigen::MatrixXd& rows) {
+  std::ofstream file(path);
+  const Eigen::IOFormat csv(Eigen::FullPrecision, Eigen::DontAlignCols, ",", "\n");
+  file << rows.format(csv) << "\n";
+  if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
+}
+
+/// Of the processor, so that other work on the machine counts little.
+template <class Work>
+double seconds(const Work& work) {
+  const std::clock_t start = std::clock();
+  work();
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+std::vector<double> numbers(const Eigen::MatrixXd& matrix) {
+  return {matrix.data(), matrix.data() + matrix.size()};
+}
+
+/// Theta and pseudo-inputs by gradient from the same start as the peer's.
+ordered_json solve_gp(int times) {
+  const GpCase problem;
+  sila::GpConfig config;
+  config.hyperparameters = sila::HyperparameterChoice::optimised;
+  config.pseudo_inputs = sila::PseudoInputChoice::optimised;
+  config.max_pseudo_inputs = kPseudoInputs, config.selection_stop = 0.0, config.max_iterations = kIterations;
+  sila::SparseGp gp;
+  std::vector<double> each;
+  for (int k = 0; k < times; ++k)
+    each.push_back(seconds([&] { gp = sila::fit_sparse_gp(problem.data, problem.start, config); }));
+  return {{"seconds", each},
+          {"signal_variance", gp.kernel.signal_variance},
+          {"length_scales", numbers(gp.kernel.length_scales)},
+          {"noise_variance", gp.noise_variance},
+          {"pseudo_inputs", numbers(gp.pseudo_inputs)}};
+}
+
+/// Error: what the primitives leave of the directions, as a share of them.
+ordered_json solve_dictionary(int times, int most_primitives) {
+  const DictionaryCase problem;
+  sila::Dictionary dictionary;
+  std::vector<double> each;
+  const double gain = problem.config.episode.learn.dictionary.gain_m / problem.config.episode.learn.grid.cell_m;
+  const double run = problem.config.episode.learn.dictionary.run_m / problem.config.episode.learn.grid.cell_m;
+  sila::DictionaryConfig config = problem.config.episode.learn.dictionary;
+  if (most_primitives > 0) config.max_primitives = most_primitives;
+  for (int k = 0; k < times; ++k) {
+    each.push_back(seconds(
+        [&] { dictionary = sila::learn_dictionary(problem.vectors, problem.conventions.grid, gain, run, config); }));
+  }
+  const Eigen::MatrixXd wanted = problem.matrix();
+  Eigen::MatrixXd left = wanted;
+  for (std::size_t i = 0; i < dictionary.codes.size(); ++i) {
+    for (const sila::Coefficient& used : dictionary.codes[i]) {
+      for (const auto& cell : dictionary.primitives[static_cast<std::size_t>(used.primitive)].cells)
+        left.block<1, 2>(static_cast<Eigen::Index>(i), problem.column(cell.cell)) -=
+            used.value * cell.velocity.transpose();
+    }
+  }
+  return {{"seconds", each},
+          {"vectors", problem.vectors.size()},
+          {"cells", problem.cells.size()},
+          {"primitives", dictionary.primitives.size()},
+          {"error", left.squaredNorm() / wanted.squaredNorm()}};
+}
+
+int run(const std::vector<std::string>& words) {
+  if (words.size() == 2 && words[0] == "write") {
+    const GpCase gp;
+    write(words[1] + "/gp_inputs.csv", gp.data.inputs.transpose());
+    write(words[1] + "/gp_outputs.csv", gp.data.outputs);
+    write(words[1] + "/gp_pseudo_inputs.csv", gp.pseudo_inputs.transpose());
+    write(words[1] + "/dictionary.csv", DictionaryCase().matrix());
+    return 0;
+  }
+  if (words.size() == 2 && words[0] == "solve") {
+    const int times = std::stoi(words[1]);
+    std::cout << ordered_json{{"gp", solve_gp(times)},
+                              {"dictionary", solve_dictionary(times, 0)},
+                              {"dictionary of 29", solve_dictionary(times, 29)}}
+                     .dump()
+              << "\n";
+    return 0;
+  }
+  std::cerr << "peer_cases: expected `write DIR` or `solve TIMES`\n";
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run({argv + 1, argv + argc});
+  } catch (const std::exception& error) {
+    std::cerr << "peer_cases: " << error.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,111 @@
+#include "sila/fuse/compact.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "coverage.hpp"
+#include "fuse_fields.hpp"
+
+namespace sila {
+namespace {
+
+/// The model while it is compacted: transitions keep their indices, those that are gone are not `kept`.
+struct Workbench {
+  std::vector<Transition>& transitions;
+  detail::FieldIndex index;
+  std::vector<bool> kept;
+  std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are looked at
+};
+
+/// The transition that speaks for `rare` with the least difference; -1 if none does.
+int best_speaker(Workbench& bench, int rare, const std::vector<bool>& news, const detail::Coverage& coverage) {
+  const auto at = [&](int i) -> const Transition& { return bench.transitions[static_cast<std::size_t>(i)]; };
+  int best = -1;
+  double least = 0.0;
+  for (const int other : bench.index.candidates(at(rare), coverage.share)) {
+    const bool looked_at = !news[static_cast<std::size_t>(rare)] && !news[static_cast<std::size_t>(other)];
+    if (other == rare || looked_at || at(other).count < at(rare).count) continue;
+    const auto difference = bench.index.difference(rare, at(rare), other, at(other), coverage);
+    if (!difference || (best >= 0 && *difference >= least)) continue;
+    best = other;
+    least = *difference;
+  }
+  return best;
+}
+
+void absorb(Workbench& bench, int rare, int into, const FuseConfig& fusing, const OutlookConfig& outlook) {
+  Transition& target = bench.transitions[static_cast<std::size_t>(into)];
+  const Transition& source = bench.transitions[static_cast<std::size_t>(rare)];
+  const detail::FieldSources both{{&target, &source}, {}, {}};
+  Transition fused{target.from,
+                   target.to,
+                   target.count + source.count,
+                   detail::fuse_fields(both, fusing.gp),
+                   detail::fuse_outlooks(both, outlook_gp_config(outlook)),
+                   std::max(target.last_episode, source.last_episode)};
+  target = std::move(fused);
+  bench.kept[static_cast<std::size_t>(rare)] = false;
+  bench.index.remove(rare);
+  bench.index.replace(into, target);
+  bench.changed[static_cast<std::size_t>(into)] = true;
+}
+
+/// Absorbs until nothing agrees any more, for what has grown may agree with what it did not agree with before.
+int absorb_rare(Workbench& bench, double max_count, const detail::Coverage& coverage, const FuseConfig& fusing,
+                const OutlookConfig& outlook) {
+  std::vector<int> order(bench.transitions.size());
+  std::iota(order.begin(), order.end(), 0);
+  int absorbed = 0;
+  for (std::vector<bool> news(order.size(), true); std::find(news.begin(), news.end(), true) != news.end();
+       news = std::exchange(bench.changed, std::vector<bool>(order.size(), false))) {
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {  // the rarest first
+      return bench.transitions[static_cast<std::size_t>(a)].count <
+             bench.transitions[static_cast<std::size_t>(b)].count;
+    });
+    for (const int rare : order) {
+      if (!bench.kept[static_cast<std::size_t>(rare)]) continue;
+      if (bench.transitions[static_cast<std::size_t>(rare)].count > max_count) continue;
+      const int speaker = best_speaker(bench, rare, news, coverage);
+      if (speaker < 0) continue;
+      absorb(bench, rare, speaker, fusing, outlook);
+      ++absorbed;
+    }
+  }
+  return absorbed;
+}
+
+}  // namespace
+
+Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fusing, const OutlookConfig& outlook) {
+  validate_fields("compact", config);
+  Compacted result;
+  const std::size_t before = model.primitives.size();
+  if (!config.enabled) {
+    result.kept.resize(before);
+    std::iota(result.kept.begin(), result.kept.end(), 0);
+    result.model = std::move(model);
+    return result;
+  }
+  const std::size_t transitions = model.transitions.size();
+  Workbench bench{model.transitions,
+                  {model.transitions, 2.0 * model.conventions.grid.cell},
+                  std::vector<bool>(transitions, true),
+                  std::vector<bool>(transitions, false)};
+  const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m,
+                                  config.agreement_share};
+  result.report.absorbed = absorb_rare(bench, config.max_count, coverage, fusing, outlook);
+  for (std::size_t i = 0; i < transitions; ++i) {
+    const Transition& transition = model.transitions[i];
+    const double unseen = model.episodes - transition.last_episode;
+    if (!bench.kept[i] || transition.count > config.forget_count || unseen < config.forget_after_episodes) continue;
+    bench.kept[i] = false;
+    ++result.report.forgotten;
+  }
+  result.kept = detail::thin_out(model, bench.kept);
+  result.report.primitives = static_cast<int>(before - model.primitives.size());
+  result.model = std::move(model);
+  return result;
+}
+
+}  // namespace sila

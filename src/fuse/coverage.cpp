@@ -1,0 +1,136 @@
+#include "coverage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace sila::detail {
+namespace {
+
+std::int64_t bucket_of(std::int64_t x, std::int64_t y) {
+  return (x << 32) ^ (y & 0xffffffff);
+}
+
+std::int64_t floor_to(double value, double size) {
+  return static_cast<std::int64_t>(std::floor(value / size));
+}
+
+}  // namespace
+
+FieldIndex::FieldIndex(const std::vector<Transition>& transitions, double bucket_size)
+    : bucket_size_(bucket_size),
+      posteriors_(transitions.size()),
+      means_(transitions.size()),
+      boxes_(transitions.size()) {
+  for (std::size_t i = 0; i < transitions.size(); ++i) insert(static_cast<int>(i), transitions[i]);
+}
+
+void FieldIndex::insert(int transition, const Transition& content) {
+  const auto at = static_cast<std::size_t>(transition);
+  if (content.field.extent.isEmpty()) return;
+  const SparseGp& gp = content.field.gp;
+  const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
+  boxes_[at] = Eigen::AlignedBox2d(content.field.extent.min() - reach, content.field.extent.max() + reach);
+  const Vector2 low = boxes_[at].min(), high = boxes_[at].max();
+  for (std::int64_t x = floor_to(low.x(), bucket_size_); x <= floor_to(high.x(), bucket_size_); ++x) {
+    for (std::int64_t y = floor_to(low.y(), bucket_size_); y <= floor_to(high.y(), bucket_size_); ++y) {
+      std::vector<int>& bucket = buckets_[bucket_of(x, y)];
+      if (std::find(bucket.begin(), bucket.end(), transition) == bucket.end()) bucket.push_back(transition);
+    }
+  }
+}
+
+void FieldIndex::remove(int transition) {
+  boxes_[static_cast<std::size_t>(transition)].setEmpty();
+  posteriors_[static_cast<std::size_t>(transition)].reset();
+  means_[static_cast<std::size_t>(transition)].reset();
+}
+
+void FieldIndex::replace(int transition, const Transition& content) {
+  posteriors_[static_cast<std::size_t>(transition)].reset();
+  means_[static_cast<std::size_t>(transition)].reset();
+  insert(transition, content);
+}
+
+std::vector<int> FieldIndex::candidates(const Transition& of, double share) const {
+  const Eigen::MatrixXd& places = of.field.gp.pseudo_inputs;
+  std::map<int, int> hits;
+  for (Eigen::Index m = 0; m < places.cols(); ++m) {
+    const auto found =
+        buckets_.find(bucket_of(floor_to(places(0, m), bucket_size_), floor_to(places(1, m), bucket_size_)));
+    if (found == buckets_.end()) continue;
+    for (const int other : found->second) {
+      if (boxes_[static_cast<std::size_t>(other)].contains(Vector2(places.col(m)))) ++hits[other];
+    }
+  }
+  std::vector<int> result;
+  for (const auto& [other, count] : hits) {
+    if (count >= share * static_cast<double>(places.cols())) result.push_back(other);
+  }
+  return result;
+}
+
+const Posterior& FieldIndex::posterior(int transition, const Transition& content) {
+  std::optional<Posterior>& cached = posteriors_[static_cast<std::size_t>(transition)];
+  if (!cached) cached.emplace(content.field.gp);
+  return *cached;
+}
+
+const Eigen::Matrix2Xd& FieldIndex::own_means(int transition, const Transition& content) {
+  std::optional<Eigen::Matrix2Xd>& cached = means_[static_cast<std::size_t>(transition)];
+  if (cached) return *cached;
+  const Eigen::MatrixXd& places = content.field.gp.pseudo_inputs;
+  const Posterior& own = posterior(transition, content);
+  cached.emplace(2, places.cols());
+  for (Eigen::Index m = 0; m < places.cols(); ++m) cached->col(m) = own.predict_flow(places.col(m)).mean;
+  return *cached;
+}
+
+std::optional<double> FieldIndex::difference(int of, const Transition& asked, int by, const Transition& speaker,
+                                             const Coverage& coverage) {
+  const Eigen::MatrixXd& places = asked.field.gp.pseudo_inputs;
+  const Eigen::Matrix2Xd& own = own_means(of, asked);
+  const Posterior& other = posterior(by, speaker);
+  const double needed = coverage.share * static_cast<double>(places.cols());
+  double squares = 0.0;
+  double known = 0.0;
+  for (Eigen::Index m = 0; m < places.cols(); ++m) {
+    if (known + static_cast<double>(places.cols() - m) < needed) return std::nullopt;  // most fail early
+    const FlowPrediction said = other.predict_flow(places.col(m));
+    if (said.variance >= coverage.known_ratio * other.signal_variance()) continue;
+    known += 1.0;
+    squares += (said.mean - own.col(m)).squaredNorm();
+  }
+  if (known == 0.0 || known < needed) return std::nullopt;
+  const double difference = std::sqrt(squares / known);
+  return difference < coverage.agreement ? std::optional(difference) : std::nullopt;
+}
+
+std::vector<int> thin_out(Model& model, const std::vector<bool>& kept) {
+  std::vector<Transition> transitions;
+  std::vector<bool> touched(model.primitives.size(), false);
+  for (std::size_t i = 0; i < model.transitions.size(); ++i) {
+    if (!kept[i]) continue;
+    touched[static_cast<std::size_t>(model.transitions[i].from)] = true;
+    touched[static_cast<std::size_t>(model.transitions[i].to)] = true;
+    transitions.push_back(std::move(model.transitions[i]));
+  }
+  std::vector<int> stay;
+  std::vector<int> place(model.primitives.size(), -1);
+  std::vector<MotionPrimitive> primitives;
+  for (std::size_t p = 0; p < model.primitives.size(); ++p) {
+    if (!touched[p]) continue;
+    place[p] = static_cast<int>(stay.size());
+    stay.push_back(static_cast<int>(p));
+    primitives.push_back(std::move(model.primitives[p]));
+  }
+  for (Transition& transition : transitions) {
+    transition.from = place[static_cast<std::size_t>(transition.from)];
+    transition.to = place[static_cast<std::size_t>(transition.to)];
+  }
+  model.transitions = std::move(transitions);
+  model.primitives = std::move(primitives);
+  return stay;
+}
+
+}  // namespace sila::detail
