@@ -144,7 +144,7 @@ TEST_F(Program, RefusesCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLea
   for (const std::string field :
        {"model.max_bytes=1000", "model.max_bytes=0", "model.max_bytes=-5", "model.max_primitives=0",
         "model.max_primitives=nan", "compact.half_life_episodes=0", "compact.half_life_episodes=-2"}) {
-    const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --set " + field;
+    const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
     expect_refused(refused, {field.substr(0, field.find('='))});
     EXPECT_EQ(run(refused).code, 2) << field;
     EXPECT_EQ(read(folder_ / "m.sila"), model) << field;
