@@ -56,7 +56,10 @@ ordered_json key_of(const ReadExperiment& read, const Job& job, const std::strin
   }
   key["tracks"] = hash_of(tracks);
   const Method& method = method_of(read.experiment, job);
-  const ordered_json how{to_json(method.config), to_json(method.memory), to_json(method.cliff),
+  const ordered_json how{to_json(method.config),
+                         to_json(method.memory),
+                         to_json(method.cliff),
+                         to_json(method.tree),
                          to_json(read.experiment.places[job.place].evaluate),
                          kMethodKinds[static_cast<std::size_t>(method.kind)]};
   key["method"] = hash_of(how.dump());

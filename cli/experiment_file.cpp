@@ -161,6 +161,7 @@ MethodAtPlaces read_method(const Item& item, const std::vector<ReadPlace>& place
   method.kind = kind_named(kind, item);
   method.memory = with(method.memory, item, "memory");
   method.cliff = with(method.cliff, item, "cliff");
+  method.tree = with(method.tree, item, "tree");
   MethodAtPlaces everywhere;
   for (const ReadPlace& place : places) {
     Config config = place.config;
@@ -189,7 +190,7 @@ std::vector<MethodAtPlaces> read_methods(const Item& item, const std::vector<Rea
     const json whole{{"method", item.value}};
     return {read_method({whole, item.file, item.where}, places, options)};
   }
-  require_object(item, {"name", "method", "thresholds", "config", "config_file", "memory", "cliff"});
+  require_object(item, {"name", "method", "thresholds", "config", "config_file", "memory", "cliff", "tree"});
   if (!item.value.contains("thresholds")) return {read_method(item, places, options)};
   std::vector<MethodAtPlaces> methods;
   for (const json& threshold : list_at(item, "thresholds")) {
@@ -260,6 +261,7 @@ nlohmann::ordered_json resolved_json(const ReadExperiment& read, const std::vect
     item["method"] = kMethodKinds[static_cast<std::size_t>(method[0].kind)];
     if (method[0].kind == MethodKind::memory) item["memory"] = to_json(method[0].memory);
     if (method[0].kind == MethodKind::cliff) item["cliff"] = to_json(method[0].cliff);
+    if (method[0].kind == MethodKind::tree) item["tree"] = to_json(method[0].tree);
     for (std::size_t p = 0; p < method.size(); ++p) item["config"][places[p].place.name] = to_json(method[p].config);
   }
   return resolved;

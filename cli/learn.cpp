@@ -77,9 +77,16 @@ void learn_tracks(const LearnOptions& options) {
                      tell(number, episodes, report);
                      given_up.add(report);
                    });
+  if (run.known > 0) {
+    std::cerr << run.known << " of " << episodes << " batches are in " << options.model
+              << " already and were not learnt again\n";
+  }
   if (options.common.json) {
-    nlohmann::ordered_json json{
-        {"model", options.model}, {"episodes", episodes}, {"tracks", tracks.size()}, {"size", size(run.model)}};
+    nlohmann::ordered_json json{{"model", options.model},
+                                {"episodes", episodes},
+                                {"known", run.known},
+                                {"tracks", tracks.size()},
+                                {"size", size(run.model)}};
     json["absorbed"] = given_up.absorbed, json["forgotten"] = given_up.forgotten;
     json["given_up"] = to_json(given_up.over_limit);
     std::cout << json.dump(2) << "\n";

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   sila::cli::add_predict(app);
   sila::cli::add_evaluate(app);
   sila::cli::add_fuse(app);
+  sila::cli::add_fleet(app);
   sila::cli::add_inspect(app);
   sila::cli::add_experiment(app);
   sila::cli::add_report(app);

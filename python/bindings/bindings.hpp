@@ -47,6 +47,7 @@ void bind_scene(nb::module_& module);
 void bind_io(nb::module_& module);
 void bind_model(nb::module_& module);
 void bind_episode(nb::module_& module);
+void bind_fleet(nb::module_& module);
 void bind_predict(nb::module_& module);
 void bind_eval(nb::module_& module);
 void bind_sim(nb::module_& module);

@@ -1,9 +1,4 @@
-#include <unistd.h>
-
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -59,38 +54,6 @@ std::vector<Vector2> velocities_of(const Primitive& primitive) {
   std::vector<Vector2> velocities;
   for (const CellVelocity& entry : primitive.content.cells) velocities.push_back(entry.velocity);
   return velocities;
-}
-
-/// A folder of its own that is gone when the scope ends.
-class TemporaryFolder {
- public:
-  TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "sila-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) throw std::runtime_error("pickle: no temporary folder can be made");
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  std::filesystem::path file() const { return std::filesystem::path(path_) / "model.sila"; }
-
- private:
-  std::string path_;
-};
-
-/// A model travels as the bytes of its file: one format, bit for bit, versioned.
-std::string file_bytes(const StoredModel& stored) {
-  const TemporaryFolder folder;
-  save_model(folder.file(), stored);
-  std::ifstream file(folder.file(), std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-StoredModel model_in(std::string_view bytes) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.file(), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return load_model(folder.file());
 }
 
 nlohmann::ordered_json history_of(const StoredModel& stored) {
@@ -164,6 +127,17 @@ void bind_model(nb::module_& module) {
           "tracks", [](const StoredModel& stored) { return stored.model.tracks; }, "Tracks learnt from.")
       .def_prop_ro(
           "episodes", [](const StoredModel& stored) { return stored.model.episodes; }, "Batches learnt.")
+      .def_prop_ro(
+          "episode_ids",
+          [](const StoredModel& stored) {
+            std::vector<std::string> texts;
+            for (const EpisodeId& id : stored.model.episode_ids) texts.push_back(to_text(id));
+            return texts;
+          },
+          "What was learnt, by its content, sorted: an episode that is among them is not learnt again.")
+      .def_prop_ro(
+          "reference_width_m", [](const StoredModel& stored) { return stored.model.conventions.reference_width_m; },
+          "Sidewalk width by which metres became widths [m]; models that are fused have one.")
       .def_prop_ro("primitives", &primitives_of)
       .def_prop_ro("transitions", &transitions_of)
       .def_prop_ro(
@@ -194,12 +168,12 @@ void bind_model(nb::module_& module) {
       .def("__deepcopy__", [](const StoredModel& stored, const nb::dict&) { return stored; })
       .def("__getstate__",
            [](const StoredModel& stored) {
-             const std::string bytes = file_bytes(stored);
+             const std::string bytes = model_bytes(stored);  // one format, bit for bit, versioned
              return nb::make_tuple(nb::bytes(bytes.data(), bytes.size()));
            })
       .def("__setstate__", [](StoredModel& stored, const nb::tuple& state) {
         const auto bytes = nb::cast<nb::bytes>(state[0]);
-        new (&stored) StoredModel(model_in({bytes.c_str(), bytes.size()}));
+        new (&stored) StoredModel(model_of_bytes({bytes.c_str(), bytes.size()}));
       });
 }
 

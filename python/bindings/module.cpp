@@ -32,6 +32,7 @@ NB_MODULE(_sila, module) {
   bindings::bind_io(module);
   bindings::bind_model(module);
   bindings::bind_episode(module);
+  bindings::bind_fleet(module);
   bindings::bind_predict(module);
   bindings::bind_eval(module);
   bindings::bind_sim(module);

@@ -22,27 +22,62 @@ struct PlacedPredictor {
   Predictor predictor;
 };
 
-/// As `sila predict`, or only from the last sample of each track.
-std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                            const ScaledScene& scene, double every_s, bool at_end, int threads) {
+/// What `of_window` makes of each moment that is due, in the order of the tracks: as `sila predict`, or only from the
+/// last sample of each track.
+template <class Value, class OfWindow>
+std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector<Track>& tracks,
+                                  const ScaledScene& scene, double every_s, bool at_end, int threads,
+                                  OfWindow&& of_window) {
   if (!(every_s > 0.0))
     throw std::invalid_argument("predict: every_s = " + std::to_string(every_s) + ", must be positive");
   const cli::ThreadLimit limit(threads);
   const std::vector<PlacedTrack> input = placed(tracks, scene, made.config);
   const double observe_s = made.config.episode.predict.observe_s;
-  std::vector<std::vector<TrackPrediction>> of_track(input.size());
+  std::vector<std::vector<Value>> of_track(input.size());
   tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
     const Trajectory& track = input[i].track;
     const std::vector<std::size_t> due =
         at_end ? std::vector{track.times_s.size() - 1} : prediction_samples(track, observe_s, every_s);
     for (const std::size_t last : due) {
-      const CurbTrajectory observed = observe(track, last, input[i].frame, observe_s, made.config.episode.sampling);
-      of_track[i].push_back({tracks[i].input_id, track.id, made.predictor.predict(observed)});
+      of_track[i].push_back(
+          of_window(tracks[i], observe(track, last, input[i].frame, observe_s, made.config.episode.sampling)));
     }
   });
-  std::vector<TrackPrediction> all;
+  std::vector<Value> all;
   for (auto& some : of_track) std::move(some.begin(), some.end(), std::back_inserter(all));
   return all;
+}
+
+std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
+                                            const ScaledScene& scene, double every_s, bool at_end, int threads) {
+  return at_due_moments<TrackPrediction>(
+      made, tracks, scene, every_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
+        return TrackPrediction{track.input_id, track.trajectory.id, made.predictor.predict(observed)};
+      });
+}
+
+/// The lines of `sila predict --explain`.
+std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
+                                        const ScaledScene& scene, double every_s, bool at_end, int threads) {
+  return at_due_moments<std::string>(
+      made, tracks, scene, every_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
+        const Explanation explanation = explain(made.predictor, observed);
+        return prediction_line(track.input_id, made.predictor.predict(observed), &explanation);
+      });
+}
+
+/// How surprising a path is, point by point.
+auto surprises(const TrackPrediction& prediction, nb::handle given) {
+  const std::vector<Vector2> path = points_from("path_m", given);
+  if (path.size() > prediction.content.times_s.size()) {
+    throw std::invalid_argument("path_m: expected at most " + std::to_string(prediction.content.times_s.size()) +
+                                " points, found " + std::to_string(path.size()));
+  }
+  std::vector<double> found;
+  for (std::size_t step = 0; step < path.size(); ++step)
+    found.push_back(surprise(prediction.content, step, path[step]));
+  const std::size_t steps = found.size();
+  return array_of(std::move(found), {steps});
 }
 
 void append(std::vector<double>& numbers, const Matrix2& m) {
@@ -161,6 +196,11 @@ void bind_prediction(nb::module_& module) {
           "(probability, levels of shape (t,)): with that probability the person will be where the density of the "
           "modes is "
           "at least exp(-level) of its peak; none from a model that no error has taught yet.")
+      .def(
+          "surprises", &surprises, "path_m"_a, nb::rv_policy::automatic,
+          nb::sig("def surprises(self, path_m: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+          "path_m: (n, 2), n at most t, metres, at the times of the prediction. Shape (n,): log(peak / density) there; "
+          "a point lies in a region where that is at most the region's level.")
       .def_prop_ro("modes", [](const TrackPrediction& p) { return p.content.modes; })
       .def_prop_ro(
           "weights", [](const TrackPrediction& p) { return all_weights(p.content); }, nb::rv_policy::automatic,
@@ -177,7 +217,8 @@ void bind_prediction(nb::module_& module) {
       .def(
           "to_frame", [](nb::handle p) { return nb::module_::import_("sila._predictions").attr("frame_of")(p); },
           nb::sig("def to_frame(self) -> pandas.DataFrame"),
-          "One row a mode and time: track_id, t0, fallback, novelty, mode, weight, t, x, y, cov_xx, cov_xy, cov_yy.")
+          "One row a mode and time: track_id, t0, fallback, novelty, mode, weight, manner, t, x, y, cov_xx, cov_xy, "
+          "cov_yy.")
       .def("__eq__", [](const TrackPrediction& a, const TrackPrediction& b) { return state_of(a) == state_of(b); })
       .def("__eq__", [](const TrackPrediction&, nb::handle) { return false; })
       .def("__repr__",
@@ -204,6 +245,8 @@ void bind_predict(nb::module_& module) {
             new (self) PlacedPredictor{config, Predictor(stored.model, config.episode.predict)};
           },
           "model"_a, "config"_a)
+      .def("explain", &explain_tracks, "tracks"_a, "scene"_a, "every_s"_a, "at_end"_a, "threads"_a,
+           nb::call_guard<nb::gil_scoped_release>())
       .def("predict", &predict_tracks, "tracks"_a, "scene"_a, "every_s"_a, "at_end"_a, "threads"_a,
            nb::call_guard<nb::gil_scoped_release>());
 }

@@ -22,7 +22,7 @@ from ._sila import (
 )
 from ._sila import version as __version__
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
-from ._verbs import Simulation, evaluate, explain_fusion, fuse, learn, learn_at_once, predict, simulate
+from ._verbs import Simulation, evaluate, explain, explain_fusion, fuse, learn, learn_at_once, predict, simulate
 from .errors import FormatError, NumericalError
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "config",
     "errors",
     "evaluate",
+    "explain",
     "explain_fusion",
     "fields",
     "fuse",

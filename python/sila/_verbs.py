@@ -98,6 +98,25 @@ def predict(
     return Predictions(found)
 
 
+def explain(
+    model: Model,
+    tracks: TracksLike,
+    *,
+    scene: SceneLike,
+    every_s: float = 1.0,
+    at_end: bool = False,
+    config: ConfigLike = None,
+    threads: int = 0,
+) -> list[dict[str, Any]]:
+    """Predicts as `predict` does and says why: the lines of `sila predict --explain` as dictionaries, each with the
+    primitives, transitions and terms behind its modes."""
+    settings = merged(_model("model", model).config_json, config)
+    given = list(as_tracks(tracks, config=json.loads(settings)))
+    ready = _sila.ReadyPredictor(model, settings)
+    lines = ready.explain(given, as_scene(scene), float(every_s), at_end, _threads(threads))
+    return [json.loads(line) for line in lines]
+
+
 def evaluate(
     model: Model, tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0
 ) -> Evaluation:

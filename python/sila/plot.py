@@ -249,7 +249,10 @@ def _legend(some: Predictions, modes: int, coverage: str, with_tracks: bool) -> 
     one = some[0] if len(some) == 1 else None
     handles = []
     for number in range(modes):
-        name = f"mode {number + 1}" if one is None else f"mode {number + 1}: {100 * one.modes[number].weight:.0f} %"
+        name = f"mode {number + 1}"
+        if one is not None:
+            mode = one.modes[number]
+            name += f"{'' if mode.manner == 'expected' else f' ({mode.manner})'}: {100 * mode.weight:.0f} %"
         handles.append(Line2D([], [], color=_MODE_COLOURS[number % len(_MODE_COLOURS)], linewidth=2.2, label=name))
     handles.append(
         Line2D(

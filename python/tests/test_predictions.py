@@ -42,6 +42,40 @@ def test_a_frame_has_a_row_a_mode_and_time(predictions):
     assert list(sila.Predictions().to_frame().columns) == list(frame.columns)
 
 
+def test_a_region_says_of_each_point_whether_it_is_inside(predictions):
+    prediction = next(p for p in predictions if p.regions)
+    probabilities = [probability for probability, _ in prediction.regions]
+    assert probabilities == sorted(probabilities)
+    levels = np.array([levels for _, levels in prediction.regions])
+    assert levels.shape == (len(probabilities), len(prediction.times_s))
+    assert np.all(np.diff(levels, axis=0) >= 0.0), "a region of more probability is no smaller"
+    at_centre = prediction.surprises(prediction.paths_m[0])
+    far_away = prediction.surprises(prediction.paths_m[0] + 1000.0)
+    assert at_centre.shape == far_away.shape == prediction.times_s.shape
+    assert np.all(far_away > levels[-1])
+    assert np.all(prediction.surprises(prediction.paths_m[0][:3]) == at_centre[:3])
+    with pytest.raises(ValueError, match="path_m: expected at most"):
+        prediction.surprises(np.zeros((len(prediction.times_s) + 1, 2)))
+    with pytest.raises(ValueError, match=r"path_m: expected shape \(n, 2\)"):
+        prediction.surprises(np.zeros((3, 3)))
+
+
+def test_manners_and_novelty_are_said_of_every_prediction(predictions):
+    for prediction in predictions:
+        assert 0.0 <= prediction.novelty <= 1.0
+        assert {mode.manner for mode in prediction.modes} <= {"expected", "slower", "faster", "left", "right"}
+    frame = predictions.to_frame()
+    assert {"expected", "slower"} <= set(frame["manner"])
+
+
+def test_explaining_says_why(model, unseen, predictions):
+    lines = sila.explain(model, unseen.tracks, scene=unseen.scene)
+    assert len(lines) == len(predictions)
+    for line, prediction in zip(lines, predictions, strict=True):
+        assert line["track"] == prediction.track
+        assert len(line["explanation"]["modes"]) == len(prediction.modes)
+
+
 def test_predictions_pickle_and_copy_bit_for_bit(predictions):
     assert pickle.loads(pickle.dumps(predictions)) == predictions
     assert copy.deepcopy(predictions[0]) == predictions[0]

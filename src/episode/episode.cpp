@@ -1,7 +1,9 @@
 #include "sila/episode/episode.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -10,35 +12,6 @@
 
 namespace sila {
 namespace {
-
-/// The conventions that the batch must be learnt under: the model's, which the configuration may not contradict.
-Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
-  const Conventions fresh =
-      with_outlooks(begin_conventions(frame, config.scaling, config.sampling.interval_s, config.learn.grid),
-                    config.predict.horizon_s, config.outlook);
-  if (previous.episodes == 0) return fresh;
-  const Conventions& kept = previous.conventions;
-  if (fresh.scaling != kept.scaling)
-    throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
-  if (fresh.sample_interval_s != kept.sample_interval_s) {
-    throw std::invalid_argument("run_episode: sampling.interval_s = " + std::to_string(fresh.sample_interval_s) +
-                                ", the model began with " + std::to_string(kept.sample_interval_s));
-  }
-  const double kept_cell_m = kept.grid.cell * kept.reference_width_m;
-  if (std::abs(config.learn.grid.cell_m - kept_cell_m) > 1e-9 * kept_cell_m ||
-      config.learn.grid.tile_cells != kept.grid.tile_cells) {
-    throw std::invalid_argument(
-        "run_episode: learn.grid is not the grid that the model began with (cell_m = " + std::to_string(kept_cell_m) +
-        ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
-  }
-  if (fresh.outlook_horizon_s != kept.outlook_horizon_s || fresh.outlook_knots != kept.outlook_knots) {
-    throw std::invalid_argument(
-        "run_episode: outlooks with " + std::to_string(fresh.outlook_knots) + " knots until " +
-        std::to_string(fresh.outlook_horizon_s) + " s, the model began with " + std::to_string(kept.outlook_knots) +
-        " until " + std::to_string(kept.outlook_horizon_s) + " s; keep outlook and predict.horizon_s as they were");
-  }
-  return kept;
-}
 
 /// The moments of one track that teach outlooks.
 std::vector<OutlookExample> examples_of(const PlacedTrack& track, const Conventions& conventions,
@@ -63,16 +36,60 @@ Batch prepared(std::span<const PlacedTrack> tracks, const Conventions& conventio
 }
 
 /// What the model's errors on tracks that it has not learnt yet teach.
-Lessons taught_by(const Model& previous, const Conventions& conventions, std::span<const PlacedTrack> batch,
-                  const EpisodeConfig& config) {
+Lessons taught_by(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config) {
   if (!config.lessons.enabled) return previous.lessons;
-  Model seen = previous;
-  seen.conventions = conventions;
-  const std::vector<Window> windows = windows_of(batch, config.sampling, config.predict, config.lessons.every_s);
-  return add_lessons(previous.lessons, gather_lessons(Predictor(seen, config.predict), windows), config.lessons.decay);
+  return add_lessons(previous.lessons, lessons_on(previous, batch, config), config.lessons.decay);
+}
+
+std::vector<EpisodeId> joined(const std::vector<EpisodeId>& a, const std::vector<EpisodeId>& b) {
+  std::vector<EpisodeId> all;
+  std::ranges::set_union(a, b, std::back_inserter(all));
+  return all;
+}
+
+void require_nothing_shared(const Model& previous, const Model& incoming) {
+  std::vector<EpisodeId> shared;
+  std::ranges::set_intersection(previous.episode_ids, incoming.episode_ids, std::back_inserter(shared));
+  if (shared.empty()) return;
+  throw std::invalid_argument("fuse_models: incoming shares " + std::to_string(shared.size()) +
+                              " episodes with previous (" + to_text(shared.front()) +
+                              " is one), which would count twice; learn the others anew without them");
 }
 
 }  // namespace
+
+Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
+  const double width_m = config.reference_width_m > 0.0 ? config.reference_width_m : frame.sidewalk_width_m;
+  const Conventions fresh =
+      with_outlooks(begin_conventions(width_m, config.scaling, config.sampling.interval_s, config.learn.grid),
+                    config.predict.horizon_s, config.outlook);
+  if (previous.episodes == 0) return fresh;
+  const Conventions& kept = previous.conventions;
+  if (fresh.scaling != kept.scaling)
+    throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
+  if (fresh.sample_interval_s != kept.sample_interval_s) {
+    throw std::invalid_argument("run_episode: sampling.interval_s = " + std::to_string(fresh.sample_interval_s) +
+                                ", the model began with " + std::to_string(kept.sample_interval_s));
+  }
+  if (config.reference_width_m > 0.0 && config.reference_width_m != kept.reference_width_m) {
+    throw std::invalid_argument("run_episode: reference_width_m = " + std::to_string(config.reference_width_m) +
+                                ", the model began with " + std::to_string(kept.reference_width_m));
+  }
+  const double kept_cell_m = kept.grid.cell * kept.reference_width_m;
+  if (std::abs(config.learn.grid.cell_m - kept_cell_m) > 1e-9 * kept_cell_m ||
+      config.learn.grid.tile_cells != kept.grid.tile_cells) {
+    throw std::invalid_argument(
+        "run_episode: learn.grid is not the grid that the model began with (cell_m = " + std::to_string(kept_cell_m) +
+        ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
+  }
+  if (fresh.outlook_horizon_s != kept.outlook_horizon_s || fresh.outlook_knots != kept.outlook_knots) {
+    throw std::invalid_argument(
+        "run_episode: outlooks with " + std::to_string(fresh.outlook_knots) + " knots until " +
+        std::to_string(fresh.outlook_horizon_s) + " s, the model began with " + std::to_string(kept.outlook_knots) +
+        " until " + std::to_string(kept.outlook_horizon_s) + " s; keep outlook and predict.horizon_s as they were");
+  }
+  return kept;
+}
 
 Update sila_update(const EpisodeConfig& config) {
   return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
@@ -119,6 +136,14 @@ std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const Sampli
   return windows;
 }
 
+Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config) {
+  if (unseen.empty()) return {};
+  Model seen = model;
+  seen.conventions = conventions_for(model, unseen.front().frame, config);
+  const std::vector<Window> windows = windows_of(unseen, config.sampling, config.predict, config.lessons.every_s);
+  return gather_lessons(Predictor(seen, config.predict), windows);
+}
+
 namespace {
 
 /// One episode without the fading that comes before it.
@@ -128,12 +153,20 @@ Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
   const Conventions conventions = conventions_for(previous, batch.front().frame, config);
-  Lessons lessons = taught_by(previous, conventions, batch, config);
+  const EpisodeId id = episode_id(batch);
+  if (std::ranges::binary_search(previous.episode_ids, id)) {
+    Episode known{previous, {}};
+    known.report.known = true;
+    known.report.size_before = known.report.size_after = size(previous);
+    return known;
+  }
+  Lessons lessons = taught_by(previous, batch, config);
   Updated updated = update(previous, prepared(batch, conventions, config), conventions);
   updated.model.lessons = std::move(lessons);
   Limited limited = limit(std::move(updated.model), config.model, config.compact);
   updated.model = std::move(limited.model);
   updated.change = without_dropped(std::move(updated.change), limited.kept);
+  updated.model.episode_ids = joined(previous.episode_ids, {id});
   Episode episode{std::move(updated.model), {}};
   episode.report.tracks = static_cast<int>(batch.size());
   episode.report.size_before = size(previous);
@@ -154,7 +187,9 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
   const double half_life = config.compact.half_life_episodes;
   if (std::isinf(half_life) || batch.empty()) return take_up(previous, batch, config, update);
   validate_fields("run_episode", config);
-  return take_up(fade(previous, std::exp2(-1.0 / half_life)), batch, config, update);
+  Episode episode = take_up(fade(previous, std::exp2(-1.0 / half_life)), batch, config, update);
+  if (episode.report.known) episode.model = previous;
+  return episode;
 }
 
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config) {
@@ -163,7 +198,15 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
 
 Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
                   const OutlookConfig& outlook) {
+  require_nothing_shared(previous, incoming);
+  const double ours_m = previous.conventions.reference_width_m, theirs_m = incoming.conventions.reference_width_m;
+  if (previous.episodes > 0 && incoming.episodes > 0 && ours_m != theirs_m) {
+    throw std::invalid_argument("fuse_models: previous began with a sidewalk width of " + std::to_string(ours_m) +
+                                " m, incoming with " + std::to_string(theirs_m) +
+                                " m; models that are to be fused must begin with one reference_width_m");
+  }
   Fused fused = fuse(previous, {incoming, {}}, config, outlook);
+  fused.model.episode_ids = joined(previous.episode_ids, incoming.episode_ids);
   fused.model.lessons = add_lessons(previous.lessons, incoming.lessons, 1.0);
   return fused;
 }

@@ -1,5 +1,6 @@
 #include "sila/eval/course.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sila/episode/fleet.hpp"
 #include "sila/eval/episodes.hpp"
 
 namespace sila {
@@ -48,6 +50,13 @@ Update update_of(const Method& method) {
   }
 }
 
+std::function<Forecast()> forecast_of(const std::shared_ptr<Model>& model, const PredictConfig& config) {
+  return [model, config] {
+    auto predictor = std::make_shared<const Predictor>(*model, config);
+    return [predictor](const CurbTrajectory& observed) { return predictor->predict(observed); };
+  };
+}
+
 Learner model_learner(const Method& method) {
   auto model = std::make_shared<Model>();
   const bool at_once = method.kind == MethodKind::batch;
@@ -56,11 +65,21 @@ Learner model_learner(const Method& method) {
                 at_once ? learn_at_once(batch, config) : run_episodes(*model, batch, batch.size(), config, update);
             *model = std::move(run.model);
           },
-          [model, config = method.config.predict] {
-            auto predictor = std::make_shared<const Predictor>(*model, config);
-            return [predictor](const CurbTrajectory& observed) { return predictor->predict(observed); };
+          forecast_of(model, method.config.predict), [model] { return size(*model); }};
+}
+
+Learner tree_learner(const Method& method, std::size_t batch) {
+  auto model = std::make_shared<Model>();
+  const std::size_t leaf_tracks = batch * static_cast<std::size_t>(method.tree.leaf_episodes);
+  return {[=, config = method.config](Tracks tracks) {
+            std::vector<Leaf> leaves;
+            for (std::size_t i = 0; i < tracks.size(); i += leaf_tracks) {
+              const Tracks some = tracks.subspan(i, std::min(leaf_tracks, tracks.size() - i));
+              leaves.push_back({{some.begin(), some.end()}, batch, {}, {}});
+            }
+            *model = learn_fleet(*model, std::move(leaves), config);
           },
-          [model] { return size(*model); }};
+          forecast_of(model, method.config.predict), [model] { return size(*model); }};
 }
 
 Learner memory_learner(const Method& method, int steps) {
@@ -85,10 +104,15 @@ Learner cliff_learner(const Method& method, int steps) {
           [=] { return size(*map); }};
 }
 
-Learner learner_of(const Method& method) {
+bool learns_at_once(const Method& method) {
+  return method.kind == MethodKind::batch || method.kind == MethodKind::tree;
+}
+
+Learner learner_of(const Method& method, std::size_t batch) {
   const int steps = static_cast<int>(std::lround(method.config.predict.horizon_s / method.config.sampling.interval_s));
   if (method.kind == MethodKind::memory) return memory_learner(method, steps);
   if (method.kind == MethodKind::cliff) return cliff_learner(method, steps);
+  if (method.kind == MethodKind::tree) return tree_learner(method, batch);
   return model_learner(method);
 }
 
@@ -108,9 +132,9 @@ std::vector<std::vector<PlacedTrack>> batches_of(const Course& course, bool at_o
 
 std::vector<Milestone> run_course(const Course& course, const Method& method) {
   if (course.batch == 0) throw std::invalid_argument("run_course: batch = 0, must be at least 1");
-  const auto batches = batches_of(course, method.kind == MethodKind::batch);
+  const auto batches = batches_of(course, learns_at_once(method));
   if (batches.empty()) throw std::invalid_argument("run_course: stages hold no track, must have at least one");
-  const Learner learner = learner_of(method);
+  const Learner learner = learner_of(method, course.batch);
   std::vector<Milestone> milestones;
   for (const std::vector<PlacedTrack>& batch : batches) {
     Milestone milestone;

@@ -17,11 +17,6 @@ void shuffle(std::vector<T>& items, std::uint64_t seed) {
   for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
 }
 
-Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config) {
-  const std::vector<Window> windows = windows_of(unseen, config.sampling, config.predict, config.lessons.every_s);
-  return gather_lessons(Predictor(model, config.predict), windows);
-}
-
 /// Batch learning takes no lessons on the way and has no growth to stop.
 EpisodeConfig plain_config(EpisodeConfig config) {
   config.lessons.enabled = false;
@@ -56,10 +51,14 @@ Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint
 Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size,
                  const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer) {
   if (batch_size == 0) throw std::invalid_argument("run_episodes: batch_size = 0, must be at least 1");
-  Run run{start, {}};
+  Run run{start, {}, 0};
   for (std::size_t from = 0; from < tracks.size(); from += batch_size) {
     Episode episode =
         run_episode(run.model, tracks.subspan(from, std::min(batch_size, tracks.size() - from)), config, update);
+    if (episode.report.known) {
+      ++run.known;
+      continue;
+    }
     run.episodes.push_back(episode.report);
     if (observer) observer(static_cast<int>(run.episodes.size()), episode);
     run.model = std::move(episode.model);
@@ -81,7 +80,7 @@ Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& conf
                                       lessons_on(second, tracks.first(half), config), 1.0);
   }
   whole.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  return {std::move(whole.model), {whole.report}};
+  return {std::move(whole.model), {whole.report}, 0};
 }
 
 }  // namespace sila

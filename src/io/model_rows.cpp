@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <span>
@@ -84,6 +85,13 @@ std::vector<CellVelocity> cells_of(std::span<const std::byte> cells, std::span<c
   return result;
 }
 
+Bytes id_bytes(const EpisodeId& id) {
+  Bytes bytes;
+  append(bytes, id.high);
+  append(bytes, id.low);
+  return bytes;
+}
+
 /// Over everything a flipped bit of which would go unnoticed: SQLite has no checksums of its own.
 std::int64_t checksum(const Model& model, const std::string& configuration) {
   uLong sum = crc32_z(0, nullptr, 0);
@@ -107,6 +115,7 @@ std::int64_t checksum(const Model& model, const std::string& configuration) {
   add(to_bytes(pack(model.places)));
   add(to_bytes(std::vector<double>{static_cast<double>(model.episodes), static_cast<double>(model.tracks)}));
   add(std::as_bytes(std::span(configuration)));
+  for (const EpisodeId& id : model.episode_ids) add(id_bytes(id));
   return static_cast<std::int64_t>(sum);
 }
 
@@ -163,6 +172,24 @@ std::vector<Transition> read_transitions(sqlite::Database& database) {
   return transitions;
 }
 
+void write_episode_ids(sqlite::Database& database, const std::vector<EpisodeId>& ids) {
+  database.execute("DELETE FROM learnt");
+  sqlite::Statement insert = database.prepare("INSERT INTO learnt VALUES (?)");
+  for (const EpisodeId& id : ids) insert.bind_blob(id_bytes(id)).step();
+}
+
+std::vector<EpisodeId> read_episode_ids(sqlite::Database& database) {
+  std::vector<EpisodeId> ids;
+  sqlite::Statement row = database.prepare("SELECT episode FROM learnt");
+  while (row.step()) {
+    const std::vector<std::uint64_t> halves = words<std::uint64_t>(row.blob(0));
+    if (halves.size() != 2) throw std::invalid_argument("the id of an episode has no 16 bytes");
+    ids.push_back({halves[0], halves[1]});
+  }
+  std::ranges::sort(ids);
+  return ids;
+}
+
 std::vector<EpisodeRecord> read_episodes(sqlite::Database& database) {
   std::vector<EpisodeRecord> episodes;
   sqlite::Statement row = database.prepare(
@@ -212,6 +239,9 @@ CREATE TABLE episodes (
   size_after INTEGER NOT NULL,
   statistics TEXT NOT NULL       -- JSON
 );
+CREATE TABLE learnt (            -- what must not be learnt again
+  episode BLOB PRIMARY KEY       -- the 128 bits that stand for the content of a batch, two 64-bit integers, little endian
+) WITHOUT ROWID;
 )";
 
 std::int64_t revision(sqlite::Database& database) {
@@ -222,6 +252,7 @@ void write_model(sqlite::Database& database, const Model& model, const std::stri
                  std::int64_t revision) {
   write_primitives(database, model.primitives);
   write_transitions(database, model.transitions);
+  write_episode_ids(database, model.episode_ids);
   database.execute("DELETE FROM meta");
   sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   insert.bind(revision).bind(std::string_view(SILA_VERSION)).bind(std::int64_t{model.episodes});
@@ -260,6 +291,7 @@ StoredModel read(sqlite::Database& database) {
   model.places = unpack_places(to_numbers(meta.blob(8)));
   model.primitives = read_primitives(database);
   model.transitions = read_transitions(database);
+  model.episode_ids = read_episode_ids(database);
   stored.episodes = read_episodes(database);
   if (meta.integer(6) != checksum(model, stored.configuration))
     throw std::invalid_argument("the checksum does not agree");

@@ -6,7 +6,7 @@
 #include "sila/io/model_store.hpp"
 #include "sqlite.hpp"
 
-/// The rows of a model file, schema 1: what stands in which column. Nothing here opens files or begins transactions.
+/// The rows of a model file, schema 3: what stands in which column. Nothing here opens files or begins transactions.
 namespace sila::rows {
 
 /// Makes the tables. SQLite keeps the text with its comments in the file: `sqlite3 M.sila .schema` explains the file.

@@ -78,6 +78,19 @@ bool identify(const fs::path& path, sqlite::Database& database) {
   return true;
 }
 
+void create(sqlite::Database& database) {
+  database.execute("PRAGMA application_id = " + std::to_string(kApplicationId) +
+                   "; PRAGMA user_version = " + std::to_string(kSchema) + ";" + rows::kCreate);
+}
+
+/// What identify found to be a model.
+StoredModel content_of(sqlite::Database& database) {
+  rows::require_intact(database);
+  StoredModel stored = rows::read(database);
+  check(stored.model);
+  return stored;
+}
+
 sqlite::Database open_database(const fs::path& path, int flags) {
   // An absolute path, for SQLite gives ":memory:" and "file:" a meaning of their own.
   return {fs::absolute(path).string(), SQLITE_OPEN_READWRITE | flags};
@@ -130,10 +143,7 @@ struct ModelFile::State {
       if ((has_model ? rows::revision(*database) : 0) != revision) {
         refuse_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
       }
-      if (!has_model) {
-        database->execute("PRAGMA application_id = " + std::to_string(kApplicationId) +
-                          "; PRAGMA user_version = " + std::to_string(kSchema) + ";" + rows::kCreate);
-      }
+      if (!has_model) create(*database);
       write(*database);
       transaction.commit();
       ++revision;
@@ -178,9 +188,7 @@ StoredModel ModelFile::read() {
     sqlite::Database& database = *state_->database;
     const sqlite::Transaction snapshot(database, "BEGIN");  // all tables as one commit left them
     if (!identify(path, database)) refuse(path, "an empty file; `sila learn` makes a model of it");
-    rows::require_intact(database);
-    StoredModel stored = rows::read(database);
-    check(stored.model);
+    StoredModel stored = content_of(database);
     state_->revision = rows::revision(database);
     std::error_code error;
     stored.bytes = fs::file_size(path, error);
@@ -216,6 +224,30 @@ StoredModel load_model(const fs::path& path) {
 
 void save_model(const fs::path& path, const StoredModel& stored) {
   ModelFile::open_or_create(path).replace(stored);
+}
+
+std::string model_bytes(const StoredModel& stored) {
+  check(stored.model);
+  return naming("the bytes of a model", [&] {
+    sqlite::Database database(":memory:", SQLITE_OPEN_READWRITE);
+    sqlite::Transaction transaction(database, "BEGIN");
+    create(database);
+    rows::write_model(database, stored.model, stored.configuration, 1);
+    for (const EpisodeRecord& episode : stored.episodes) rows::write_episode(database, episode);
+    transaction.commit();
+    return database.bytes();
+  });
+}
+
+StoredModel model_of_bytes(std::string_view bytes) {
+  const fs::path name = "the bytes of a model";
+  return naming(name, [&] {
+    sqlite::Database database = sqlite::Database::of_bytes(bytes);
+    if (!identify(name, database)) refuse(name, "no bytes");
+    StoredModel stored = content_of(database);
+    stored.bytes = bytes.size();
+    return stored;
+  });
 }
 
 }  // namespace sila

@@ -1,5 +1,7 @@
 #include "sqlite.hpp"
 
+#include <cstring>
+
 namespace sila::sqlite {
 namespace {
 
@@ -110,6 +112,29 @@ std::int64_t Database::integer(std::string_view sql) {
   Statement statement = prepare(sql);
   if (!statement.step()) throw Error(SQLITE_CORRUPT, "a row is missing");
   return statement.integer(0);
+}
+
+std::string Database::bytes() const {
+  struct Free {
+    void operator()(unsigned char* bytes) const { sqlite3_free(bytes); }
+  };
+  sqlite3_int64 size = 0;
+  const std::unique_ptr<unsigned char, Free> content(sqlite3_serialize(database_.get(), "main", &size, 0));
+  if (!content) throw Error(SQLITE_NOMEM, "out of memory");
+  return {reinterpret_cast<const char*>(content.get()), static_cast<std::size_t>(size)};
+}
+
+Database Database::of_bytes(std::string_view bytes) {
+  Database database(":memory:", SQLITE_OPEN_READWRITE);
+  auto* copy = static_cast<unsigned char*>(sqlite3_malloc64(bytes.size() + 1));
+  if (copy == nullptr) throw Error(SQLITE_NOMEM, "out of memory");
+  std::memcpy(copy, bytes.data(), bytes.size());
+  const auto size = static_cast<sqlite3_int64>(bytes.size());
+  // SQLite frees the copy, also when it fails.
+  const int code = sqlite3_deserialize(database.database_.get(), "main", copy, size, size,
+                                       SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_READONLY);
+  if (code != SQLITE_OK) fail(database.database_.get(), code);
+  return database;
 }
 
 Transaction::~Transaction() {

@@ -59,6 +59,10 @@ class Database {
   /// The one number that a statement gives.
   std::int64_t integer(std::string_view sql);
 
+  /// The bytes that a file with this content has, and a database that has the content of such bytes.
+  std::string bytes() const;
+  static Database of_bytes(std::string_view bytes);
+
  private:
   struct Close {
     void operator()(sqlite3* database) const { sqlite3_close_v2(database); }

@@ -93,13 +93,13 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
 
 }  // namespace
 
-Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s,
+Conventions begin_conventions(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                               const GridConfig& config) {
   Conventions conventions;
-  conventions.grid = {config.cell_m / frame.sidewalk_width_m, Vector2::Zero(), config.tile_cells};
+  conventions.grid = {config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
   conventions.scaling = scaling;
   conventions.sample_interval_s = sample_interval_s;
-  conventions.reference_width_m = frame.sidewalk_width_m;
+  conventions.reference_width_m = reference_width_m;
   return conventions;
 }
 

@@ -93,6 +93,9 @@ void check(const Model& model) {
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
   check_gait(model);
   for (const CurbFrame& place : model.places) validate(place);
+  for (std::size_t i = 1; i < model.episode_ids.size(); ++i) {
+    if (!(model.episode_ids[i - 1] < model.episode_ids[i])) refuse("episode_ids are out of order or stand twice");
+  }
 }
 
 }  // namespace sila

@@ -310,8 +310,8 @@ bool identical(const Model& a, const Model& b) {
   const auto same = [](const auto& x, const auto& y) { return identical(x, y); };
   return same_bits(pack(a.conventions), pack(b.conventions)) && same_bits(pack(a.lessons), pack(b.lessons)) &&
          same_bits(pack(a.gait), pack(b.gait)) && same_bits(pack(a.places), pack(b.places)) &&
-         a.episodes == b.episodes && a.tracks == b.tracks && std::ranges::equal(a.primitives, b.primitives, same) &&
-         std::ranges::equal(a.transitions, b.transitions, same);
+         a.episodes == b.episodes && a.tracks == b.tracks && a.episode_ids == b.episode_ids &&
+         std::ranges::equal(a.primitives, b.primitives, same) && std::ranges::equal(a.transitions, b.transitions, same);
 }
 
 }  // namespace sila

@@ -144,7 +144,7 @@ TEST_F(Program, RefusesCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLea
   for (const std::string field :
        {"model.max_bytes=1000", "model.max_bytes=0", "model.max_bytes=-5", "model.max_primitives=0",
         "model.max_primitives=nan", "compact.half_life_episodes=0", "compact.half_life_episodes=-2"}) {
-    const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --set " + field;
+    const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
     expect_refused(refused, {field.substr(0, field.find('='))});
     EXPECT_EQ(run(refused).code, 2) << field;
     EXPECT_EQ(read(folder_ / "m.sila"), model) << field;
@@ -163,16 +163,30 @@ TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
 
 TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   learn();
-  const std::string again = "learn tracks.csv --scene tracks.scene.json --batch 30 --model ";
-  ASSERT_EQ(run(again + "m.sila").code, 0);
+  const std::string again = "learn tracks.csv --scene tracks.scene.json --model ";
+  ASSERT_EQ(run(again + "m.sila --batch 30").code, 0);
   EXPECT_EQ(nlohmann::json::parse(run("inspect m.sila --json").out).at("episodes"), 5);
-  ASSERT_EQ(run(again + "n.sila").code, 0);
+  ASSERT_EQ(run(again + "n.sila --batch 25").code, 0);
   const Outcome fused = run("fuse m.sila n.sila --out both.sila --explain why.json");
   ASSERT_EQ(fused.code, 0) << fused.err;
   EXPECT_EQ(nlohmann::json::parse(run("inspect both.sila --json").out).at("tracks"), 180);
   fs::create_directory(folder_ / "cases");
   fs::rename(folder_ / "why.json", folder_ / "cases" / "why.json");
   EXPECT_EQ(run("fuse --cases cases").code, 0);  // what it explains is a case that it passes
+}
+
+TEST_F(Program, LearnsNoBatchTwice) {
+  learn();
+  const std::string model = read(folder_ / "m.sila");
+  const Outcome again = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
+  EXPECT_EQ(again.code, 0);
+  EXPECT_NE(again.err.find("3 of 3 batches are in m.sila already"), std::string::npos) << again.err;
+  EXPECT_EQ(read(folder_ / "m.sila"), model);
+  expect_refused("fuse m.sila m.sila --out twice.sila", {"shares 3 episodes"});
+}
+
+TEST_F(Program, SaysWhereTheFleetIs) {
+  expect_refused("fleet sites --model m.sila", {"pip install"});
 }
 
 TEST_F(Program, RunsCasesAndSaysWhichFail) {

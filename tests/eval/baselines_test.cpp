@@ -191,8 +191,8 @@ TEST(Course, EveryMethodLearnsAndIsJudged) {
   for (std::size_t k = 0; k < std::size(kMethodKinds); ++k) {
     SCOPED_TRACE(kMethodKinds[k]);
     const std::vector<Milestone> milestones =
-        run_course(course, {kMethodKinds[k], static_cast<MethodKind>(k), kConfig, {}, {}});
-    const bool at_once = static_cast<MethodKind>(k) == MethodKind::batch;
+        run_course(course, {kMethodKinds[k], static_cast<MethodKind>(k), kConfig, {}, {}, {}});
+    const bool at_once = kMethodKinds[k] == std::string("batch") || kMethodKinds[k] == std::string("tree");
     ASSERT_EQ(milestones.size(), at_once ? 1u : 2u);
     EXPECT_EQ(milestones.back().tracks, 40u);
     for (const Milestone& milestone : milestones) {
@@ -206,7 +206,7 @@ TEST(Course, EveryMethodLearnsAndIsJudged) {
 TEST(Course, IsTheLoopOfRunEpisodes) {
   const std::vector<PlacedTrack> train = testing::corner_walks(60, 18), test = testing::corner_walks(15, 19);
   const Course course{{train}, {{"corner", test, background_of(train, kConfig, {}), {}}}, 20, false};
-  const std::vector<Milestone> milestones = run_course(course, {"sila", MethodKind::sila, kConfig, {}, {}});
+  const std::vector<Milestone> milestones = run_course(course, {"sila", MethodKind::sila, kConfig, {}, {}, {}});
   const ::sila::Run run = run_episodes({}, train, 20, kConfig, sila_update(kConfig));
   EXPECT_EQ(milestones.back().size, size(run.model));
   EXPECT_TRUE(milestones[0].places.empty());

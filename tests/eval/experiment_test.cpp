@@ -19,7 +19,7 @@ Experiment small(ExperimentKind kind) {
     experiment.places.push_back({"place " + std::to_string(seed), testing::corner_walks(30, seed), {}});
   for (MethodKind method : {MethodKind::kinematics, MethodKind::memory})
     experiment.methods.push_back(
-        MethodAtPlaces(3, {kMethodKinds[static_cast<std::size_t>(method)], method, {}, {}, {}}));
+        MethodAtPlaces(3, {kMethodKinds[static_cast<std::size_t>(method)], method, {}, {}, {}, {}}));
   return experiment;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -123,6 +124,8 @@ inline Model random_model(std::uint64_t seed) {
   model.places[1].origin_m = random_matrix(random, 2, 1);
   model.episodes = static_cast<int>(seed % 100);
   model.tracks = 20 * model.episodes;
+  for (int i = 0; i < model.episodes; ++i) model.episode_ids.push_back({random(), random()});
+  std::ranges::sort(model.episode_ids);
   return model;
 }
 

@@ -56,6 +56,13 @@ pid_t fork_to(Action&& action) {
   return child;
 }
 
+TEST(ModelStoreDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(7)));
+  run_sql(folder / "m.sila", "DELETE FROM learnt WHERE episode = (SELECT min(episode) FROM learnt)");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "the checksum does not agree"));
+}
+
 TEST(ModelStoreDamage, RefusesWhatIsNoModelAndSaysSo) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(refusal_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));

@@ -61,6 +61,24 @@ TEST(ModelStore, KeepsAnEmptyModelAndEmptyLessons) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, nothing));
 }
 
+TEST(ModelStore, TravelsAsTheBytesOfItsFile) {
+  for (const std::uint64_t seed : {3u, 14u, 15u}) {
+    const StoredModel there = stored(random_model(seed));
+    const std::string bytes = model_bytes(there);
+    EXPECT_EQ(model_bytes(there), bytes);
+    const StoredModel back = model_of_bytes(bytes);
+    EXPECT_TRUE(identical(back.model, there.model)) << "seed " << seed;
+    EXPECT_EQ(back.configuration, there.configuration);
+    EXPECT_EQ(back.episodes.size(), there.episodes.size());
+    const ScratchFolder folder;
+    std::ofstream(folder / "m.sila", std::ios::binary) << bytes;
+    EXPECT_TRUE(identical(load_model(folder / "m.sila").model, there.model));
+    EXPECT_THROW(model_of_bytes(std::string_view(bytes).substr(0, bytes.size() / 2)), FormatError);
+  }
+  EXPECT_THROW(model_of_bytes(""), FormatError);
+  EXPECT_THROW(model_of_bytes("no model at all"), FormatError);
+}
+
 TEST(ModelStore, KeepsConfigurationAndEpisodesInOrder) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");

@@ -28,16 +28,36 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode", "how much older lessons still count");
 }
 
+/// How models that were learnt side by side become one, where it differs from one batch after another.
+struct FleetConfig {
+  bool case_3_fuses_stronger = true;
+  PrimitiveMean mean = PrimitiveMean::count;
+  int lesson_rounds = 2;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, FleetConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.flag("case_3_fuses_stronger", config.case_3_fuses_stronger,
+             "case 3 fuses the stronger pair: halves meet once, what stays apart stays apart (paper: off)");
+  visit.choice("mean", config.mean, primitive_mean_names,
+               "mean of fused primitives: plain (paper), by count, over active cells");
+  visit.number("lesson_rounds", config.lesson_rounds, Range{1, 20}, "-",
+               "how often each half is predicted by the other half, the last time to learn from the errors");
+}
+
 /// Everything that an episode is governed by.
 struct EpisodeConfig {
   SamplingConfig sampling;
   CurbScaling scaling = CurbScaling::mean_width;
+  double reference_width_m = 0.0;
   LearnConfig learn;
   OutlookConfig outlook;
   FuseConfig fuse;
   CompactConfig compact;
   ModelLimits model;
   LessonConfig lessons;
+  FleetConfig fleet;
   PredictConfig predict;
 };
 
@@ -48,12 +68,17 @@ requires std::same_as<std::remove_const_t<Config>, EpisodeConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.group("sampling", config.sampling);
   visit.choice("scaling", config.scaling, kCurbScalings, "how lengths along the curbs become sidewalk widths");
+  visit.number(
+      "reference_width_m", config.reference_width_m, Range{0.0, 100.0}, "m",
+      "sidewalk width by which metres become widths of the model, the same for models that are to be fused; 0: "
+      "that of the place where the model begins");
   visit.group("learn", config.learn);
   visit.group("outlook", config.outlook);
   visit.group("fuse", config.fuse);
   visit.group("compact", config.compact);
   visit.group("model", config.model);
   visit.group("lessons", config.lessons);
+  visit.group("fleet", config.fleet);
   visit.group("predict", config.predict);
 }
 

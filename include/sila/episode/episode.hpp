@@ -17,6 +17,7 @@ namespace sila {
 
 /// What one episode did.
 struct EpisodeReport {
+  bool known = false;  ///< the model has learnt this batch before: nothing was done
   int tracks = 0;
   std::size_t size_before = 0;
   std::size_t size_after = 0;
@@ -57,8 +58,16 @@ Update relearn_update(const EpisodeConfig& config);
 std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling,
                                const PredictConfig& predict, double every_s);
 
+/// The conventions under which a batch at this corner is learnt: the model's, or the first ones.
+/// Throws: std::invalid_argument if the configuration contradicts those of the model.
+Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
+
+/// What the errors of a model teach on tracks that it has not learnt.
+Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config);
+
 /// One episode: forget a little (only with a half-life), predict the batch with what is known so far and learn from the
 /// errors, learn the batch itself, and give up what is over the limits (only if there are any).
+/// A batch that the model has learnt before leaves it as it is.
 /// Throws: std::invalid_argument for a configuration out of range or conventions other than the model's,
 /// limits in which nothing fits.
 /// Source: SILA paper, Alg. 1. Differs: the lessons; docs/decisions/0005-blend.md.
@@ -69,7 +78,7 @@ Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, c
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config);
 
 /// Fuses two finished models, whose tracks are gone: as `fuse`, and the lessons of both add up.
-/// Throws: std::invalid_argument if their conventions or the shape of their lessons differ.
+/// Throws: std::invalid_argument if their conventions or the shape of their lessons differ, or an episode is in both.
 Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
                   const OutlookConfig& outlook = {});
 

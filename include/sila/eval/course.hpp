@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,21 @@ enum class MethodKind {
   kinematics,  ///< what errors teach of blending past velocities; no map
   memory,      ///< nearest of all windows so far
   cliff,       ///< map of dynamics
+  tree,        ///< as a fleet does: leaves learnt by themselves, fused in a tree
 };
 inline constexpr const char* kMethodKinds[] = {"sila",       "accumulate", "relearn", "batch",
-                                               "kinematics", "memory",     "cliff"};
+                                               "kinematics", "memory",     "cliff",   "tree"};
+
+/// How a fleet is played through.
+struct TreeConfig {
+  int leaf_episodes = 1;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, TreeConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("leaf_episodes", config.leaf_episodes, Range{1, 1e6}, "-", "that each leaf learns one after another");
+}
 
 struct Method {
   std::string name;
@@ -28,6 +41,7 @@ struct Method {
   EpisodeConfig config;
   MemoryConfig memory;
   CliffConfig cliff;
+  TreeConfig tree;
 };
 
 /// Tracks held back at one place, and what its own training tracks tell the judge.

@@ -28,10 +28,11 @@ Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint
 /// A run of episodes: the last model and what each episode did.
 struct Run {
   Model model;
-  std::vector<EpisodeReport> episodes;
+  std::vector<EpisodeReport> episodes;  ///< of the batches that were learnt
+  int known = 0;                        ///< batches that the model had learnt before
 };
 
-/// Called after each episode with its number, from 1.
+/// Called after each episode that learnt something with its number, from 1.
 using EpisodeObserver = std::function<void(int, const Episode&)>;
 
 /// Feeds tracks to `update`, `batch_size` at a time: SILA and every baseline go through this one loop.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sila/model/model.hpp"
@@ -73,6 +74,12 @@ class ModelFile {
 /// Reads a model file; `identical(load_model(p).model, m)` for every model `m` that was saved.
 /// Throws: FormatError as ModelFile does, and if the file does not exist or is empty.
 StoredModel load_model(const std::filesystem::path& path);
+
+/// The bytes of a model file without a file, for models that travel: `model_of_bytes(model_bytes(m))` is `m`, and the
+/// same content gives the same bytes.
+/// Throws: FormatError as ModelFile does.
+std::string model_bytes(const StoredModel& stored);
+StoredModel model_of_bytes(std::string_view bytes);
 
 /// Writes a model file, in the place of a model that is there already; refuses to overwrite what is not a model.
 void save_model(const std::filesystem::path& path, const StoredModel& stored);

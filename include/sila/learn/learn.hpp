@@ -10,9 +10,8 @@
 
 namespace sila {
 
-/// The conventions of a model that begins at the place of `frame`: configured metres become sidewalk widths of that
-/// place.
-Conventions begin_conventions(const CurbFrame& frame, CurbScaling scaling, double sample_interval_s,
+/// The conventions of a model that begins with this sidewalk width: configured metres become widths by it.
+Conventions begin_conventions(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                               const GridConfig& config);
 
 /// The same, for a model that learns outlooks until `horizon_s`.

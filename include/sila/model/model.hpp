@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sila/model/conventions.hpp"
+#include "sila/model/episode_id.hpp"
 #include "sila/model/lessons.hpp"
 #include "sila/model/motion_primitive.hpp"
 #include "sila/model/place.hpp"
@@ -21,7 +22,8 @@ struct Model {
   SparseGp gait;                            ///< how walking goes on whatever the place (gait.hpp); constant size
   std::vector<CurbFrame> places;            ///< where it was learnt, in the order of learning
   int episodes = 0;
-  long tracks = 0;  ///< trajectories learnt from
+  long tracks = 0;                     ///< trajectories learnt from
+  std::vector<EpisodeId> episode_ids;  ///< what was learnt and must not be learnt again; sorted, each once
 
   bool empty() const { return primitives.empty(); }
 };

@@ -1,0 +1,15 @@
+#include <stdexcept>
+
+#include "verbs.hpp"
+
+namespace sila::cli {
+
+/// The verb that a fleet is learnt by stands on Dask and therefore in the Python package, whose `sila` knows it.
+void add_fleet(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("fleet", "Learn many places side by side on Dask (in the Python package).");
+  verb->prefix_command();
+  verb->callback(
+      [] { throw std::invalid_argument("fleet: comes with the Python package; pip install 'sila[fleet]'"); });
+}
+
+}  // namespace sila::cli

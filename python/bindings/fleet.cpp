@@ -1,0 +1,155 @@
+#include "sila/episode/fleet.hpp"
+
+#include <nanobind/stl/variant.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "bindings.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/model_store.hpp"
+#include "sila/model/packing.hpp"
+#include "threads.hpp"
+
+namespace sila::python {
+namespace {
+
+using PythonValue = std::variant<std::monostate, StoredModel, Lessons>;
+using PythonTask = std::tuple<std::string, int, std::vector<int>>;
+
+std::vector<std::string> texts_of(const std::vector<EpisodeId>& ids) {
+  std::vector<std::string> texts;
+  for (const EpisodeId& id : ids) texts.push_back(to_text(id));
+  return texts;
+}
+
+std::vector<EpisodeId> ids_in(const std::vector<std::string>& texts) {
+  std::vector<EpisodeId> ids;
+  for (const std::string& text : texts) ids.push_back(episode_id_of(text));
+  return ids;
+}
+
+Leaf leaf_of(const std::vector<Track>& tracks, const ScaledScene& scene, std::size_t batch,
+             const std::vector<std::string>& left_out, const Config& config) {
+  return {placed(tracks, scene, config), batch, ids_in(left_out), {}};
+}
+
+std::vector<std::string> episodes_of_tracks(const std::vector<Track>& tracks, const ScaledScene& scene,
+                                            std::size_t batch, const std::string& config) {
+  return texts_of(episodes_of(leaf_of(tracks, scene, batch, {}, config_of(config))));
+}
+
+std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
+    const std::vector<std::vector<std::string>>& episodes, const std::vector<std::string>& known) {
+  std::vector<std::vector<EpisodeId>> ids;
+  for (const auto& of_leaf : episodes) ids.push_back(ids_in(of_leaf));
+  std::vector<std::pair<std::size_t, std::vector<std::string>>> result;
+  for (const ChosenLeaf& choice : choose_leaves(ids, ids_in(known)))
+    result.emplace_back(choice.leaf, texts_of(choice.left_out));
+  return result;
+}
+
+std::vector<PythonTask> plan(int leaves, bool goes_on, const std::string& config) {
+  std::vector<PythonTask> tasks;
+  for (const FleetTask& task : plan_fleet(leaves, goes_on, config_of(config).episode))
+    tasks.emplace_back(kFleetSteps[static_cast<std::size_t>(task.step)], task.leaf, task.inputs);
+  return tasks;
+}
+
+FleetStep step_named(const std::string& name) {
+  const auto found = std::ranges::find(kFleetSteps, name);
+  if (found == std::end(kFleetSteps)) throw std::invalid_argument("run_task: step = \"" + name + "\" is none");
+  return static_cast<FleetStep>(found - std::begin(kFleetSteps));
+}
+
+FleetValue without_file(PythonValue value) {
+  if (auto* stored = std::get_if<StoredModel>(&value)) return std::move(stored->model);
+  if (auto* lessons = std::get_if<Lessons>(&value)) return std::move(*lessons);
+  return {};
+}
+
+/// One line for all that a fleet has learnt: its file would grow by each batch otherwise, and the seconds of one run
+/// are not those of the next.
+StoredModel recorded(Model model, const StoredModel& start, const Config& config) {
+  StoredModel stored{std::move(model), to_json(config).dump(), start.episodes, {}, 0};
+  const nlohmann::ordered_json statistics{{"fleet_episodes", stored.model.episodes - start.model.episodes}};
+  stored.episodes.push_back({static_cast<int>(start.episodes.size()) + 1, stored.model.tracks - start.model.tracks, 0.0,
+                             size(start.model), size(stored.model), statistics.dump()});
+  return stored;
+}
+
+PythonValue run(const std::string& step, const Leaf& leaf, std::vector<PythonValue> inputs, const Config& config,
+                int threads) {
+  const cli::ThreadLimit limit(threads);
+  const FleetStep what = step_named(step);
+  const auto* start = inputs.size() == 3 ? std::get_if<StoredModel>(&inputs[2]) : nullptr;
+  const StoredModel before = start == nullptr ? StoredModel{} : *start;
+  std::vector<FleetValue> values;
+  for (PythonValue& input : inputs) values.push_back(without_file(std::move(input)));
+  std::vector<const FleetValue*> pointers;
+  for (const FleetValue& value : values) pointers.push_back(&value);
+  FleetValue result = run_task(what, leaf, pointers, config.episode);
+  if (auto* lessons = std::get_if<Lessons>(&result)) return std::move(*lessons);
+  Model& model = std::get<Model>(result);
+  if (what == FleetStep::finish) return recorded(std::move(model), before, config);
+  return StoredModel{std::move(model), to_json(config).dump(), {}, {}, 0};
+}
+
+PythonValue run_on_tracks(const std::string& step, const std::vector<Track>& tracks, const ScaledScene& scene,
+                          std::size_t batch, const std::vector<std::string>& left_out, std::vector<PythonValue> inputs,
+                          const std::string& config_json, int threads) {
+  const Config config = config_of(config_json);
+  return run(step, leaf_of(tracks, scene, batch, left_out, config), std::move(inputs), config, threads);
+}
+
+PythonValue run_on_model(const std::string& step, const std::optional<StoredModel>& model,
+                         std::vector<PythonValue> inputs, const std::string& config, int threads) {
+  Leaf leaf;
+  if (model) leaf.model = model->model;
+  return run(step, leaf, std::move(inputs), config_of(config), threads);
+}
+
+/// Whether a model may be fused with those that learn under this configuration; says what differs.
+void require_conventions(const StoredModel& stored, const ScaledScene& scene, const std::string& config_json) {
+  const Config config = config_of(config_json);
+  const Scene& scaled = scene.as(config.episode.scaling);
+  (void)conventions_for(stored.model, scaled.corners.at(scaled.primary).frame, config.episode);
+}
+
+}  // namespace
+
+void bind_fleet(nb::module_& module) {
+  nb::class_<Lessons>(module, "Lessons", "What the errors of a model teach; sums that do not grow.")
+      .def("__getstate__",
+           [](const Lessons& lessons) {
+             const std::vector<double> numbers = pack(lessons);
+             return nb::make_tuple(nb::bytes(reinterpret_cast<const char*>(numbers.data()), 8 * numbers.size()));
+           })
+      .def("__setstate__",
+           [](Lessons& lessons, const nb::tuple& state) {
+             const auto bytes = nb::cast<nb::bytes>(state[0]);
+             std::vector<double> numbers(bytes.size() / 8);
+             std::memcpy(numbers.data(), bytes.c_str(), 8 * numbers.size());
+             new (&lessons) Lessons(unpack_lessons(numbers));
+           })
+      .def("__repr__", [](const Lessons& lessons) {
+        return nb::str("Lessons({} steps, {} speed classes)").format(lessons.steps, lessons.classes);
+      });
+  module.def("agreed_width_m", &agreed_width_m, "widths_m"_a, "The width that a fleet of several places begins with.");
+  module.attr("FLEET_START") = kFleetStart;
+  module.attr("FLEET_NOTHING") = kFleetNothing;
+  module.def("episode_ids", &episodes_of_tracks, "tracks"_a, "scene"_a, "batch"_a, "config"_a,
+             nb::call_guard<nb::gil_scoped_release>(), "The ids of the episodes that a leaf would learn, sorted.");
+  module.def("choose_leaves", &chosen, "episodes"_a, "known"_a,
+             "Indices of the leaves in canonical order, and which of their episodes are left out.");
+  module.def("plan_fleet", &plan, "leaves"_a, "goes_on"_a, "config"_a, "(step, leaf, inputs) of every task, in order.");
+  module.def("run_task", &run_on_tracks, "step"_a, "tracks"_a, "scene"_a, "batch"_a, "left_out"_a, "inputs"_a,
+             "config"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>(), "Does a task on a leaf of tracks.");
+  module.def("run_task_on_model", &run_on_model, "step"_a, "model"_a.none(), "inputs"_a, "config"_a, "threads"_a,
+             nb::call_guard<nb::gil_scoped_release>(), "Does a task on a leaf that is a model, or on none.");
+  module.def("require_conventions", &require_conventions, "model"_a, "scene"_a, "config"_a,
+             "Refuses a model that cannot be fused with what is learnt under this configuration.");
+}
+
+}  // namespace sila::python

@@ -1,0 +1,145 @@
+"""`sila fleet`: data on stdout, talk on stderr; 0 done, 1 bad input, 2 wrong use."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import fleet
+from ._config import config as checked
+from ._sila import Model
+from .errors import FormatError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+EXAMPLE = "example: sila fleet sites/ --model city.sila --workers 2"
+
+
+def run(arguments: list[str]) -> int:
+    options = _parser().parse_args(arguments)
+    try:
+        outcome = _learn(options)
+    except FormatError as error:
+        return _failed(1, error)
+    except (ValueError, TypeError, ImportError) as error:
+        return _failed(2, error)
+    except (OSError, RuntimeError) as error:
+        return _failed(1, error)
+    for path, reason in outcome.unread.items():
+        print(f"{path}: left out: {reason}", file=sys.stderr)
+    if options.json:
+        print(json.dumps(_facts(options, outcome), indent=2))
+    else:
+        model = outcome.model
+        print(
+            f"{options.model}: {outcome.tracks} tracks new, {model.tracks} in {model.episodes} episodes, "
+            f"{len(model.primitives)} primitives, {len(model.transitions)} transitions; {outcome.leaves} leaves of "
+            f"{outcome.sources} sources, {outcome.known_episodes} episodes known before, {outcome.seconds:.1f} s"
+        )
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="sila fleet",
+        description="Learn many sources side by side on dask.distributed and fuse what they taught into one model.",
+        epilog=EXAMPLE,
+    )
+    add = parser.add_argument
+    add("sources", nargs="+", metavar="SOURCE", help="track files, model files (*.sila), folders of them")
+    add("--model", required=True, metavar="M.sila", help="model file to make or to go on with")
+    add("--scene", metavar="S.json", help="scene of all sources [the one beside each]")
+    add("--batch", type=_count, default=20, metavar="N", help="tracks an episode [20]")
+    add("--leaf", type=_count, default=fleet.LEAF, metavar="N", help=f"tracks a task [{fleet.LEAF}]")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=_count, metavar="N", help="processes on this machine [one a processor]")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler that runs already, tcp://...:8786")
+    add("--strict", action="store_true", help="stop if a source cannot be read, before anything is learnt")
+    add("--config", metavar="FILE", help="JSON file with configuration")
+    add("--set", action="append", default=[], metavar="PATH=VALUE", help="one configuration field; see `sila config`")
+    add("--json", action="store_true", help="print what was done as JSON")
+    return parser
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, found {text}")
+    return number
+
+
+def _learn(options: argparse.Namespace) -> fleet.Outcome:
+    path = Path(options.model)
+    start = Model.load(path) if path.exists() else None
+    if not path.parent.is_dir():
+        raise FormatError(str(path), 0, "a model file that can be written", "no such folder")
+    with _client(options) as client:
+        outcome = fleet.learn(
+            options.sources,
+            scene=options.scene,
+            model=start,
+            client=client,
+            batch=options.batch,
+            leaf=options.leaf,
+            config=_configuration(options),
+            strict=options.strict,
+        )
+    if outcome.tracks > 0:
+        outcome.model.save(path)
+    return outcome
+
+
+def _configuration(options: argparse.Namespace) -> dict[str, Any]:
+    """The file, then the assignments; names and values are checked by the library."""
+    changes: dict[str, Any] = {}
+    if options.config is not None:
+        changes = json.loads(Path(options.config).read_text(encoding="utf-8"))
+        checked(options.config)
+    for assignment in options.set:
+        name, equals, value = assignment.partition("=")
+        if not equals:
+            raise ValueError(f"--set: expected PATH=VALUE, found {assignment}")
+        *groups, last = name.split(".")
+        group = changes
+        for key in groups:
+            group = group.setdefault(key, {})
+        try:
+            group[last] = json.loads(value)
+        except json.JSONDecodeError:
+            group[last] = value
+    return changes
+
+
+@contextlib.contextmanager
+def _client(options: argparse.Namespace) -> Iterator[Client]:
+    if options.scheduler is not None:
+        with fleet.engine().Client(options.scheduler) as client:
+            yield client
+        return
+    with fleet.local_client(options.workers) as client:
+        yield client
+
+
+def _facts(options: argparse.Namespace, outcome: fleet.Outcome) -> dict[str, Any]:
+    return {
+        "model": os.fspath(options.model),
+        "sources": outcome.sources,
+        "unread": outcome.unread,
+        "leaves": outcome.leaves,
+        "known_episodes": outcome.known_episodes,
+        "tracks": outcome.tracks,
+        "size": outcome.model.size,
+        "seconds": outcome.seconds,
+    }
+
+
+def _failed(code: int, error: Exception) -> int:
+    print(f"sila: {error}", file=sys.stderr)
+    return code

@@ -1,0 +1,347 @@
+"""Learning more tracks than one machine should: each leaf of them by itself, fused in a tree, on dask.distributed.
+
+What is done is planned by the C++ library (`plan_fleet`); where and when, by Dask. The model is the same to the last bit
+whatever the number of workers and the order in which they finish, and after a worker was killed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import os
+import time
+import uuid
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+from . import _sila
+from ._config import ConfigLike, merged
+from ._progress import bar
+from ._sila import Model, Scene
+from ._tracks import SceneLike, as_scene, read_tracks
+from .errors import FormatError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PathLike = Union[str, "os.PathLike[str]"]
+#: One path, several, or a scene (None: the one beside it) for each path.
+Sources = PathLike | Iterable[PathLike] | Mapping[PathLike, SceneLike | None]
+
+MODEL_SUFFIX = ".sila"
+#: Tracks a task.
+LEAF = 200
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a fleet learnt, and what it could not read."""
+
+    model: Model
+    #: Reasons by source.
+    unread: dict[str, str] = field(default_factory=dict)
+    sources: int = 0
+    leaves: int = 0
+    #: Episodes that were in the model before, or in two sources.
+    known_episodes: int = 0
+    tracks: int = 0
+    seconds: float = 0.0
+
+    def __repr__(self) -> str:
+        return (
+            f"Outcome({self.model!r}; {self.leaves} leaves of {self.sources} sources, {self.known_episodes} episodes "
+            f"known before, {len(self.unread)} sources unread, {self.seconds:.1f} s)"
+        )
+
+
+@dataclass(frozen=True)
+class _Source:
+    path: str
+    scene: Scene
+    model: Model | None = None
+
+
+def learn(
+    sources: Sources,
+    *,
+    scene: SceneLike | None = None,
+    model: Model | None = None,
+    client: Client | None = None,
+    batch: int = 20,
+    leaf: int = LEAF,
+    config: ConfigLike = None,
+    strict: bool = False,
+    progress: bool | None = None,
+) -> Outcome:
+    """Learns sources side by side, `leaf` tracks a task and `batch` of them an episode, and fuses what they taught.
+
+    `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them; `scene` holds for all of
+    them, or a dictionary says which for each. Without, the scene beside a track file (tracks.scene.json for tracks.csv,
+    else scene.json) is taken. `model` goes on if given. Episodes that stand in it, or in two sources, are learnt once.
+    `client`: a dask.distributed.Client; without one a cluster of this machine's processors lives as long as the call.
+
+    A source that cannot be read is left out and named in `unread`; with `strict` it raises FormatError. Scenes that
+    cannot be read, models of another schema and models that cannot be fused raise before anything is learnt.
+    """
+    start = Model() if model is None else model
+    if not isinstance(start, Model):
+        raise TypeError(f"model: expected a sila.Model, found {type(model).__name__}")
+    for name, value in (("batch", batch), ("leaf", leaf)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise ValueError(f"learn: {name}: expected a whole number of at least 1, found {value!r}")
+    began = time.monotonic()
+    found, unread = _found(sources, scene)
+    settings = _agreed(merged(start.config_json, config), start, found)
+    for source in found:
+        if source.model is not None:
+            _named(source.path, lambda s=source: _sila.require_conventions(s.model, s.scene, settings))
+    with _connected(client) as cluster:
+        run = _Run(cluster, settings, batch, max(batch, leaf // batch * batch), progress)
+        return run.learn(found, unread, start, strict, began)
+
+
+class _Run:
+    """One run on a cluster: futures of what all tasks need, and how far it is."""
+
+    def __init__(self, client: Any, settings: str, batch: int, leaf: int, progress: bool | None) -> None:
+        self.client = client
+        self.settings = settings
+        self.batch = batch
+        self.leaf = leaf
+        self.progress = progress
+        self.name = f"sila-{uuid.uuid4().hex[:8]}"
+        self.common = self.submit("settings", _same, (settings, batch))
+
+    def submit(self, name: str, function: Any, *arguments: Any) -> Any:
+        """Keys of our own: the scheduler need not look into models to find one."""
+        return self.client.submit(function, *arguments, key=f"{self.name}-{name}", pure=False)
+
+    def learn(self, found: list[_Source], unread: dict[str, str], start: Model, strict: bool, began: float) -> Outcome:
+        sources = len(found) + len(unread)
+        leaves, episodes = self.read(found, unread)
+        if unread and (strict or not leaves):
+            path, reason = next(iter(unread.items()))
+            raise FormatError(path, 0, f"a source that can be read ({len(unread)} of {sources} cannot)", reason)
+        chosen = _sila.choose_leaves(episodes, start.episode_ids)
+        known = sum(map(len, episodes)) - sum(len(episodes[i]) - len(out) for i, out in chosen)
+        if any(out for i, out in chosen if leaves[i][1]):
+            shared = next(leaves[i][2] for i, out in chosen if out and leaves[i][1])
+            raise FormatError(shared, 0, "a model whose episodes are all new or all known", "some of both")
+        taken = [(leaves[i][0], out) for i, out in chosen]
+        leaves.clear()
+        result = self.carry_out(taken, start) if chosen else start
+        learnt = result.tracks - start.tracks
+        return Outcome(result, unread, sources, len(chosen), known, learnt, time.monotonic() - began)
+
+    def read(self, found: list[_Source], unread: dict[str, str]) -> tuple[list[tuple[Any, bool, str]], list[list[str]]]:
+        """Leaves as futures (with whether they are models, and their source), and the episodes of each."""
+        reads = [self.submit(f"read-{i}", _read, source, self.leaf, self.common) for i, source in enumerate(found)]
+        contents = [self.submit(f"content-{i}", _episodes_in, future, self.common) for i, future in enumerate(reads)]
+        leaves: list[tuple[Any, bool, str]] = []
+        episodes: list[list[str]] = []
+        for i, content in enumerate(self.finished(contents, "reading", "source")):
+            path = found[i].path
+            if isinstance(content, str):
+                unread[path] = content
+                continue
+            for j, ids in enumerate(content):
+                leaf = self.submit(f"leaf-{i}-{j}", _part, reads[i], j)
+                leaves.append((leaf, found[i].model is not None, path))
+                episodes.append(ids)
+        return leaves, episodes
+
+    def carry_out(self, leaves: list[tuple[Any, list[str]]], start: Model) -> Model:
+        """Every task of the plan, as soon as what it needs is there."""
+        plan = _sila.plan_fleet(len(leaves), start.episodes > 0, self.settings)
+        values: dict[int, Any] = {_sila.FLEET_NOTHING: None}
+        if start.episodes > 0:
+            values[_sila.FLEET_START] = self.submit("start", _same, start)
+        uses: dict[int, int] = {}
+        for _, _, inputs in plan:
+            for i in inputs:
+                uses[i] = uses.get(i, 0) + 1
+        with bar(self.progress, len(plan), "learning", "task") as moving:
+            for number, (step, leaf, inputs) in enumerate(plan):
+                of_leaf = leaves[leaf] if leaf >= 0 else (None, [])
+                future = self.submit(
+                    f"{step}-{number}", _task, step, *of_leaf, self.common, *(values[i] for i in inputs)
+                )
+                future.add_done_callback(lambda _: moving.update())
+                values[number] = future
+                # What nobody needs any more is let go of, so that the cluster forgets it as soon as it was used.
+                for i in inputs:
+                    uses[i] -= 1
+                    if uses[i] == 0 and i >= 0:
+                        del values[i]
+            leaves.clear()
+            result: Model = values[len(plan) - 1].result()
+        return result
+
+    def finished(self, futures: list[Any], doing: str, unit: str) -> list[Any]:
+        with bar(self.progress, len(futures), doing, unit) as moving:
+            for future in futures:
+                future.add_done_callback(lambda _: moving.update())
+            results: list[Any] = self.client.gather(futures)
+        return results
+
+
+# What runs on the workers. Values come and go by themselves; the library does the rest.
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _part(parts: list[Any], index: int) -> Any:
+    return parts[index]
+
+
+def _read(source: _Source, leaf: int, common: tuple[str, int]) -> list[Any] | str:
+    """The leaves of a source, or why it cannot be read."""
+    if source.model is not None:
+        return [(source.model, source.scene)]
+    try:
+        tracks = list(read_tracks(source.path, scene=source.scene, config=json.loads(common[0])))
+    except (FormatError, OSError) as error:
+        return str(error)
+    return [(tracks[i : i + leaf], source.scene) for i in range(0, len(tracks), leaf)]
+
+
+def _episodes_in(parts: list[Any] | str, common: tuple[str, int]) -> list[list[str]] | str:
+    if isinstance(parts, str):
+        return parts
+    settings, batch = common
+    found = []
+    for content, scene in parts:
+        if isinstance(content, Model):
+            found.append(content.episode_ids)
+        else:
+            found.append(_sila.episode_ids(content, scene, batch, settings))
+    return found
+
+
+def _task(step: str, leaf: Any, left_out: list[str], common: tuple[str, int], *inputs: Any) -> Any:
+    settings, batch = common
+    if leaf is None or isinstance(leaf[0], Model):
+        return _sila.run_task_on_model(step, leaf and leaf[0], list(inputs), settings, 1)
+    tracks, scene = leaf
+    return _sila.run_task(step, tracks, scene, batch, left_out, list(inputs), settings, 1)
+
+
+# Before any work.
+
+
+def _found(sources: Sources, scene: SceneLike | None) -> tuple[list[_Source], dict[str, str]]:
+    """Files with their scenes, models read; and what is not there, with the reason."""
+    wanted: list[tuple[Path, SceneLike | None]]
+    if isinstance(sources, (str, os.PathLike)):
+        wanted = [(Path(sources), scene)]
+    elif isinstance(sources, Mapping):
+        wanted = [(Path(path), scene if own is None else own) for path, own in sources.items()]
+    else:
+        wanted = [(Path(path), scene) for path in sources]
+    if not wanted:
+        raise ValueError("learn: sources: expected at least one path, found 0")
+    scenes: dict[str, Scene] = {}
+    found: list[_Source] = []
+    unread: dict[str, str] = {}
+    models: list[tuple[Path, Model]] = []
+    for path, own in wanted:
+        if not path.exists():
+            unread[str(path)] = "no such file or folder"
+            continue
+        files = _files_in(path)
+        if not files:
+            unread[str(path)] = "a folder without files"
+        for file in files:
+            if file.suffix == MODEL_SUFFIX:
+                models.append((file, Model.load(file)))
+                continue
+            found.append(_Source(str(file), _scene_for(file, own, scenes)))
+    usual = next((source.scene for source in found), None)
+    for file, loaded in models:
+        found.append(_Source(str(file), usual or _any_scene(loaded), loaded))
+    return found, unread
+
+
+def _files_in(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.startswith("."))
+    return [file for file in files if not file.name.endswith("scene.json")]
+
+
+def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene]) -> Scene:
+    if isinstance(own, Scene):
+        return own
+    if own is None:
+        beside = [file.with_name(file.stem + ".scene.json"), file.with_name("scene.json")]
+        own = next((path for path in beside if path.exists()), None)
+        if own is None:
+            raise FormatError(
+                str(file), 0, f"a scene, given or beside it ({' or '.join(path.name for path in beside)})", "none"
+            )
+    key = os.fspath(own)
+    if key not in scenes:
+        scenes[key] = as_scene(own)
+    return scenes[key]
+
+
+def _any_scene(model: Model) -> Scene:
+    """For a fleet of models alone, whose places are their own: only the width is looked at."""
+    return Scene(origin=[0, 0], axis_1=[1, 0], axis_2=[0, 1], sidewalk_width_m=model.reference_width_m)
+
+
+def _agreed(settings: str, start: Model, found: list[_Source]) -> str:
+    """The settings with one width by which all of them count."""
+    config = json.loads(settings)
+    if start.episodes > 0:
+        _sila.require_conventions(start, found[0].scene if found else _any_scene(start), settings)
+        width = start.reference_width_m
+    elif config["reference_width_m"] > 0.0:
+        return settings
+    else:
+        models = [source.model.reference_width_m for source in found if source.model is not None]
+        widths = models or [source.scene.frame().sidewalk_width_m for source in found]
+        if not widths:
+            return settings
+        width = _sila.agreed_width_m(widths)
+    return merged(settings, {"reference_width_m": width})
+
+
+def _named(path: str, action: Any) -> None:
+    try:
+        action()
+    except ValueError as error:
+        raise FormatError(path, 0, "a model that can be fused with the others", str(error)) from error
+
+
+@contextlib.contextmanager
+def local_client(workers: int | None = None) -> Iterator[Client]:
+    """A cluster of processes of this machine, one a processor if their number is not said, that lives as long as this.
+
+    Nothing listens outside this machine."""
+    dask = engine()
+    size = {"n_workers": workers or os.cpu_count(), "threads_per_worker": 1}
+    with dask.LocalCluster(**size, dashboard_address="127.0.0.1:0") as cluster, dask.Client(cluster) as connected:
+        yield connected
+
+
+def engine() -> Any:
+    """dask.distributed, or what to do."""
+    try:
+        return importlib.import_module("distributed")
+    except ImportError as error:
+        raise ImportError("sila.fleet needs dask.distributed: pip install 'sila[fleet]'") from error
+
+
+@contextlib.contextmanager
+def _connected(client: Client | None) -> Iterator[Client]:
+    if client is not None:
+        yield client
+        return
+    with local_client() as connected:
+        yield connected

@@ -1,0 +1,233 @@
+"""A fleet gives one model, whoever does the work and whatever happens to them."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+import sila
+import sila.fleet
+from distributed import Client, LocalCluster
+from sila._program import PROGRAM
+
+LEAF = 20
+
+
+@pytest.fixture(scope="session")
+def client():
+    with sila.fleet.local_client(2) as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def sites(tmp_path_factory):
+    """Two intersections of different widths, three files of tracks each, the scene beside them."""
+    folder = tmp_path_factory.mktemp("sites")
+    for site, layout, width in ((1, "four-way", 2.0), (2, "acute", 3.0)):
+        (folder / str(site)).mkdir()
+        for day in range(3):
+            made = sila.simulate(layout=layout, sidewalk_width_m=width, tracks=30, seed=10 * site + day)
+            made.reported.save(folder / str(site) / f"day{day}.csv")
+        made.scene.save(folder / str(site) / "scene.json")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def outcome(client, sites):
+    return sila.fleet.learn(sites, client=client, batch=10, leaf=LEAF)
+
+
+def saved(model, tmp_path, name):
+    model.save(tmp_path / name)
+    return (tmp_path / name).read_bytes()
+
+
+def test_every_track_of_every_source_is_learnt(outcome, sites):
+    files = sorted(sites.rglob("*.csv"))
+    tracks = sum(len(sila.read_tracks(file, scene=file.parent / "scene.json")) for file in files)
+    assert outcome.model.tracks == outcome.tracks == tracks
+    assert outcome.sources == 6
+    assert outcome.leaves == sum(
+        -(-len(sila.read_tracks(file, scene=file.parent / "scene.json")) // LEAF) for file in files
+    )
+    assert outcome.unread == {}
+    assert len(outcome.model.episode_ids) == outcome.model.episodes
+    assert outcome.model.reference_width_m == 2.0, "the median of the sources' widths"
+    assert len(outcome.model.history) == 1
+
+
+def test_one_worker_and_another_order_give_the_same_bytes(outcome, sites, tmp_path):
+    files = sorted(sites.rglob("*.csv"), reverse=True)
+    local = {"processes": False, "dashboard_address": "127.0.0.1:0"}
+    with LocalCluster(n_workers=1, threads_per_worker=2, **local) as cluster, Client(cluster) as single:
+        alone = sila.fleet.learn(files, client=single, batch=10, leaf=LEAF)
+    assert alone.model == outcome.model
+    assert saved(alone.model, tmp_path, "a.sila") == saved(outcome.model, tmp_path, "b.sila")
+
+
+def test_a_worker_that_is_killed_changes_nothing(outcome, sites):
+    with sila.fleet.local_client(2) as client:
+        workers = client.run(os.getpid)
+        done = threading.Event()
+
+        def kill_one():
+            # In the middle: some leaves are learnt, the tree is not.
+            while not done.is_set():
+                pending = client.run_on_scheduler(
+                    lambda dask_scheduler: [
+                        str(key)
+                        for key, task in dask_scheduler.tasks.items()
+                        if task.state in ("waiting", "queued", "processing", "no-worker")
+                    ]
+                )
+                learning = sum("-learn-" in key for key in pending)
+                if any("-finish-" in key for key in pending) and learning <= outcome.leaves - 2:
+                    os.kill(next(iter(workers.values())), signal.SIGKILL)
+                    return True
+                time.sleep(0.005)
+            return False
+
+        with ThreadPoolExecutor() as pool:
+            killed = pool.submit(kill_one)
+            again = sila.fleet.learn(sites, client=client, batch=10, leaf=LEAF)
+            done.set()
+            assert killed.result(), "the worker was killed before the end"
+        assert set(client.run(os.getpid).values()) != set(workers.values())
+    assert again.model == outcome.model
+
+
+def test_running_it_again_learns_nothing_twice(client, outcome, sites):
+    again = sila.fleet.learn(sites, client=client, model=outcome.model, batch=10, leaf=LEAF)
+    assert again.tracks == again.leaves == 0
+    assert again.known_episodes == outcome.model.episodes
+    assert again.model == outcome.model
+
+
+def test_it_goes_on_with_what_is_new(client, outcome, sites, tmp_path):
+    (tmp_path / "scene.json").write_bytes((sites / "1" / "scene.json").read_bytes())
+    made = sila.simulate(layout="four-way", sidewalk_width_m=2.0, tracks=30, seed=99)
+    made.reported.save(tmp_path / "tomorrow.csv")
+    more = sila.fleet.learn([sites, tmp_path], client=client, model=outcome.model, batch=10, leaf=LEAF)
+    assert more.known_episodes == outcome.model.episodes
+    assert more.model.tracks == outcome.model.tracks + more.tracks
+    assert set(outcome.model.episode_ids) < set(more.model.episode_ids)
+    only_new = sila.fleet.learn(tmp_path, client=client, model=outcome.model, batch=10, leaf=LEAF)
+    assert only_new.model == more.model
+
+
+def test_models_that_were_learnt_elsewhere_are_sources_too(client, outcome, sites, tmp_path):
+    width = {"reference_width_m": outcome.model.reference_width_m}
+    made = sila.simulate(layout="obtuse", tracks=30, seed=5)
+    sila.learn(made.tracks, scene=made.scene, config=width).save(tmp_path / "elsewhere.sila")
+    both = sila.fleet.learn([sites, tmp_path], client=client, batch=10, leaf=LEAF, config=width)
+    assert both.model.tracks == outcome.model.tracks + len(made.tracks)
+    alone = sila.fleet.learn(tmp_path / "elsewhere.sila", client=client)
+    assert alone.model == sila.Model.load(tmp_path / "elsewhere.sila")
+
+
+def test_what_cannot_be_read_is_told_and_sinks_the_run_only_if_it_should(client, outcome, sites, tmp_path):
+    (tmp_path / "scene.json").write_bytes((sites / "1" / "scene.json").read_bytes())
+    (tmp_path / "broken.csv").write_text("track_id,t,x,y\n1,0.0,one,2\n")
+    sources = [sites, tmp_path / "broken.csv", tmp_path / "absent.csv"]
+    outcome_ = sila.fleet.learn(sources, client=client, batch=10, leaf=LEAF)
+    assert outcome_.model == outcome.model
+    assert set(outcome_.unread) == {str(tmp_path / "broken.csv"), str(tmp_path / "absent.csv")}
+    assert outcome_.unread[str(tmp_path / "absent.csv")] == "no such file or folder"
+    with pytest.raises(sila.FormatError, match="2 of 8 cannot"):
+        sila.fleet.learn(sources, client=client, batch=10, leaf=LEAF, strict=True)
+
+
+class NoClient:
+    """Work that is refused before it starts needs no cluster."""
+
+    def submit(self, *_, **__):
+        raise AssertionError("work was started")
+
+
+def test_a_source_without_a_scene_is_refused_before_any_work(sites, tmp_path):
+    (tmp_path / "lonely.csv").write_bytes((sites / "1" / "day0.csv").read_bytes())
+    with pytest.raises(sila.FormatError, match=r"lonely.csv: expected a scene, given or beside it"):
+        sila.fleet.learn([sites, tmp_path], client=NoClient())
+    (tmp_path / "lonely.scene.json").write_text('{"origin": [0, 0]}')
+    with pytest.raises(sila.FormatError, match="lonely.scene.json"):
+        sila.fleet.learn([sites, tmp_path], client=NoClient())
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"reference_width_m": 2.9}, "reference_width_m"),
+        ({"reference_width_m": 2.0, "learn": {"grid": {"cell_m": 2.2}}}, "cell_m"),
+        ({"reference_width_m": 2.0, "sampling": {"interval_s": 0.1}}, "interval_s"),
+        ({"reference_width_m": 2.0, "predict": {"horizon_s": 4.0}}, "horizon_s"),
+    ],
+)
+def test_models_of_another_grid_are_refused_before_any_work(sites, tmp_path, changes, named):
+    made = sila.simulate(tracks=20, seed=5)
+    sila.learn(made.tracks, scene=made.scene, config=changes).save(tmp_path / "other.sila")
+    with pytest.raises(sila.FormatError, match=rf"other.sila: .*{named}"):
+        sila.fleet.learn([sites, tmp_path], client=NoClient(), config={"reference_width_m": 2.0})
+
+
+def test_models_of_another_schema_are_refused_before_any_work(sites, model, tmp_path):
+    import sqlite3
+
+    model.save(tmp_path / "old.sila")
+    with sqlite3.connect(tmp_path / "old.sila") as database:
+        database.execute("PRAGMA user_version = 1")
+    database.close()
+    with pytest.raises(sila.FormatError, match="schema 1 of an older sila"):
+        sila.fleet.learn([sites, tmp_path], client=NoClient())
+
+
+def test_arguments_are_checked(sites):
+    with pytest.raises(ValueError, match="leaf: expected a whole number"):
+        sila.fleet.learn(sites, client=NoClient(), leaf=0)
+    with pytest.raises(ValueError, match="sources: expected at least one path"):
+        sila.fleet.learn([], client=NoClient())
+    with pytest.raises(TypeError, match="model: expected a sila.Model"):
+        sila.fleet.learn(sites, client=NoClient(), model="m.sila")
+
+
+def test_lessons_travel_bit_for_bit(place):
+    settings = sila._sila.merged_config("{}", "{}", "config")
+    tracks = list(place.tracks)
+    lessons = sila._sila.run_task("teach", tracks, place.scene, 20, [], [None, None], settings, 1)
+    assert pickle.dumps(pickle.loads(pickle.dumps(lessons))) == pickle.dumps(lessons)
+
+
+def program(*arguments):
+    command = [sys.executable, "-c", "from sila._program import main; main()", "fleet", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+def test_the_program_learns_a_fleet(outcome, sites, tmp_path):
+    run = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--leaf", LEAF, "--workers", 2)
+    assert run.returncode == 0, run.stderr
+    assert f"{outcome.tracks} tracks new" in run.stdout
+    assert sila.Model.load(tmp_path / "city.sila") == outcome.model
+    again = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--leaf", LEAF, "--workers", 1, "--json")
+    assert again.returncode == 0, again.stderr
+    assert '"tracks": 0' in again.stdout
+
+
+def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
+    (tmp_path / "lonely.csv").write_text("track_id,t,x,y\n")
+    bad = program(tmp_path / "lonely.csv", "--model", tmp_path / "m.sila", "--workers", 1)
+    assert bad.returncode == 1
+    assert "lonely.csv: expected a scene" in bad.stderr
+    assert not (tmp_path / "m.sila").exists()
+    assert program(sites).returncode == 2
+    wrong = program(sites, "--model", tmp_path / "m.sila", "--workers", 1, "--set", "fuse.similarity_threshold=7")
+    assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (1, True)
+
+
+def test_the_plain_program_says_where_the_fleet_is():
+    run = subprocess.run([PROGRAM, "fleet", "sites", "--model", "m"], capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert "pip install" in run.stderr
