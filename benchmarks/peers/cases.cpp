@@ -53,8 +53,8 @@ struct DictionaryCase {
     simulation.tracks = kTracks;
     const sila::Simulation simulated = sila::simulate(simulation);
     const sila::CurbFrame frame = sila::primary_corner(simulated.scene).frame;
-    conventions = sila::begin_conventions(frame, config.episode.scaling, config.episode.sampling.interval_s,
-                                          config.episode.learn.grid);
+    conventions = sila::begin_conventions(frame.sidewalk_width_m, config.episode.scaling,
+                                          config.episode.sampling.interval_s, config.episode.learn.grid);
     std::set<sila::CellKey> seen;
     for (const sila::Trajectory& track : simulated.tracks) {
       vectors.push_back(sila::to_grid_vector(sila::resample(track, frame, config.episode.sampling), conventions.grid,

@@ -64,7 +64,8 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   for (Vector2& velocity : standing.velocities) velocity.setZero();
   tracks.push_back(standing);
   const LearnConfig config;
-  const Conventions conventions = begin_conventions(tracks.front().frame, CurbScaling::mean_width, 0.2, config.grid);
+  const Conventions conventions =
+      begin_conventions(tracks.front().frame.sidewalk_width_m, CurbScaling::mean_width, 0.2, config.grid);
   const Learnt learnt = learn({tracks, {}}, conventions, config);
   EXPECT_NO_THROW(check(learnt.increment.model));
   EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
