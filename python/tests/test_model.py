@@ -78,7 +78,8 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
 
 def test_batch_learning_is_one_episode_with_lessons(place, unseen):
     at_once = sila.learn_at_once(place.tracks, scene=place.scene)
-    untaught = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks))
+    together = {"compact": {"enabled": False}}  # as batch learning has it
+    untaught = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config=together)
     assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), untaught.size)
     errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, untaught)]
     assert errors[0] < errors[1]
