@@ -4,19 +4,9 @@
 #include <cmath>
 #include <map>
 
+#include "sila/core/buckets.hpp"
+
 namespace sila::detail {
-namespace {
-
-std::int64_t bucket_of(std::int64_t x, std::int64_t y) {
-  return (x << 32) ^ (y & 0xffffffff);
-}
-
-std::int64_t floor_to(double value, double size) {
-  return static_cast<std::int64_t>(std::floor(value / size));
-}
-
-}  // namespace
-
 FieldIndex::FieldIndex(const std::vector<Transition>& transitions, double bucket_size)
     : bucket_size_(bucket_size),
       posteriors_(transitions.size()),
@@ -31,13 +21,10 @@ void FieldIndex::insert(int transition, const Transition& content) {
   const SparseGp& gp = content.field.gp;
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
   boxes_[at] = Eigen::AlignedBox2d(content.field.extent.min() - reach, content.field.extent.max() + reach);
-  const Vector2 low = boxes_[at].min(), high = boxes_[at].max();
-  for (std::int64_t x = floor_to(low.x(), bucket_size_); x <= floor_to(high.x(), bucket_size_); ++x) {
-    for (std::int64_t y = floor_to(low.y(), bucket_size_); y <= floor_to(high.y(), bucket_size_); ++y) {
-      std::vector<int>& bucket = buckets_[bucket_of(x, y)];
-      if (std::find(bucket.begin(), bucket.end(), transition) == bucket.end()) bucket.push_back(transition);
-    }
-  }
+  for_each_bucket(boxes_[at].min(), boxes_[at].max(), bucket_size_, [&](std::int64_t key, const Vector2&) {
+    std::vector<int>& bucket = buckets_[key];
+    if (std::find(bucket.begin(), bucket.end(), transition) == bucket.end()) bucket.push_back(transition);
+  });
 }
 
 void FieldIndex::remove(int transition) {
@@ -56,8 +43,7 @@ std::vector<int> FieldIndex::candidates(const Transition& of, double share) cons
   const Eigen::MatrixXd& places = of.field.gp.pseudo_inputs;
   std::map<int, int> hits;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
-    const auto found =
-        buckets_.find(bucket_of(floor_to(places(0, m), bucket_size_), floor_to(places(1, m), bucket_size_)));
+    const auto found = buckets_.find(bucket_of(places.col(m), bucket_size_));
     if (found == buckets_.end()) continue;
     for (const int other : found->second) {
       if (boxes_[static_cast<std::size_t>(other)].contains(Vector2(places.col(m)))) ++hits[other];

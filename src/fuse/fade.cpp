@@ -4,6 +4,9 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
+
+#include "sila/model/fading.hpp"
 
 namespace sila {
 namespace {
@@ -22,27 +25,6 @@ void fade_gp(SparseGp& gp, double share) {
   gp.points = faded(gp.points, share);
 }
 
-void fade_lessons(Lessons& lessons, double share) {
-  for (auto* table : {&lessons.with_map, &lessons.without_map}) {
-    for (RegressionMoments& moments : *table) {
-      moments.weight *= share;
-      moments.features *= share;
-      moments.products *= share;
-    }
-  }
-  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map, &lessons.residuals_place_free}) {
-    for (ResidualMoments& moments : *table) {
-      moments.weight *= share;
-      moments.along_m2 *= share;
-      moments.across_m2 *= share;
-    }
-  }
-  for (std::vector<double>& bins : lessons.surprises) {
-    for (double& bin : bins) bin *= share;
-  }
-  for (double& bin : lessons.novelties) bin *= share;
-}
-
 }  // namespace
 
 Model fade(Model model, double share) {
@@ -56,7 +38,7 @@ Model fade(Model model, double share) {
     fade_gp(transition.outlook, share);
   }
   fade_gp(model.gait, share);
-  fade_lessons(model.lessons, share);
+  model.lessons = faded(std::move(model.lessons), share);
   return model;
 }
 

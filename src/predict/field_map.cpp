@@ -3,30 +3,20 @@
 #include <cmath>
 #include <set>
 
+#include "sila/core/buckets.hpp"
+
 namespace sila {
 namespace {
 
 /// So many length scales from the box of its pseudo-inputs an outlook is 1e-4 of what it is at them, or less.
 constexpr double kOutlookReach = 4.3;
 
-std::int64_t pack(std::int64_t x, std::int64_t y) {
-  return (x << 32) ^ (y & 0xffffffff);
-}
-
-std::int64_t floor_to(double value, double size) {
-  return static_cast<std::int64_t>(std::floor(value / size));
-}
-
 /// The buckets of which some point is within the ellipse with these half axes.
 void add_buckets_within(const Vector2& centre, const Vector2& reach, double size, std::set<std::int64_t>& buckets) {
-  const Vector2 low = centre - reach, high = centre + reach;
-  for (std::int64_t x = floor_to(low.x(), size); x <= floor_to(high.x(), size); ++x) {
-    for (std::int64_t y = floor_to(low.y(), size); y <= floor_to(high.y(), size); ++y) {
-      const Vector2 corner(static_cast<double>(x) * size, static_cast<double>(y) * size);
-      const Vector2 nearest = centre.cwiseMax(corner).cwiseMin(corner + Vector2::Constant(size));
-      if ((nearest - centre).cwiseQuotient(reach).squaredNorm() <= 1.0) buckets.insert(pack(x, y));
-    }
-  }
+  for_each_bucket(centre - reach, centre + reach, size, [&](std::int64_t key, const Vector2& corner) {
+    const Vector2 nearest = centre.cwiseMax(corner).cwiseMin(corner + Vector2::Constant(size));
+    if ((nearest - centre).cwiseQuotient(reach).squaredNorm() <= 1.0) buckets.insert(key);
+  });
 }
 
 void add_outlook(const SparseGp& outlook, FieldMap::Field& field) {
@@ -71,13 +61,9 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   }
 }
 
-std::int64_t FieldMap::bucket(const Vector2& position) const {
-  return pack(floor_to(position.x(), bucket_size_), floor_to(position.y(), bucket_size_));
-}
-
 std::span<const int> FieldMap::near(const Vector2& position) const {
   if (!(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return {};
-  const auto place = buckets_.find(bucket(position));
+  const auto place = buckets_.find(bucket_of(position, bucket_size_));
   return place == buckets_.end() ? std::span<const int>() : std::span<const int>(place->second);
 }
 

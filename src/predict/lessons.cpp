@@ -8,6 +8,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "sila/model/fading.hpp"
+
 namespace sila {
 namespace {
 
@@ -148,19 +150,6 @@ void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, 
   for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += weight * more[bin];
 }
 
-void fade(Lessons& lessons, double decay) {
-  for (auto* table : {&lessons.with_map, &lessons.without_map}) {
-    for (RegressionMoments& cell : *table) cell.weight *= decay, cell.features *= decay, cell.products *= decay;
-  }
-  for (std::vector<double>& bins : lessons.surprises) {
-    for (double& count : bins) count *= decay;
-  }
-  for (double& count : lessons.novelties) count *= decay;
-  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map, &lessons.residuals_place_free}) {
-    for (ResidualMoments& cell : *table) cell.weight *= decay, cell.along_m2 *= decay, cell.across_m2 *= decay;
-  }
-}
-
 }  // namespace
 
 Lessons gather_lessons(const Predictor& predictor, std::span<const Window> windows) {
@@ -182,8 +171,7 @@ Lessons add_lessons(const Lessons& past, const Lessons& recent, double decay) {
                                 std::to_string(past.steps) +
                                 " steps; keep predict.horizon_s as it was when the model began");
   }
-  Lessons sum = past;
-  fade(sum, decay);
+  Lessons sum = faded(past, decay);
   accumulate_cells(sum.with_map, recent.with_map);
   accumulate_cells(sum.without_map, recent.without_map);
   accumulate_cells(sum.residuals_with_map, recent.residuals_with_map);

@@ -40,8 +40,6 @@ class FieldMap {
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
 
  private:
-  std::int64_t bucket(const Vector2& position) const;
-
   double bucket_size_ = 1.0;
   int outlook_knots_ = 0;
   double outlook_horizon_s_ = 0.0;

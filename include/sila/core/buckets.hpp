@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "sila/core/curb_frame.hpp"
+
+namespace sila {
+
+/// Square buckets that the plane is cut into, to find what is near a point; `size` is their side.
+/// Points over 2^31 buckets away share buckets with others.
+inline std::int64_t bucket_key(std::int64_t column, std::int64_t row) {
+  return (column << 32) ^ (row & 0xffffffff);
+}
+
+inline std::int64_t bucket_column(double coordinate, double size) {
+  return static_cast<std::int64_t>(std::floor(coordinate / size));
+}
+
+inline std::int64_t bucket_of(const Vector2& position, double size) {
+  return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
+}
+
+/// Calls `visit(key, lower corner)` for each bucket that touches the box from `low` to `high`, column by column.
+template <class Visit>
+void for_each_bucket(const Vector2& low, const Vector2& high, double size, Visit&& visit) {
+  const std::int64_t last_column = bucket_column(high.x(), size), last_row = bucket_column(high.y(), size);
+  for (std::int64_t column = bucket_column(low.x(), size); column <= last_column; ++column) {
+    for (std::int64_t row = bucket_column(low.y(), size); row <= last_row; ++row)
+      visit(bucket_key(column, row), Vector2(static_cast<double>(column) * size, static_cast<double>(row) * size));
+  }
+}
+
+}  // namespace sila
