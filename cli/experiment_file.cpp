@@ -70,15 +70,6 @@ fs::path found_file(const std::string& name, const ExperimentOptions& options, c
       name);
 }
 
-std::vector<PlacedTrack> placed(CleanTracks clean, const Scene& scene, CornerChoice corners) {
-  std::vector<PlacedTrack> tracks;
-  for (Trajectory& track : clean.trajectories) {
-    const CurbFrame& frame = frame_for(scene, track, corners);
-    tracks.push_back({std::move(track), frame});
-  }
-  return tracks;
-}
-
 /// Simulated tracks, cleaned as those of a tracker.
 std::vector<PlacedTrack> simulated(const Config& config) {
   const Simulation simulation = simulate(config.simulate);
@@ -93,12 +84,12 @@ std::vector<PlacedTrack> simulated(const Config& config) {
       detections.rows.push_back({track.id, track.times_s[i], track.positions_m[i]});
   }
   detections.rows_read = detections.rows.size();
-  return placed(clean(std::span(&detections, 1), config.clean), scene, config.corners);
+  return placed(clean(std::span(&detections, 1), config.clean).trajectories, scene, config.corners);
 }
 
 std::vector<PlacedTrack> recorded(const std::string& name, const Config& config, const ExperimentOptions& options) {
   const Scene scene = read_scene(found_file(name, options, "the scene file"), config.episode.scaling, options.data_dir);
-  return placed(read_scene_tracks(scene, config.clean), scene, config.corners);
+  return placed(read_scene_tracks(scene, config.clean).trajectories, scene, config.corners);
 }
 
 struct ReadPlace {

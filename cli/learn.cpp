@@ -1,7 +1,12 @@
+#include <algorithm>
 #include <iomanip>
 #include <iostream>
+#include <iterator>
 #include <memory>
+#include <optional>
+#include <span>
 #include <sstream>
+#include <vector>
 
 #include "options.hpp"
 #include "records.hpp"
@@ -36,9 +41,9 @@ struct GivenUp {
   }
 };
 
-void tell(int number, int of, const EpisodeReport& report) {
+void tell_episode(int number, const EpisodeReport& report) {
   std::ostringstream line;
-  line << "episode " << number << "/" << of << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
+  line << "episode " << number << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
   const LimitReport& lost = report.given_up;
   if (lost.transitions > 0) {
@@ -48,51 +53,87 @@ void tell(int number, int of, const EpisodeReport& report) {
   std::cerr << line.str() << "\n";
 }
 
+/// The tracks in batches: a part of the input at a time, or, if some are held back, all that are left.
+class Batches {
+ public:
+  Batches(const LearnOptions& options, const Config& config) : corners_(config.corners), size_(options.batch) {
+    if (options.tracks.hold_out > 0.0) {  // who is held back is drawn among all
+      SceneTracks input = read_placed(options.tracks, config);
+      waiting_ = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).train;
+    } else {
+      opened_ = open_tracks(options.tracks, config);
+    }
+  }
+
+  /// Empty after the last.
+  std::span<const PlacedTrack> next() {
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(handed_out_));
+    while (opened_ && waiting_.size() < static_cast<std::size_t>(size_)) {
+      auto part = opened_->stream.next();
+      if (!part) {
+        tell(opened_->stream.report());
+        opened_.reset();
+        break;
+      }
+      std::ranges::move(placed(std::move(part->trajectories), opened_->scene, corners_), std::back_inserter(waiting_));
+    }
+    handed_out_ = std::min(waiting_.size(), static_cast<std::size_t>(size_));
+    tracks_ += handed_out_;
+    return std::span(waiting_).first(handed_out_);
+  }
+
+  /// Handed out so far.
+  std::size_t tracks() const { return tracks_; }
+
+ private:
+  CornerChoice corners_;
+  int size_;
+  std::optional<OpenedTracks> opened_;
+  std::vector<PlacedTrack> waiting_;
+  std::size_t handed_out_ = 0;
+  std::size_t tracks_ = 0;
+};
+
 void learn_tracks(const LearnOptions& options) {
   const ThreadLimit limit(options.common.threads);
   ModelFile file = ModelFile::open_or_create(options.model);
-  StoredModel stored;
+  Model model;
   Config base;
+  int before = 0;
   if (!file.empty()) {
-    stored = file.read();
+    StoredModel stored = file.read();
     base = apply_json(base, nlohmann::json::parse(stored.configuration), options.model);
+    before = static_cast<int>(stored.episodes.size());
+    model = std::move(stored.model);
   }
   const Config config = configured(options.common, base);
-  SceneTracks input = read_placed(options.tracks, config);
-  std::vector<PlacedTrack> tracks = std::move(input.tracks);
-  if (options.tracks.hold_out > 0.0) {
-    tracks = split_tracks(std::move(tracks), options.tracks.hold_out, options.common.seed.value_or(1)).train;
-  }
+  Batches batches(options, config);
   const std::string configuration = to_json(config).dump();
-  const int before = static_cast<int>(stored.episodes.size());
-  const int episodes = (static_cast<int>(tracks.size()) + options.batch - 1) / options.batch;
-  Model previous = stored.model;
   GivenUp given_up;
-  const Run run =
-      run_episodes(stored.model, tracks, static_cast<std::size_t>(options.batch), config.episode,
-                   sila_update(config.episode), [&](int number, const Episode& episode) {
-                     const EpisodeReport& report = episode.report;
-                     file.commit(episode.model, record_of(before + number, previous, episode), configuration);
-                     previous = episode.model;
-                     tell(number, episodes, report);
-                     given_up.add(report);
-                   });
-  if (run.known > 0) {
-    std::cerr << run.known << " of " << episodes << " batches are in " << options.model
+  const BatchCounts counts = run_batches(
+      model, [&] { return batches.next(); }, config.episode, sila_update(config.episode),
+      [&](int number, const Episode& episode) {
+        file.commit(episode.model, record_of(before + number, model, episode), configuration);
+        tell_episode(number, episode.report);
+        given_up.add(episode.report);
+      });
+  const int episodes = counts.learnt + counts.known;
+  if (counts.known > 0) {
+    std::cerr << counts.known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
   }
   if (options.common.json) {
     nlohmann::ordered_json json{{"model", options.model},
                                 {"episodes", episodes},
-                                {"known", run.known},
-                                {"tracks", tracks.size()},
-                                {"size", size(run.model)}};
+                                {"known", counts.known},
+                                {"tracks", batches.tracks()},
+                                {"size", size(model)}};
     json["absorbed"] = given_up.absorbed, json["forgotten"] = given_up.forgotten;
     json["given_up"] = to_json(given_up.over_limit);
     std::cout << json.dump(2) << "\n";
   } else {
-    std::cout << options.model << ": " << run.model.tracks << " tracks in " << run.model.episodes << " episodes, "
-              << run.model.primitives.size() << " primitives, " << run.model.transitions.size() << " transitions\n";
+    std::cout << options.model << ": " << model.tracks << " tracks in " << model.episodes << " episodes, "
+              << model.primitives.size() << " primitives, " << model.transitions.size() << " transitions\n";
   }
 }
 

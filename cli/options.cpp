@@ -16,6 +16,23 @@ TrackFormat format_named(const std::string& name) {
   throw std::invalid_argument("--format = " + name + " is not one of " + known);
 }
 
+/// What the options of a verb name.
+struct Named {
+  Scene scene;
+  std::vector<std::filesystem::path> paths;
+  ReadOptions read;
+};
+
+Named named_in(const TrackOptions& options, const Config& config) {
+  Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
+  if (result.paths.empty() && options.scene.empty())
+    throw std::invalid_argument("tracks: none are given, and no --scene that names some");
+  if (!options.format.empty()) result.read.format = format_named(options.format);
+  if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
+  for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
+  return result;
+}
+
 }  // namespace
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
@@ -59,19 +76,23 @@ Config configured(const CommonOptions& common, Config base) {
   return config;
 }
 
+void tell(const TrackReport& report) {
+  for (const std::string& line : to_lines(report)) std::cerr << line << "\n";
+}
+
 ReadTracks read_clean(const TrackOptions& options, const Config& config) {
   ReadTracks result;
-  if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
-  ReadOptions read = options.read;
-  if (!options.format.empty()) read.format = format_named(options.format);
-  const std::vector<std::filesystem::path> paths(options.paths.begin(), options.paths.end());
-  if (paths.empty() && options.scene.empty())
-    throw std::invalid_argument("tracks: none are given, and no --scene that names some");
-  result.tracks = paths.empty() ? read_scene_tracks(result.scene, config.clean)
-                                : read_tracks(paths, result.scene, read, config.clean);
-  for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
-  for (const std::string& line : to_lines(result.tracks.report)) std::cerr << line << "\n";
+  const Named named = named_in(options, config);
+  result.scene = named.scene;
+  result.tracks = named.paths.empty() ? read_scene_tracks(named.scene, config.clean)
+                                      : read_tracks(named.paths, named.scene, named.read, config.clean);
+  tell(result.tracks.report);
   return result;
+}
+
+OpenedTracks open_tracks(const TrackOptions& options, const Config& config) {
+  const Named named = named_in(options, config);
+  return {named.scene, TrackStream(named.paths, named.scene, named.read, config.clean)};
 }
 
 std::string read_token(const std::string& path) {
@@ -88,10 +109,7 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config) {
   result.scene = std::move(read.scene);
   result.report = std::move(read.tracks.report);
   result.input_ids = std::move(read.tracks.input_ids);
-  for (Trajectory& track : read.tracks.trajectories) {
-    const CurbFrame& frame = frame_for(result.scene, track, config.corners);
-    result.tracks.push_back({std::move(track), frame});
-  }
+  result.tracks = placed(std::move(read.tracks.trajectories), result.scene, config.corners);
   return result;
 }
 

@@ -13,6 +13,7 @@
 #include "sila/core/placed_track.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "sila/io/track_stream.hpp"
 
 namespace sila::cli {
 
@@ -61,6 +62,16 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config);
 
 /// The first line of a file: a token is given by a file, so that it is in no list of processes.
 std::string read_token(const std::string& path);
+
+/// Reads the scene and opens the tracks, to be read part by part.
+struct OpenedTracks {
+  Scene scene;
+  TrackStream stream;
+};
+OpenedTracks open_tracks(const TrackOptions& options, const Config& config);
+
+/// What became of the rows, on stderr.
+void tell(const TrackReport& report);
 
 /// Reads tracks, tells what became of their rows on stderr, and puts each in the frame of its corner.
 SceneTracks read_placed(const TrackOptions& options, const Config& config);

@@ -192,15 +192,6 @@ bool all_digits(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// "9" before "10"; numbers before names.
-bool id_less(const std::string& a, const std::string& b) {
-  const bool a_number = all_digits(a);
-  const bool b_number = all_digits(b);
-  if (a_number != b_number) return a_number;
-  if (a_number && a.size() != b.size()) return a.size() < b.size();
-  return a < b;
-}
-
 /// The last `parts` components of a path, without the extensions of the file.
 std::string tail_of(const std::filesystem::path& path, std::size_t parts) {
   std::string name = path.filename().string();
@@ -210,20 +201,6 @@ std::string tail_of(const std::filesystem::path& path, std::size_t parts) {
     name = folder.filename().string() + "/" + name;
   }
   return name;
-}
-
-/// For each source the prefix of its ids: nothing for one source, else the shortest tail of the path that tells all
-/// apart.
-std::vector<std::string> prefixes(std::span<const Detections> sources) {
-  if (sources.size() <= 1) return std::vector<std::string>(sources.size());
-  for (std::size_t parts = 1; parts <= 8; ++parts) {
-    std::vector<std::string> names;
-    for (const Detections& source : sources) names.push_back(tail_of(source.source, parts) + ":");
-    if (std::unordered_set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
-  }
-  std::vector<std::string> numbers;
-  for (std::size_t i = 0; i < sources.size(); ++i) numbers.push_back(std::to_string(i + 1) + ":");
-  return numbers;
 }
 
 /// Ids for pieces in their final order: the first piece of a track keeps its id, later ones get "#2", "#3", ...
@@ -283,21 +260,11 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   return result;
 }
 
-}  // namespace
-
-std::string_view name_of(DropReason reason) {
-  return kDropReasons[static_cast<std::size_t>(reason)].name;
-}
-
-void validate(const CleanConfig& config) {
-  validate_fields("clean", config);
-}
-
-CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config) {
+CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::string> prefix,
+                      const CleanConfig& config) {
   validate(config);
   CleanTracks result;
   Ledger ledger;
-  const std::vector<std::string> prefix = prefixes(sources);
   for (std::size_t s = 0; s < sources.size(); ++s) {
     ledger.report.rows_read += sources[s].rows_read;
     for (CleanedTrack& track : clean_source(sources[s], prefix[s], config, ledger)) {
@@ -312,6 +279,46 @@ CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config
   ledger.report.tracks_kept = result.trajectories.size();
   result.report = ledger.finished();
   return result;
+}
+
+}  // namespace
+
+std::string_view name_of(DropReason reason) {
+  return kDropReasons[static_cast<std::size_t>(reason)].name;
+}
+
+void validate(const CleanConfig& config) {
+  validate_fields("clean", config);
+}
+
+bool id_less(const std::string& a, const std::string& b) {
+  const bool a_number = all_digits(a);
+  const bool b_number = all_digits(b);
+  if (a_number != b_number) return a_number;
+  if (a_number && a.size() != b.size()) return a.size() < b.size();
+  return a < b;
+}
+
+std::vector<std::string> id_prefixes(std::span<const std::string> sources) {
+  if (sources.size() <= 1) return std::vector<std::string>(sources.size());
+  for (std::size_t parts = 1; parts <= 8; ++parts) {
+    std::vector<std::string> names;
+    for (const std::string& source : sources) names.push_back(tail_of(source, parts) + ":");
+    if (std::unordered_set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
+  }
+  std::vector<std::string> numbers;
+  for (std::size_t i = 0; i < sources.size(); ++i) numbers.push_back(std::to_string(i + 1) + ":");
+  return numbers;
+}
+
+CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config) {
+  std::vector<std::string> names;
+  for (const Detections& source : sources) names.push_back(source.source);
+  return clean_all(sources, id_prefixes(names), config);
+}
+
+CleanTracks clean(const Detections& source, const std::string& id_prefix, const CleanConfig& config) {
+  return clean_all(std::span(&source, 1), std::span(&id_prefix, 1), config);
 }
 
 bool is_pedestrian(std::string_view label) {

@@ -48,21 +48,36 @@ Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint
   return split;
 }
 
+BatchCounts run_batches(Model& model, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
+                        const EpisodeObserver& observer) {
+  BatchCounts counts;
+  for (std::span<const PlacedTrack> batch = next_batch(); !batch.empty(); batch = next_batch()) {
+    Episode episode = run_episode(model, batch, config, update);
+    if (episode.report.known) {
+      ++counts.known;
+      continue;
+    }
+    ++counts.learnt;
+    if (observer) observer(counts.learnt, episode);
+    model = std::move(episode.model);
+  }
+  return counts;
+}
+
 Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size,
                  const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer) {
   if (batch_size == 0) throw std::invalid_argument("run_episodes: batch_size = 0, must be at least 1");
   Run run{start, {}, 0};
-  for (std::size_t from = 0; from < tracks.size(); from += batch_size) {
-    Episode episode =
-        run_episode(run.model, tracks.subspan(from, std::min(batch_size, tracks.size() - from)), config, update);
-    if (episode.report.known) {
-      ++run.known;
-      continue;
-    }
+  const auto next_batch = [&, left = tracks]() mutable {
+    const auto batch = left.first(std::min(batch_size, left.size()));
+    left = left.subspan(batch.size());
+    return batch;
+  };
+  const auto keep = [&](int number, const Episode& episode) {
     run.episodes.push_back(episode.report);
-    if (observer) observer(static_cast<int>(run.episodes.size()), episode);
-    run.model = std::move(episode.model);
-  }
+    if (observer) observer(number, episode);
+  };
+  run.known = run_batches(run.model, next_batch, config, update, keep).known;
   return run;
 }
 

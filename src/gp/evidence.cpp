@@ -61,28 +61,29 @@ struct Adjoints {
   double noise = 0.0;
 };
 
+/// The factors L_u^-1 on the right of V' are taken out of the sums, so that one triangular solve of n x M serves all.
 Adjoints adjoints(const GpData& data, const Factors& f) {
   const double outputs = static_cast<double>(data.outputs.cols());
   const auto lower = f.lower.triangularView<Eigen::Lower>();
   const auto seen_lower = f.seen_lower.triangularView<Eigen::Lower>();
+  const Eigen::Index size = f.lower.rows();
   const Eigen::MatrixXd weights = seen_lower.transpose().solve(f.whitened);  // B^-1 h
   const Eigen::MatrixXd alpha =
       f.lambda.inverse().matrix().asDiagonal() * (data.outputs - f.features * weights);  // n x P
-  Eigen::MatrixXd shrunk = f.features;
-  seen_lower.transpose().solveInPlace<Eigen::OnTheRight>(shrunk);  // (L_B \ V)'
-  const Eigen::ArrayXd w =
-      0.5 * (outputs * (f.lambda.inverse() - shrunk.rowwise().squaredNorm().array() / f.lambda.square()) -
-             alpha.rowwise().squaredNorm().array());
-  seen_lower.solveInPlace<Eigen::OnTheRight>(shrunk);  // (B^-1 V)'
-  lower.solveInPlace<Eigen::OnTheRight>(shrunk);
-  Eigen::MatrixXd projection = f.features;  // P' = (K_uu^-1 K_uf)'
-  lower.solveInPlace<Eigen::OnTheRight>(projection);
+  const Eigen::MatrixXd seen_inverse =
+      seen_lower.transpose().solve(seen_lower.solve(Eigen::MatrixXd::Identity(size, size)));  // eigenvalues in (0, 1]
+  const Eigen::MatrixXd shrunk = f.features * seen_inverse;                                   // (B^-1 V)'
+  const Eigen::ArrayXd reductions = shrunk.cwiseProduct(f.features).rowwise().sum().array();  // v_n' B^-1 v_n
+  const Eigen::ArrayXd w = 0.5 * (outputs * (f.lambda.inverse() - reductions / f.lambda.square()) -
+                                  alpha.rowwise().squaredNorm().array());
 
   Adjoints result;
   result.cross = (outputs * f.lambda.inverse()).matrix().asDiagonal() * shrunk;
-  result.cross -= alpha * (alpha.transpose() * projection);
-  result.cross -= (2.0 * w).matrix().asDiagonal() * projection;
-  const Eigen::MatrixXd half = -0.5 * result.cross.transpose() * projection;
+  result.cross.noalias() -= alpha * (alpha.transpose() * f.features);
+  result.cross -= (2.0 * w).matrix().asDiagonal() * f.features;
+  lower.solveInPlace<Eigen::OnTheRight>(result.cross);
+  Eigen::MatrixXd half = -0.5 * result.cross.transpose() * f.features;  // times K_uu^-1 K_uf = V' L_u^-1
+  lower.solveInPlace<Eigen::OnTheRight>(half);
   result.own = 0.5 * (half + half.transpose());
   result.noise = w.sum();
   return result;

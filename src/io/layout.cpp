@@ -205,9 +205,9 @@ std::optional<TrackFormat> track_format(std::string_view name) {
   return std::nullopt;
 }
 
-TextTable table_of(const std::string& path, std::string_view text) {
+TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line) {
   TextTable table{path, {}, {}};
-  std::vector<TextLine> lines = lines_of(text);
+  std::vector<TextLine> lines = lines_of(text, first_line);
   const auto is_comment = [](const TextLine& line) { return trimmed(line.text).front() == '#'; };
   for (const TextLine& line : lines) {
     if (is_comment(line)) table.comments.push_back(line.text);

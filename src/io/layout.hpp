@@ -40,7 +40,8 @@ struct TextTable {
   std::vector<std::string_view> comments;
 };
 
-TextTable table_of(const std::string& path, std::string_view text);
+/// `first_line`: the number of the text's first line in the file. Throws: FormatError if there are no rows.
+TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line = 1);
 
 /// The layout that the content shows, or nothing for ndjson of TrajNet++.
 /// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.

@@ -9,79 +9,10 @@
 #include "clock.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
+#include "table_reader.hpp"
 
 namespace sila {
 namespace {
-
-/// The number that follows "framerate" in the comments of a Juelich file.
-std::optional<double> commented_frame_rate(const TextTable& table) {
-  for (const std::string_view comment : table.comments) {
-    const std::string text = lower(comment);
-    const std::size_t at = std::min(text.find("framerate"), text.find("frame rate"));
-    if (at == std::string::npos) continue;
-    const std::size_t begin = text.find_first_of("0123456789.", at);
-    if (begin == std::string::npos) continue;
-    const std::size_t end = std::min(text.find_first_not_of("0123456789.", begin), text.size());
-    const auto rate = number_of(std::string_view(text).substr(begin, end - begin));
-    if (rate && *rate > 0.0) return rate;
-  }
-  return std::nullopt;
-}
-
-/// Juelich files may say that their columns are "x/cm".
-double commented_metres_per_unit(const TextTable& table) {
-  const bool centimetres = std::any_of(table.comments.begin(), table.comments.end(), [](std::string_view comment) {
-    const std::string text = lower(comment);
-    return text.find("x/cm") != std::string::npos || text.find("x [cm]") != std::string::npos ||
-           text.find("in cm") != std::string::npos;
-  });
-  return centimetres ? 0.01 : 1.0;
-}
-
-FrameClock format_clock(TrackFormat format, const TextTable& table) {
-  switch (format) {
-    case TrackFormat::obsmat:
-    case TrackFormat::frame_id_x_y:
-      return {{}, 0.4};
-    case TrackFormat::stanford_drone:
-      return {30.0, {}};
-    case TrackFormat::dut:
-      return {23.98, {}};
-    case TrackFormat::ind:
-      return {read_ind_frame_rate(table.path), {}};
-    case TrackFormat::juelich:
-      return {commented_frame_rate(table), {}};
-    default:
-      return {};
-  }
-}
-
-TrackFile read_table(const TextTable& table, const Layout& layout, const ReadOptions& options,
-                     const std::string& only_track) {
-  TrackFile file{read_rows(table, layout, only_track), layout.format, {}};
-  if (layout.format == TrackFormat::ind) {
-    const auto classes = read_ind_classes(table.path);
-    for (Detection& row : file.detections.rows) {
-      const auto found = classes.find(row.track);
-      row.label = found == classes.end() ? "unknown" : found->second;
-    }
-  }
-  if (layout.time == Layout::kNone) return with_seconds(std::move(file), options, format_clock(layout.format, table));
-  file.clock = "time stamps of column " + layout.time_name;
-  return file;
-}
-
-TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format) {
-  const double scale = options.metres_per_unit.value_or(of_format);
-  if (scale != 1.0) {
-    for (Detection& row : file.detections.rows) row.position_m *= scale;
-  }
-  if (file.format == TrackFormat::stanford_drone && !options.metres_per_unit) {
-    file.detections.warnings.push_back(file.detections.source +
-                                       ": these are pixels, taken as metres; give metres_per_unit (metres per pixel)");
-  }
-  return file;
-}
 
 std::string describe(const std::vector<DroppedRows>& dropped) {
   std::string text;
@@ -101,11 +32,7 @@ TrackFile require_rows(TrackFile file) {
 TrackFile read_file(const std::filesystem::path& path, const ReadOptions& options, const std::string& only_track) {
   const std::string text = read_text(path);
   const TextTable table = table_of(path.string(), text);
-  const auto layout = layout_of(table, options.format);
-  if (layout) {
-    const double scale = layout->format == TrackFormat::juelich ? commented_metres_per_unit(table) : 1.0;
-    return require_rows(in_metres(read_table(table, *layout, options, only_track), options, scale));
-  }
+  if (const auto reader = table_reader(table, options)) return require_rows(read_table(table, *reader, only_track));
   NdjsonRows rows = read_ndjson(table);
   const double interval_s = 1.0 / rows.samples_per_second.value_or(2.5);
   TrackFile file{std::move(rows.detections), TrackFormat::trajnetpp, {}};

@@ -208,4 +208,13 @@ const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerCh
   return scene.corners.at(corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary).frame;
 }
 
+std::vector<PlacedTrack> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners) {
+  std::vector<PlacedTrack> result;
+  for (Trajectory& track : tracks) {
+    const CurbFrame& frame = frame_for(scene, track, corners);
+    result.push_back({std::move(track), frame});
+  }
+  return result;
+}
+
 }  // namespace sila

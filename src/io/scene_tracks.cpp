@@ -6,15 +6,10 @@
 #include <system_error>
 
 #include "sila/core/errors.hpp"
+#include "track_source.hpp"
 
 namespace sila {
 namespace {
-
-Detections in_scene(Detections detections, const SimilarityTransform& to_scene) {
-  if (to_scene == SimilarityTransform{}) return detections;
-  for (Detection& row : detections.rows) row.position_m = apply(to_scene, row.position_m);
-  return detections;
-}
 
 [[noreturn]] void refuse_missing(const Scene& scene, std::size_t index) {
   std::string folders;
@@ -24,11 +19,13 @@ Detections in_scene(Detections detections, const SimilarityTransform& to_scene) 
                     "\"" + scene.files[index].path + "\", which is in none of them");
 }
 
-CleanTracks require_tracks(CleanTracks tracks, const std::string& source) {
-  if (!tracks.trajectories.empty()) return tracks;
-  std::string found;
-  for (const std::string& line : to_lines(tracks.report)) found += (found.empty() ? "" : "; ") + line;
-  throw FormatError(source, 0, "at least one track of two samples", found);
+CleanTracks read_sources(std::span<const TrackSource> sources, const std::string& name, const CleanConfig& config) {
+  std::vector<Detections> read;
+  for (const TrackSource& source : sources)
+    read.push_back(in_scene(read_detections(source.path, source.options).detections, source.to_scene));
+  CleanTracks tracks = clean(read, config);
+  require_tracks(tracks.report, name);
+  return tracks;
 }
 
 std::size_t common_tail(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -63,29 +60,50 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
   return ambiguous ? nullptr : best;
 }
 
-CleanTracks read_scene_tracks(const Scene& scene, const CleanConfig& config) {
+std::vector<TrackSource> sources_of(const Scene& scene) {
   if (scene.files.empty()) throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
+  std::vector<TrackSource> sources;
   for (std::size_t i = 0; i < scene.files.size(); ++i) {
-    if (scene.files[i].resolved.empty()) refuse_missing(scene, i);
+    const SceneFile& file = scene.files[i];
+    if (file.resolved.empty()) refuse_missing(scene, i);
+    sources.push_back({file.resolved, file.options, file.to_scene});
   }
-  std::vector<Detections> sources;
-  for (const SceneFile& file : scene.files) {
-    sources.push_back(in_scene(read_detections(file.resolved, file.options).detections, file.to_scene));
+  return sources;
+}
+
+std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
+                                    const ReadOptions& options) {
+  if (paths.empty()) throw std::invalid_argument("read_tracks: paths = [], at least one is needed");
+  std::vector<TrackSource> sources;
+  for (const std::filesystem::path& path : paths) {
+    const SceneFile* entry = matching_entry(scene, path);
+    const ReadOptions effective = entry == nullptr ? options : first_of(options, entry->options);
+    sources.push_back({path, effective, entry == nullptr ? SimilarityTransform{} : entry->to_scene});
   }
-  return require_tracks(clean(sources, config), scene.path.string());
+  return sources;
+}
+
+Detections in_scene(Detections detections, const SimilarityTransform& to_scene) {
+  if (to_scene == SimilarityTransform{}) return detections;
+  for (Detection& row : detections.rows) row.position_m = apply(to_scene, row.position_m);
+  return detections;
+}
+
+void require_tracks(const TrackReport& report, const std::string& source) {
+  if (report.tracks_kept > 0) return;
+  std::string found;
+  for (const std::string& line : to_lines(report)) found += (found.empty() ? "" : "; ") + line;
+  throw FormatError(source, 0, "at least one track of two samples", found);
+}
+
+CleanTracks read_scene_tracks(const Scene& scene, const CleanConfig& config) {
+  return read_sources(sources_of(scene), scene.path.string(), config);
 }
 
 CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
                         const CleanConfig& config) {
-  if (paths.empty()) throw std::invalid_argument("read_tracks: paths = [], at least one is needed");
-  std::vector<Detections> sources;
-  for (const std::filesystem::path& path : paths) {
-    const SceneFile* entry = matching_entry(scene, path);
-    const ReadOptions effective = entry == nullptr ? options : first_of(options, entry->options);
-    const SimilarityTransform to_scene = entry == nullptr ? SimilarityTransform{} : entry->to_scene;
-    sources.push_back(in_scene(read_detections(path, effective).detections, to_scene));
-  }
-  return require_tracks(clean(sources, config), paths.front().string());
+  const std::vector<TrackSource> sources = sources_of(paths, scene, options);
+  return read_sources(sources, paths.front().string(), config);
 }
 
 }  // namespace sila

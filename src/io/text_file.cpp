@@ -19,10 +19,6 @@ namespace {
 constexpr std::string_view kReadable = "a readable file";
 constexpr std::string_view kBlank = " \t\r\n\v\f";
 
-struct CloseGzip {
-  void operator()(gzFile file) const { gzclose_r(file); }
-};
-
 std::string system_error_text() {
   return std::generic_category().message(errno);
 }
@@ -32,24 +28,43 @@ std::string system_error_text() {
 }
 
 std::string unzipped_bytes(const std::string& path) {
-  errno = 0;
-  const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
-  if (!file) throw FormatError(path, 0, std::string(kReadable), system_error_text());
-  gzbuffer(file.get(), 1U << 17);
+  GzipFile file(path);
   std::string bytes;
   std::vector<char> chunk(1U << 18);
   for (;;) {
-    const int count = gzread(file.get(), chunk.data(), static_cast<unsigned>(chunk.size()));
-    if (count < 0) break;
-    bytes.append(chunk.data(), static_cast<std::size_t>(count));
-    if (static_cast<std::size_t>(count) < chunk.size()) break;
+    const std::size_t count = file.read(chunk);
+    bytes.append(chunk.data(), count);
+    if (count < chunk.size()) return bytes;
   }
-  int code = Z_OK;
-  gzerror(file.get(), &code);
+}
+
+}  // namespace
+
+GzipFile::GzipFile(std::string path) : path_(std::move(path)) {
+  errno = 0;
+  file_ = gzopen(path_.c_str(), "rb");
+  if (file_ == nullptr) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
+  gzbuffer(file_, 1U << 17);
+}
+
+GzipFile::~GzipFile() {
+  gzclose_r(file_);
+}
+
+std::size_t GzipFile::read(std::span<char> into) {
+  errno = 0;
+  const int count = gzread(file_, into.data(), static_cast<unsigned>(into.size()));
+  if (count == static_cast<int>(into.size())) return into.size();
   // At the end of a truncated file gzread returns what it has; only the error code tells.
-  if (code == Z_ERRNO) throw FormatError(path, 0, std::string(kReadable), system_error_text());
-  if (code != Z_OK && code != Z_STREAM_END) refuse_truncated(path);
-  return bytes;
+  int code = Z_OK;
+  gzerror(file_, &code);
+  if (code == Z_ERRNO) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
+  if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) refuse_truncated(path_);
+  return static_cast<std::size_t>(count);
+}
+
+void GzipFile::seek(std::size_t offset) {
+  if (gzseek(file_, static_cast<z_off_t>(offset), SEEK_SET) < 0) refuse_truncated(path_);
 }
 
 void refuse_binary(const std::string& path, std::string_view bytes) {
@@ -59,27 +74,28 @@ void refuse_binary(const std::string& path, std::string_view bytes) {
   throw FormatError(path, 0, "a text file", "binary data (a zero byte at offset " + std::to_string(zero) + ")");
 }
 
-}  // namespace
+void require_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw FormatError(path.string(), 0, std::string(kReadable), "no such file");
+  if (std::filesystem::is_directory(status)) throw FormatError(path.string(), 0, std::string(kReadable), "a folder");
+}
 
 std::string read_text(const std::filesystem::path& path) {
   const std::string name = path.string();
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw FormatError(name, 0, std::string(kReadable), "no such file");
-  if (std::filesystem::is_directory(status)) throw FormatError(name, 0, std::string(kReadable), "a folder");
+  require_file(path);
   std::string bytes = unzipped_bytes(name);
   refuse_binary(name, bytes);
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (bytes.starts_with(byte_order_mark)) bytes.erase(0, byte_order_mark.size());
+  if (bytes.starts_with(kByteOrderMark)) bytes.erase(0, kByteOrderMark.size());
   if (bytes.find_first_not_of(kBlank) == std::string::npos)
     throw FormatError(name, 0, "a file with rows", "an empty file");
   return bytes;
 }
 
-std::vector<TextLine> lines_of(std::string_view text) {
+std::vector<TextLine> lines_of(std::string_view text, std::size_t first_number) {
   std::vector<TextLine> lines;
   lines.reserve(static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1);
-  std::size_t number = 1;
+  std::size_t number = first_number;
   for (std::size_t begin = 0; begin < text.size(); ++number) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     // Only the line end is cut: in a file separated by tabs a leading tab is an empty cell.

@@ -3,11 +3,41 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+struct gzFile_s;  // of zlib
+
 namespace sila {
+
+/// A file, unzipped if it is gzipped, piece by piece.
+/// Throws: FormatError for one that cannot be opened or read, or is truncated.
+class GzipFile {
+ public:
+  explicit GzipFile(std::string path);
+  GzipFile(const GzipFile&) = delete;
+  GzipFile& operator=(const GzipFile&) = delete;
+  ~GzipFile();
+
+  /// As many bytes as there is room for; fewer only at the end.
+  std::size_t read(std::span<char> into);
+  /// To an offset of the unzipped bytes; of a gzipped file all before it is unzipped again.
+  void seek(std::size_t offset);
+
+ private:
+  std::string path_;
+  gzFile_s* file_ = nullptr;
+};
+
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+/// Throws: FormatError if it does not exist or is a folder.
+void require_file(const std::filesystem::path& path);
+
+/// Throws: FormatError for bytes that are no text.
+void refuse_binary(const std::string& path, std::string_view bytes);
 
 /// The whole text of a file, unzipped if it is gzipped.
 /// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty or binary.
@@ -19,7 +49,7 @@ struct TextLine {
 };
 
 /// The lines that are not blank. They point into `text`.
-std::vector<TextLine> lines_of(std::string_view text);
+std::vector<TextLine> lines_of(std::string_view text, std::size_t first_number = 1);
 
 std::string_view trimmed(std::string_view text);
 std::string lower(std::string_view text);

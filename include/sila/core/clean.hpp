@@ -69,6 +69,16 @@ struct CleanTracks {
 /// configuration out of range.
 CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config);
 
+/// The same for one source whose ids get a prefix, as where it is one of several.
+CleanTracks clean(const Detections& source, const std::string& id_prefix, const CleanConfig& config);
+
+/// For each source (a path) the prefix of its ids: nothing for one source, else the shortest tail of the path that
+/// tells all apart.
+std::vector<std::string> id_prefixes(std::span<const std::string> sources);
+
+/// "9" before "10"; numbers before names: the order of the tracks that begin at the same time.
+bool id_less(const std::string& a, const std::string& b);
+
 /// Whether a class label means a person on foot; an empty one does.
 bool is_pedestrian(std::string_view label);
 

@@ -35,7 +35,21 @@ struct Run {
 /// Called after each episode that learnt something with its number, from 1.
 using EpisodeObserver = std::function<void(int, const Episode&)>;
 
-/// Feeds tracks to `update`, `batch_size` at a time: SILA and every baseline go through this one loop.
+/// The next batch; empty after the last. What the span points to stays until the next call.
+using BatchSource = std::function<std::span<const PlacedTrack>()>;
+
+/// Batches that were learnt, and those that the model had learnt before.
+struct BatchCounts {
+  int learnt = 0;
+  int known = 0;
+};
+
+/// Learns batch after batch into `model`: SILA and every baseline, a stream and what is in memory go through this one
+/// loop. If it throws, `model` is what the last whole episode left.
+BatchCounts run_batches(Model& model, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
+                        const EpisodeObserver& observer = {});
+
+/// Feeds tracks to `update`, `batch_size` at a time.
 Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size,
                  const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
 

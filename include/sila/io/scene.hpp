@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
-#include "sila/core/trajectory.hpp"
+#include "sila/core/placed_track.hpp"
 #include "sila/io/read_tracks.hpp"
 
 namespace sila {
@@ -74,5 +73,8 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 
 /// The frame of the corner by which a track is looked at. Throws: as nearest_corner.
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
+
+/// Each track with the frame of its corner. Throws: as nearest_corner.
+std::vector<PlacedTrack> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners);
 
 }  // namespace sila

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "sila/core/clean.hpp"
+#include "sila/io/scene.hpp"
+
+namespace sila {
+
+/// What is held in memory at once. The rows of a part take some 200 bytes each.
+struct StreamLimits {
+  std::size_t whole_bytes = 16U << 20;  ///< a file of no more bytes is read whole
+  std::size_t block_bytes = 4U << 20;   ///< of a larger one at once while it is looked through
+  std::size_t rows_at_once = 400'000;   ///< of a larger one at once when its tracks are read
+};
+
+/// The tracks of files, a part at a time, so that memory does not grow with their number: read_tracks for more than
+/// memory holds. Tracks come by source, then start time, then id, with the same ids, the pieces of a track that was
+/// split together. A large file is looked through once for where each track is, then read in parts; a track is never
+/// torn, however its rows are mixed with others'. Files whose frames are made seconds by an interval, TrajNet++ and
+/// folders of one-track files are read whole.
+class TrackStream {
+ public:
+  /// `paths` as for read_tracks; if there are none, the files of the scene. Throws: as read_tracks.
+  TrackStream(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
+              const CleanConfig& config, const StreamLimits& limits = {});
+  TrackStream(TrackStream&&) noexcept;
+  TrackStream& operator=(TrackStream&&) noexcept;
+  ~TrackStream();
+
+  /// The next tracks, maybe none; nothing after the last. Throws: FormatError as read_tracks does.
+  std::optional<CleanTracks> next();
+
+  /// What became of the rows so far; after the last part of all of them, as read_tracks tells it (of a reason it may
+  /// name another row as the first).
+  const TrackReport& report() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sila

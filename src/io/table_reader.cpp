@@ -1,0 +1,95 @@
+#include "table_reader.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "read_rows.hpp"
+
+namespace sila {
+namespace {
+
+/// The number that follows "framerate" in the comments of a Juelich file.
+std::optional<double> commented_frame_rate(const TextTable& table) {
+  for (const std::string_view comment : table.comments) {
+    const std::string text = lower(comment);
+    const std::size_t at = std::min(text.find("framerate"), text.find("frame rate"));
+    if (at == std::string::npos) continue;
+    const std::size_t begin = text.find_first_of("0123456789.", at);
+    if (begin == std::string::npos) continue;
+    const std::size_t end = std::min(text.find_first_not_of("0123456789.", begin), text.size());
+    const auto rate = number_of(std::string_view(text).substr(begin, end - begin));
+    if (rate && *rate > 0.0) return rate;
+  }
+  return std::nullopt;
+}
+
+/// Juelich files may say that their columns are "x/cm".
+double commented_metres_per_unit(const TextTable& table) {
+  const bool centimetres = std::any_of(table.comments.begin(), table.comments.end(), [](std::string_view comment) {
+    const std::string text = lower(comment);
+    return text.find("x/cm") != std::string::npos || text.find("x [cm]") != std::string::npos ||
+           text.find("in cm") != std::string::npos;
+  });
+  return centimetres ? 0.01 : 1.0;
+}
+
+FrameClock format_clock(TrackFormat format, const TextTable& table) {
+  switch (format) {
+    case TrackFormat::obsmat:
+    case TrackFormat::frame_id_x_y:
+      return {{}, 0.4};
+    case TrackFormat::stanford_drone:
+      return {30.0, {}};
+    case TrackFormat::dut:
+      return {23.98, {}};
+    case TrackFormat::ind:
+      return {read_ind_frame_rate(table.path), {}};
+    case TrackFormat::juelich:
+      return {commented_frame_rate(table), {}};
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format) {
+  const double scale = options.metres_per_unit.value_or(of_format);
+  if (scale != 1.0) {
+    for (Detection& row : file.detections.rows) row.position_m *= scale;
+  }
+  if (file.format == TrackFormat::stanford_drone && !options.metres_per_unit) {
+    file.detections.warnings.push_back(file.detections.source +
+                                       ": these are pixels, taken as metres; give metres_per_unit (metres per pixel)");
+  }
+  return file;
+}
+
+std::optional<TableReader> table_reader(const TextTable& first, const ReadOptions& options) {
+  const auto layout = layout_of(first, options.format);
+  if (!layout) return std::nullopt;
+  TableReader reader{*layout, options, {}, 1.0, {}};
+  if (layout->time == Layout::kNone) reader.clock = format_clock(layout->format, first);
+  if (layout->format == TrackFormat::juelich) reader.metres_per_unit = commented_metres_per_unit(first);
+  if (layout->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);
+  return reader;
+}
+
+TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track) {
+  const Layout& layout = reader.layout;
+  TrackFile file{read_rows(table, layout, only_track), layout.format, {}};
+  if (layout.format == TrackFormat::ind) {
+    for (Detection& row : file.detections.rows) {
+      const auto found = reader.classes.find(row.track);
+      row.label = found == reader.classes.end() ? "unknown" : found->second;
+    }
+  }
+  if (layout.time == Layout::kNone) {
+    file = with_seconds(std::move(file), reader.options, reader.clock);
+  } else {
+    file.clock = "time stamps of column " + layout.time_name;
+  }
+  return in_metres(std::move(file), reader.options, reader.metres_per_unit);
+}
+
+}  // namespace sila

@@ -1,0 +1,38 @@
+#include "text_blocks.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sila/core/errors.hpp"
+
+namespace sila {
+
+TextBlocks::TextBlocks(const std::filesystem::path& path, std::size_t block_bytes)
+    : path_((require_file(path), path.string())), file_(path_), block_bytes_(block_bytes) {}
+
+bool TextBlocks::read(std::size_t index, TextBlock& block) {
+  if (index >= places_.size()) throw std::logic_error("TextBlocks: a block was left out");
+  const Place place = places_[index];
+  file_.seek(place.offset);
+  block.first_line = place.line;
+  block.text.resize(block_bytes_);
+  block.text.resize(file_.read(block.text));
+  if (block.text.empty()) return false;
+  if (block.text.size() == block_bytes_) {
+    const std::size_t end = block.text.rfind('\n');
+    if (end == std::string::npos) {
+      throw FormatError(path_, place.line, "lines of less than " + std::to_string(block_bytes_) + " bytes",
+                        "a longer one");
+    }
+    block.text.resize(end + 1);
+  }
+  refuse_binary(path_, block.text);
+  if (index + 1 == places_.size()) {
+    const auto lines = static_cast<std::size_t>(std::ranges::count(block.text, '\n'));
+    places_.push_back({place.offset + block.text.size(), place.line + lines});
+  }
+  if (place.offset == 0 && block.text.starts_with(kByteOrderMark)) block.text.erase(0, kByteOrderMark.size());
+  return true;
+}
+
+}  // namespace sila

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sila/core/clean.hpp"
+#include "sila/io/scene.hpp"
+
+namespace sila {
+
+/// A file (or folder) of tracks, how to read it, and how its positions become the scene's.
+struct TrackSource {
+  std::filesystem::path path;
+  ReadOptions options;
+  SimilarityTransform to_scene;
+};
+
+/// The files of a scene. Throws: FormatError if there are none, or one is in none of the folders searched.
+std::vector<TrackSource> sources_of(const Scene& scene);
+
+/// The files named. One that is (or is named like) an entry of the scene's `files` gets its settings; fields set in
+/// `options` win. Throws: std::invalid_argument for no path.
+std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
+                                    const ReadOptions& options);
+
+/// What rows of the source are in the scene's frame.
+Detections in_scene(Detections detections, const SimilarityTransform& to_scene);
+
+/// Throws: FormatError that tells what became of the rows, if they made not one track.
+void require_tracks(const TrackReport& report, const std::string& source);
+
+}  // namespace sila

@@ -1,0 +1,227 @@
+#include "sila/io/track_stream.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "table_reader.hpp"
+#include "text_blocks.hpp"
+#include "track_source.hpp"
+
+namespace sila {
+namespace {
+
+/// Where the rows of a track are.
+struct Whereabouts {
+  std::string id;
+  double start_s = std::numeric_limits<double>::infinity();
+  std::size_t rows = 0;
+  std::size_t first_block = 0;
+  std::size_t last_block = 0;
+};
+
+/// One file, looked through for its tracks first and then read in parts of whole tracks.
+class LargeFile {
+ public:
+  LargeFile(const TrackSource& source, TableReader reader, const StreamLimits& limits)
+      : name_(source.path.string()),
+        to_scene_(source.to_scene),
+        limits_(limits),
+        reader_(std::move(reader)),
+        blocks_(source.path, limits.block_bytes) {
+    headless_ = reader_;
+    headless_.layout.header = false;
+    look_through();
+  }
+
+  /// The rows of the next tracks; nothing after the last. What the reader dropped is told with the first.
+  std::optional<Detections> next() {
+    if (next_track_ == tracks_.size() && told_) return std::nullopt;
+    Detections part = told_ ? Detections{name_, {}} : std::move(told_with_the_first_);
+    told_ = true;
+    std::size_t end = next_track_;
+    std::size_t rows = 0;
+    std::unordered_set<std::string_view> wanted;
+    std::vector<char> needed(block_count_, 0);
+    for (; end < tracks_.size() && (rows == 0 || rows + tracks_[end].rows <= limits_.rows_at_once); ++end) {
+      const Whereabouts& track = tracks_[end];
+      rows += track.rows;
+      wanted.insert(track.id);
+      std::fill(needed.begin() + static_cast<std::ptrdiff_t>(track.first_block),
+                needed.begin() + static_cast<std::ptrdiff_t>(track.last_block) + 1, 1);
+    }
+    part.rows.reserve(rows);
+    for (std::size_t i = 0; i < needed.size(); ++i) {
+      if (needed[i] == 0) continue;
+      for (Detection& row : rows_of_block(i).rows) {
+        if (wanted.contains(row.track)) part.rows.push_back(std::move(row));
+      }
+    }
+    part.rows_read += part.rows.size();
+    next_track_ = end;
+    return in_scene(std::move(part), to_scene_);
+  }
+
+ private:
+  /// Nothing behind the last block.
+  Detections rows_of_block(std::size_t index) {
+    more_ = blocks_.read(index, block_);
+    const bool only_blanks = trimmed(block_.text).empty();
+    if (!more_ || only_blanks) return {name_, {}};
+    const TextTable table = table_of(name_, block_.text, block_.first_line);
+    return read_table(table, index == 0 ? reader_ : headless_, {}).detections;
+  }
+
+  void look_through() {
+    std::unordered_map<std::string, std::size_t> index;
+    std::map<DropReason, DroppedRows> dropped;
+    Detections& told = told_with_the_first_;
+    told.source = name_;
+    for (;; ++block_count_) {
+      const Detections rows = rows_of_block(block_count_);
+      if (!more_) break;
+      if (block_count_ == 0) told.warnings = rows.warnings;
+      for (const DroppedRows& entry : rows.dropped) {
+        dropped.try_emplace(entry.reason, DroppedRows{entry.reason, 0, entry.first}).first->second.rows += entry.rows;
+        told.rows_read += entry.rows;
+      }
+      for (const Detection& row : rows.rows) {
+        const auto [entry, is_new] = index.try_emplace(row.track, tracks_.size());
+        if (is_new) tracks_.push_back({.id = row.track, .first_block = block_count_});
+        Whereabouts& track = tracks_[entry->second];
+        ++track.rows;
+        track.last_block = block_count_;
+        if (row.t_s < track.start_s) track.start_s = row.t_s;
+      }
+    }
+    for (auto& [reason, entry] : dropped) told.dropped.push_back(std::move(entry));
+    std::ranges::sort(tracks_, [](const Whereabouts& a, const Whereabouts& b) {
+      return a.start_s != b.start_s ? a.start_s < b.start_s : id_less(a.id, b.id);
+    });
+  }
+
+  std::string name_;
+  SimilarityTransform to_scene_;
+  StreamLimits limits_;
+  TableReader reader_, headless_;
+  TextBlocks blocks_;
+  TextBlock block_;
+  bool more_ = true;
+  std::size_t block_count_ = 0;
+  std::vector<Whereabouts> tracks_;
+  std::size_t next_track_ = 0;
+  bool told_ = false;
+  Detections told_with_the_first_;
+};
+
+/// Whether the seconds of a row follow from the row alone. An interval is the time of the commonest step of all.
+bool has_clock_of_rows(const TableReader& reader) {
+  if (reader.layout.time != Layout::kNone || reader.options.frames_per_second) return true;
+  return !reader.options.sample_interval_s && reader.clock.frames_per_second.has_value();
+}
+
+/// How to read a file in parts; nothing if it is to be read whole. Throws: FormatError for what is no file of tracks.
+std::optional<TableReader> reader_in_parts(const TrackSource& source, const StreamLimits& limits) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(source.path, unknown)) return std::nullopt;
+  validate(source.options);
+  TextBlock head;
+  TextBlocks(source.path, limits.block_bytes).read(0, head);
+  if (trimmed(head.text).empty()) return std::nullopt;
+  auto reader = table_reader(table_of(source.path.string(), head.text), source.options);
+  const bool is_large = std::filesystem::file_size(source.path, unknown) > limits.whole_bytes && !unknown;
+  if (!reader || !is_large || reader->layout.id == Layout::kNone || !has_clock_of_rows(*reader)) return std::nullopt;
+  return reader;
+}
+
+void add(std::vector<DroppedRows>& total, const std::vector<DroppedRows>& part) {
+  for (const DroppedRows& entry : part) {
+    const auto at = std::ranges::lower_bound(total, entry.reason, {}, &DroppedRows::reason);
+    if (at != total.end() && at->reason == entry.reason) {
+      at->rows += entry.rows;
+    } else {
+      total.insert(at, entry);
+    }
+  }
+}
+
+}  // namespace
+
+struct TrackStream::State {
+  std::string name;
+  std::vector<TrackSource> sources;
+  std::vector<std::optional<TableReader>> readers;
+  std::vector<std::string> prefixes;
+  CleanConfig config;
+  StreamLimits limits;
+  std::size_t source = 0;
+  std::optional<LargeFile> large;
+  TrackReport report;
+
+  CleanTracks cleaned(const Detections& rows, bool begins) {
+    CleanTracks tracks = clean(rows, prefixes[source], config);
+    std::ranges::fill(tracks.source, source);
+    const TrackReport& part = tracks.report;
+    report.sources += begins ? 1 : 0;
+    report.rows_read += part.rows_read, report.rows_kept += part.rows_kept;
+    report.track_ids += part.track_ids, report.tracks_kept += part.tracks_kept;
+    report.out_of_order_rows += part.out_of_order_rows, report.standing_tracks += part.standing_tracks;
+    report.splits_at_gaps += part.splits_at_gaps, report.splits_at_jumps += part.splits_at_jumps;
+    add(report.dropped, part.dropped);
+    // Doubts about units are judged on the first part alone: once is enough.
+    if (begins) report.warnings.insert(report.warnings.end(), part.warnings.begin(), part.warnings.end());
+    return tracks;
+  }
+};
+
+TrackStream::TrackStream(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
+                         const CleanConfig& config, const StreamLimits& limits)
+    : state_(std::make_unique<State>()) {
+  State& state = *state_;
+  state.sources = paths.empty() ? sources_of(scene) : sources_of(paths, scene, options);
+  state.name = paths.empty() ? scene.path.string() : paths.front().string();
+  std::vector<std::string> names;
+  for (const TrackSource& source : state.sources) {
+    names.push_back(source.path.string());
+    state.readers.push_back(reader_in_parts(source, limits));
+  }
+  state.prefixes = id_prefixes(names);
+  state.config = config;
+  state.limits = limits;
+}
+
+TrackStream::TrackStream(TrackStream&&) noexcept = default;
+TrackStream& TrackStream::operator=(TrackStream&&) noexcept = default;
+TrackStream::~TrackStream() = default;
+
+std::optional<CleanTracks> TrackStream::next() {
+  State& state = *state_;
+  for (; state.source < state.sources.size(); ++state.source) {
+    const TrackSource& source = state.sources[state.source];
+    auto& reader = state.readers[state.source];
+    if (!reader && !state.large) {
+      const Detections rows = in_scene(read_detections(source.path, source.options).detections, source.to_scene);
+      CleanTracks tracks = state.cleaned(rows, true);
+      ++state.source;
+      return tracks;
+    }
+    const bool begins = !state.large;
+    if (begins) state.large.emplace(source, *std::exchange(reader, std::nullopt), state.limits);
+    if (const auto rows = state.large->next()) return state.cleaned(*rows, begins);
+    state.large.reset();
+  }
+  require_tracks(state.report, state.name);
+  return std::nullopt;
+}
+
+const TrackReport& TrackStream::report() const {
+  return state_->report;
+}
+
+}  // namespace sila
