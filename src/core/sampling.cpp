@@ -129,6 +129,7 @@ std::optional<double> next_due_s(double due_s, double time_s, double every_s) {
 
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double every_s) {
   if (!(every_s > 0.0)) throw std::invalid_argument("prediction_samples: every_s must be positive");
+  validate(track);
   std::vector<std::size_t> samples;
   double due = track.times_s.front() + observe_s;
   for (std::size_t i = 0; i < track.times_s.size(); ++i) {

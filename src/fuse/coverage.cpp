@@ -21,10 +21,16 @@ void FieldIndex::insert(int transition, const Transition& content) {
   const SparseGp& gp = content.field.gp;
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
   boxes_[at] = Eigen::AlignedBox2d(content.field.extent.min() - reach, content.field.extent.max() + reach);
-  for_each_bucket(boxes_[at].min(), boxes_[at].max(), bucket_size_, [&](std::int64_t key, const Vector2&) {
-    std::vector<int>& bucket = buckets_[key];
-    if (std::find(bucket.begin(), bucket.end(), transition) == bucket.end()) bucket.push_back(transition);
-  });
+  const auto enter = [transition](std::vector<int>& list) {
+    if (std::find(list.begin(), list.end(), transition) == list.end()) list.push_back(transition);
+  };
+  if (!(count_buckets(boxes_[at].min(), boxes_[at].max(), bucket_size_) <= kMostBuckets)) {
+    for (auto& [key, bucket] : buckets_) std::erase(bucket, transition);  // where it was when it was narrower
+    return enter(wide_);
+  }
+  if (std::find(wide_.begin(), wide_.end(), transition) != wide_.end()) return;
+  for_each_bucket(boxes_[at].min(), boxes_[at].max(), bucket_size_,
+                  [&](std::int64_t key, const Vector2&) { enter(buckets_[key]); });
 }
 
 void FieldIndex::remove(int transition) {
@@ -43,11 +49,14 @@ std::vector<int> FieldIndex::candidates(const Transition& of, double share) cons
   const Eigen::MatrixXd& places = of.field.gp.pseudo_inputs;
   std::map<int, int> hits;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
+    const auto count = [&](const std::vector<int>& list) {
+      for (const int other : list) {
+        if (boxes_[static_cast<std::size_t>(other)].contains(Vector2(places.col(m)))) ++hits[other];
+      }
+    };
+    count(wide_);
     const auto found = buckets_.find(bucket_of(places.col(m), bucket_size_));
-    if (found == buckets_.end()) continue;
-    for (const int other : found->second) {
-      if (boxes_[static_cast<std::size_t>(other)].contains(Vector2(places.col(m)))) ++hits[other];
-    }
+    if (found != buckets_.end()) count(found->second);
   }
   std::vector<int> result;
   for (const auto& [other, count] : hits) {

@@ -44,6 +44,7 @@ class FieldIndex {
   std::vector<std::optional<Eigen::Matrix2Xd>> means_;
   std::vector<Eigen::AlignedBox2d> boxes_;  ///< empty: gone
   std::unordered_map<std::int64_t, std::vector<int>> buckets_;
+  std::vector<int> wide_;  ///< in no bucket: they would be in too many
 };
 
 /// Removes transitions (`kept[i]` false) and the primitives that no transition touches.

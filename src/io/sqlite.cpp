@@ -101,6 +101,9 @@ Database::Database(const std::string& path, int flags) {
   if (code != SQLITE_OK) fail(database, code);
   sqlite3_extended_result_codes(database, 1);
   sqlite3_busy_handler(database, wait_for_lock, nullptr);
+  // By default the journal is deleted without syncing its folder: after a loss of power it may be there again, and undo
+  // a commit that was said to be kept.
+  execute("PRAGMA synchronous = EXTRA");
 }
 
 void Database::execute(const std::string& sql) {

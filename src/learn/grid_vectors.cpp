@@ -8,6 +8,8 @@ namespace {
 
 /// A mean heading shorter than this means that the person looped or turned about inside the cell.
 constexpr double kShortestMeanHeading = 0.3;
+/// Nobody passed through the cells between two positions that are farther apart than this speed allows.
+constexpr double kFastest_mps = 100.0;
 
 struct HeadingSum {
   Vector2 sum = Vector2::Zero();
@@ -32,6 +34,8 @@ GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double 
     add(track.positions[t], heading);
     if (t + 1 == track.positions.size()) continue;
     const Vector2 step = track.positions[t + 1] - track.positions[t];
+    const double step_m = velocity_to_world(track.frame, step).norm();
+    if (step_m > kFastest_mps * (track.times_s[t + 1] - track.times_s[t])) continue;
     const int parts = static_cast<int>(std::min(1000.0, std::ceil(step.norm() / (0.5 * grid.cell))));
     for (int k = 1; k < parts; ++k) add(track.positions[t] + step * k / parts, heading);
   }

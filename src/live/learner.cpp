@@ -75,6 +75,11 @@ void Learner::learn_rest() {
   rest_ = false;
 }
 
+void Learner::settle() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return (!ready() && !learning_.busy) || stopping_; });
+}
+
 bool Learner::ready() const {
   return waiting_.size() >= static_cast<std::size_t>(live_.batch) || (rest_ && !waiting_.empty());
 }

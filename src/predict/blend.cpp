@@ -18,9 +18,18 @@ static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityW
 /// Before anything was taught errors are believed to grow like this, with the weight of so many examples.
 constexpr double kPriorAlong_mps = 0.35, kPriorAcross_mps = 0.25, kPriorPosition_m = 0.1, kPriorExamples = 4.0;
 
+/// No error is believed to be smaller: people who all do the same would else make the covariances vanish.
+constexpr double kLeastError_m = 1e-3;
+/// A covariance thinner than this could not be told from a flat one.
+constexpr double kThinnest = 1e-12;
+
 /// The blend before anything was taught is this feature alone.
 Eigen::Index untaught_feature(Eigen::Index features) {
   return features > kPlaceFreeFeatures ? kOutlookFeature : kGaitFeature;
+}
+
+double square(double x) {
+  return x * x;
 }
 
 std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int classes, double interval_s) {
@@ -28,11 +37,11 @@ std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int 
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
     const std::size_t step = cell / static_cast<std::size_t>(classes);
     const double t = static_cast<double>(step + 1) * interval_s;
-    const auto square = [](double x) { return x * x; };
     const Vector2 prior(square(kPriorPosition_m + kPriorAlong_mps * t),
                         square(kPriorPosition_m + kPriorAcross_mps * t));
     const Vector2 sum(moments[cell].along_m2, moments[cell].across_m2);
-    result.emplace_back((sum + kPriorExamples * prior) / (moments[cell].weight + kPriorExamples));
+    const Vector2 variance = (sum + kPriorExamples * prior) / (moments[cell].weight + kPriorExamples);
+    result.emplace_back(variance.cwiseMax(std::max(square(kLeastError_m), kThinnest * variance.maxCoeff())));
   }
   return result;
 }

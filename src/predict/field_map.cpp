@@ -1,6 +1,9 @@
 #include "sila/predict/field_map.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <set>
 
 #include "sila/core/buckets.hpp"
@@ -10,6 +13,9 @@ namespace {
 
 /// So many length scales from the box of its pseudo-inputs an outlook is 1e-4 of what it is at them, or less.
 constexpr double kOutlookReach = 4.3;
+/// The bucket of fields that reach everywhere; they stand in every other bucket as well. No place that is looked up has
+/// this key.
+constexpr std::int64_t kEverywhere = std::numeric_limits<std::int64_t>::min();
 
 /// The buckets of which some point is within the ellipse with these half axes.
 void add_buckets_within(const Vector2& centre, const Vector2& reach, double size, std::set<std::int64_t>& buckets) {
@@ -54,16 +60,28 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
     leaving_[static_cast<std::size_t>(transition.from)].push_back(index);
     // One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
     const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
+    if (!(count_buckets(-reach, reach, bucket_size_) <= kMostBuckets)) {
+      buckets_[kEverywhere].push_back(index);
+      continue;
+    }
     std::set<std::int64_t> known;
     for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
       add_buckets_within(gp.pseudo_inputs.col(m), reach, bucket_size_, known);
     for (const std::int64_t bucket : known) buckets_[bucket].push_back(index);
   }
+  const auto wide = buckets_.find(kEverywhere);
+  if (wide == buckets_.end()) return;
+  for (auto& [key, bucket] : buckets_) {
+    if (key == kEverywhere) continue;
+    bucket.insert(bucket.end(), wide->second.begin(), wide->second.end());
+    std::sort(bucket.begin(), bucket.end());
+  }
 }
 
 std::span<const int> FieldMap::near(const Vector2& position) const {
   if (!(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return {};
-  const auto place = buckets_.find(bucket_of(position, bucket_size_));
+  auto place = buckets_.find(bucket_of(position, bucket_size_));
+  if (place == buckets_.end()) place = buckets_.find(kEverywhere);
   return place == buckets_.end() ? std::span<const int>() : std::span<const int>(place->second);
 }
 

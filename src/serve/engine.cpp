@@ -76,6 +76,11 @@ void Engine::drain() {
   changed_.wait(lock, [this] { return idle_ || stopping_; });
 }
 
+void Engine::settle() {
+  drain();
+  learner_.settle();
+}
+
 Facts Engine::facts() const {
   const std::lock_guard lock(mutex_);
   return facts_;

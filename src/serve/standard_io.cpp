@@ -65,9 +65,12 @@ void StandardIo::close() {
   changed_.notify_all();
 }
 
-/// Returns when everything read so far is answered, and the answers are written.
+/// Returns when everything read so far is answered, and the answers are written; if it waits, also when it is learnt.
 void StandardIo::let_through() {
-  hub_.engine->drain();
+  if (wait_)
+    hub_.engine->settle();
+  else
+    hub_.engine->drain();
   const auto sent = std::make_shared<std::promise<void>>();  // behind the answers that the engine has posted
   boost::asio::post(hub_.context, [sent] { sent->set_value(); });
   const std::future<void> seen = sent->get_future();

@@ -41,9 +41,11 @@ class Program : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  Outcome run(const std::string& arguments) const {
+  /// `before` is said to the shell first.
+  Outcome run(const std::string& arguments, const std::string& before = "") const {
     const std::string err = (folder_ / "stderr").string();
-    const std::string command = "cd '" + folder_.string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
+    const std::string command =
+        before + "cd '" + folder_.string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
     Outcome outcome;
     FILE* pipe = ::popen(command.c_str(), "r");
     char buffer[4096];
@@ -120,6 +122,24 @@ TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
     EXPECT_LE(prediction.at("modes").size(), 6u);
   }
   EXPECT_GT(count, 100);
+}
+
+TEST_F(Program, OnAFullDiskSaysSoAndKeepsWhatItHad) {
+  simulate();
+  const std::string learn = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch ";
+  const std::string full = "trap '' XFSZ; ulimit -f 64; ";  // no file over 32 KB
+  const Outcome nothing = run(learn + "20", full);
+  EXPECT_EQ(nothing.code, 1) << nothing.err;
+  EXPECT_NE(nothing.err.find("m.sila: expected a model file that can be written"), std::string::npos) << nothing.err;
+  EXPECT_NE(nothing.err.find("is the disk full?"), std::string::npos) << nothing.err;
+  ASSERT_EQ(run(learn + "20").code, 0);  // what was begun there is no hindrance
+  const std::string before = run("inspect m.sila --json").out;
+  EXPECT_EQ(nlohmann::json::parse(before).at("episodes"), 3);
+  const Outcome more = run(learn + "15", full);
+  EXPECT_EQ(more.code, 1) << more.err;
+  EXPECT_NE(more.err.find("m.sila: expected a model file that can be written"), std::string::npos) << more.err;
+  EXPECT_EQ(run("inspect m.sila --json").out, before);
+  EXPECT_EQ(run(learn + "15").code, 0);
 }
 
 TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -14,11 +15,20 @@ inline std::int64_t bucket_key(std::int64_t column, std::int64_t row) {
 }
 
 inline std::int64_t bucket_column(double coordinate, double size) {
-  return static_cast<std::int64_t>(std::floor(coordinate / size));
+  constexpr double farthest = 9e18;  // what an integer can hold
+  return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / size), -farthest, farthest));
 }
 
 inline std::int64_t bucket_of(const Vector2& position, double size) {
   return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
+}
+
+/// What reaches over more buckets than this is better looked at always than entered in each of them.
+inline constexpr double kMostBuckets = 1e4;
+
+/// About how many buckets touch the box from `low` to `high`.
+inline double count_buckets(const Vector2& low, const Vector2& high, double size) {
+  return ((high.x() - low.x()) / size + 1.0) * ((high.y() - low.y()) / size + 1.0);
 }
 
 /// Calls `visit(key, lower corner)` for each bucket that touches the box from `low` to `high`, column by column.

@@ -8,8 +8,8 @@
 
 namespace sila {
 
-/// A time-stamped path in the world frame.
-/// Invariant: as many positions as times, at least one of each, times strictly increasing, everything finite.
+/// A time-stamped path in the world frame, at most 1e6 s long.
+/// Invariant: as many positions as times, at least one of each, times strictly increasing, none over 1e12.
 struct Trajectory {
   std::string id;
   std::vector<double> times_s;

@@ -55,6 +55,8 @@ class Learner {
   void give(std::vector<PlacedTrack> tracks);
   /// Learns what waits, a last smaller batch included, and returns when it is done.
   void learn_rest();
+  /// Returns when no whole batch waits any more and none is being learnt.
+  void settle();
 
  private:
   void run();

@@ -63,7 +63,7 @@ class Blend {
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the lessons use the last of them.
   Vector2 velocity_mps(const Features& features, std::size_t step, int speed_class) const;
   /// Variances [m²] along and across the way to the mean position that so many features give; zero where nothing was
-  /// taught.
+  /// taught, at least those of an error of a millimetre elsewhere.
   Vector2 residual_m2(std::size_t step, int speed_class, Eigen::Index features) const;
 
  private:

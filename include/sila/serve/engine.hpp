@@ -53,6 +53,8 @@ class Engine {
   std::size_t backlog() const;
   /// Returns when everything offered so far is answered.
   void drain();
+  /// The same, and whole batches of what has ended are learnt: what comes next does not depend on how long that took.
+  void settle();
   /// As of half a second ago at most.
   Facts facts() const;
   /// Whether anybody looks at the live page.
