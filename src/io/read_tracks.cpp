@@ -99,17 +99,7 @@ TrackFile require_rows(TrackFile file) {
 }
 
 TrackFile read_file(const std::filesystem::path& path, const ReadOptions& options, const std::string& only_track) {
-  const std::string text = read_text(path);
-  const TextTable table = table_of(path.string(), text);
-  const auto layout = layout_of(table, options.format);
-  if (layout) {
-    const double scale = layout->format == TrackFormat::juelich ? commented_metres_per_unit(table) : 1.0;
-    return require_rows(in_metres(read_table(table, *layout, options, only_track), options, scale));
-  }
-  NdjsonRows rows = read_ndjson(table);
-  const double interval_s = 1.0 / rows.samples_per_second.value_or(2.5);
-  TrackFile file{std::move(rows.detections), TrackFormat::trajnetpp, {}};
-  return require_rows(in_metres(with_seconds(std::move(file), options, {{}, interval_s}), options, 1.0));
+  return tracks_of_text(path.string(), read_text(path), options, only_track);
 }
 
 bool is_track_name(const std::filesystem::path& path) {
@@ -179,6 +169,20 @@ void require_positive(const char* field, const std::optional<double>& value) {
 }
 
 }  // namespace
+
+TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
+                         const std::string& only_track) {
+  const TextTable table = table_of(path, text);
+  const auto layout = layout_of(table, options.format);
+  if (layout) {
+    const double scale = layout->format == TrackFormat::juelich ? commented_metres_per_unit(table) : 1.0;
+    return require_rows(in_metres(read_table(table, *layout, options, only_track), options, scale));
+  }
+  NdjsonRows rows = read_ndjson(table);
+  const double interval_s = 1.0 / rows.samples_per_second.value_or(2.5);
+  TrackFile file{std::move(rows.detections), TrackFormat::trajnetpp, {}};
+  return require_rows(in_metres(with_seconds(std::move(file), options, {{}, interval_s}), options, 1.0));
+}
 
 ReadOptions first_of(const ReadOptions& first, const ReadOptions& second) {
   ReadOptions result = first;

@@ -67,12 +67,15 @@ std::string read_text(const std::filesystem::path& path) {
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) throw FormatError(name, 0, std::string(kReadable), "no such file");
   if (std::filesystem::is_directory(status)) throw FormatError(name, 0, std::string(kReadable), "a folder");
-  std::string bytes = unzipped_bytes(name);
-  refuse_binary(name, bytes);
+  return text_of_bytes(name, unzipped_bytes(name));
+}
+
+std::string text_of_bytes(const std::string& path, std::string bytes) {
+  refuse_binary(path, bytes);
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   if (bytes.starts_with(byte_order_mark)) bytes.erase(0, byte_order_mark.size());
   if (bytes.find_first_not_of(kBlank) == std::string::npos)
-    throw FormatError(name, 0, "a file with rows", "an empty file");
+    throw FormatError(path, 0, "a file with rows", "an empty file");
   return bytes;
 }
 
