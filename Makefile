@@ -1,6 +1,6 @@
 # The front door. Nothing but calls of the CMake presets and of tools/; docs/hacking.md has the rest.
 MAKEFLAGS += --no-print-directory
-.PHONY: help demo test bench check format clean setup build
+.PHONY: help demo test bench check fuzz format clean setup build
 
 help:    ## what there is to make
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -15,9 +15,15 @@ test: build    ## build everything and run all tests
 bench: build    ## run the benchmarks
 	@tools/bench build/release/benchmarks
 
-check:    ## format, layers, budgets, links, clang warnings, clang-tidy
+check:    ## format, layers, budgets, links, clang warnings, fuzz targets, clang-tidy
 	@tools/setup --check
 	@tools/check
+
+fuzz:    ## a minute of each fuzz target (tools/fuzz)
+	@tools/setup --check
+	@cmake --preset fuzz >/dev/null
+	@cmake --build --preset fuzz --target fuzz
+	@tools/fuzz
 
 format:    ## format all C++ sources in place
 	@tools/setup --check

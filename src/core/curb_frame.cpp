@@ -58,6 +58,7 @@ CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const 
 
 void validate(const CurbFrame& frame) {
   if (!frame.origin_m.allFinite()) refuse("origin is not finite");
+  if (!frame.axis_1.allFinite() || !frame.axis_2.allFinite()) refuse("an axis is not finite");
   require_positive("sidewalk_width_m", frame.sidewalk_width_m);
   require_positive("unit_m of axis_1", frame.unit_m.x());
   require_positive("unit_m of axis_2", frame.unit_m.y());

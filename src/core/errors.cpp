@@ -3,9 +3,20 @@
 namespace sila {
 namespace {
 
+/// What was found stands in the message as it is: cut, and without characters that would break its line or be commands
+/// to a terminal.
+std::string printable(std::string text) {
+  constexpr std::size_t longest = 1000;
+  if (text.size() > longest) text = text.substr(0, longest) + "...";
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  return text;
+}
+
 std::string message(const std::string& path, std::size_t line, const std::string& expected, const std::string& found) {
   const std::string place = line == 0 ? path : path + ":" + std::to_string(line);
-  return place + ": expected " + expected + ", found " + found;
+  return place + ": expected " + printable(expected) + ", found " + printable(found);
 }
 
 }  // namespace

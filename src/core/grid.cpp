@@ -15,7 +15,7 @@ std::int32_t floor_divide(std::int32_t value, std::int32_t by) {
 
 CellKey cell_of(const Grid& grid, const Vector2& point) {
   const Vector2 scaled = (point - grid.origin) / grid.cell;
-  if (!(scaled.cwiseAbs().maxCoeff() < 1e9)) {
+  if (!(scaled.cwiseAbs().maxCoeff() < kFarthestCell)) {
     std::ostringstream text;
     text << "cell_of: point = (" << point.x() << ", " << point.y() << ") lies over 1e9 cells from the grid's origin";
     throw std::invalid_argument(text.str());
@@ -34,7 +34,11 @@ CellKey tile_of(const Grid& grid, const CellKey& cell) {
 void validate(const Grid& grid) {
   if (!(grid.cell > 0.0) || !std::isfinite(grid.cell)) throw std::invalid_argument("grid: cell must be positive");
   if (!grid.origin.allFinite()) throw std::invalid_argument("grid: origin must be finite");
-  if (grid.tile_cells < 1) throw std::invalid_argument("grid: tile_cells must be at least 1");
+  if (!(grid.cell >= 1e-6 && grid.cell <= 1e6)) throw std::invalid_argument("grid: cell must be 1e-6 to 1e6 widths");
+  if (!(grid.origin.cwiseAbs().maxCoeff() <= kFarthestCell * grid.cell))
+    throw std::invalid_argument("grid: origin is over 1e9 cells away");
+  if (grid.tile_cells < 1 || grid.tile_cells > 1'000'000)
+    throw std::invalid_argument("grid: tile_cells must be 1 to 1,000,000");
 }
 
 }  // namespace sila

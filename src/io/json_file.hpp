@@ -10,6 +10,12 @@
 
 namespace sila {
 
+/// Whoever copies or prints JSON does so by recursion: what is deeper could be the end of the stack.
+inline constexpr std::size_t kDeepestJson = 100;
+
+/// What read_json makes of a file, of the text that is in it; `path` is for messages.
+nlohmann::json json_of_text(const std::string& path, const std::string& text);
+
 /// Typed access to the fields of one JSON object of a file; every error names the file, the field, what was expected
 /// and found.
 class JsonFields {

@@ -269,6 +269,18 @@ void write_episode(sqlite::Database& database, const EpisodeRecord& episode) {
   insert.bind(std::string_view(episode.statistics)).step();
 }
 
+void require_plain(sqlite::Database& database) {
+  constexpr std::string_view others =
+      "SELECT count(*) FROM sqlite_schema WHERE NOT (type = 'table' AND rootpage > 0 OR type = 'index' AND sql IS "
+      "NULL)";
+  constexpr std::string_view computed =
+      "SELECT count(*) FROM sqlite_schema AS tables, pragma_table_xinfo(tables.name) AS columns "
+      "WHERE tables.type = 'table' AND columns.hidden <> 0";
+  if (database.integer(others) + database.integer(computed) > 0)
+    throw std::invalid_argument("it has more than plain tables");
+  database.execute("PRAGMA ignore_check_constraints = ON");  // they are programs as well
+}
+
 void require_intact(sqlite::Database& database) {
   sqlite::Statement findings = database.prepare("PRAGMA quick_check(1)");
   const std::string finding = findings.step() ? findings.text(0) : "no answer to quick_check";

@@ -20,6 +20,10 @@ void write_model(sqlite::Database& database, const Model& model, const std::stri
                  std::int64_t revision);
 void write_episode(sqlite::Database& database, const EpisodeRecord& episode);
 
+/// Throws: std::invalid_argument for a database that has more than plain tables. Views, triggers, generated columns and
+/// indices on expressions are programs of whoever made the file, and reading would run them.
+void require_plain(sqlite::Database& database);
+
 /// Throws: sqlite::Error if the pages of the file are damaged.
 void require_intact(sqlite::Database& database);
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "json_file.hpp"
 #include "model_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "sqlite.hpp"
@@ -75,6 +76,7 @@ bool identify(const fs::path& path, sqlite::Database& database) {
     refuse(path, "schema " + std::to_string(schema) + " of an older sila (this one writes " + std::to_string(kSchema) +
                      "); learn the model anew");
   }
+  rows::require_plain(database);
   return true;
 }
 
@@ -83,11 +85,23 @@ void create(sqlite::Database& database) {
                    "; PRAGMA user_version = " + std::to_string(kSchema) + ";" + rows::kCreate);
 }
 
+/// Whoever uses a model parses what it was learnt with and what is told of its episodes.
+void require_object(const std::string& name, const std::string& text) {
+  try {
+    if (json_of_text(name, text).is_object()) return;
+  } catch (const FormatError& error) {
+    throw std::invalid_argument(error.what());
+  }
+  throw std::invalid_argument(name + " is no JSON object");
+}
+
 /// What identify found to be a model.
 StoredModel content_of(sqlite::Database& database) {
   rows::require_intact(database);
   StoredModel stored = rows::read(database);
   check(stored.model);
+  require_object("configuration", stored.configuration);
+  for (const EpisodeRecord& episode : stored.episodes) require_object("statistics", episode.statistics);
   return stored;
 }
 

@@ -18,10 +18,10 @@ std::optional<std::string> beside(const std::string& tracks_path, const std::str
   return std::nullopt;
 }
 
-/// Two columns of a CSV with header, by name.
-std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const char* first,
-                                                             const char* second) {
-  const std::string text = read_text(path);
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
+                                                             const char* first, const char* second) {
   const TextTable table = table_of(path, text);
   const auto names = cells_of(table.rows.front().text, ',');
   const auto index = [&](const char* name) {
@@ -43,8 +43,6 @@ std::vector<std::pair<std::string, std::string>> two_columns(const std::string& 
   return rows;
 }
 
-}  // namespace
-
 std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path) {
   const auto path = beside(tracks_path, "_tracksMeta.csv");
   if (!path) {
@@ -52,7 +50,7 @@ std::map<std::string, std::string> read_ind_classes(const std::string& tracks_pa
                       "none");
   }
   std::map<std::string, std::string> classes;
-  for (auto& [id, label] : two_columns(*path, "trackid", "class"))
+  for (auto& [id, label] : two_columns(*path, read_text(*path), "trackid", "class"))
     classes.insert_or_assign(std::move(id), std::move(label));
   return classes;
 }
@@ -60,7 +58,7 @@ std::map<std::string, std::string> read_ind_classes(const std::string& tracks_pa
 std::optional<double> read_ind_frame_rate(const std::string& tracks_path) {
   const auto path = beside(tracks_path, "_recordingMeta.csv");
   if (!path) return std::nullopt;
-  const auto rows = two_columns(*path, "recordingid", "framerate");
+  const auto rows = two_columns(*path, read_text(*path), "recordingid", "framerate");
   const auto rate = rows.empty() ? std::nullopt : number_of(rows.front().second);
   if (!rate || !(*rate > 0.0))
     throw FormatError(*path, 2, "frameRate > 0", rows.empty() ? "no row" : excerpt(rows.front().second));

@@ -16,7 +16,7 @@ std::optional<std::string> id_in(const Json& object, const char* key) {
   const auto found = object.find(key);
   if (found == object.end()) return std::nullopt;
   if (found->is_string()) return found->get<std::string>();
-  if (found->is_number_integer()) return std::to_string(found->get<long long>());
+  if (found->is_number_integer()) return found->dump();  // its digits, however large it is
   return std::nullopt;
 }
 

@@ -9,6 +9,11 @@
 
 namespace sila {
 
+/// What read_detections makes of a file, of the text that is in it. `path` is for messages and, in the format of inD,
+/// for the meta files beside it.
+TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
+                         const std::string& only_track);
+
 /// Counts of bad rows while a file is read.
 class BadRows {
  public:
@@ -30,6 +35,10 @@ struct NdjsonRows {
   std::optional<double> samples_per_second;
 };
 NdjsonRows read_ndjson(const TextTable& table);
+
+/// Two columns of a CSV with header, by name in lower case. Throws: FormatError for a column or a cell that is missing.
+std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
+                                                             const char* first, const char* second);
 
 /// The classes of an inD recording by track id. Throws: FormatError if the meta file is missing or wrong.
 std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path);

@@ -30,13 +30,7 @@ TrackFile require_rows(TrackFile file) {
 }
 
 TrackFile read_file(const std::filesystem::path& path, const ReadOptions& options, const std::string& only_track) {
-  const std::string text = read_text(path);
-  const TextTable table = table_of(path.string(), text);
-  if (const auto reader = table_reader(table, options)) return require_rows(read_table(table, *reader, only_track));
-  NdjsonRows rows = read_ndjson(table);
-  const double interval_s = 1.0 / rows.samples_per_second.value_or(2.5);
-  TrackFile file{std::move(rows.detections), TrackFormat::trajnetpp, {}};
-  return require_rows(in_metres(with_seconds(std::move(file), options, {{}, interval_s}), options, 1.0));
+  return tracks_of_text(path.string(), read_text(path), options, only_track);
 }
 
 bool is_track_name(const std::filesystem::path& path) {
@@ -106,6 +100,16 @@ void require_positive(const char* field, const std::optional<double>& value) {
 }
 
 }  // namespace
+
+TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
+                         const std::string& only_track) {
+  const TextTable table = table_of(path, text);
+  if (const auto reader = table_reader(table, options)) return require_rows(read_table(table, *reader, only_track));
+  NdjsonRows rows = read_ndjson(table);
+  const double interval_s = 1.0 / rows.samples_per_second.value_or(2.5);
+  TrackFile file{std::move(rows.detections), TrackFormat::trajnetpp, {}};
+  return require_rows(in_metres(with_seconds(std::move(file), options, {{}, interval_s}), options, 1.0));
+}
 
 ReadOptions first_of(const ReadOptions& first, const ReadOptions& second) {
   ReadOptions result = first;

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "json_file.hpp"
+#include "scene_json.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/output.hpp"
 #include "text_file.hpp"
@@ -153,7 +154,11 @@ Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
 }
 
 Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir) {
-  const nlohmann::json json = read_json(path);
+  return scene_of_json(path, read_json(path), scaling, data_dir);
+}
+
+Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json, CurbScaling scaling,
+                    const std::filesystem::path& data_dir) {
   const JsonFields fields(json, path.string(), "");
   Scene scene;
   scene.path = path;

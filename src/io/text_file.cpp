@@ -84,11 +84,14 @@ void require_file(const std::filesystem::path& path) {
 std::string read_text(const std::filesystem::path& path) {
   const std::string name = path.string();
   require_file(path);
-  std::string bytes = unzipped_bytes(name);
-  refuse_binary(name, bytes);
+  return text_of_bytes(name, unzipped_bytes(name));
+}
+
+std::string text_of_bytes(const std::string& path, std::string bytes) {
+  refuse_binary(path, bytes);
   if (bytes.starts_with(kByteOrderMark)) bytes.erase(0, kByteOrderMark.size());
   if (bytes.find_first_not_of(kBlank) == std::string::npos)
-    throw FormatError(name, 0, "a file with rows", "an empty file");
+    throw FormatError(path, 0, "a file with rows", "an empty file");
   return bytes;
 }
 

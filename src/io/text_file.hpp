@@ -43,6 +43,9 @@ void refuse_binary(const std::string& path, std::string_view bytes);
 /// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty or binary.
 std::string read_text(const std::filesystem::path& path);
 
+/// The text that the bytes of a file are, without a byte order mark. Throws: FormatError for empty or binary ones.
+std::string text_of_bytes(const std::string& path, std::string bytes);
+
 struct TextLine {
   std::string_view text;   ///< without the line end
   std::size_t number = 0;  ///< 1-based

@@ -1,10 +1,12 @@
 #include "sila/model/model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "sila/core/fields.hpp"
 #include "sila/model/gait.hpp"
 #include "sila/model/outlook.hpp"
 
@@ -18,12 +20,32 @@ namespace {
 void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
   const std::string name = "primitive " + std::to_string(index);
   if (primitive.cells.empty()) refuse(name + " has no cell");
-  if (!(primitive.weight > 0.0)) refuse(name + " has a weight that is not positive");
+  if (!(primitive.weight > 0.0) || !std::isfinite(primitive.weight))
+    refuse(name + " has a weight that is not positive");
   for (std::size_t c = 0; c < primitive.cells.size(); ++c) {
     if (c > 0 && !(primitive.cells[c - 1].cell < primitive.cells[c].cell)) refuse(name + ": cells are not sorted");
+    const CellKey& cell = primitive.cells[c].cell;
+    if (std::abs(static_cast<double>(cell.x)) > kFarthestCell || std::abs(static_cast<double>(cell.y)) > kFarthestCell)
+      refuse(name + " has a cell over 1e9 cells away");
     const double length = primitive.cells[c].velocity.norm();
     if (!(length > 0.0 && length <= 1.0 + 1e-9)) refuse(name + ": the length of an arrow is outside (0, 1]");
   }
+}
+
+/// Who predicts or fuses makes an index of the cells that each field may know; this bounds its time and memory.
+void check_extent(const Grid& grid, const std::string& name, const FlowField& field) {
+  constexpr double most_cells = 1e6;
+  Eigen::AlignedBox2d reach = field.extent;
+  if (!reach.min().allFinite() || !reach.max().allFinite()) refuse(name + ": the extent is not finite");
+  for (Eigen::Index m = 0; m < field.gp.pseudo_inputs.cols(); ++m) reach.extend(Vector2(field.gp.pseudo_inputs.col(m)));
+  if (reach.isEmpty()) return;
+  const Vector2 lengths = field.gp.kernel.length_scales;
+  const Vector2 low = reach.min() - lengths, high = reach.max() + lengths;
+  if (!(std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff()) <= kFarthestCell * grid.cell))
+    refuse(name + ": the field is over 1e9 cells away");
+  const Vector2 cells = (high - low) / grid.cell + Vector2::Constant(2.0);
+  if (!(cells.prod() <= most_cells))
+    refuse(name + ": the field reaches over more than a million cells (cells too small, length scales too long?)");
 }
 
 void check_outlook(const Model& model, const std::string& name, const SparseGp& outlook) {
@@ -37,6 +59,19 @@ void check_outlook(const Model& model, const std::string& name, const SparseGp& 
     refuse(name + ": the outlook is not a map from " + std::to_string(kOutlookInputs) +
            " inputs to 2 outputs for each of " + std::to_string(model.conventions.outlook_knots) + " knots");
   }
+}
+
+void check_conventions(const Conventions& conventions) {
+  validate(conventions.grid);
+  const auto require = [](const char* name, double value, const Range& range) {
+    require_in_range("model", name, value, range);
+  };
+  require("sample_interval_s", conventions.sample_interval_s, {1e-3, 60.0});
+  require("reference_width_m", conventions.reference_width_m, {1e-3, 1e6});
+  require("outlook_horizon_s", conventions.outlook_horizon_s, {0.0, 3600.0});
+  require("outlook_knots", conventions.outlook_knots, {0, 1000});
+  if ((conventions.outlook_knots > 0) != (conventions.outlook_horizon_s > 0.0))
+    refuse("outlooks have knots without a horizon, or none until theirs");
 }
 
 void check_gait(const Model& model) {
@@ -72,6 +107,7 @@ void check_transition(const Model& model, std::size_t index) {
   if (transition.field.gp.pseudo_inputs.rows() != 2 || transition.field.gp.mean.size() != 2) {
     refuse(name + ": the field is not a map from 2 inputs to 2 outputs");
   }
+  check_extent(model.conventions.grid, name, transition.field);
   check_outlook(model, name, transition.outlook);
 }
 
@@ -88,7 +124,9 @@ std::size_t size(const Model& model) {
 }
 
 void check(const Model& model) {
-  validate(model.conventions.grid);
+  check_conventions(model.conventions);
+  if (model.episodes < 0 || model.tracks < 0) refuse("it has fewer than no episodes or tracks");
+  validate(model.lessons);
   for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
   check_gait(model);

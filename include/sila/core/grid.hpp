@@ -23,6 +23,9 @@ struct Grid {
   bool operator==(const Grid& other) const = default;
 };
 
+/// Cells farther from the grid's origin are none: their numbers, and those of their tiles, must be integers.
+inline constexpr double kFarthestCell = 1e9;
+
 /// The cell that holds a point. Throws std::invalid_argument if the point is not finite or over 1e9 cells away.
 CellKey cell_of(const Grid& grid, const Vector2& point);
 Vector2 centre_of(const Grid& grid, const CellKey& cell);

@@ -5,6 +5,20 @@
 
 namespace sila {
 
+/// Speed classes that lessons are kept for.
+inline constexpr int kSpeedClasses = 5;
+/// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
+inline constexpr int kKinematicFeatures = 5;
+/// The same, and that of the gait: nothing that depends on the place.
+inline constexpr int kPlaceFreeFeatures = kKinematicFeatures + 1;
+/// The same, and that of the outlooks.
+inline constexpr int kAloneFeatures = kPlaceFreeFeatures + 1;
+/// The same, and the mean velocities of the two particles of a roll-out.
+inline constexpr int kMapFeatures = kAloneFeatures + 2;
+/// Bins that surprises and raw novelties are counted in.
+inline constexpr int kSurpriseBins = 28;
+inline constexpr int kNoveltyBins = 50;
+
 /// Sums over weighted examples from which a linear regression on F features is solved; the size does not grow with the
 /// examples.
 struct RegressionMoments {
@@ -37,5 +51,9 @@ struct Lessons {
 
   bool empty() const { return steps == 0; }
 };
+
+/// Throws: std::invalid_argument for tables of another shape than the steps and classes say, numbers that are not
+/// finite, weights and sums of squares below 0.
+void validate(const Lessons& lessons);
 
 }  // namespace sila

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -14,15 +15,7 @@ namespace sila {
 
 /// Mean observed speeds that part the classes [m/s]: standing, strolling, slow, normal, fast.
 inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
-inline constexpr int kSpeedClasses = 5;
-/// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
-inline constexpr int kKinematicFeatures = 5;
-/// The same, and that of the gait: nothing that depends on the place.
-inline constexpr int kPlaceFreeFeatures = kKinematicFeatures + 1;
-/// The same, and that of the outlooks.
-inline constexpr int kAloneFeatures = kPlaceFreeFeatures + 1;
-/// The same, and the mean velocities of the two particles of a roll-out.
-inline constexpr int kMapFeatures = kAloneFeatures + 2;
+static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
 
 int speed_class(const CurbTrajectory& observed);
 

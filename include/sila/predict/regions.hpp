@@ -18,12 +18,10 @@ double surprise(const Prediction& prediction, std::size_t step, const Vector2& p
 /// Whether a point lies in a stated region: where the surprise is at most its level.
 bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m);
 
-/// Bins of the surprise, from 0; the last is open. What lies beyond the last edge counts there.
-inline constexpr int kSurpriseBins = 28;
+/// The bin of kSurpriseBins, from 0; the last is open. What lies beyond the last edge counts there.
 int surprise_bin(double surprise);
 
-/// Bins of the raw novelty in [0, 1].
-inline constexpr int kNoveltyBins = 50;
+/// The bin of kNoveltyBins of a raw novelty in [0, 1].
 int novelty_bin(double raw_novelty);
 
 /// How large surprises were, learnt from predictions of windows that the model had not learnt: which level a region of

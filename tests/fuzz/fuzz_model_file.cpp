@@ -1,0 +1,145 @@
+// The bytes of model files: a sound file with bytes spoilt, or with tables changed as a foreign program would.
+
+#include <sqlite3.h>
+
+#include <array>
+#include <memory>
+
+#include "io/made_up_model.hpp"
+#include "numbers.hpp"
+#include "promises.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila::fuzz {
+namespace {
+
+std::string sound_bytes() {
+  Model model = random_model(3);
+  model.primitives.resize(2), model.transitions.resize(1);
+  model.transitions[0].from = model.transitions[0].to = 0;
+  return model_bytes(stored(model));
+}
+
+struct Close {
+  void operator()(sqlite3* database) const { sqlite3_close(database); }
+};
+
+/// The file after some SQL; as it was if SQLite refuses it.
+std::string after(const std::string& bytes, const std::string& sql) {
+  sqlite3* opened = nullptr;
+  if (sqlite3_open(":memory:", &opened) != SQLITE_OK) return bytes;
+  const std::unique_ptr<sqlite3, Close> database(opened);
+  const auto size = static_cast<sqlite3_int64>(bytes.size());
+  auto* const copy = static_cast<unsigned char*>(sqlite3_malloc64(bytes.size()));
+  std::copy(bytes.begin(), bytes.end(), copy);
+  if (sqlite3_deserialize(opened, "main", copy, size, size,
+                          SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_RESIZEABLE) != SQLITE_OK)
+    return bytes;
+  sqlite3_exec(opened, sql.c_str(), nullptr, nullptr, nullptr);
+  sqlite3_int64 length = 0;
+  unsigned char* const changed = sqlite3_serialize(opened, "main", &length, 0);
+  if (changed == nullptr) return bytes;
+  std::string result(reinterpret_cast<const char*>(changed), static_cast<std::size_t>(length));
+  sqlite3_free(changed);
+  return result;
+}
+
+std::string some_sql(std::mt19937& random) {
+  static constexpr std::array<const char*, 26> columns = {"meta.revision",
+                                                          "meta.sila_version",
+                                                          "meta.episodes",
+                                                          "meta.tracks",
+                                                          "meta.configuration",
+                                                          "meta.conventions",
+                                                          "meta.lessons",
+                                                          "meta.gait",
+                                                          "meta.places",
+                                                          "meta.checksum",
+                                                          "primitives.id",
+                                                          "primitives.weight",
+                                                          "primitives.cells",
+                                                          "primitives.velocities",
+                                                          "transitions.from_primitive",
+                                                          "transitions.to_primitive",
+                                                          "transitions.count",
+                                                          "transitions.field",
+                                                          "transitions.outlook",
+                                                          "transitions.last_episode",
+                                                          "episodes.number",
+                                                          "episodes.tracks",
+                                                          "episodes.seconds",
+                                                          "episodes.size_before",
+                                                          "episodes.statistics",
+                                                          "learnt.episode"};
+  static constexpr std::array<const char*, 18> values = {"0",
+                                                         "-1",
+                                                         "1",
+                                                         "2147483648",
+                                                         "9223372036854775807",
+                                                         "1e300",
+                                                         "9e999",
+                                                         "-9e999",
+                                                         "0.5",
+                                                         "'x'",
+                                                         "'{}'",
+                                                         "x''",
+                                                         "x'00'",
+                                                         "zeroblob(4096)",
+                                                         "randomblob(8)",
+                                                         "randomblob(64)",
+                                                         "randomblob(16)",
+                                                         "NULL"};
+  static constexpr std::array<const char*, 12> statements = {
+      "DELETE FROM meta",
+      "DELETE FROM primitives",
+      "DROP TABLE learnt",
+      "DROP TABLE episodes",
+      "INSERT INTO meta SELECT * FROM meta",
+      "PRAGMA user_version = 99",
+      "PRAGMA user_version = 0",
+      "PRAGMA application_id = 1",
+      "CREATE VIEW v AS SELECT 1",
+      "ALTER TABLE meta RENAME COLUMN lessons TO l",
+      "CREATE TABLE more (a CHECK (a > 1) DEFAULT 3)",
+      "DROP TABLE primitives; CREATE VIEW primitives AS SELECT 1"};
+  if (random() % 8 == 0) return statements[random() % statements.size()];
+  const std::string column = columns[random() % columns.size()];
+  const std::size_t dot = column.find('.');
+  const std::string table = column.substr(0, dot), name = column.substr(dot + 1);
+  const std::string value = values[random() % values.size()];
+  return "UPDATE " + table + " SET " + name + " = " + value;
+}
+
+}  // namespace
+}  // namespace sila::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sila;
+  using namespace sila::fuzz;
+  StoredModel read;
+  if (accepts("the bytes of a model", 0, [&] { read = model_of_bytes({reinterpret_cast<const char*>(data), size}); })) {
+    check(read.model);
+    require(identical(model_of_bytes(model_bytes(read)).model, read.model), "what was read can be written");
+  }
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
+  using namespace sila::fuzz;
+  static const std::string sound = sound_bytes();
+  std::mt19937 random(seed);
+  std::string bytes(reinterpret_cast<const char*>(data), size);
+  if (size < sound.size() / 2 || random() % 16 == 0) bytes = sound;
+  if (random() % 3 == 0) bytes = after(bytes, some_sql(random));
+  const std::size_t length = std::min(bytes.size(), max_size);
+  std::copy_n(bytes.begin(), length, data);
+  if (random() % 2 == 0) return length;
+  // A few bytes at once: a file of pages is seldom helped by what libFuzzer does to all of it.
+  const std::size_t window = std::min<std::size_t>(length, 16), at = random() % (length - window + 1);
+  std::array<std::uint8_t, 16> part{};
+  std::copy_n(data + at, window, part.begin());
+  LLVMFuzzerMutate(part.data(), window, window);
+  std::copy_n(part.begin(), window, data + at);
+  return length;
+}

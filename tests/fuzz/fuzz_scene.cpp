@@ -1,0 +1,45 @@
+// Scene files. The first byte says how lengths are scaled.
+
+#include <cmath>
+
+#include "json_file.hpp"
+#include "promises.hpp"
+#include "scene_json.hpp"
+#include "text_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sila;
+  using namespace sila::fuzz;
+  if (size == 0) return 0;
+  const std::string path = "made-up/scene.json", bytes = text_of(data + 1, size - 1);
+  const CurbScaling scaling = data[0] % 2 == 0 ? CurbScaling::mean_width : CurbScaling::strip_widths;
+  bool is_json = false;
+  Scene scene;
+  try {
+    const nlohmann::json json = json_of_text(path, text_of_bytes(path, bytes));
+    is_json = true;
+    scene = scene_of_json(path, json, scaling, {});
+  } catch (const FormatError& error) {
+    require_good_refusal(error, path, lines_in(bytes));
+    const bool no_text =
+        bytes.find('\0') != std::string::npos || bytes.starts_with("\x1f\x8b") || error.expected == "a file with rows";
+    require(is_json || no_text || error.line > 0, "what is no JSON is refused with its line", error.what());
+    return 0;
+  }
+  require(!scene.corners.empty() && scene.primary < scene.corners.size(), "a scene has its primary corner");
+  for (const Corner& corner : scene.corners) {
+    validate(corner.frame);
+    require(corner.frame.axis_1.allFinite() && corner.frame.axis_2.allFinite(), "axes are finite");
+    for (const double width_m : {corner.widths.mean_m, corner.widths.width_1_m, corner.widths.width_2_m})
+      require(width_m > 0.0 && std::isfinite(width_m), "widths are positive");
+    require(to_curb(corner.frame, corner.frame.origin_m).allFinite(), "a frame can be used");
+  }
+  for (const SceneFile& file : scene.files) {
+    validate(file.options);
+    require(apply(file.to_scene, Vector2(1.0, 1.0)).allFinite() || std::abs(file.to_scene.a) > 1e300 ||
+                std::abs(file.to_scene.b) > 1e300 || std::abs(file.to_scene.tx) > 1e300 ||
+                std::abs(file.to_scene.ty) > 1e300,
+            "places go into the scene");
+  }
+  return 0;
+}

@@ -1,0 +1,126 @@
+// Input that is meant to harm, or that fuzzing found to: refused in one sentence, in bounded time and memory.
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/files.hpp"
+#include "made_up_model.hpp"
+#include "sila/config.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/json.hpp"
+
+namespace sila {
+namespace {
+
+using tests::contains;
+using tests::format_error_of;
+using tests::TempFolder;
+
+std::string repeated(std::size_t count, std::string_view text) {
+  std::string all;
+  for (std::size_t i = 0; i < count; ++i) all += text;
+  return all;
+}
+
+// Whoever prints or copies nested JSON does so by recursion: a million brackets were the end of the stack.
+TEST(HarmfulJson, IsRefusedIfItIsNestedTooDeep) {
+  const TempFolder folder;
+  for (const std::string& opening :
+       {std::string("["), std::string("{\"a\":"), std::string("/* \" */["), std::string("[\"\\\"\",")}) {
+    const std::string closing = opening.front() == '{' ? "}" : "]";
+    const std::string text = repeated(200000, opening) + "1" + repeated(200000, closing);
+    const auto error = format_error_of([&] { read_scene(folder.write("s.json", text), CurbScaling::mean_width); });
+    ASSERT_TRUE(error);
+    EXPECT_TRUE(contains(error->what(), "nested")) << error->what();
+    EXPECT_EQ(error->line, 1U);
+  }
+}
+
+TEST(HarmfulJson, BracketsInTextsAndCommentsAreNoNesting) {
+  const TempFolder folder;
+  const std::string many = repeated(1000, "[{");
+  const std::string text = "// \"" + many + "\n/* \"" + many + "*/" + R"({"a": ")" + many + R"(\"[", "b": [1]})";
+  EXPECT_EQ(read_json(folder.write("a.json", text))["b"][0], 1);
+}
+
+TEST(HarmfulJson, ANumberBeyondAllNumbersIsRefusedWithItsLine) {
+  const TempFolder folder;
+  const auto error = format_error_of([&] { read_json(folder.write("a.json", "{\n\"x\": 1,\n\"y\": -1e999}")); });
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->line, 3U);
+  EXPECT_TRUE(contains(error->found, "-1e999")) << error->what();
+}
+
+// A key of the input stands in the message: it must not break the line or move the cursor of a terminal.
+TEST(HarmfulJson, MessagesAreOneLineOfBoundedLength) {
+  const TempFolder folder;
+  const std::string key = "two\\nlines \\u001b[2J" + repeated(5000, "x");
+  const std::string text = "{\"" + key + "\": {\"" + key + "\": 1}}";
+  const auto path = folder.write("c.json", text);
+  const auto error = format_error_of([&] { apply_json(Config{}, read_json(path), path.string()); });
+  ASSERT_TRUE(error);
+  const std::string message = error->what();
+  EXPECT_EQ(message.find_first_of("\n\x1b"), std::string::npos) << message;
+  EXPECT_LT(message.size(), 2000U);
+  EXPECT_TRUE(contains(message, path.string())) << message;
+}
+
+// Two people whose ids differ by 2^64 were one.
+TEST(HarmfulTracks, WholeNumbersBeyond64BitsKeepTheirSign) {
+  const TempFolder folder;
+  const std::string text = R"({"track": {"f": 1, "p": 18446744073709551615, "x": 0, "y": 0}}
+{"track": {"f": 1, "p": -1, "x": 5, "y": 5}}
+)";
+  const TrackFile file = read_detections(folder.write("a.ndjson", text));
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  EXPECT_EQ(file.detections.rows[0].track, "18446744073709551615");
+  EXPECT_EQ(file.detections.rows[1].track, "-1");
+}
+
+/// A model file as a foreign program would have changed it.
+std::filesystem::path changed_model(const ScratchFolder& folder, const std::string& sql) {
+  const auto path = folder / "m.sila";
+  std::filesystem::remove(path);
+  save_model(path, stored(random_model(3)));
+  sqlite3* database = nullptr;
+  EXPECT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+  sqlite3_close(database);
+  return path;
+}
+
+// SQL inside a file is run by whoever reads it: a view that never ends would keep the reader for ever.
+TEST(HarmfulModel, IsRefusedIfItHasMoreThanPlainTables) {
+  const ScratchFolder folder;
+  const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS ";
+  for (const std::string& sql : {
+           "DROP TABLE primitives; CREATE VIEW primitives AS " + endless + "id, 1.0 AS weight, x'' AS cells FROM n",
+           std::string("CREATE TRIGGER t AFTER INSERT ON learnt BEGIN DELETE FROM learnt; END"),
+           std::string("CREATE INDEX i ON primitives (hex(zeroblob(weight * 100000)))"),
+           std::string("ALTER TABLE primitives ADD COLUMN more TEXT AS (hex(zeroblob(1000000)))"),
+           std::string("CREATE VIRTUAL TABLE v USING fts5(a)"),
+       }) {
+    const auto path = changed_model(folder, sql);
+    EXPECT_TRUE(says(message_of<FormatError>([&] { load_model(path); }), "plain tables")) << sql;
+    EXPECT_TRUE(says(message_of<FormatError>([&] { model_of_bytes(content_of(path)); }), "plain tables")) << sql;
+    EXPECT_TRUE(says(message_of<FormatError>([&] { ModelFile::open_or_create(path); }), "plain tables")) << sql;
+  }
+}
+
+// Whoever uses a model parses both; what is no JSON ended the program with another error than that of a bad file.
+TEST(HarmfulModel, IsRefusedIfItsTextsAreNoJsonObjects) {
+  const ScratchFolder folder;
+  for (const std::string& text :
+       {std::string("{"), std::string("[1]"), repeated(3000, "{\"a\":") + "1" + repeated(3000, "}")}) {
+    StoredModel model = stored(random_model(3));
+    model.configuration = text;
+    EXPECT_TRUE(says(message_of<FormatError>([&] { model_of_bytes(model_bytes(model)); }), "configuration"));
+    model = stored(random_model(3));
+    model.episodes.back().statistics = text;
+    EXPECT_TRUE(says(message_of<FormatError>([&] { model_of_bytes(model_bytes(model)); }), "statistics"));
+  }
+}
+
+}  // namespace
+}  // namespace sila
