@@ -1,5 +1,6 @@
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "options.hpp"
 #include "sila/io/model_store.hpp"

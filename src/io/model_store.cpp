@@ -313,8 +313,9 @@ void ModelFile::rollback(int episode) {
                                   std::to_string(way.last()));
     }
     while (way.last() > episode) {
-      rows::remove_undo(database, way.steps().back());
+      const int taken_back = way.last();
       way.step();
+      rows::remove_undo(database, taken_back);
     }
     database.execute("DELETE FROM episodes");
     for (const EpisodeRecord& record : way.episodes()) rows::write_episode(database, record);

@@ -160,7 +160,9 @@ TEST(Undo, KeepsNoMoreThanAskedAndTheFileStopsGrowing) {
     file.commit(next, record(number), "{}");
     const std::uintmax_t bytes = fs::file_size(folder / "m.sila");
     if (number == 60) largest = bytes;
-    if (number > 60) EXPECT_LT(bytes, largest * 5 / 4) << number;
+    if (number > 60) {
+      EXPECT_LT(bytes, largest * 5 / 4) << number;
+    }
   }
   EXPECT_EQ(file.verify().undone, static_cast<std::size_t>(kUndoKept));
   file.keep_undo(0);
