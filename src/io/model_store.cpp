@@ -148,7 +148,8 @@ class WayBack {
 sqlite::Database open_database(const fs::path& path, int flags) {
   // An absolute path, for SQLite gives ":memory:" and "file:" a meaning of their own.
   sqlite::Database database(fs::absolute(path).string(), SQLITE_OPEN_READWRITE | flags);
-  database.execute("PRAGMA secure_delete = ON");  // not everywhere the default; what is forgotten must not stay in pages
+  database.execute(
+      "PRAGMA secure_delete = ON");  // not everywhere the default; what is forgotten must not stay in pages
   return database;
 }
 
@@ -309,7 +310,7 @@ void ModelFile::rollback(int episode) {
       throw FormatError(path.string(), 0, "a model that can be rolled back to episode " + std::to_string(episode),
                         way.oldest() == way.last()
                             ? "one of which no episode can be taken back; its last is " + std::to_string(way.last())
-                            : "that its oldest possible is " + std::to_string(way.oldest()) + " and its last " +
+                            : "one whose oldest possible is " + std::to_string(way.oldest()) + " and its last " +
                                   std::to_string(way.last()));
     }
     while (way.last() > episode) {

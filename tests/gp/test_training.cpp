@@ -190,7 +190,7 @@ TEST(Fit, KeepsThetaWhenPointsAreFew) {
   const GpData data = make.data(2, 29, 2);
   const SparseGp gp = fit_sparse_gp(data, start, config);
   EXPECT_TRUE(gp.kernel == start.kernel);
-  EXPECT_EQ(gp.pseudo_inputs, select_pseudo_inputs(start.kernel, data.inputs, 30, 0.01));
+  EXPECT_EQ(gp.pseudo_inputs, select_pseudo_inputs(start.kernel, on_lattice(data.inputs, start.kernel), 30, 0.01));
 }
 
 TEST(Fit, SurvivesDataOnALineAndCopies) {

@@ -5,6 +5,7 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <unordered_set>
@@ -42,11 +43,12 @@ class Secrets {
     for (const double coordinate : {point.x(), point.y()}) {
       ++coordinates_;
       const double place = coordinate / step_;
-      if (std::abs(place - std::round(place)) < 1e-9) {
+      const auto bits = std::bit_cast<std::uint64_t>(coordinate);
+      const bool round = (bits & 0xffffffffU) == 0;  // as 1.0 and -2.5 are, which counts and weights may be too
+      if (round || std::abs(place - std::round(place)) < 1e-9) {
         ++left_out_;
         continue;
       }
-      const auto bits = std::bit_cast<std::uint64_t>(coordinate);
       words_.insert(bits), words_.insert(reversed(bits));
       numbers_.insert(std::llround(coordinate * 1e4));
     }
@@ -62,7 +64,10 @@ class Secrets {
 
   std::size_t found_in(std::string_view bytes) const {
     std::size_t found = 0;
-    for (std::size_t i = 0; i + 8 <= bytes.size(); ++i) found += words_.contains(word_at(bytes, i));
+    for (std::size_t i = 0; i + 8 <= bytes.size(); ++i) {
+      if (!words_.contains(word_at(bytes, i))) continue;
+      if (++found <= 3) std::cerr << "found at byte " << i << ": " << std::bit_cast<double>(word_at(bytes, i)) << "\n";
+    }
     return found;
   }
 

@@ -121,7 +121,7 @@ TEST(Undo, SaysWhichEpisodeIsTheOldestPossible) {
   ModelFile file = ModelFile::open(folder / "m.sila");
   EXPECT_EQ(file.oldest_rollback(), 6);
   const std::string bytes = content_of(folder / "m.sila");
-  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(5); }), "its oldest possible is 6 and its last 9"));
+  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(5); }), "whose oldest possible is 6 and its last 9"));
   EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(10); }), "its last 9"));
   EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(-1); }), "oldest possible is 6"));
   EXPECT_EQ(content_of(folder / "m.sila"), bytes);
