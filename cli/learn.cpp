@@ -6,11 +6,13 @@
 #include <optional>
 #include <span>
 #include <sstream>
+#include <stdexcept>
 #include <vector>
 
 #include "options.hpp"
 #include "records.hpp"
 #include "sila/eval/episodes.hpp"
+#include "sila/fuse/share.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
 #include "threads.hpp"
@@ -24,6 +26,8 @@ struct LearnOptions {
   TrackOptions tracks;
   std::string model;
   int batch = LiveConfig{}.batch;
+  int min_people = 0;  ///< 0: nothing is shared
+  std::string share;
 };
 
 /// What all episodes together did not keep apart, or not at all.
@@ -94,7 +98,25 @@ class Batches {
   std::size_t tracks_ = 0;
 };
 
+/// Writes what of a model may be given away, without the records of its episodes and without undo.
+void write_shareable(const LearnOptions& options, const Model& model, const std::string& configuration) {
+  StoredModel shared;
+  shared.model = shareable(model, options.min_people);
+  shared.configuration = configuration;
+  if (shared.model.empty()) {
+    std::cerr << options.share << ": not written, for nothing in the model was shown by " << options.min_people
+              << " different tracks yet\n";
+    return;
+  }
+  save_model(options.share, shared);
+  std::cerr << options.share << ": " << shared.model.primitives.size() << " of " << model.primitives.size()
+            << " primitives, " << shared.model.transitions.size() << " of " << model.transitions.size()
+            << " transitions, each shown by " << options.min_people << " different tracks or more\n";
+}
+
 void learn_tracks(const LearnOptions& options) {
+  if (options.share.empty() != (options.min_people == 0))
+    throw std::invalid_argument("learn: --min-people and --share belong together");
   const ThreadLimit limit(options.common.threads);
   ModelFile file = ModelFile::open_or_create(options.model);
   Model model;
@@ -122,6 +144,7 @@ void learn_tracks(const LearnOptions& options) {
     std::cerr << counts.known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
   }
+  if (!options.share.empty()) write_shareable(options, model, configuration);
   if (options.common.json) {
     nlohmann::ordered_json json{{"model", options.model},
                                 {"episodes", episodes},
@@ -147,6 +170,10 @@ void add_learn(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to make or to go on with")->required()->type_name("M.sila");
   verb->add_option("--batch", options->batch, "tracks an episode [20]")->check(CLI::Range(1, 1000000));
+  verb->add_option("--min-people", options->min_people, "what fewer different tracks showed is kept out of --share")
+      ->check(CLI::Range(1, 1000000000));
+  verb->add_option("--share", options->share, "write what may be given away, by --min-people, to this file as well")
+      ->type_name("S.sila");
   verb->callback([options] { learn_tracks(*options); });
 }
 

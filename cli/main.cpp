@@ -33,6 +33,10 @@ int main(int argc, char** argv) {
   sila::cli::add_fuse(app);
   sila::cli::add_fleet(app);
   sila::cli::add_inspect(app);
+  sila::cli::add_log(app);
+  sila::cli::add_rollback(app);
+  sila::cli::add_diff(app);
+  sila::cli::add_verify(app);
   sila::cli::add_experiment(app);
   sila::cli::add_report(app);
   sila::cli::add_serve(app);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -16,6 +18,11 @@ inline nlohmann::ordered_json to_json(const LimitReport& report) {
   return {{"primitives", report.primitives}, {"transitions", report.transitions}, {"count", report.count}};
 }
 
+inline std::int64_t seconds_since_1970() {
+  using namespace std::chrono;
+  return duration_cast<seconds>(system_clock::now().time_since_epoch()).count();
+}
+
 /// What the model file keeps of an episode that began with `previous`; numbers count from 1.
 inline EpisodeRecord record_of(int number, const Model& previous, const Episode& episode) {
   const EpisodeReport& report = episode.report;
@@ -28,7 +35,13 @@ inline EpisodeRecord record_of(int number, const Model& previous, const Episode&
   statistics["forgotten"] = report.compact.forgotten;
   statistics["given_up"] = to_json(report.given_up);
   statistics["change"] = to_json(report.change, previous, episode.model);
-  return {number, report.tracks, report.seconds, report.size_before, report.size_after, statistics.dump()};
+  return {number,
+          report.tracks,
+          report.seconds,
+          report.size_before,
+          report.size_after,
+          statistics.dump(),
+          seconds_since_1970()};
 }
 
 /// The episodes of both, in order, so that the file tells where its model came from.

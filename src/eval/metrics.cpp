@@ -18,6 +18,8 @@ double mean_distance_m(std::span<const Vector2> a, std::span<const Vector2> b) {
   return sum / static_cast<double>(a.size());
 }
 
+}  // namespace
+
 std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) {
   std::vector<Vector2> mean(steps, Vector2::Zero());
   for (const Mode& mode : prediction.modes) {
@@ -25,8 +27,6 @@ std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) 
   }
   return mean;
 }
-
-}  // namespace
 
 double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
   double density = 0.0;

@@ -43,7 +43,8 @@ void absorb(Workbench& bench, int rare, int into, const FuseConfig& fusing, cons
                    target.count + source.count,
                    detail::fuse_fields(both, fusing.gp),
                    detail::fuse_outlooks(both, outlook_gp_config(outlook)),
-                   std::max(target.last_episode, source.last_episode)};
+                   std::max(target.last_episode, source.last_episode),
+                   std::max(target.support, source.support)};
   target = std::move(fused);
   bench.kept[static_cast<std::size_t>(rare)] = false;
   bench.index.remove(rare);

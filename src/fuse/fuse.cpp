@@ -80,6 +80,14 @@ const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming
   return index < shift ? previous.primitives[index] : incoming.primitives[index - shift];
 }
 
+/// How many different tracks support what is made of parts of both models, at the least: the models have no track in
+/// common, but a track may have shown several parts of one model.
+struct Support {
+  int previous = 0;
+  int incoming = 0;
+  int sum() const { return previous + incoming; }
+};
+
 /// D'': the kept primitives, the first of each tuple of the fusion set as the mean of the tuple.
 std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model& incoming, const FusionPlan& plan,
                                               const FuseConfig& config) {
@@ -93,8 +101,14 @@ std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model
       continue;
     }
     std::vector<const MotionPrimitive*> members;
-    for (const int member : *tuple->second) members.push_back(&primitive_at(previous, incoming, member));
+    Support support;
+    for (const int member : *tuple->second) {
+      members.push_back(&primitive_at(previous, incoming, member));
+      int& side = member < static_cast<int>(previous.primitives.size()) ? support.previous : support.incoming;
+      side = std::max(side, members.back()->support);
+    }
     result.push_back(mean_primitive(members, config.mean, config.drop_below));
+    result.back().support = support.sum();
   }
   return result;
 }
@@ -133,6 +147,18 @@ int last_episode_of(const TransitionGroup& group, const Model& previous, const M
                               : previous.episodes + transition_at(incoming, {from - shift, to - shift}).last_episode);
   }
   return last;
+}
+
+int support_of(const TransitionGroup& group, const Model& previous, const Model& incoming) {
+  const int shift = static_cast<int>(previous.primitives.size());
+  Support support;
+  for (const auto& [from, to] : group.sources) {
+    if (from < shift)
+      support.previous = std::max(support.previous, transition_at(previous, {from, to}).support);
+    else
+      support.incoming = std::max(support.incoming, transition_at(incoming, {from - shift, to - shift}).support);
+  }
+  return support.sum();
 }
 
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
@@ -196,8 +222,10 @@ Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, c
   model.conventions = previous.empty() ? incoming.model.conventions : previous.conventions;
   model.primitives = fused_primitives(previous, incoming.model, plan, config);
   model.transitions = fused_transitions(sources, plan, config.gp, outlook_gp_config(outlook));
-  for (std::size_t g = 0; g < plan.groups.size(); ++g)
+  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
     model.transitions[g].last_episode = last_episode_of(plan.groups[g], previous, incoming.model);
+    model.transitions[g].support = support_of(plan.groups[g], previous, incoming.model);
+  }
   model.lessons = previous.lessons.empty() ? incoming.model.lessons : previous.lessons;
   model.gait = incoming.gait.inputs.cols() > 0 ? learn_gait(previous.gait, incoming.gait, outlook)
                                                : fuse_gaits(previous.gait, incoming.model.gait, outlook);

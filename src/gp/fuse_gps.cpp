@@ -13,6 +13,7 @@
 
 #include "projection.hpp"
 #include "sila/gp/posterior.hpp"
+#include "statistics.hpp"
 
 namespace sila {
 namespace {
@@ -123,13 +124,11 @@ struct Basis {
   Eigen::MatrixXd features;
 };
 
-/// `places`: where among the candidates the data (thinned or not) stand.
 Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
-                 const std::vector<Eigen::Index>& places, const Kernel& kernel, double jitter) {
+                 const Kernel& kernel, double jitter) {
   Basis basis{candidates(Eigen::all, selection.chosen), selection.lower, jitter, {}};
-  const bool all_stand = places.size() == static_cast<std::size_t>(data.inputs.cols());
-  basis.features = all_stand ? Eigen::MatrixXd(selection.features(places, Eigen::all))
-                             : detail::whitened(selection.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
+  if (data.inputs.cols() > 0)
+    basis.features = detail::whitened(selection.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
   return basis;
 }
 
@@ -144,15 +143,13 @@ std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const
                                                  config.selection_stop, part.jitter, kept);
   const bool complete = selection.remaining_variance <= config.selection_stop * part.kernel.signal_variance;
   if (!complete || !selection.sound) return std::nullopt;
-  std::vector<Eigen::Index> places(static_cast<std::size_t>(fresh.cols()));
-  std::iota(places.begin(), places.end(), kept);
-  return make_basis(selection, candidates, data, places, part.kernel, part.jitter);
+  return make_basis(selection, candidates, data, part.kernel, part.jitter);
 }
 
 /// Where all parts stand on one basis it is kept and grows; else all candidates compete, sorted so that the order of
 /// the parts does not matter.
 Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
-  const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::thinned(data.inputs, config.max_candidates)
+  const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs, config)
                                                        : Eigen::MatrixXd(kernel.length_scales.size(), 0);
   if (one_basis(parts, kernel)) {
     if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);
@@ -166,17 +163,10 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
     candidates.middleCols(filled, part->pseudo_inputs.cols()) = part->pseudo_inputs;
     filled += part->pseudo_inputs.cols();
   }
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(count));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  if (!parts.empty()) order = sorted_order(candidates);
-  candidates = candidates(Eigen::all, order).eval();
-  std::vector<Eigen::Index> places(static_cast<std::size_t>(fresh.cols()));
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (order[i] < fresh.cols()) places[static_cast<std::size_t>(order[i])] = static_cast<Eigen::Index>(i);
-  }
+  if (!parts.empty()) candidates = candidates(Eigen::all, sorted_order(candidates)).eval();
   const auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs,
                                                  config.selection_stop, default_jitter);
-  return make_basis(selection, candidates, data, places, kernel, default_jitter);
+  return make_basis(selection, candidates, data, kernel, default_jitter);
 }
 
 /// Algorithms 3.1: the posterior mean at the old pseudo-inputs stands for the old data, each point as often as it

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "statistics.hpp"
 
@@ -80,6 +82,18 @@ Eigen::MatrixXd thinned(const Eigen::MatrixXd& points, Eigen::Index max_count) {
   const Eigen::Index step = std::max<Eigen::Index>(1, (points.cols() + max_count - 1) / max_count);
   if (step == 1) return points;
   return points(Eigen::all, Eigen::seq(0, points.cols() - 1, step));
+}
+
+Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points, const GpConfig& config) {
+  const Eigen::ArrayXd step = config.lattice_step * kernel.length_scales.array();
+  std::set<std::vector<double>> known;
+  std::vector<Eigen::Index> first;
+  Eigen::MatrixXd lattice(points.rows(), points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    lattice.col(i) = step * (points.col(i).array() / step).round() + 0.0;  // + 0.0: no -0, which is another point
+    if (known.emplace(lattice.col(i).begin(), lattice.col(i).end()).second) first.push_back(i);
+  }
+  return thinned(lattice(Eigen::all, first), config.max_candidates);
 }
 
 }  // namespace detail

@@ -17,7 +17,7 @@ GpData about_mean(const GpData& data) {
 }
 
 Eigen::MatrixXd greedy_pseudo_inputs(const GpData& data, const Kernel& kernel, const GpConfig& config) {
-  const Eigen::MatrixXd candidates = detail::thinned(data.inputs, config.max_candidates);
+  const Eigen::MatrixXd candidates = detail::candidates_for(kernel, data.inputs, config);
   return candidates(Eigen::all, detail::select_greedily(kernel, candidates, config.max_pseudo_inputs,
                                                         config.selection_stop, default_jitter)
                                     .chosen);
@@ -157,20 +157,19 @@ Fit optimised_fit(const GpData& data, const Hyperparameters& start, const GpConf
   return {theta, greedy_pseudo_inputs(data, theta.kernel, config)};
 }
 
-/// Greedy Z and theta as given. Unless the data were thinned, the selection has already whitened them.
+/// Greedy Z and theta as given. The factor of k(Z, Z) is known from the selection.
 SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eigen::VectorXd& mean,
                     const GpConfig& config) {
-  const Eigen::MatrixXd candidates = detail::thinned(data.inputs, config.max_candidates);
-  detail::Selection selection = detail::select_greedily(theta.kernel, candidates, config.max_pseudo_inputs,
-                                                        config.selection_stop, default_jitter);
+  const Eigen::MatrixXd candidates = detail::candidates_for(theta.kernel, data.inputs, config);
+  const detail::Selection selection = detail::select_greedily(theta.kernel, candidates, config.max_pseudo_inputs,
+                                                              config.selection_stop, default_jitter);
   SparseGp gp = detail::blank_gp(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen), mean,
                                  default_jitter);
-  if (candidates.cols() < data.inputs.cols()) return absorb(gp, data.inputs, data.outputs, config.alpha);
+  Eigen::MatrixXd features = detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs));
   const Eigen::MatrixXd residuals = data.outputs.rowwise() - mean.transpose();
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), theta.noise_variance);
   detail::add(gp,
-              detail::statistics_of(std::move(selection.features), residuals, noise, theta.kernel.signal_variance,
-                                    config.alpha),
+              detail::statistics_of(std::move(features), residuals, noise, theta.kernel.signal_variance, config.alpha),
               static_cast<double>(data.inputs.cols()));
   return gp;
 }

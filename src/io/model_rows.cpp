@@ -1,209 +1,16 @@
 #include "model_rows.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
-#include <bit>
-#include <cstddef>
-#include <span>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
-#include "sila/model/packing.hpp"
+#include "bytes.hpp"
 #include "sila/version.hpp"
 
 namespace sila::rows {
 namespace {
 
-using Bytes = std::vector<std::byte>;
-
-/// Little endian on every machine.
-template <class Unsigned>
-void append(Bytes& bytes, Unsigned bits) {
-  for (std::size_t i = 0; i < sizeof(Unsigned); ++i) bytes.push_back(static_cast<std::byte>((bits >> (8 * i)) & 0xffU));
-}
-
-template <class Unsigned>
-std::vector<Unsigned> words(std::span<const std::byte> bytes) {
-  if (bytes.size() % sizeof(Unsigned) != 0) {
-    throw std::invalid_argument("a blob has " + std::to_string(bytes.size()) + " bytes, no multiple of " +
-                                std::to_string(sizeof(Unsigned)));
-  }
-  std::vector<Unsigned> result(bytes.size() / sizeof(Unsigned), 0);
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    result[i / sizeof(Unsigned)] |=
-        static_cast<Unsigned>(static_cast<Unsigned>(bytes[i]) << (8 * (i % sizeof(Unsigned))));
-  }
-  return result;
-}
-
-Bytes to_bytes(std::span<const double> numbers) {
-  Bytes bytes;
-  bytes.reserve(8 * numbers.size());
-  for (const double number : numbers) append(bytes, std::bit_cast<std::uint64_t>(number));
-  return bytes;
-}
-
-std::vector<double> to_numbers(std::span<const std::byte> bytes) {
-  std::vector<double> numbers;
-  numbers.reserve(bytes.size() / 8);
-  for (const std::uint64_t word : words<std::uint64_t>(bytes)) numbers.push_back(std::bit_cast<double>(word));
-  return numbers;
-}
-
-Bytes cell_bytes(const MotionPrimitive& primitive) {
-  Bytes bytes;
-  for (const CellVelocity& entry : primitive.cells) {
-    append(bytes, static_cast<std::uint32_t>(entry.cell.x));
-    append(bytes, static_cast<std::uint32_t>(entry.cell.y));
-  }
-  return bytes;
-}
-
-Bytes velocity_bytes(const MotionPrimitive& primitive) {
-  std::vector<double> numbers;
-  for (const CellVelocity& entry : primitive.cells) {
-    numbers.push_back(entry.velocity.x());
-    numbers.push_back(entry.velocity.y());
-  }
-  return to_bytes(numbers);
-}
-
-std::vector<CellVelocity> cells_of(std::span<const std::byte> cells, std::span<const std::byte> velocities) {
-  const std::vector<std::uint32_t> places = words<std::uint32_t>(cells);
-  const std::vector<double> numbers = to_numbers(velocities);
-  if (places.size() % 2 != 0 || numbers.size() != places.size()) {
-    throw std::invalid_argument("a primitive has " + std::to_string(places.size()) + " cell coordinates and " +
-                                std::to_string(numbers.size()) + " velocity components");
-  }
-  std::vector<CellVelocity> result;
-  for (std::size_t i = 0; i < places.size(); i += 2) {
-    const CellKey cell{static_cast<std::int32_t>(places[i]), static_cast<std::int32_t>(places[i + 1])};
-    result.push_back({cell, Vector2(numbers[i], numbers[i + 1])});
-  }
-  return result;
-}
-
-Bytes id_bytes(const EpisodeId& id) {
-  Bytes bytes;
-  append(bytes, id.high);
-  append(bytes, id.low);
-  return bytes;
-}
-
-/// Over everything a flipped bit of which would go unnoticed: SQLite has no checksums of its own.
-std::int64_t checksum(const Model& model, const std::string& configuration) {
-  uLong sum = crc32_z(0, nullptr, 0);
-  const auto add = [&](std::span<const std::byte> bytes) {
-    sum = crc32_z(sum, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-  };
-  add(to_bytes(pack(model.conventions)));
-  for (const MotionPrimitive& primitive : model.primitives) {
-    add(cell_bytes(primitive));
-    add(velocity_bytes(primitive));
-    add(to_bytes(std::vector{primitive.weight}));
-  }
-  for (const Transition& transition : model.transitions) {
-    add(to_bytes(std::vector<double>{static_cast<double>(transition.from), static_cast<double>(transition.to),
-                                     transition.count, static_cast<double>(transition.last_episode)}));
-    add(to_bytes(pack(transition.field)));
-    add(to_bytes(pack(transition.outlook)));
-  }
-  add(to_bytes(pack(model.lessons)));
-  add(to_bytes(pack(model.gait)));
-  add(to_bytes(pack(model.places)));
-  add(to_bytes(std::vector<double>{static_cast<double>(model.episodes), static_cast<double>(model.tracks)}));
-  add(std::as_bytes(std::span(configuration)));
-  for (const EpisodeId& id : model.episode_ids) add(id_bytes(id));
-  return static_cast<std::int64_t>(sum);
-}
-
-template <class Count>
-Count count_of(std::int64_t value) {
-  if (std::in_range<Count>(value) && value >= 0) return static_cast<Count>(value);
-  throw std::invalid_argument(std::to_string(value) + " is no count");
-}
-
-void write_primitives(sqlite::Database& database, const std::vector<MotionPrimitive>& primitives) {
-  database.execute("DELETE FROM primitives");
-  sqlite::Statement insert = database.prepare("INSERT INTO primitives VALUES (?, ?, ?, ?)");
-  std::int64_t id = 0;
-  for (const MotionPrimitive& primitive : primitives) {
-    insert.bind(id++)
-        .bind(primitive.weight)
-        .bind_blob(cell_bytes(primitive))
-        .bind_blob(velocity_bytes(primitive))
-        .step();
-  }
-}
-
-void write_transitions(sqlite::Database& database, const std::vector<Transition>& transitions) {
-  database.execute("DELETE FROM transitions");
-  sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?, ?, ?)");
-  for (const Transition& transition : transitions) {
-    insert.bind(std::int64_t{transition.from}).bind(std::int64_t{transition.to}).bind(transition.count);
-    insert.bind_blob(to_bytes(pack(transition.field))).bind_blob(to_bytes(pack(transition.outlook)));
-    insert.bind(std::int64_t{transition.last_episode}).step();
-  }
-}
-
-std::vector<MotionPrimitive> read_primitives(sqlite::Database& database) {
-  std::vector<MotionPrimitive> primitives;
-  sqlite::Statement row = database.prepare("SELECT id, weight, cells, velocities FROM primitives ORDER BY id");
-  while (row.step()) {
-    if (row.integer(0) != static_cast<std::int64_t>(primitives.size()))
-      throw std::invalid_argument("a primitive is missing");
-    primitives.push_back({cells_of(row.blob(2), row.blob(3)), row.real(1)});
-  }
-  return primitives;
-}
-
-std::vector<Transition> read_transitions(sqlite::Database& database) {
-  std::vector<Transition> transitions;
-  sqlite::Statement row = database.prepare(
-      "SELECT from_primitive, to_primitive, count, field, outlook, last_episode FROM transitions ORDER BY "
-      "from_primitive, to_primitive");
-  while (row.step()) {
-    transitions.push_back({count_of<int>(row.integer(0)), count_of<int>(row.integer(1)), row.real(2),
-                           unpack_flow_field(to_numbers(row.blob(3))), unpack_gp(to_numbers(row.blob(4))),
-                           count_of<int>(row.integer(5))});
-  }
-  return transitions;
-}
-
-void write_episode_ids(sqlite::Database& database, const std::vector<EpisodeId>& ids) {
-  database.execute("DELETE FROM learnt");
-  sqlite::Statement insert = database.prepare("INSERT INTO learnt VALUES (?)");
-  for (const EpisodeId& id : ids) insert.bind_blob(id_bytes(id)).step();
-}
-
-std::vector<EpisodeId> read_episode_ids(sqlite::Database& database) {
-  std::vector<EpisodeId> ids;
-  sqlite::Statement row = database.prepare("SELECT episode FROM learnt");
-  while (row.step()) {
-    const std::vector<std::uint64_t> halves = words<std::uint64_t>(row.blob(0));
-    if (halves.size() != 2) throw std::invalid_argument("the id of an episode has no 16 bytes");
-    ids.push_back({halves[0], halves[1]});
-  }
-  std::ranges::sort(ids);
-  return ids;
-}
-
-std::vector<EpisodeRecord> read_episodes(sqlite::Database& database) {
-  std::vector<EpisodeRecord> episodes;
-  sqlite::Statement row = database.prepare(
-      "SELECT number, tracks, seconds, size_before, size_after, statistics FROM episodes ORDER BY number");
-  while (row.step()) {
-    episodes.push_back({count_of<int>(row.integer(0)), count_of<long>(row.integer(1)), row.real(2),
-                        count_of<std::size_t>(row.integer(3)), count_of<std::size_t>(row.integer(4)), row.text(5)});
-  }
-  return episodes;
-}
-
-}  // namespace
-
-const char* const kCreate = R"(
+const char* const kTables = R"(
 CREATE TABLE meta (          -- one row
   revision INTEGER NOT NULL,     -- how often the file was changed
   sila_version TEXT NOT NULL,    -- of the last writer
@@ -214,11 +21,14 @@ CREATE TABLE meta (          -- one row
   lessons BLOB NOT NULL,         -- doubles
   gait BLOB NOT NULL,            -- doubles: the sparse GP
   places BLOB NOT NULL,          -- doubles: the frames of the corners where it was learnt
-  checksum INTEGER NOT NULL      -- CRC-32 of the model and the configuration
+  checksum INTEGER NOT NULL,     -- CRC-32 of the model and the configuration
+  undo_kept INTEGER NOT NULL,    -- how many episodes can be taken back at most
+  log_checksum INTEGER NOT NULL  -- CRC-32 of the rest of this row and of the checksums of all episodes
 );
 CREATE TABLE primitives (
   id INTEGER PRIMARY KEY,        -- 0, 1, 2, ...
   weight REAL NOT NULL,
+  support INTEGER NOT NULL,      -- at least so many different tracks showed it
   cells BLOB NOT NULL,           -- 32-bit integers, little endian: x and y of each cell
   velocities BLOB NOT NULL       -- doubles: x and y of each cell
 );
@@ -229,44 +39,249 @@ CREATE TABLE transitions (
   field BLOB NOT NULL,           -- doubles: the sparse GP and its extent
   outlook BLOB NOT NULL,         -- doubles: the sparse GP
   last_episode INTEGER NOT NULL, -- in which it was last seen
+  support INTEGER NOT NULL,      -- at least so many different tracks showed it
   PRIMARY KEY (from_primitive, to_primitive)
 );
 CREATE TABLE episodes (
   number INTEGER PRIMARY KEY,    -- 1, 2, 3, ...
   tracks INTEGER NOT NULL,
-  seconds REAL NOT NULL,
+  seconds REAL NOT NULL,         -- that learning it took
   size_before INTEGER NOT NULL,
   size_after INTEGER NOT NULL,
+  committed_s INTEGER NOT NULL,  -- when: seconds since 1970, UTC; 0: not known
+  checksum INTEGER NOT NULL,     -- CRC-32 of the rest of the row
   statistics TEXT NOT NULL       -- JSON
 );
 CREATE TABLE learnt (            -- what must not be learnt again
   episode BLOB PRIMARY KEY       -- the 128 bits that stand for the content of a batch, two 64-bit integers, little endian
 ) WITHOUT ROWID;
+CREATE TABLE undo (
+  episode INTEGER PRIMARY KEY,   -- that this takes back
+  checksum INTEGER NOT NULL,     -- CRC-32 of the number and the step
+  step BLOB NOT NULL             -- what the episode replaced: src/io/undo_step.hpp
+);
 )";
+
+std::int64_t checksum_of(const EpisodeRecord& episode) {
+  std::string bytes;
+  bytes::append(bytes, std::int64_t{episode.number});
+  bytes::append(bytes, std::int64_t{episode.tracks});
+  bytes::append(bytes, episode.seconds + 0.0);  // + 0.0: SQLite knows no -0
+  bytes::append(bytes, static_cast<std::int64_t>(episode.size_before));
+  bytes::append(bytes, static_cast<std::int64_t>(episode.size_after));
+  bytes::append(bytes, episode.committed_s);
+  return crc(bytes + episode.statistics);
+}
+
+std::int64_t checksum_of_step(int episode, const std::string& step) {
+  std::string bytes;
+  bytes::append(bytes, std::int64_t{episode});
+  return crc(step, crc(bytes));
+}
+
+std::int64_t log_checksum(sqlite::Database& database, const FileFacts& facts) {
+  std::string bytes;
+  bytes::append(bytes, facts.revision);
+  bytes::append(bytes, std::int64_t{facts.undo_kept});
+  bytes += facts.sila_version;
+  sqlite::Statement row = database.prepare("SELECT checksum FROM episodes ORDER BY number");
+  while (row.step()) bytes::append(bytes, row.integer(0));
+  return crc(bytes);
+}
+
+template <class Count>
+Count count_of(std::int64_t value) {
+  if (std::in_range<Count>(value) && value >= 0) return static_cast<Count>(value);
+  throw std::invalid_argument(std::to_string(value) + " is no count");
+}
+
+void write_primitives(sqlite::Database& database, const std::vector<PrimitiveRow>& primitives) {
+  database.execute("DELETE FROM primitives");
+  sqlite::Statement insert = database.prepare("INSERT INTO primitives VALUES (?, ?, ?, ?, ?)");
+  std::int64_t id = 0;
+  for (const PrimitiveRow& row : primitives)
+    insert.bind(id++).bind(row.weight).bind(row.support).bind_blob(row.cells).bind_blob(row.velocities).step();
+}
+
+void write_transitions(sqlite::Database& database, const std::vector<TransitionRow>& transitions) {
+  database.execute("DELETE FROM transitions");
+  sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?, ?, ?, ?)");
+  for (const TransitionRow& row : transitions) {
+    insert.bind(row.from).bind(row.to).bind(row.count).bind_blob(row.field).bind_blob(row.outlook);
+    insert.bind(row.last_episode).bind(row.support).step();
+  }
+}
+
+void write_learnt(sqlite::Database& database, const std::vector<std::string>& ids) {
+  database.execute("DELETE FROM learnt");
+  sqlite::Statement insert = database.prepare("INSERT INTO learnt VALUES (?)");
+  for (const std::string& id : ids) insert.bind_blob(id).step();
+}
+
+void write_facts(sqlite::Database& database, const Content& content, const FileFacts& facts) {
+  database.execute("DELETE FROM meta");
+  sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  insert.bind(facts.revision).bind(std::string_view(facts.sila_version)).bind(content.episodes).bind(content.tracks);
+  insert.bind(std::string_view(content.configuration)).bind_blob(content.conventions).bind_blob(content.lessons);
+  insert.bind_blob(content.gait).bind_blob(content.places).bind(checksum(content)).bind(std::int64_t{facts.undo_kept});
+  insert.bind(log_checksum(database, facts)).step();
+}
+
+void read_primitives(sqlite::Database& database, Content& content, bool with_support) {
+  sqlite::Statement row =
+      database.prepare(with_support ? "SELECT id, weight, cells, velocities, support FROM primitives ORDER BY id"
+                                    : "SELECT id, weight, cells, velocities, 0 FROM primitives ORDER BY id");
+  while (row.step()) {
+    if (row.integer(0) != static_cast<std::int64_t>(content.primitives.size()))
+      throw std::invalid_argument("a primitive is missing");
+    content.primitives.push_back({row.real(1), row.integer(4), row.blob(2), row.blob(3)});
+  }
+}
+
+void read_transitions(sqlite::Database& database, Content& content, bool with_support) {
+  const std::string support = with_support ? "support" : "0";
+  sqlite::Statement row =
+      database.prepare("SELECT from_primitive, to_primitive, count, field, outlook, last_episode, " + support +
+                       " FROM transitions ORDER BY from_primitive, to_primitive");
+  while (row.step()) {
+    content.transitions.push_back(
+        {row.integer(0), row.integer(1), row.real(2), row.blob(3), row.blob(4), row.integer(5), row.integer(6)});
+  }
+}
+
+std::vector<EpisodeRecord> select_episodes(sqlite::Database& database, std::int64_t schema, const std::string& which) {
+  std::vector<EpisodeRecord> episodes;
+  const std::string news = schema < kSchema ? "0, 0" : "committed_s, checksum";
+  sqlite::Statement row = database.prepare("SELECT number, tracks, seconds, size_before, size_after, statistics, " +
+                                           news + " FROM episodes " + which);
+  while (row.step()) {
+    episodes.push_back({count_of<int>(row.integer(0)), count_of<long>(row.integer(1)), row.real(2),
+                        count_of<std::size_t>(row.integer(3)), count_of<std::size_t>(row.integer(4)), row.text(5),
+                        row.integer(6)});
+    if (schema == kSchema && row.integer(7) != checksum_of(episodes.back())) {
+      throw std::invalid_argument("the checksum of the record of episode " + std::to_string(episodes.back().number) +
+                                  " does not agree");
+    }
+  }
+  return episodes;
+}
+
+}  // namespace
+
+void create(sqlite::Database& database) {
+  database.execute("PRAGMA application_id = " + std::to_string(kApplicationId) +
+                   "; PRAGMA user_version = " + std::to_string(kSchema) + ";" + kTables);
+}
+
+void migrate(sqlite::Database& database, std::int64_t schema) {
+  if (schema == kSchema) return;
+  const Content content = read_content(database, schema);
+  const std::vector<EpisodeRecord> episodes = read_episodes(database, schema);
+  const FileFacts facts = read_facts(database, schema);
+  for (const char* table : {"meta", "primitives", "transitions", "episodes", "learnt"})
+    database.execute(std::string("DROP TABLE ") + table);
+  create(database);
+  for (const EpisodeRecord& episode : episodes) write_episode(database, episode);
+  write_content(database, content, facts);
+}
 
 std::int64_t revision(sqlite::Database& database) {
   return database.integer("SELECT revision FROM meta");
 }
 
-void write_model(sqlite::Database& database, const Model& model, const std::string& configuration,
-                 std::int64_t revision) {
-  write_primitives(database, model.primitives);
-  write_transitions(database, model.transitions);
-  write_episode_ids(database, model.episode_ids);
-  database.execute("DELETE FROM meta");
-  sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  insert.bind(revision).bind(std::string_view(SILA_VERSION)).bind(std::int64_t{model.episodes});
-  insert.bind(std::int64_t{model.tracks}).bind(std::string_view(configuration));
-  insert.bind_blob(to_bytes(pack(model.conventions))).bind_blob(to_bytes(pack(model.lessons)));
-  insert.bind_blob(to_bytes(pack(model.gait))).bind_blob(to_bytes(pack(model.places)));
-  insert.bind(checksum(model, configuration)).step();
+FileFacts read_facts(sqlite::Database& database, std::int64_t schema) {
+  sqlite::Statement row =
+      database.prepare(schema < kSchema ? "SELECT revision, sila_version FROM meta"
+                                        : "SELECT revision, sila_version, undo_kept, log_checksum FROM meta");
+  if (!row.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
+  FileFacts facts{row.integer(0), row.text(1)};
+  if (schema < kSchema) return facts;
+  facts.undo_kept = count_of<int>(row.integer(2));
+  if (row.integer(3) != log_checksum(database, facts))
+    throw std::invalid_argument("the checksum of the episodes does not agree");
+  return facts;
+}
+
+Content read_content(sqlite::Database& database, std::int64_t schema) {
+  Content content;
+  const bool with_support = schema == kSchema;
+  sqlite::Statement meta = database.prepare(
+      "SELECT episodes, tracks, configuration, conventions, lessons, gait, places, checksum FROM meta");
+  if (!meta.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
+  content.episodes = meta.integer(0);
+  content.tracks = meta.integer(1);
+  content.configuration = meta.text(2);
+  content.conventions = meta.blob(3);
+  content.lessons = meta.blob(4);
+  content.gait = meta.blob(5);
+  content.places = meta.blob(6);
+  read_primitives(database, content, with_support);
+  read_transitions(database, content, with_support);
+  sqlite::Statement learnt = database.prepare("SELECT episode FROM learnt");
+  while (learnt.step()) content.learnt.push_back(learnt.blob(0));
+  sort_learnt(content.learnt);
+  if (meta.integer(7) != checksum(content, with_support)) throw std::invalid_argument("the checksum does not agree");
+  return content;
+}
+
+std::vector<EpisodeRecord> read_episodes(sqlite::Database& database, std::int64_t schema) {
+  return select_episodes(database, schema, "ORDER BY number");
+}
+
+std::vector<EpisodeRecord> detailed_episodes(sqlite::Database& database, int last) {
+  return select_episodes(
+      database, kSchema,
+      "WHERE number <= " + std::to_string(last) + R"( AND instr(statistics, '"change"') > 0 ORDER BY number)");
+}
+
+void write_content(sqlite::Database& database, const Content& content, const FileFacts& facts) {
+  write_primitives(database, content.primitives);
+  write_transitions(database, content.transitions);
+  write_learnt(database, content.learnt);
+  write_facts(database, content, facts);
 }
 
 void write_episode(sqlite::Database& database, const EpisodeRecord& episode) {
-  sqlite::Statement insert = database.prepare("INSERT INTO episodes VALUES (?, ?, ?, ?, ?, ?)");
+  sqlite::Statement insert = database.prepare("INSERT INTO episodes VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
   insert.bind(std::int64_t{episode.number}).bind(std::int64_t{episode.tracks}).bind(episode.seconds);
   insert.bind(static_cast<std::int64_t>(episode.size_before)).bind(static_cast<std::int64_t>(episode.size_after));
-  insert.bind(std::string_view(episode.statistics)).step();
+  insert.bind(episode.committed_s).bind(checksum_of(episode)).bind(std::string_view(episode.statistics)).step();
+}
+
+void remove_episode(sqlite::Database& database, int number) {
+  database.prepare("DELETE FROM episodes WHERE number = ?").bind(std::int64_t{number}).step();
+}
+
+std::vector<int> undo_steps(sqlite::Database& database) {
+  std::vector<int> numbers;
+  sqlite::Statement row = database.prepare("SELECT episode FROM undo ORDER BY episode");
+  while (row.step()) numbers.push_back(count_of<int>(row.integer(0)));
+  return numbers;
+}
+
+std::string read_undo(sqlite::Database& database, int episode) {
+  sqlite::Statement row = database.prepare("SELECT checksum, step FROM undo WHERE episode = ?");
+  const std::string name = "the step that takes back episode " + std::to_string(episode);
+  if (!row.bind(std::int64_t{episode}).step()) throw std::invalid_argument(name + " is missing");
+  std::string step = row.blob(1);
+  if (row.integer(0) != checksum_of_step(episode, step))
+    throw std::invalid_argument("the checksum of " + name + " does not agree");
+  return step;
+}
+
+void write_undo(sqlite::Database& database, int episode, const std::string& step) {
+  sqlite::Statement insert = database.prepare("INSERT INTO undo VALUES (?, ?, ?)");
+  insert.bind(std::int64_t{episode}).bind(checksum_of_step(episode, step)).bind_blob(step).step();
+}
+
+void remove_undo(sqlite::Database& database, int episode) {
+  database.prepare("DELETE FROM undo WHERE episode = ?").bind(std::int64_t{episode}).step();
+}
+
+void keep_undo(sqlite::Database& database, int steps) {
+  database.prepare("DELETE FROM undo WHERE episode NOT IN (SELECT episode FROM undo ORDER BY episode DESC LIMIT ?)")
+      .bind(std::int64_t{steps})
+      .step();
 }
 
 void require_plain(sqlite::Database& database) {
@@ -287,27 +302,19 @@ void require_intact(sqlite::Database& database) {
   if (finding != "ok") throw sqlite::Error(SQLITE_CORRUPT, finding);
 }
 
-StoredModel read(sqlite::Database& database) {
-  StoredModel stored;
-  Model& model = stored.model;
-  sqlite::Statement meta = database.prepare(
-      "SELECT sila_version, episodes, tracks, configuration, conventions, lessons, checksum, gait, places FROM meta");
-  if (!meta.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
-  stored.sila_version = meta.text(0);
-  model.episodes = count_of<int>(meta.integer(1));
-  model.tracks = count_of<long>(meta.integer(2));
-  stored.configuration = meta.text(3);
-  model.conventions = unpack_conventions(to_numbers(meta.blob(4)));
-  model.lessons = unpack_lessons(to_numbers(meta.blob(5)));
-  model.gait = unpack_gp(to_numbers(meta.blob(7)));
-  model.places = unpack_places(to_numbers(meta.blob(8)));
-  model.primitives = read_primitives(database);
-  model.transitions = read_transitions(database);
-  model.episode_ids = read_episode_ids(database);
-  stored.episodes = read_episodes(database);
-  if (meta.integer(6) != checksum(model, stored.configuration))
-    throw std::invalid_argument("the checksum does not agree");
-  return stored;
+void require_all_intact(sqlite::Database& database) {
+  sqlite::Statement findings = database.prepare("PRAGMA integrity_check(1)");
+  const std::string finding = findings.step() ? findings.text(0) : "no answer to integrity_check";
+  if (finding != "ok") throw sqlite::Error(SQLITE_CORRUPT, finding);
+  sqlite::Database fresh(":memory:", SQLITE_OPEN_READWRITE);
+  create(fresh);
+  const char* const tables = "SELECT name, coalesce(sql, '') FROM sqlite_master ORDER BY name";
+  sqlite::Statement ours = database.prepare(tables), wanted = fresh.prepare(tables);
+  for (bool more = true; more;) {
+    more = wanted.step();
+    if (ours.step() != more || (more && (ours.text(0) != wanted.text(0) || ours.text(1) != wanted.text(1))))
+      throw sqlite::Error(SQLITE_CORRUPT, "the tables are not those that sila makes");
+  }
 }
 
 }  // namespace sila::rows

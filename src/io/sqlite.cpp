@@ -47,7 +47,7 @@ Statement& Statement::bind(std::string_view text) {
   return *this;
 }
 
-Statement& Statement::bind_blob(std::span<const std::byte> bytes) {
+Statement& Statement::bind_blob(std::string_view bytes) {
   // A null pointer would bind NULL instead of a blob without bytes.
   const void* start = bytes.empty() ? static_cast<const void*>("") : bytes.data();
   require(sqlite3_bind_blob64(statement_.get(), ++bound_, start, bytes.size(), SQLITE_TRANSIENT));
@@ -79,19 +79,21 @@ double Statement::real(int column) const {
   return sqlite3_column_double(statement_.get(), column);
 }
 
-std::string Statement::text(int column) const {
-  require_type(column, SQLITE_TEXT, "text");
+std::string Statement::bytes(int column) const {
   const void* start = sqlite3_column_blob(statement_.get(), column);
-  const int bytes = sqlite3_column_bytes(statement_.get(), column);
+  const int size = sqlite3_column_bytes(statement_.get(), column);
   return start == nullptr ? std::string()
-                          : std::string(static_cast<const char*>(start), static_cast<std::size_t>(bytes));
+                          : std::string(static_cast<const char*>(start), static_cast<std::size_t>(size));
 }
 
-std::span<const std::byte> Statement::blob(int column) const {
+std::string Statement::text(int column) const {
+  require_type(column, SQLITE_TEXT, "text");
+  return bytes(column);
+}
+
+std::string Statement::blob(int column) const {
   require_type(column, SQLITE_BLOB, "blob");
-  const void* start = sqlite3_column_blob(statement_.get(), column);
-  const int bytes = sqlite3_column_bytes(statement_.get(), column);
-  return {static_cast<const std::byte*>(start), static_cast<std::size_t>(bytes)};
+  return bytes(column);
 }
 
 Database::Database(const std::string& path, int flags) {

@@ -2,10 +2,8 @@
 
 #include <sqlite3.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -28,7 +26,7 @@ class Statement {
   Statement& bind(std::int64_t value);
   Statement& bind(double value);
   Statement& bind(std::string_view text);
-  Statement& bind_blob(std::span<const std::byte> bytes);
+  Statement& bind_blob(std::string_view bytes);
 
   /// The next row; false after the last. After the last the statement can be bound anew.
   bool step();
@@ -36,14 +34,14 @@ class Statement {
   std::int64_t integer(int column) const;
   double real(int column) const;
   std::string text(int column) const;
-  /// Valid until the next step.
-  std::span<const std::byte> blob(int column) const;
+  std::string blob(int column) const;
 
  private:
   struct Finalize {
     void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
   };
   void require(int code) const;
+  std::string bytes(int column) const;
   void require_type(int column, int type, const char* name) const;
 
   sqlite3* database_;

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <map>
+#include <set>
 #include <utility>
 
 #include "sila/gp/fuse_gps.hpp"
@@ -31,6 +32,12 @@ GpConfig in_widths(GpConfig config, double width_m) {
   return config;
 }
 
+/// The box of points, grown to a lattice: its sides are nobody's coordinates.
+Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2d& step) {
+  const Eigen::Array2d least = positions.rowwise().minCoeff(), most = positions.rowwise().maxCoeff();
+  return {Vector2(step * (least / step).floor()), Vector2(step * (most / step).ceil())};
+}
+
 /// One field a transition, fitted side by side; the result does not depend on the number of threads.
 std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start,
                                         const GpConfig& config) {
@@ -42,13 +49,13 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
     Transition& fitted = transitions.emplace_back();
     fitted.from = key.first, fitted.to = key.second, fitted.count = transition.count;
     fitted.last_episode = 1;
-    FlowField& field = fitted.field;
-    for (Eigen::Index i = 0; i < transition.samples.positions.cols(); ++i) {
-      field.extent.extend(Vector2(transition.samples.positions.col(i)));
-    }
+    fitted.support = static_cast<int>(transition.count);  // of one batch: each track once
   }
-  tbb::parallel_for(std::size_t{0}, data.size(),
-                    [&](std::size_t i) { transitions[i].field.gp = fit_sparse_gp(data[i], pooled, config); });
+  tbb::parallel_for(std::size_t{0}, data.size(), [&](std::size_t i) {
+    FlowField& field = transitions[i].field;
+    field.gp = fit_sparse_gp(data[i], pooled, config);
+    field.extent = box_of(data[i].inputs, config.lattice_step * field.gp.kernel.length_scales);
+  });
   return transitions;
 }
 
@@ -73,6 +80,15 @@ std::vector<const OutlookExample*> all_examples(const Batch& batch) {
     for (const OutlookExample& example : of_track) examples.push_back(&example);
   }
   return examples;
+}
+
+/// Notes how many tracks show each primitive.
+void count_support(std::span<const std::vector<Segment>> segments, std::vector<MotionPrimitive>& primitives) {
+  for (const std::vector<Segment>& runs : segments) {
+    std::set<int> shown;
+    for (const Segment& run : runs) shown.insert(run.primitive);
+    for (const int p : shown) ++primitives[static_cast<std::size_t>(p)].support;
+  }
 }
 
 LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::vector<Segment>> segments,
@@ -138,6 +154,7 @@ Learnt learn(const Batch& batch, const Conventions& conventions, const LearnConf
   model.transitions = fit_transitions(observed, starting_hyperparameters(conventions, config.field),
                                       in_widths(config.field.gp, conventions.reference_width_m));
   model.primitives = std::move(dictionary.primitives);
+  count_support(segments, model.primitives);
   model.episodes = 1;
   model.tracks = static_cast<long>(tracks.size());
   const LearnReport report = report_of(vectors, segments, dictionary, model);

@@ -22,6 +22,7 @@ void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
   if (primitive.cells.empty()) refuse(name + " has no cell");
   if (!(primitive.weight > 0.0) || !std::isfinite(primitive.weight))
     refuse(name + " has a weight that is not positive");
+  if (primitive.support < 0) refuse(name + " has a support below zero");
   for (std::size_t c = 0; c < primitive.cells.size(); ++c) {
     if (c > 0 && !(primitive.cells[c - 1].cell < primitive.cells[c].cell)) refuse(name + ": cells are not sorted");
     const CellKey& cell = primitive.cells[c].cell;
@@ -89,6 +90,7 @@ void check_transition(const Model& model, std::size_t index) {
     refuse(name + ": there are only " + std::to_string(primitives) + " primitives");
   }
   if (!(transition.count > 0.0) || !std::isfinite(transition.count)) refuse(name + ": the count is not positive");
+  if (transition.support < 0) refuse(name + " has a support below zero");
   if (transition.last_episode < 0 || transition.last_episode > model.episodes) {
     refuse(name + ": last seen in episode " + std::to_string(transition.last_episode) + " of " +
            std::to_string(model.episodes));

@@ -128,12 +128,12 @@ bool identical(const MotionPrimitive& a, const MotionPrimitive& b) {
   const auto same_cell = [](const CellVelocity& x, const CellVelocity& y) {
     return x.cell == y.cell && same_bits(x.velocity.x(), y.velocity.x()) && same_bits(x.velocity.y(), y.velocity.y());
   };
-  return same_bits(a.weight, b.weight) && std::ranges::equal(a.cells, b.cells, same_cell);
+  return same_bits(a.weight, b.weight) && a.support == b.support && std::ranges::equal(a.cells, b.cells, same_cell);
 }
 
 bool identical(const Transition& a, const Transition& b) {
   return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field)) &&
-         same_bits(pack(a.outlook), pack(b.outlook)) && a.last_episode == b.last_episode;
+         same_bits(pack(a.outlook), pack(b.outlook)) && a.last_episode == b.last_episode && a.support == b.support;
 }
 
 }  // namespace
@@ -286,14 +286,14 @@ Conventions unpack_conventions(std::span<const double> numbers) {
 }
 
 std::size_t packed_bytes(const MotionPrimitive& primitive) {
-  const auto& [cells, weight] = primitive;
+  const auto& [cells, weight, support] = primitive;
   constexpr std::size_t per_cell = sizeof(CellKey) + sizeof(Vector2);
-  return sizeof weight + per_cell * cells.size();
+  return sizeof weight + sizeof support + per_cell * cells.size();
 }
 
 std::size_t packed_bytes(const Transition& transition) {
-  const auto& [from, to, count, field, outlook, last_episode] = transition;
-  return sizeof from + sizeof to + sizeof count + sizeof last_episode +
+  const auto& [from, to, count, field, outlook, last_episode, support] = transition;
+  return sizeof from + sizeof to + sizeof count + sizeof last_episode + sizeof support +
          sizeof(double) * (pack(field).size() + pack(outlook).size());
 }
 

@@ -123,6 +123,8 @@ inline Model random_model(std::uint64_t seed) {
   model.gait = random_gp(random, kGaitInputs, 6);
   for (Transition& transition : model.transitions)
     transition.last_episode = static_cast<int>(random() % (seed % 100 + 1));
+  for (Transition& transition : model.transitions) transition.support = transition.from + 1;
+  for (std::size_t i = 0; i < model.primitives.size(); ++i) model.primitives[i].support = static_cast<int>(2 * i);
   model.places.resize(2);
   model.places[1].origin_m = random_matrix(random, 2, 1);
   model.episodes = static_cast<int>(seed % 100);

@@ -90,8 +90,8 @@ TEST(ModelStoreDamage, LearnsIntoAnEmptyFile) {
 TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 4");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 4 of a newer sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 5");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 5 of a newer sila"));
   EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
   run_sql(folder / "m.sila", "PRAGMA user_version = 1");
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));

@@ -48,6 +48,7 @@ struct GpConfig {
   GpFusion fusion = GpFusion::transfer;
   int max_fused_pseudo_inputs = 30;
   int max_candidates = 500;
+  double lattice_step = 0.25;
 };
 
 template <class Config, class Visitor>
@@ -84,7 +85,9 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_fused_pseudo_inputs", config.max_fused_pseudo_inputs, Range{1, 1000}, "",
                "most pseudo-inputs after a fusion");
   visit.number("max_candidates", config.max_candidates, Range{1, 1e6}, "points",
-               "more data than this are thinned evenly before pseudo-inputs are chosen");
+               "more candidates than this are thinned evenly before pseudo-inputs are chosen");
+  visit.number("lattice_step", config.lattice_step, Range{.min = 0, .max = 1, .open_min = true}, "length scales",
+               "between the places where pseudo-inputs may stand, so that none is a point of a track");
 }
 
 /// Throws: std::invalid_argument for the first field out of its range.

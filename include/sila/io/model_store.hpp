@@ -20,6 +20,7 @@ struct EpisodeRecord {
   std::size_t size_before = 0;  ///< of the model
   std::size_t size_after = 0;
   std::string statistics = "{}";  ///< what else is worth keeping: a JSON object
+  std::int64_t committed_s = 0;   ///< when: seconds since 1970, UTC; 0: not known
 };
 
 /// A model and what a model file has beside it.
@@ -29,6 +30,18 @@ struct StoredModel {
   std::vector<EpisodeRecord> episodes;  ///< by number
   std::string sila_version;             ///< of the last writer; set when read
   std::uintmax_t bytes = 0;             ///< of the file; set when read
+};
+
+/// How many of the last episodes a file can take back, unless told otherwise.
+inline constexpr int kUndoKept = 20;
+/// Of how many of the last episodes a file keeps the details (`change` of their statistics).
+inline constexpr int kDetailsKept = 200;
+
+/// What `ModelFile::verify` looked at.
+struct Verified {
+  std::int64_t pages = 0;
+  std::size_t episodes = 0;  ///< recorded
+  std::size_t undone = 0;    ///< steps of undo that were tried
 };
 
 /// A model file that is kept open while a place is learnt: an SQLite database, one transaction an episode. Whenever the
@@ -55,15 +68,31 @@ class ModelFile {
   /// Throws: FormatError if the file is empty or damaged.
   StoredModel read();
 
-  /// Puts a model in the place of the present one and adds its episode to the list, all or nothing.
+  /// Puts a model in the place of the present one and adds its episode to the list, all or nothing. What it replaces
+  /// can be had again by `rollback`; a file of an older schema becomes one of the present.
   /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
   /// committed, whose episode would be lost; std::invalid_argument if check(model) does or the record's number is not
   /// the next.
   void commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration);
 
   /// Puts all of `stored` in the place of the file's content: for a model that does not continue the present one, as of
-  /// `sila fuse`.
+  /// `sila fuse`. Nothing can be taken back then.
   void replace(const StoredModel& stored);
+
+  /// The earliest episode after which the model can be had again; the last one if none can be taken back.
+  /// Throws: as read.
+  int oldest_rollback();
+
+  /// Makes the file what it was after an episode: model, configuration, records; later episodes are forgotten.
+  /// Throws: FormatError, which names the oldest episode that is possible, if this one is not; as commit.
+  void rollback(int episode);
+
+  /// How many episodes can be taken back at most, from the next commit on; 0 for none. Kept in the file.
+  void keep_undo(int episodes);
+
+  /// Looks at every page and checksum, and takes all episodes back that can be, without writing anything.
+  /// Throws: FormatError with what is wrong and what helps.
+  Verified verify();
 
  private:
   struct State;

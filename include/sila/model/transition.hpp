@@ -13,6 +13,7 @@ struct Transition {
   FlowField field;
   SparseGp outlook = {};  ///< of the paths that led here (see outlook.hpp); no points: nothing known
   int last_episode = 0;   ///< of the model, in which it was last seen; from 1
+  int support = 0;        ///< at least so many different tracks showed it, whatever fades; count may count one twice
 };
 
 }  // namespace sila

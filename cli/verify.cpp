@@ -1,0 +1,34 @@
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "options.hpp"
+#include "sila/io/model_store.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+
+void add_verify(CLI::App& app) {
+  auto common = std::make_shared<CommonOptions>();
+  auto path = std::make_shared<std::string>();
+  CLI::App* verb = add_verb(app, "verify", "Check every page and checksum of a model, and that it can be rolled back.",
+                            "sila verify corner.sila", *common);
+  verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
+  verb->callback([common, path] {
+    const Verified verified = ModelFile::open(*path).verify();
+    if (common->json) {
+      std::cout << nlohmann::ordered_json{{"model", *path},
+                                          {"intact", true},
+                                          {"pages", verified.pages},
+                                          {"episodes", verified.episodes},
+                                          {"undone", verified.undone}}
+                       .dump(2)
+                << "\n";
+    } else {
+      std::cout << *path << ": intact; " << verified.pages << " pages, " << verified.episodes
+                << " recorded episodes, the last " << verified.undone << " of which can be taken back\n";
+    }
+  });
+}
+
+}  // namespace sila::cli

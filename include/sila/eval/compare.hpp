@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sila/core/trajectory.hpp"
+#include "sila/model/model.hpp"
+#include "sila/predict/predictor.hpp"
+
+namespace sila {
+
+/// A primitive of each of two models, the most alike that are left.
+struct PrimitivePair {
+  int a = 0;
+  int b = 0;
+  double similarity = 0.0;
+};
+
+/// A transition of each of two models whose primitives belong together.
+struct TransitionPair {
+  std::pair<int, int> a;  ///< from, to
+  std::pair<int, int> b;
+  double count_a = 0.0;
+  double count_b = 0.0;
+};
+
+/// What differs between two models, whatever their primitives are numbered.
+struct ModelComparison {
+  std::size_t same_primitives = 0;  ///< bit for bit
+  std::vector<PrimitivePair> changed_primitives;
+  std::vector<int> primitives_of_a;  ///< that the other has not
+  std::vector<int> primitives_of_b;
+  std::size_t same_transitions = 0;  ///< count, field and outlook bit for bit
+  std::vector<TransitionPair> changed_transitions;
+  std::vector<std::pair<int, int>> transitions_of_a;
+  std::vector<std::pair<int, int>> transitions_of_b;
+};
+
+/// Primitives belong together if they are equal, else the most similar pairs of at least the threshold, one to one.
+/// Throws: std::invalid_argument if the models' conventions differ.
+ModelComparison compare(const Model& a, const Model& b, double similarity_threshold);
+
+/// How far apart two predictions' mean paths are.
+struct HorizonDifference {
+  double horizon_s = 0.0;
+  double mean_m = 0.0;
+  double max_m = 0.0;
+};
+
+/// Observed paths made up from what a model knows: straight on to each pseudo-input of its fields, at the velocity
+/// there. At most `most`, evenly taken. Standing ones (below 0.2 m/s) are left out.
+std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, std::size_t most = 1000);
+
+/// At whole seconds and at the whole horizon; nothing if no path is given. Both predict as far as `a` does.
+/// Throws: std::invalid_argument if one predicts less far than the other.
+std::vector<HorizonDifference> compare_predictions(const Predictor& a, const Predictor& b,
+                                                   std::span<const CurbTrajectory> observed);
+
+}  // namespace sila

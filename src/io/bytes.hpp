@@ -1,0 +1,82 @@
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// Numbers as bytes, little endian on every machine.
+namespace sila::bytes {
+
+template <std::unsigned_integral Word>
+void append(std::string& bytes, Word word) {
+  for (std::size_t i = 0; i < sizeof(Word); ++i) bytes.push_back(static_cast<char>((word >> (8 * i)) & 0xffU));
+}
+inline void append(std::string& bytes, std::int64_t number) {
+  append(bytes, static_cast<std::uint64_t>(number));
+}
+inline void append(std::string& bytes, double number) {
+  append(bytes, std::bit_cast<std::uint64_t>(number));
+}
+/// Its length, then itself.
+inline void append_text(std::string& bytes, std::string_view text) {
+  append(bytes, std::uint64_t{text.size()});
+  bytes += text;
+}
+
+/// Throws: std::invalid_argument unless the bytes are whole words.
+template <std::unsigned_integral Word>
+std::vector<Word> words(std::string_view bytes) {
+  if (bytes.size() % sizeof(Word) != 0) {
+    throw std::invalid_argument("a blob has " + std::to_string(bytes.size()) + " bytes, no multiple of " +
+                                std::to_string(sizeof(Word)));
+  }
+  std::vector<Word> result(bytes.size() / sizeof(Word), 0);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const auto byte = static_cast<Word>(static_cast<unsigned char>(bytes[i]));
+    result[i / sizeof(Word)] |= static_cast<Word>(byte << (8 * (i % sizeof(Word))));
+  }
+  return result;
+}
+
+inline std::string of_numbers(std::span<const double> numbers) {
+  std::string bytes;
+  bytes.reserve(8 * numbers.size());
+  for (const double number : numbers) append(bytes, number);
+  return bytes;
+}
+
+/// Throws: std::invalid_argument unless the bytes are whole numbers of 8 bytes.
+inline std::vector<double> to_numbers(std::string_view bytes) {
+  std::vector<double> numbers;
+  numbers.reserve(bytes.size() / 8);
+  for (const std::uint64_t word : words<std::uint64_t>(bytes)) numbers.push_back(std::bit_cast<double>(word));
+  return numbers;
+}
+
+/// Takes from the front what `append` put there. Throws: std::invalid_argument where the bytes end too early.
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+  std::string_view take(std::uint64_t length) {
+    if (length > rest_.size()) throw std::invalid_argument("the bytes end too early");
+    const std::string_view taken = rest_.substr(0, length);
+    rest_.remove_prefix(length);
+    return taken;
+  }
+  std::uint64_t word() { return words<std::uint64_t>(take(8)).front(); }
+  std::int64_t integer() { return static_cast<std::int64_t>(word()); }
+  double number() { return std::bit_cast<double>(word()); }
+  std::string text() { return std::string(take(word())); }
+  bool at_end() const { return rest_.empty(); }
+
+ private:
+  std::string_view rest_;
+};
+
+}  // namespace sila::bytes

@@ -1,0 +1,296 @@
+// No bit of a model file flips unnoticed; files of schema 3 are read, and become ones of the present.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <array>
+#include <bit>
+#include <cstdlib>
+
+#include "made_up_model.hpp"
+#include "sila/core/errors.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+namespace fs = std::filesystem;
+
+void run_sql(const fs::path& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+bool same_records(const std::vector<EpisodeRecord>& a, const std::vector<EpisodeRecord>& b) {
+  return std::ranges::equal(a, b, [](const EpisodeRecord& x, const EpisodeRecord& y) {
+    return x.number == y.number && x.tracks == y.tracks && x.seconds == y.seconds && x.size_before == y.size_before &&
+           x.size_after == y.size_after && x.statistics == y.statistics && x.committed_s == y.committed_s;
+  });
+}
+
+bool same(const StoredModel& a, const StoredModel& b) {
+  return identical(a.model, b.model) && a.configuration == b.configuration && a.sila_version == b.sila_version &&
+         same_records(a.episodes, b.episodes);
+}
+
+/// A file whose bits are flipped in place.
+class Flipped {
+ public:
+  explicit Flipped(const fs::path& path) : bytes_(content_of(path)), file_(open(path.c_str(), O_RDWR)) {}
+  ~Flipped() { close(file_); }
+  Flipped(const Flipped&) = delete;
+  Flipped& operator=(const Flipped&) = delete;
+  std::size_t size() const { return bytes_.size(); }
+  void flip(std::size_t place, unsigned bit) {
+    const auto spoilt = static_cast<char>(static_cast<unsigned char>(bytes_[place]) ^ (1U << bit));
+    ASSERT_EQ(pwrite(file_, &spoilt, 1, static_cast<off_t>(place)), 1);
+  }
+  void mend(std::size_t place) { ASSERT_EQ(pwrite(file_, &bytes_[place], 1, static_cast<off_t>(place)), 1); }
+
+ private:
+  std::string bytes_;
+  int file_;
+};
+
+struct Outcome {
+  int refused = 0;   ///< could not be loaded
+  int noticed = 0;   ///< could, but verify told
+  int harmless = 0;  ///< bits that nothing depends on
+};
+
+/// Whatever is loaded is the original, and what verify passes also gives back the same earlier model.
+void try_flip(const fs::path& path, const StoredModel& original, const Model& earlier, Outcome& outcome) {
+  bool loaded = false;
+  try {
+    EXPECT_TRUE(same(load_model(path), original));
+    loaded = true;
+    ModelFile::open(path).verify();
+    ++outcome.harmless;
+  } catch (const FormatError&) {
+    ++(loaded ? outcome.noticed : outcome.refused);
+    return;
+  }
+  if (outcome.harmless % 100 != 0) return;  // copying takes time
+  const fs::path copy = path.string() + ".copy";
+  fs::copy_file(path, copy, fs::copy_options::overwrite_existing);
+  ModelFile file = ModelFile::open(copy);
+  file.rollback(1);
+  EXPECT_TRUE(identical(file.read().model, earlier));
+}
+
+Model small_model() {
+  std::mt19937_64 random(4);
+  Model model;
+  model.primitives = {random_primitive(random)};
+  model.transitions = {{0, 0, 2.0, random_field(random), {}, 1, 2}};
+  model.episodes = 1;
+  model.episode_ids = {{1, 2}};
+  return model;
+}
+
+TEST(Verify, NoticesAFlippedBitAnywhereInASmallFile) {
+  const ScratchFolder folder;
+  const fs::path path = folder / "m.sila";
+  const Model first = small_model();
+  Model second = first;
+  second.transitions[0].count = 3.0, second.episodes = 2;
+  {
+    ModelFile file = ModelFile::open_or_create(path);
+    file.commit(first, record(1), R"({"a": 1})");
+    file.commit(second, record(2), R"({"a": 2})");
+  }
+  const StoredModel original = load_model(path);
+  Flipped file(path);
+  Outcome outcome;
+  const bool all = std::getenv("SILA_EVERY_BYTE") != nullptr;  // minutes; otherwise every eleventh
+  for (std::size_t place = 0; place < file.size(); place += all ? 1 : 11) {
+    SCOPED_TRACE(place);
+    file.flip(place, static_cast<unsigned>((place * 5 + 3) % 8));
+    try_flip(path, original, first, outcome);
+    file.mend(place);
+  }
+  EXPECT_TRUE(same(load_model(path), original));
+  EXPECT_GT(outcome.refused, 100);
+  EXPECT_GT(outcome.noticed, 10);
+  RecordProperty("refused", outcome.refused);
+  RecordProperty("noticed", outcome.noticed);
+  RecordProperty("harmless", outcome.harmless);
+}
+
+TEST(Verify, NoticesFlippedBitsAnywhereInALargeFile) {
+  const ScratchFolder folder;
+  const fs::path path = folder / "m.sila";
+  {
+    ModelFile file = ModelFile::open_or_create(path);
+    std::mt19937_64 random(5);
+    for (int number = 1; number <= 8; ++number) {
+      Model model = random_model(static_cast<std::uint64_t>(50 + number % 2));
+      for (int i = 0; i < 60; ++i) model.primitives.push_back(random_primitive(random));
+      file.commit(model, record(number), "{}");
+      if (number == 1) save_model(folder / "1.sila", {model, "{}", {record(1)}, "", 0});
+    }
+  }
+  const StoredModel original = load_model(path);
+  const Model earlier = load_model(folder / "1.sila").model;
+  Flipped file(path);
+  std::mt19937_64 random(6);
+  Outcome outcome;
+  for (int trial = 0; trial < 600; ++trial) {
+    const std::size_t place = random() % file.size();
+    SCOPED_TRACE(testing::Message() << "seed 6, trial " << trial << ", byte " << place);
+    file.flip(place, static_cast<unsigned>(random() % 8));
+    try_flip(path, original, earlier, outcome);
+    file.mend(place);
+  }
+  EXPECT_GT(outcome.refused, 20);
+  EXPECT_GT(outcome.noticed, 200);  // most of the file is undo
+}
+
+TEST(Verify, TellsDamageToTheHistoryFromDamageToTheModel) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  for (int number = 1; number <= 4; ++number)
+    file.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
+  const auto finding = [&](const std::string& spoiler) {
+    fs::copy_file(folder / "m.sila", folder / "spoilt.sila", fs::copy_options::overwrite_existing);
+    run_sql(folder / "spoilt.sila", spoiler);
+    return message_of<FormatError>([&] { ModelFile::open(folder / "spoilt.sila").verify(); });
+  };
+  EXPECT_EQ(finding("SELECT 1"), "");
+  EXPECT_TRUE(says(finding("UPDATE undo SET step = zeroblob(20) WHERE episode = 3"), "takes back episode 3"));
+  EXPECT_TRUE(says(finding("UPDATE undo SET step = zeroblob(20) WHERE episode = 3"), "a sound model whose history"));
+  EXPECT_TRUE(says(finding("DELETE FROM undo WHERE episode = 3"), "not those of the last episodes"));
+  EXPECT_TRUE(says(finding("UPDATE episodes SET tracks = 21 WHERE number = 2"), "record of episode 2"));
+  EXPECT_TRUE(says(finding("DELETE FROM episodes WHERE number = 2"), "checksum of the episodes"));
+  EXPECT_TRUE(says(finding("UPDATE meta SET undo_kept = 21"), "checksum of the episodes"));
+  EXPECT_TRUE(says(finding("UPDATE primitives SET support = support + 1"), "checksum does not agree"));
+  EXPECT_TRUE(says(finding("CREATE TABLE t (x)"), "not those that sila makes"));
+  run_sql(folder / "m.sila", "UPDATE undo SET step = zeroblob(20) WHERE episode = 3");
+  ModelFile damaged = ModelFile::open(folder / "m.sila");
+  EXPECT_THROW(damaged.rollback(1), FormatError);
+  EXPECT_TRUE(identical(damaged.read().model, random_model(4)));  // and can be learnt on, or its history forgotten
+  damaged.commit(random_model(5), record(5), "{}");
+  damaged.keep_undo(0);
+  EXPECT_EQ(damaged.verify().undone, 0u);
+}
+
+TEST(Verify, AStepOfAnotherModelIsNotTaken) {
+  const ScratchFolder folder;
+  for (const char* name : {"a.sila", "b.sila"}) {
+    ModelFile file = ModelFile::open_or_create(folder / name);
+    const std::uint64_t seed = std::string(name) == "a.sila" ? 10 : 20;
+    for (int number = 1; number <= 2; ++number)
+      file.commit(random_model(seed + static_cast<std::uint64_t>(number)), record(number), "{}");
+  }
+  run_sql(folder / "a.sila", "ATTACH '" + (folder / "b.sila").string() + "' AS b; DELETE FROM undo; INSERT INTO undo " +
+                                 "SELECT * FROM b.undo;");
+  EXPECT_TRUE(says(message_of<FormatError>([&] { ModelFile::open(folder / "a.sila").verify(); }), "undo"));
+  EXPECT_THROW(ModelFile::open(folder / "a.sila").rollback(1), FormatError);
+}
+
+/// What sila wrote until schema 4 came, tables and checksum.
+void make_schema_3(const fs::path& path, const StoredModel& stored) {
+  save_model(path, stored);
+  uLong sum = crc32(0, nullptr, 0);
+  const auto add = [&](const std::string& bytes) {
+    sum = crc32(sum, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size()));
+  };
+  const auto add_numbers = [&](const std::vector<double>& numbers) {
+    for (const double number : numbers) {  // this machine is little endian, as the file
+      const auto bytes = std::bit_cast<std::array<char, 8>>(number);
+      add({bytes.data(), bytes.size()});
+    }
+  };
+  const Model& model = stored.model;
+  add_numbers(pack(model.conventions));
+  for (const MotionPrimitive& primitive : model.primitives) {
+    for (const CellVelocity& entry : primitive.cells) {
+      const auto bytes = std::bit_cast<std::array<char, 8>>(std::array{entry.cell.x, entry.cell.y});
+      add({bytes.data(), bytes.size()});
+    }
+    for (const CellVelocity& entry : primitive.cells) add_numbers({entry.velocity.x(), entry.velocity.y()});
+    add_numbers({primitive.weight});
+  }
+  for (const Transition& edge : model.transitions) {
+    add_numbers({double(edge.from), double(edge.to), edge.count, double(edge.last_episode)});
+    add_numbers(pack(edge.field)), add_numbers(pack(edge.outlook));
+  }
+  add_numbers(pack(model.lessons)), add_numbers(pack(model.gait)), add_numbers(pack(model.places));
+  add_numbers({double(model.episodes), double(model.tracks)});
+  add(stored.configuration);
+  for (const EpisodeId& id : model.episode_ids) {
+    const auto bytes = std::bit_cast<std::array<char, 16>>(std::array{id.high, id.low});
+    add({bytes.data(), bytes.size()});
+  }
+  run_sql(path, R"(
+CREATE TABLE meta_3 (revision INTEGER NOT NULL, sila_version TEXT NOT NULL, episodes INTEGER NOT NULL,
+  tracks INTEGER NOT NULL, configuration TEXT NOT NULL, conventions BLOB NOT NULL, lessons BLOB NOT NULL,
+  gait BLOB NOT NULL, places BLOB NOT NULL, checksum INTEGER NOT NULL);
+INSERT INTO meta_3 SELECT revision, '0.0.9', episodes, tracks, configuration, conventions, lessons, gait, places, )" +
+                    std::to_string(sum) + R"( FROM meta;
+CREATE TABLE primitives_3 (id INTEGER PRIMARY KEY, weight REAL NOT NULL, cells BLOB NOT NULL, velocities BLOB NOT NULL);
+INSERT INTO primitives_3 SELECT id, weight, cells, velocities FROM primitives;
+CREATE TABLE transitions_3 (from_primitive INTEGER NOT NULL, to_primitive INTEGER NOT NULL, count REAL NOT NULL,
+  field BLOB NOT NULL, outlook BLOB NOT NULL, last_episode INTEGER NOT NULL, PRIMARY KEY (from_primitive, to_primitive));
+INSERT INTO transitions_3 SELECT from_primitive, to_primitive, count, field, outlook, last_episode FROM transitions;
+CREATE TABLE episodes_3 (number INTEGER PRIMARY KEY, tracks INTEGER NOT NULL, seconds REAL NOT NULL,
+  size_before INTEGER NOT NULL, size_after INTEGER NOT NULL, statistics TEXT NOT NULL);
+INSERT INTO episodes_3 SELECT number, tracks, seconds, size_before, size_after, statistics FROM episodes;
+DROP TABLE meta; DROP TABLE primitives; DROP TABLE transitions; DROP TABLE episodes; DROP TABLE undo;
+ALTER TABLE meta_3 RENAME TO meta; ALTER TABLE primitives_3 RENAME TO primitives;
+ALTER TABLE transitions_3 RENAME TO transitions; ALTER TABLE episodes_3 RENAME TO episodes;
+PRAGMA user_version = 3;)");
+}
+
+TEST(OlderSchema, ThreeIsReadAsItIsAndBecomesFourWithTheNextEpisode) {
+  const ScratchFolder folder;
+  const fs::path path = folder / "m.sila";
+  StoredModel old = stored(random_model(8));
+  for (MotionPrimitive& primitive : old.model.primitives) primitive.support = 0;  // nothing was known of it
+  for (Transition& edge : old.model.transitions) edge.support = 0;
+  make_schema_3(path, old);
+  const std::string bytes = content_of(path);
+  const StoredModel read = load_model(path);
+  EXPECT_TRUE(identical(read.model, old.model));
+  EXPECT_TRUE(same_records(read.episodes, old.episodes));
+  EXPECT_EQ(read.sila_version, "0.0.9");
+  EXPECT_EQ(ModelFile::open(path).oldest_rollback(), 2);
+  EXPECT_EQ(ModelFile::open(path).verify().undone, 0u);
+  EXPECT_EQ(content_of(path), bytes);  // reading wrote nothing
+  ModelFile file = ModelFile::open_or_create(path);
+  file.commit(random_model(9), record(3), "{}");
+  EXPECT_TRUE(identical(load_model(path).model, random_model(9)));
+  EXPECT_EQ(load_model(path).episodes.size(), 3u);
+  EXPECT_EQ(file.verify().undone, 1u);
+  file.rollback(2);
+  EXPECT_TRUE(identical(load_model(path).model, old.model));
+  EXPECT_EQ(load_model(path).configuration, old.configuration);
+}
+
+TEST(OlderSchema, ThreeIsCheckedBeforeItIsMigrated) {
+  const ScratchFolder folder;
+  const fs::path path = folder / "m.sila";
+  make_schema_3(path, stored(random_model(8)));
+  run_sql(path, "UPDATE transitions SET count = 2 * count");
+  const std::string bytes = content_of(path);
+  EXPECT_TRUE(says(message_of<FormatError>([&] { load_model(path); }), "the checksum does not agree"));
+  ModelFile file = ModelFile::open_or_create(path);
+  EXPECT_THROW(file.commit(random_model(9), record(3), "{}"), FormatError);
+  EXPECT_EQ(content_of(path), bytes);
+}
+
+TEST(OlderSchema, TwoIsRefusedWithTheCommandThatHelps) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", stored(random_model(1)));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 2");
+  const std::string refusal = message_of<FormatError>([&] { load_model(folder / "m.sila"); });
+  EXPECT_TRUE(says(refusal, "schema 2 of an older sila"));
+  EXPECT_TRUE(says(refusal, "`sila learn TRACKS --model NEW.sila`"));
+}
+
+}  // namespace
+}  // namespace sila
