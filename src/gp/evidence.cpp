@@ -74,8 +74,8 @@ Adjoints adjoints(const GpData& data, const Factors& f) {
       seen_lower.transpose().solve(seen_lower.solve(Eigen::MatrixXd::Identity(size, size)));  // eigenvalues in (0, 1]
   const Eigen::MatrixXd shrunk = f.features * seen_inverse;                                   // (B^-1 V)'
   const Eigen::ArrayXd reductions = shrunk.cwiseProduct(f.features).rowwise().sum().array();  // v_n' B^-1 v_n
-  const Eigen::ArrayXd w = 0.5 * (outputs * (f.lambda.inverse() - reductions / f.lambda.square()) -
-                                  alpha.rowwise().squaredNorm().array());
+  const Eigen::ArrayXd w =
+      0.5 * (outputs * (f.lambda.inverse() - reductions / f.lambda.square()) - alpha.rowwise().squaredNorm().array());
 
   Adjoints result;
   result.cross = (outputs * f.lambda.inverse()).matrix().asDiagonal() * shrunk;
