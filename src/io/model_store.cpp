@@ -1,6 +1,5 @@
 #include "sila/io/model_store.hpp"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <map>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "json_file.hpp"
+#include "model_path.hpp"
 #include "model_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/version.hpp"
@@ -20,35 +20,6 @@ namespace sila {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void refuse(const fs::path& path, const std::string& found) {
-  throw FormatError(path.string(), 0, "a sila model", found);
-}
-
-[[noreturn]] void refuse_write(const fs::path& path, const std::string& found) {
-  throw FormatError(path.string(), 0, "a model file that can be written", found);
-}
-
-/// What an error of SQLite means for a model file, as a sentence with what to do.
-[[noreturn]] void refuse(const fs::path& path, const sqlite::Error& error) {
-  const std::string said = std::string(" (") + error.what() + ")";
-  switch (error.primary()) {
-    case SQLITE_NOTADB:
-      refuse(path, "a file of another kind; give the path of a model that `sila learn` made");
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-      refuse(path, "one that another process has kept locked for 10 s; try again when it is done");
-    case SQLITE_PERM:
-    case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
-      refuse_write(path, "no permission for the file or its folder" + said);
-    case SQLITE_FULL:
-    case SQLITE_IOERR:
-      refuse_write(path, "that reading or writing failed; is the disk full?" + said);
-    default:
-      refuse(path, "a damaged one; restore a copy, or learn it anew" + said);
-  }
-}
 
 /// Runs what talks to SQLite or makes a model of what it says, and says what went wrong with the name of the file.
 template <class Action>
@@ -165,28 +136,6 @@ sqlite::Database open_database(const fs::path& path, int flags) {
   database.execute(
       "PRAGMA secure_delete = ON");  // not everywhere the default; what is forgotten must not stay in pages
   return database;
-}
-
-bool may(const fs::path& path, int what) {
-  return faccessat(AT_FDCWD, path.c_str(), what, AT_EACCESS) == 0;
-}
-
-void require_regular(const fs::path& path, const fs::file_status& status) {
-  if (fs::is_directory(status)) refuse(path, "a folder");
-  if (fs::exists(status) && !fs::is_regular_file(status)) refuse(path, "something that is no regular file");
-}
-
-/// SQLite would find out at the first commit; better before hours of learning.
-void require_writable(const fs::path& path, const fs::file_status& status) {
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder)) refuse_write(path, "that the folder " + folder.string() + " does not exist");
-  if (!may(folder, W_OK | X_OK)) refuse_write(path, "no permission to write in the folder " + folder.string());
-  if (fs::exists(status) && !may(path, R_OK | W_OK)) refuse_write(path, "no permission to read and write it");
-}
-
-fs::file_status status_of(const fs::path& path) {
-  std::error_code error;
-  return fs::status(path, error);
 }
 
 }  // namespace

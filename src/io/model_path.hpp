@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "sqlite.hpp"
+
+/// What is wrong with the path of a model file, in one sentence with what to do. Every `refuse` throws a FormatError.
+namespace sila {
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& found);
+[[noreturn]] void refuse_write(const std::filesystem::path& path, const std::string& found);
+/// What an error of SQLite means for a model file.
+[[noreturn]] void refuse(const std::filesystem::path& path, const sqlite::Error& error);
+
+/// Whether this process may read, write or search (R_OK, W_OK, X_OK).
+bool may(const std::filesystem::path& path, int what);
+/// Of a path that need not exist.
+std::filesystem::file_status status_of(const std::filesystem::path& path);
+
+void require_regular(const std::filesystem::path& path, const std::filesystem::file_status& status);
+/// SQLite would find out at the first commit; better before hours of learning.
+void require_writable(const std::filesystem::path& path, const std::filesystem::file_status& status);
+
+}  // namespace sila
