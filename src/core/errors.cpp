@@ -7,7 +7,7 @@ namespace {
 /// to a terminal.
 std::string printable(std::string text) {
   constexpr std::size_t longest = 1000;
-  if (text.size() > longest) text = text.substr(0, longest) + "...";
+  if (text.size() > longest) text.replace(longest, std::string::npos, "...");
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
   }
