@@ -22,9 +22,11 @@ std::size_t end_of_token(std::string_view text, std::size_t begin) {
   const std::string_view rest = text.substr(begin);
   std::size_t end = begin;
   if (rest.starts_with("//")) end = text.find('\n', begin);
-  if (rest.starts_with("/*")) end = text.find("*/", begin + 2);
+  if (rest.starts_with("/*")) end = std::min(text.find("*/", begin + 2), text.size() - 1) + 1;
   if (rest.starts_with('"')) {
-    for (++end; end < text.size() && text[end] != '"'; ++end) end += text[end] == '\\' ? 1 : 0;
+    for (++end; end < text.size() && text[end] != '"'; ++end) {
+      if (text[end] == '\\') ++end;
+    }
   }
   return std::min(end, text.size());
 }

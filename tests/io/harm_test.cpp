@@ -26,8 +26,8 @@ std::string repeated(std::size_t count, std::string_view text) {
 // Whoever prints or copies nested JSON does so by recursion: a million brackets were the end of the stack.
 TEST(HarmfulJson, IsRefusedIfItIsNestedTooDeep) {
   const TempFolder folder;
-  for (const std::string& opening :
-       {std::string("["), std::string("{\"a\":"), std::string("/* \" */["), std::string("[\"\\\"\",")}) {
+  for (const std::string& opening : {std::string("["), std::string("{\"a\":"), std::string("/* \" */["),
+                                     std::string("/**//*\"*/["), std::string("[\"\\\"\",")}) {
     const std::string closing = opening.front() == '{' ? "}" : "]";
     const std::string text = repeated(200000, opening) + "1" + repeated(200000, closing);
     const auto error = format_error_of([&] { read_scene(folder.write("s.json", text), CurbScaling::mean_width); });
