@@ -19,7 +19,7 @@ void require_length(const char* name, std::size_t length, std::size_t wanted) {
 
 /// Of something that was counted or summed up from squares.
 void require_sum(const char* name, double value) {
-  if (!(value >= 0.0) || !std::isfinite(value)) refuse(std::string(name) + " has a number that is no sum");
+  if (!(value >= 0.0) || !std::isfinite(value)) refuse(std::string(name).append(" has a number that is no sum"));
 }
 
 void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells,

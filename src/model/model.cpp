@@ -33,9 +33,8 @@ void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
   }
 }
 
-/// Who predicts or fuses makes an index of the cells that each field may know; this bounds its time and memory.
+/// Who predicts or fuses makes an index of where each field may be asked; its keys must not overflow.
 void check_extent(const Grid& grid, const std::string& name, const FlowField& field) {
-  constexpr double most_cells = 1e6;
   Eigen::AlignedBox2d reach = field.extent;
   if (!reach.min().allFinite() || !reach.max().allFinite()) refuse(name + ": the extent is not finite");
   for (Eigen::Index m = 0; m < field.gp.pseudo_inputs.cols(); ++m) reach.extend(Vector2(field.gp.pseudo_inputs.col(m)));
@@ -44,9 +43,6 @@ void check_extent(const Grid& grid, const std::string& name, const FlowField& fi
   const Vector2 low = reach.min() - lengths, high = reach.max() + lengths;
   if (!(std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff()) <= kFarthestCell * grid.cell))
     refuse(name + ": the field is over 1e9 cells away");
-  const Vector2 cells = (high - low) / grid.cell + Vector2::Constant(2.0);
-  if (!(cells.prod() <= most_cells))
-    refuse(name + ": the field reaches over more than a million cells (cells too small, length scales too long?)");
 }
 
 void check_outlook(const Model& model, const std::string& name, const SparseGp& outlook) {
