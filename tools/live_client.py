@@ -1,5 +1,6 @@
 """A live service, and people who walk before it: what tools/soak_test.py and tools/hostile_client.py share."""
-import json, math, os, socket, subprocess, threading, time
+
+import json, math, socket, subprocess, threading, time
 
 from load_test import at, metrics, resident_mb
 
@@ -14,8 +15,23 @@ class Service:
         self.log = []
         self.up = threading.Event()
         self.process = subprocess.Popen(
-            [program, "serve", "--scene", scene, "--model", model, "--http", f"127.0.0.1:{port}", "--tcp", f"127.0.0.1:{port + 1}",
-             *options], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+            [
+                program,
+                "serve",
+                "--scene",
+                scene,
+                "--model",
+                model,
+                "--http",
+                f"127.0.0.1:{port}",
+                "--tcp",
+                f"127.0.0.1:{port + 1}",
+                *options,
+            ],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            text=True,
+        )
         self.reader = threading.Thread(target=self.listen, daemon=True)
         self.reader.start()
 
@@ -62,7 +78,10 @@ def fault_of(prediction):
             if not (math.isfinite(xx + yy) and xx > 0.0 and yy > 0.0 and xx * yy - xy * xy > 0.0):
                 return f"the covariance {xx}, {xy}, {yy}"
     for region in prediction.get("regions", []):
-        if not (0.0 < region["probability"] < 1.0 and all(math.isfinite(level) and level >= 0.0 for level in region["level"])):
+        if not (
+            0.0 < region["probability"] < 1.0
+            and all(math.isfinite(level) and level >= 0.0 for level in region["level"])
+        ):
             return "a region that is none"
     return None
 
@@ -99,7 +118,13 @@ class Walkers:
             if now is None:  # who is about when it begins is anywhere on the way
                 offset += self.chance.uniform(0, 0.5 * (path[-1][0] - path[0][0]))
             self.names += 1
-            now = self.places[place] = {"path": path, "offset": offset, "since": t, "k": 0, "id": f"{place}-{self.names}"}
+            now = self.places[place] = {
+                "path": path,
+                "offset": offset,
+                "since": t,
+                "k": 0,
+                "id": f"{place}-{self.names}",
+            }
         (x, y), now["k"] = at(now["path"], t - now["since"] + now["offset"], now["k"])
         return now, x, y
 
@@ -158,7 +183,9 @@ class Walkers:
                     for key in list(self.asked)[:50000]:
                         del self.asked[key]
             if sent_s is None:
-                return self.faults.append(f"asked by nobody, or answered twice: {told.get('track')} at {told.get('t0')}")
+                return self.faults.append(
+                    f"asked by nobody, or answered twice: {told.get('track')} at {told.get('t0')}"
+                )
             self.delays.append((sent_s, now_s - sent_s))
             fault = fault_of(told)
             if fault:

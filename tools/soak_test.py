@@ -6,7 +6,8 @@ file in the last third of the time are at most so many times those of the middle
 
     tools/soak_test.py --minutes 30 [--program build/release/cli/sila]
 """
-import argparse, json, os, random, signal, sqlite3, statistics, subprocess, sys, tempfile, time
+
+import argparse, os, random, signal, sqlite3, statistics, subprocess, sys, tempfile, time
 
 from kill_test import check, episodes_of
 from live_client import Service, Walkers
@@ -18,14 +19,21 @@ MOST_FAULTS_SHOWN = 20
 def accounted(facts):
     """Detections that are in none of the metrics that all of them are in."""
     waiting = facts.get("sila_predictions_waiting", 0)
-    return facts["sila_detections_total"] - facts["sila_detections_early_total"] - facts["sila_predictions_total"] - waiting - facts.get(
-        'sila_predictions_dropped_total{reason="superseded"}', 0)
+    return (
+        facts["sila_detections_total"]
+        - facts["sila_detections_early_total"]
+        - facts["sila_predictions_total"]
+        - waiting
+        - facts.get('sila_predictions_dropped_total{reason="superseded"}', 0)
+    )
 
 
 def growth(samples, key):
     """Medians of the middle and the last third of the time, and how many times as large the last is."""
     third = len(samples) // 3
-    middle, last = (statistics.median(sample[key] for sample in part) for part in (samples[third:2 * third], samples[2 * third:]))
+    middle, last = (
+        statistics.median(sample[key] for sample in part) for part in (samples[third : 2 * third], samples[2 * third :])
+    )
     return middle, last, last / middle
 
 
@@ -35,8 +43,13 @@ def watch(service, walkers, model, until, begin, samples, faults):
         time.sleep(min(1.0, left_s))
         if not service.alive() or walkers.broken:
             return faults.append(f"the service ended by itself: {walkers.broken}; {service.log[-3:]}")
-        samples.append({"s": time.monotonic() - begin, "resident_mb": service.resident_mb(),
-                        "file_mb": os.path.getsize(model) / 1e6 if os.path.exists(model) else 0.0})
+        samples.append(
+            {
+                "s": time.monotonic() - begin,
+                "resident_mb": service.resident_mb(),
+                "file_mb": os.path.getsize(model) / 1e6 if os.path.exists(model) else 0.0,
+            }
+        )
 
 
 def look_into(program, model, said, kept):
@@ -62,14 +75,25 @@ def main():
     parser.add_argument("--speed", type=float, default=20.0, help="times as fast as it happens")
     parser.add_argument("--every", type=float, default=1.0, help="seconds between predictions of a pedestrian")
     parser.add_argument("--life", type=float, default=60.0, help="mean seconds from start to kill")
-    parser.add_argument("--most-growth", type=float, default=1.25, help="last third over middle third, of memory and of the file")
+    parser.add_argument(
+        "--most-growth", type=float, default=1.25, help="last third over middle third, of memory and of the file"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--port", type=int, default=18865)
     parser.add_argument("--set", action="append", default=[], help="configuration of the service, PATH=VALUE")
     parser.add_argument("--samples", help="file to write the samples to, as CSV")
     options = parser.parse_args()
     program, chance = os.path.abspath(options.program), random.Random(options.seed)
-    total = {"lives": 0, "kills": 0, "sent": 0, "predictions": 0, "dropped": 0, "unsaid": 0, "late": 0.0, "unaccounted": 0}
+    total = {
+        "lives": 0,
+        "kills": 0,
+        "sent": 0,
+        "predictions": 0,
+        "dropped": 0,
+        "unsaid": 0,
+        "late": 0.0,
+        "unaccounted": 0,
+    }
     samples, faults, kept, delays = [], [], 0, []
     with tempfile.TemporaryDirectory() as folder:
         paths, scene = simulate(program, folder, 989, options.seed)
@@ -115,27 +139,35 @@ def main():
                 total[key] += getattr(walkers, key)
             total["late"] = max(total["late"], walkers.late_s)
             delays += [delay for _, delay in walkers.delays]
-            print(f"life {total['lives']}, {(time.monotonic() - begin) / 60:.1f} min: {walkers.sent} lines at "
-                  f"{walkers.played_s / max(1e-9, life_s):.1f} x, {walkers.predictions} predictions ({walkers.dropped} superseded), "
-                  f"{lived} episodes, {kept} in the file; size {facts.get('sila_model_size', 0):g}, "
-                  f"{facts.get('sila_tracks_waiting', 0):g} tracks wait, {samples[-1]['resident_mb']:.0f} MB resident, "
-                  f"file {samples[-1]['file_mb']:.2f} MB", file=sys.stderr, flush=True)
+            print(
+                f"life {total['lives']}, {(time.monotonic() - begin) / 60:.1f} min: {walkers.sent} lines at "
+                f"{walkers.played_s / max(1e-9, life_s):.1f} x, {walkers.predictions} predictions ({walkers.dropped} superseded), "
+                f"{lived} episodes, {kept} in the file; size {facts.get('sila_model_size', 0):g}, "
+                f"{facts.get('sila_tracks_waiting', 0):g} tracks wait, {samples[-1]['resident_mb']:.0f} MB resident, "
+                f"file {samples[-1]['file_mb']:.2f} MB",
+                file=sys.stderr,
+                flush=True,
+            )
             faults[before:] = [f"life {total['lives']}: {fault}" for fault in faults[before:]]
     if options.samples:
         with open(options.samples, "w") as file:
             file.write("s,resident_mb,file_mb\n")
             file.writelines(f"{s['s']:.1f},{s['resident_mb']:.1f},{s['file_mb']:.3f}\n" for s in samples)
     delays.sort()
-    print(f"{options.minutes:g} min at {options.speed:g} x: {total['kills']} kills, {kept} episodes kept, {total['unsaid']} killed between keeping "
-          f"and saying; {total['sent']} lines, {total['predictions']} predictions checked, {total['dropped']} superseded; "
-          f"99 % within {1e3 * delays[int(0.99 * len(delays))] if delays else 0:.0f} ms; the player was late by at most {total['late']:.2f} s")
+    print(
+        f"{options.minutes:g} min at {options.speed:g} x: {total['kills']} kills, {kept} episodes kept, {total['unsaid']} killed between keeping "
+        f"and saying; {total['sent']} lines, {total['predictions']} predictions checked, {total['dropped']} superseded; "
+        f"99 % within {1e3 * delays[int(0.99 * len(delays))] if delays else 0:.0f} ms; the player was late by at most {total['late']:.2f} s"
+    )
     for key, name in (("resident_mb", "resident memory"), ("file_mb", "model file")):
         if len(samples) < 6:
             faults.append("too few samples")
             break
         middle, last, times = growth(samples, key)
-        print(f"{name}: median {middle:.2f} MB in the middle third, {last:.2f} MB in the last ({times:.2f} times), "
-              f"most {max(sample[key] for sample in samples):.2f} MB")
+        print(
+            f"{name}: median {middle:.2f} MB in the middle third, {last:.2f} MB in the last ({times:.2f} times), "
+            f"most {max(sample[key] for sample in samples):.2f} MB"
+        )
         if times > options.most_growth:
             faults.append(f"{name} grew {times:.2f} times, more than {options.most_growth:g}")
     print(f"{len(faults)} faults")
