@@ -109,7 +109,7 @@ bool make_due(Live& live, StreamId id, const Detection& row, Person& person, dou
   if (superseded)
     ++live.account.superseded;  // it keeps its place in the queue, and is asked with what is known then
   else
-    live.queue.emplace_back(id, row.track);
+    live.queue.push(id, row.track);
   return superseded;
 }
 
@@ -137,6 +137,22 @@ Person* person_of(Live& live, Stream& stream, const Detection& row, const LiveSe
 }
 
 }  // namespace
+
+void Turns::push(StreamId stream, const std::string& track) {
+  waiting_[stream].push_back(track);
+  ++size_;
+}
+
+std::pair<StreamId, std::string> Turns::pop() {
+  auto next = waiting_.upper_bound(last_);
+  if (next == waiting_.end()) next = waiting_.begin();
+  last_ = next->first;
+  std::pair<StreamId, std::string> who(last_, std::move(next->second.front()));
+  next->second.pop_front();
+  if (next->second.empty()) waiting_.erase(next);
+  --size_;
+  return who;
+}
 
 Heard hear(Live& live, StreamId id, const Detection& row, double arrived_s, const LiveSettings& settings) {
   if (!is_usable(row, settings.clean)) return {Refusal::not_usable, false};
@@ -166,8 +182,7 @@ Heard hear(Live& live, StreamId id, const Detection& row, double arrived_s, cons
 std::vector<Question> ask(Live& live, std::size_t most, const LiveSettings& settings) {
   std::vector<Question> questions;
   while (questions.size() < most && !live.queue.empty()) {
-    const auto [id, track] = std::move(live.queue.front());
-    live.queue.pop_front();
+    const auto [id, track] = live.queue.pop();
     Person* const person = find_person(live, id, track);
     if (person == nullptr || !std::exchange(person->waiting, false)) continue;
     const Trajectory& path = person->track.path;

@@ -20,6 +20,8 @@ constexpr std::size_t kWorthSharing = 6;
 constexpr std::size_t kJudgedAtLeisure = 4, kJudgedInHaste = 1;
 constexpr double kTellEvery_s = 1.0, kPublishEvery_s = 0.25;
 constexpr std::chrono::milliseconds kLongestSleep(50);
+/// A stream is listened to for so long; then it is the next one's turn.
+constexpr double kTurn_s = 0.002;
 
 struct Answer {
   Prediction prediction;
@@ -51,11 +53,15 @@ Engine::~Engine() {
 void Engine::offer(Event event) {
   {
     const std::lock_guard lock(mutex_);
-    if (!event.ended && inbox_.size() >= static_cast<std::size_t>(serve_.max_waiting_lines)) {
+    const auto most = static_cast<std::size_t>(serve_.max_waiting_lines);
+    const auto own = inbox_.find(event.stream);
+    // Who sends little is heard, however much others send.
+    if (!event.ended && inbox_size_ >= most && own != inbox_.end() && own->second.size() >= most / inbox_.size()) {
       ++refused_[{event.stream, Refusal::overloaded}];
       return;
     }
-    inbox_.push_back(std::move(event));
+    inbox_[event.stream].push_back(std::move(event));
+    ++inbox_size_;
     idle_ = false;
   }
   changed_.notify_all();
@@ -68,7 +74,7 @@ void Engine::refuse(StreamId stream, Refusal refusal) {
 
 std::size_t Engine::backlog() const {
   const std::lock_guard lock(mutex_);
-  return inbox_.size() + waiting_;
+  return inbox_size_ + waiting_;
 }
 
 void Engine::drain() {
@@ -94,7 +100,6 @@ void Engine::watch(std::size_t watchers) {
 void Engine::run() {
   bool busy = false;
   while (true) {
-    std::vector<Event> events;
     {
       std::unique_lock lock(mutex_);
       waiting_ = live_.queue.size();
@@ -104,9 +109,8 @@ void Engine::run() {
         changed_.wait_for(lock, kLongestSleep, [this] { return stopping_ || !inbox_.empty(); });
       }
       if (stopping_) return;
-      events.swap(inbox_);
     }
-    take(std::move(events));
+    take();
     busy = work();
     const double now_s = monotonic_s();
     if (now_s - told_s_ >= kTellEvery_s) tell_refusals(), told_s_ = now_s;
@@ -115,17 +119,44 @@ void Engine::run() {
   }
 }
 
-void Engine::take(std::vector<Event> events) {
-  for (const Event& event : events) {
-    if (event.ended) {
-      end_stream(live_, event.stream, settings_);
-      heard_s_.erase(event.stream), superseded_.erase(event.stream);
-      continue;
+std::vector<StreamId> Engine::speaking() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<StreamId> streams;
+  for (const auto& [stream, events] : inbox_) streams.push_back(stream);
+  return streams;
+}
+
+std::optional<Event> Engine::next_of(StreamId stream) {
+  const std::lock_guard lock(mutex_);
+  const auto own = inbox_.find(stream);
+  if (own == inbox_.end()) return std::nullopt;
+  std::optional<Event> event = std::move(own->second.front());
+  own->second.pop_front();
+  if (own->second.empty()) inbox_.erase(own);
+  --inbox_size_;
+  return event;
+}
+
+void Engine::take(const Event& event) {
+  if (event.ended) {
+    end_stream(live_, event.stream, settings_);
+    heard_s_.erase(event.stream), superseded_.erase(event.stream);
+    return;
+  }
+  const Heard heard = hear(live_, event.stream, event.row, event.arrived_s, settings_);
+  heard_s_[event.stream] = event.arrived_s;
+  if (heard.superseded) ++superseded_[event.stream];
+  if (heard.refusal) refuse(event.stream, *heard.refusal);
+}
+
+/// Listens to every stream in turn: lines that are costly to look at cost only who sends them.
+void Engine::take() {
+  for (const StreamId stream : speaking()) {
+    const double until_s = monotonic_s() + kTurn_s;
+    while (const std::optional<Event> event = next_of(stream)) {
+      take(*event);
+      if (monotonic_s() >= until_s) break;
     }
-    const Heard heard = hear(live_, event.stream, event.row, event.arrived_s, settings_);
-    heard_s_[event.stream] = event.arrived_s;
-    if (heard.superseded) ++superseded_[event.stream];
-    if (heard.refusal) refuse(event.stream, *heard.refusal);
   }
   const double now_s = monotonic_s();
   for (auto& [stream, last_s] : heard_s_) {
@@ -189,7 +220,7 @@ void Engine::publish() {
   const std::lock_guard lock(mutex_);
   facts.refused = refused_in_all_;
   for (const auto& [key, count] : refused_) facts.refused[static_cast<std::size_t>(key.second)] += count;
-  facts.waiting_lines = inbox_.size(), facts.watchers = watchers_;
+  facts.waiting_lines = inbox_size_, facts.watchers = watchers_;
   facts_ = std::move(facts);
 }
 

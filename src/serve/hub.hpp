@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -25,8 +26,9 @@ class Connection {
 struct Hub {
   ServeConfig config;
   std::string token;
-  Engine* engine = nullptr;            ///< null once the service ends
-  std::function<std::string()> hello;  ///< what a live page is told first
+  std::chrono::milliseconds token_patience{};  ///< a connection of lines shows its token within this time
+  Engine* engine = nullptr;                    ///< null once the service ends
+  std::function<std::string()> hello;          ///< what a live page is told first
   std::function<Facts()> facts;
   std::map<StreamId, std::weak_ptr<Connection>> connections;
   std::map<StreamId, std::weak_ptr<Connection>> watchers;

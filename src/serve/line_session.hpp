@@ -2,6 +2,7 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/read_until.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <optional>
 #include <utility>
@@ -15,13 +16,16 @@ namespace sila::detail {
 template <class Socket>
 class LineSession : public Connection, public std::enable_shared_from_this<LineSession<Socket>> {
  public:
-  LineSession(Hub& hub, Socket socket) : hub_(hub), seat_(hub), socket_(std::move(socket)) {}
+  LineSession(Hub& hub, Socket socket) : hub_(hub), seat_(hub), socket_(std::move(socket)), patience_(hub.context) {}
   ~LineSession() override {
     if (intake_) hub_.connections.erase(intake_->stream());
   }
 
   void start() {
-    if (hub_.token.empty()) admit();
+    if (hub_.token.empty())
+      admit();
+    else
+      expect_token();
     read();
   }
   void send(std::string line, bool droppable) override {
@@ -37,6 +41,22 @@ class LineSession : public Connection, public std::enable_shared_from_this<LineS
   void admit() {
     intake_.emplace(hub_, hub_.next++);
     hub_.connections[intake_->stream()] = this->weak_from_this();
+  }
+
+  /// Who shows no token takes a place from who has one, but not for long.
+  void expect_token() {
+    patience_.expires_after(hub_.token_patience);
+    patience_.async_wait([weak = this->weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && !self->intake_) self->turn_away();
+    });
+  }
+
+  void turn_away() {
+    if (std::exchange(refused_, true)) return close();
+    ++hub_.refused_tokens;
+    closing_ = true;
+    send(refusal_line(Refusal::no_token, 1), false);
   }
 
   void read() {
@@ -71,10 +91,7 @@ class LineSession : public Connection, public std::enable_shared_from_this<LineS
       return;
     }
     if (const auto token = parse_token(text); token && same_token(*token, hub_.token)) return admit();
-    if (std::exchange(refused_, true)) return;
-    ++hub_.refused_tokens;
-    send(refusal_line(Refusal::no_token, 1), false);
-    closing_ = true;
+    if (!refused_) turn_away();
   }
 
   void write() {
@@ -94,6 +111,7 @@ class LineSession : public Connection, public std::enable_shared_from_this<LineS
   Hub& hub_;
   Seat seat_;
   Socket socket_;
+  boost::asio::steady_timer patience_;
   std::string buffer_, writing_;
   Outbox outbox_;
   std::optional<Intake> intake_;

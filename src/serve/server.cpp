@@ -103,6 +103,7 @@ struct Server::State {
       : learner(teacher), scene(place), options(asked) {
     hub.config = asked.config;
     hub.token = asked.token;
+    hub.token_patience = asked.token_patience;
   }
 
   Facts facts() const {

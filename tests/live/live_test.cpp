@@ -63,6 +63,21 @@ std::uint64_t queued(const Live& live) {
   return waiting;
 }
 
+TEST(Turns, StreamsTakeTurnsAndWhoWaitsLongestIsFirst) {
+  Turns turns;
+  for (const char* track : {"a", "b", "c"}) turns.push(1, track);
+  turns.push(7, "d");
+  turns.push(3, "e");
+  std::string order;
+  while (!turns.empty()) {
+    const auto [stream, track] = turns.pop();
+    order += std::to_string(stream) + track + " ";
+    if (track == "d") turns.push(7, "f");
+  }
+  EXPECT_EQ(order, "1a 3e 7d 1b 7f 1c ");
+  EXPECT_EQ(turns.size(), 0u);
+}
+
 TEST(Live, LateDetectionsInAnyOrderMakeTheTracksThatAFileWouldMake) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     const LiveSettings settings = live_settings();

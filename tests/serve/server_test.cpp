@@ -145,6 +145,33 @@ TEST(Server, SlowsNobodyDownForOneWhoIsTooFast) {
   EXPECT_TRUE(calm.hear()->contains("modes"));
 }
 
+/// Lines of one track that leaps at each of them: its path is made anew each time, which takes long.
+std::string leaps(int first, int count) {
+  std::string lines;
+  for (int k = first; k < first + count; ++k)
+    lines += nlohmann::json{{"t", 1e-4 * k}, {"id", "a"}, {"x", 1000.0 * (k % 2)}, {"y", 0.0}}.dump() + "\n";
+  return lines;
+}
+
+TEST(Server, HearsWhoSendsLittleHoweverMuchAnotherSends) {
+  ServeOptions options;
+  options.config.max_waiting_lines = 500;
+  options.config.max_rate_hz = 1e6;
+  Running service(options);
+  Client greedy(service.server->tcp_port()), calm(service.server->tcp_port());
+  std::atomic<bool> enough = false;
+  std::thread flood([&] {
+    for (int k = 0; !enough; k += 1000) greedy.say(leaps(k, 1000));
+  });
+  EXPECT_EQ((*greedy.hear())["refused"], "overloaded");
+  for (const Detection& row : one_walker(3.3)) calm.say(row);
+  const auto answer = calm.hear();
+  enough = true;
+  flood.join();
+  ASSERT_TRUE(answer);
+  EXPECT_TRUE(answer->contains("modes")) << *answer;
+}
+
 TEST(Server, TurnsAwayWhoComesWhenAllPlacesAreTaken) {
   ServeOptions options;
   options.config.max_connections = 2;
@@ -169,6 +196,21 @@ TEST(Server, WithATokenNobodyIsHeardWithoutIt) {
   EXPECT_EQ(get(service.server->http_port(), "/metrics").substr(0, 3), "403");
   EXPECT_EQ(get(service.server->http_port(), "/metrics?token=secret").substr(0, 3), "200");
   EXPECT_EQ(get(service.server->http_port(), "/metrics", "Bearer secret").substr(0, 3), "200");
+}
+
+TEST(Server, WhoShowsNoTokenInTimeLosesThePlace) {
+  ServeOptions options;
+  options.token = "secret";
+  options.config.max_connections = 2;
+  options.token_patience = std::chrono::milliseconds(300);
+  Running service(options);
+  Client friendly(service.server->tcp_port());
+  friendly.say(R"({"token": "secret"})");
+  Client silent(service.server->tcp_port());
+  EXPECT_EQ((*silent.hear())["refused"], "no_token");
+  EXPECT_FALSE(silent.hear());
+  for (const Detection& row : one_walker(3.3)) friendly.say(row);
+  EXPECT_TRUE(friendly.hear()->contains("modes"));
 }
 
 TEST(Server, DoesNotListenElsewhereWithoutAToken) {

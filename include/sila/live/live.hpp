@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sila/core/placed_track.hpp"
@@ -51,6 +52,22 @@ struct Stream {
   double looked_s = 0.0;  ///< when ends of tracks were last looked for
 };
 
+/// Whose prediction is due: streams take turns, and of each the one that waits longest is first. Nobody who asks for
+/// much makes another stream wait.
+class Turns {
+ public:
+  void push(StreamId stream, const std::string& track);
+  /// The next one. Precondition: not empty.
+  std::pair<StreamId, std::string> pop();
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+
+ private:
+  std::map<StreamId, std::deque<std::string>> waiting_;
+  StreamId last_ = 0;  ///< whose turn it was
+  std::size_t size_ = 0;
+};
+
 /// Where every detection went: taken = early + answered + superseded + those still in the queue.
 struct Account {
   std::uint64_t taken = 0;
@@ -69,8 +86,8 @@ struct Account {
 /// socket or a thread, and every list in it has a limit.
 struct Live {
   std::map<StreamId, Stream> streams;
-  std::deque<std::pair<StreamId, std::string>> queue;  ///< whose prediction is due, in the order of asking
-  std::deque<std::pair<StreamId, std::string>> ripe;   ///< whose oldest prediction can be judged
+  Turns queue;                                        ///< whose prediction is due
+  std::deque<std::pair<StreamId, std::string>> ripe;  ///< whose oldest prediction can be judged
   Scoreboard board;
   Tuning tuning;
   Account account;

@@ -25,7 +25,7 @@ void fields(Config& config, Visitor&& visit) {
                "of a connection, averaged over a second; more are refused");
   visit.number("max_connections", config.max_connections, Range{1, 10000}, "connections", "at a time");
   visit.number("max_waiting_lines", config.max_waiting_lines, Range{1, 10000000}, "lines",
-               "that were read and not yet looked at; more are refused");
+               "that were read and not yet looked at; beyond it, of whom more than a fair share waits are refused");
   visit.number("max_outgoing_mb", config.max_outgoing_mb, Range{0.01, 1e4}, "MB",
                "that wait for a connection to read them; beyond it the oldest predictions are dropped");
   visit.number("page_every_s", config.page_every_s, Range{0.02, 60.0}, "s", "between pictures of the live page");

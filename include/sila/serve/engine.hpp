@@ -1,8 +1,11 @@
 #pragma once
 
 #include <condition_variable>
+#include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -45,7 +48,8 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Takes an event, or counts it as refused if too many wait already. The end of a stream is always taken.
+  /// Takes an event, or counts it as refused if too many wait already and more than its share of them are its stream's.
+  /// The end of a stream is always taken.
   void offer(Event event);
   /// Counts a line that is refused; its connection is told of all of them once a second.
   void refuse(StreamId stream, Refusal refusal);
@@ -62,7 +66,10 @@ class Engine {
 
  private:
   void run();
-  void take(std::vector<Event> events);
+  void take();
+  void take(const Event& event);
+  std::vector<StreamId> speaking() const;
+  std::optional<Event> next_of(StreamId stream);
   bool work();
   void tell_refusals();
   void publish();
@@ -82,7 +89,8 @@ class Engine {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Event> inbox_;
+  std::map<StreamId, std::deque<Event>> inbox_;  // of streams that have any
+  std::size_t inbox_size_ = 0;
   std::map<std::pair<StreamId, Refusal>, std::size_t> refused_;  // since connections were last told
   std::array<std::uint64_t, kRefusals.size()> refused_in_all_ = {};
   std::size_t waiting_ = 0;  // of the core, as of its last step

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -15,7 +16,9 @@ struct ServeOptions {
   std::string http;  ///< ADDRESS:PORT of the page, the metrics and WebSockets; empty: none
   std::string tcp;   ///< ADDRESS:PORT for lines; empty: none
   std::string unix_path;
-  std::string token;            ///< that clients must show; empty: none, for loopback only
+  std::string token;  ///< that clients must show; empty: none, for loopback only
+  /// Within which a TCP or Unix connection must show the token: until then it takes a place from who has one.
+  std::chrono::milliseconds token_patience = std::chrono::seconds(10);
   bool standard_input = false;  ///< also lines from standard input; the service ends with it
   bool wait = false;            ///< standard input waits until it is answered; for files
 };

@@ -1,0 +1,210 @@
+"""A live service, and people who walk before it: what tools/soak_test.py and tools/hostile_client.py share."""
+
+import json, math, socket, subprocess, threading, time
+
+from load_test import at, metrics, resident_mb
+
+SUM_OF_WEIGHTS = 1e-9  # how far weights may be from 1
+
+
+class Service:
+    """A running service and what it has said."""
+
+    def __init__(self, program, scene, model, port, *options):
+        self.port, self.said = port, 0
+        self.log = []
+        self.up = threading.Event()
+        self.process = subprocess.Popen(
+            [
+                program,
+                "serve",
+                "--scene",
+                scene,
+                "--model",
+                model,
+                "--http",
+                f"127.0.0.1:{port}",
+                "--tcp",
+                f"127.0.0.1:{port + 1}",
+                *options,
+            ],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            text=True,
+        )
+        self.reader = threading.Thread(target=self.listen, daemon=True)
+        self.reader.start()
+
+    def listen(self):
+        for line in self.process.stderr:
+            self.log = (self.log + [line.rstrip()])[-200:]
+            if line.startswith("episode ") and " is kept" in line:
+                self.said = int(line.split()[1])
+            if line.rstrip().endswith("serving"):
+                self.up.set()
+
+    def alive(self):
+        return self.process.poll() is None
+
+    def resident_mb(self):
+        return resident_mb(self.process.pid)
+
+    def metrics(self):
+        return metrics(self.port)
+
+    def end(self, signal):
+        self.process.send_signal(signal)
+        self.process.wait()
+        self.reader.join(timeout=5)
+
+
+def fault_of(prediction):
+    """Why a prediction cannot be used, or None."""
+    if not prediction["modes"]:
+        return "no modes"
+    if not 0.0 <= prediction["novelty"] <= 1.0:
+        return f"novelty {prediction['novelty']}"
+    if abs(sum(mode["weight"] for mode in prediction["modes"]) - 1.0) > SUM_OF_WEIGHTS:
+        return "the weights do not sum to 1"
+    for mode in prediction["modes"]:
+        size = len(mode["t"])
+        if size == 0 or not size == len(mode["x"]) == len(mode["y"]) == len(mode["cov"]):
+            return "rows of different lengths"
+        if not (mode["weight"] > 0.0 and all(map(math.isfinite, mode["t"] + mode["x"] + mode["y"]))):
+            return "a number that is none"
+        if not (mode["t"][0] > 0.0 and all(a < b for a, b in zip(mode["t"], mode["t"][1:]))):
+            return "times do not rise"
+        for xx, xy, yy in mode["cov"]:
+            if not (math.isfinite(xx + yy) and xx > 0.0 and yy > 0.0 and xx * yy - xy * xy > 0.0):
+                return f"the covariance {xx}, {xy}, {yy}"
+    for region in prediction.get("regions", []):
+        if not (
+            0.0 < region["probability"] < 1.0
+            and all(math.isfinite(level) and level >= 0.0 for level in region["level"])
+        ):
+            return "a region that is none"
+    return None
+
+
+class Walkers:
+    """So many places, each taken by one pedestrian after another, told to a service over one connection; all that comes back is
+    checked. A line is due if its track is `due_s` old: it must be answered, once, by a prediction or in a count of what was
+    dropped."""
+
+    def __init__(self, port, paths, people, chance, rate_hz=10.0, speed=1.0, due_s=math.inf, token=None):
+        self.paths, self.chance, self.rate_hz, self.speed, self.due_s = paths, chance, rate_hz, speed, due_s
+        self.asked = {}  # (id, t): when it was sent, and whether an answer is due
+        self.sent, self.predictions, self.due, self.due_answered = 0, 0, 0, 0
+        self.dropped, self.refused, self.faults = 0, {}, []
+        self.delays = []  # (when sent, s)
+        self.broken, self.late_s = None, 0.0
+        self.ending, self.lock = threading.Event(), threading.Lock()
+        self.places = [None] * people
+        self.names = 0
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=20)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if token:
+            self.socket.sendall(json.dumps({"token": token}).encode() + b"\n")
+        self.threads = [threading.Thread(target=work, daemon=True) for work in (self.walk, self.read)]
+        for thread in self.threads:
+            thread.start()
+
+    def position(self, place, t):
+        """Where the pedestrian of a place is, or a new one."""
+        now = self.places[place]
+        if now is None or t - now["since"] + now["offset"] > now["path"][-1][0]:
+            path = self.chance.choice(self.paths)
+            offset = path[0][0]
+            if now is None:  # who is about when it begins is anywhere on the way
+                offset += self.chance.uniform(0, 0.5 * (path[-1][0] - path[0][0]))
+            self.names += 1
+            now = self.places[place] = {
+                "path": path,
+                "offset": offset,
+                "since": t,
+                "k": 0,
+                "id": f"{place}-{self.names}",
+            }
+        (x, y), now["k"] = at(now["path"], t - now["since"] + now["offset"], now["k"])
+        return now, x, y
+
+    def walk(self):
+        begin, frame = time.monotonic(), 0
+        try:
+            while not self.ending.is_set():
+                t = round(frame / self.rate_hz, 6)
+                wait_s = begin + t / self.speed - time.monotonic()
+                self.late_s = max(self.late_s, -wait_s)
+                if wait_s > 0.0 and self.ending.wait(wait_s):
+                    break
+                lines = []
+                for place in range(len(self.places)):
+                    now, x, y = self.position(place, t)
+                    due = t - now["since"] >= self.due_s
+                    lines.append(f'{{"t": {t}, "id": "{now["id"]}", "x": {x:.4f}, "y": {y:.4f}}}\n')
+                    with self.lock:
+                        self.asked[now["id"], t] = (time.monotonic(), due)
+                        self.due += due
+                self.socket.sendall("".join(lines).encode())
+                self.sent += len(lines)
+                frame += 1
+        except OSError as error:
+            self.broken = self.broken or f"sending: {error}"
+        self.played_s = frame / self.rate_hz
+
+    def read(self):
+        rest = b""
+        try:
+            self.socket.settimeout(None)
+            while part := self.socket.recv(1 << 18):
+                *lines, rest = (rest + part).split(b"\n")
+                for line in lines:
+                    self.take(line)
+        except OSError as error:
+            self.broken = self.broken or f"reading: {error}"
+        self.broken = self.broken or "the service hung up"
+
+    def take(self, line):
+        now_s = time.monotonic()
+        try:
+            told = json.loads(line)
+        except ValueError:
+            return self.faults.append(f"no JSON: {line[:200]}")
+        if "refused" in told:
+            self.refused[told["refused"]] = self.refused.get(told["refused"], 0) + told["count"]
+        elif "dropped" in told:
+            self.dropped += told["dropped"]
+        else:
+            self.predictions += 1
+            with self.lock:
+                sent_s, due = self.asked.pop((told.get("track"), told.get("t0")), (None, False))
+                self.due_answered += due
+                if len(self.asked) > 100000:  # what is not due is never answered
+                    for key in list(self.asked)[:50000]:
+                        del self.asked[key]
+            if sent_s is None:
+                return self.faults.append(
+                    f"asked by nobody, or answered twice: {told.get('track')} at {told.get('t0')}"
+                )
+            self.delays.append((sent_s, now_s - sent_s))
+            fault = fault_of(told)
+            if fault:
+                self.faults.append(f"{fault}: {line[:300]}")
+
+    def stop(self, linger_s=0.0):
+        self.ending.set()
+        self.threads[0].join()
+        if linger_s:
+            time.sleep(linger_s)
+        self.broken = self.broken or ""  # from now on it is this side that ends
+        try:
+            self.socket.shutdown(socket.SHUT_RDWR)
+        except OSError:
+            pass
+        self.threads[1].join()
+        self.socket.close()
+
+    def delay_ms(self, share, since=-math.inf, until=math.inf):
+        """So many of the delays are shorter, of lines sent in this time."""
+        sorted_s = sorted(delay for sent, delay in list(self.delays) if since <= sent < until)
+        return 1e3 * sorted_s[min(len(sorted_s) - 1, int(share * len(sorted_s)))] if sorted_s else math.nan

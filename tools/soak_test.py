@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+"""A long life of `sila serve`: simulated pedestrians pass at 20 times the speed, every prediction is checked, and about every minute the
+service is killed (SIGKILL) at a random moment and started again. Nothing may be lost: each episode that was said to be kept is in
+the file, none twice, and `sila verify` finds nothing. Nothing may grow without bound: the medians of resident memory and of the model
+file in the last third of the time are at most so many times those of the middle third.
+
+    tools/soak_test.py --minutes 30 [--program build/release/cli/sila]
+"""
+
+import argparse, os, random, signal, sqlite3, statistics, subprocess, sys, tempfile, time
+
+from kill_test import check, episodes_of
+from live_client import Service, Walkers
+from load_test import simulate
+
+MOST_FAULTS_SHOWN = 20
+
+
+def accounted(facts):
+    """Detections that are in none of the metrics that all of them are in."""
+    waiting = facts.get("sila_predictions_waiting", 0)
+    return (
+        facts["sila_detections_total"]
+        - facts["sila_detections_early_total"]
+        - facts["sila_predictions_total"]
+        - waiting
+        - facts.get('sila_predictions_dropped_total{reason="superseded"}', 0)
+    )
+
+
+def growth(samples, key):
+    """Medians of the middle and the last third of the time, and how many times as large the last is."""
+    third = len(samples) // 3
+    middle, last = (
+        statistics.median(sample[key] for sample in part) for part in (samples[third : 2 * third], samples[2 * third :])
+    )
+    return middle, last, last / middle
+
+
+def watch(service, walkers, model, until, begin, samples, faults):
+    """Samples the service until it is time to kill it."""
+    while (left_s := until - time.monotonic()) > 0:
+        time.sleep(min(1.0, left_s))
+        if not service.alive() or walkers.broken:
+            return faults.append(f"the service ended by itself: {walkers.broken}; {service.log[-3:]}")
+        samples.append(
+            {
+                "s": time.monotonic() - begin,
+                "resident_mb": service.resident_mb(),
+                "file_mb": os.path.getsize(model) / 1e6 if os.path.exists(model) else 0.0,
+            }
+        )
+
+
+def look_into(program, model, said, kept):
+    """Rows of the file, and what is wrong with it."""
+    if not os.path.exists(model):
+        return [], "the model file is gone" if max(said, kept) else None
+    try:
+        rows, told = episodes_of(program, model)
+        verified = subprocess.run([program, "verify", model], capture_output=True, text=True)
+    except (subprocess.CalledProcessError, sqlite3.Error) as error:
+        return [], f"the file does not open: {getattr(error, 'stderr', error)}"
+    fault = check(rows, told, max(said, kept))
+    if verified.returncode != 0:
+        fault = f"verify: {verified.stdout}{verified.stderr}"
+    return rows, fault
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--program", default="build/release/cli/sila")
+    parser.add_argument("--people", type=int, default=10, help="at a time")
+    parser.add_argument("--speed", type=float, default=20.0, help="times as fast as it happens")
+    parser.add_argument("--every", type=float, default=1.0, help="seconds between predictions of a pedestrian")
+    parser.add_argument("--life", type=float, default=60.0, help="mean seconds from start to kill")
+    parser.add_argument(
+        "--most-growth", type=float, default=1.25, help="last third over middle third, of memory and of the file"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--port", type=int, default=18865)
+    parser.add_argument("--set", action="append", default=[], help="configuration of the service, PATH=VALUE")
+    parser.add_argument("--samples", help="file to write the samples to, as CSV")
+    options = parser.parse_args()
+    program, chance = os.path.abspath(options.program), random.Random(options.seed)
+    total = {
+        "lives": 0,
+        "kills": 0,
+        "sent": 0,
+        "predictions": 0,
+        "dropped": 0,
+        "unsaid": 0,
+        "late": 0.0,
+        "unaccounted": 0,
+    }
+    samples, faults, kept, delays = [], [], 0, []
+    with tempfile.TemporaryDirectory() as folder:
+        paths, scene = simulate(program, folder, 989, options.seed)
+        model = os.path.join(folder, "soak.sila")
+        settings = [word for value in options.set for word in ("--set", value)]
+        begin = time.monotonic()
+        end = begin + 60.0 * options.minutes
+        while time.monotonic() < end and not (faults and total["kills"] == 0):
+            service = Service(program, scene, model, options.port, "--every", str(options.every), *settings)
+            if not service.up.wait(60):
+                faults.append(f"life {total['lives'] + 1}: the service did not start: {service.log[-3:]}")
+                service.end(signal.SIGKILL)
+                break
+            walkers = Walkers(options.port + 1, paths, options.people, chance, speed=options.speed)
+            total["lives"] += 1
+            life_s = options.life * chance.uniform(0.75, 1.25)
+            until = min(time.monotonic() + life_s, end)
+            before = len(faults)
+            watch(service, walkers, model, until, begin, samples, faults)
+            try:
+                facts = service.metrics() if service.alive() else {}
+            except OSError as error:
+                facts = {}
+                faults.append(f"/metrics does not answer: {error}")
+            if facts and accounted(facts) != 0:
+                faults.append(f"{accounted(facts):g} detections are in no account")
+            time.sleep(chance.uniform(0.0, 1.0))
+            service.end(signal.SIGKILL)
+            walkers.stop()
+            total["kills"] += 1
+            faults += walkers.faults[:MOST_FAULTS_SHOWN]
+            if walkers.refused:
+                faults.append(f"lines of a good client were refused: {walkers.refused}")
+            if walkers.predictions == 0:
+                faults.append("nothing was predicted")
+            rows, fault = look_into(program, model, service.said, kept)
+            if fault:
+                faults.append(fault)
+            total["unsaid"] += len(rows) == max(service.said, kept) + 1
+            lived = len(rows) - kept
+            kept = len(rows)
+            for key in ("sent", "predictions", "dropped"):
+                total[key] += getattr(walkers, key)
+            total["late"] = max(total["late"], walkers.late_s)
+            delays += [delay for _, delay in walkers.delays]
+            print(
+                f"life {total['lives']}, {(time.monotonic() - begin) / 60:.1f} min: {walkers.sent} lines at "
+                f"{walkers.played_s / max(1e-9, life_s):.1f} x, {walkers.predictions} predictions ({walkers.dropped} superseded), "
+                f"{lived} episodes, {kept} in the file; size {facts.get('sila_model_size', 0):g}, "
+                f"{facts.get('sila_tracks_waiting', 0):g} tracks wait, {samples[-1]['resident_mb']:.0f} MB resident, "
+                f"file {samples[-1]['file_mb']:.2f} MB",
+                file=sys.stderr,
+                flush=True,
+            )
+            faults[before:] = [f"life {total['lives']}: {fault}" for fault in faults[before:]]
+    if options.samples:
+        with open(options.samples, "w") as file:
+            file.write("s,resident_mb,file_mb\n")
+            file.writelines(f"{s['s']:.1f},{s['resident_mb']:.1f},{s['file_mb']:.3f}\n" for s in samples)
+    delays.sort()
+    print(
+        f"{options.minutes:g} min at {options.speed:g} x: {total['kills']} kills, {kept} episodes kept, {total['unsaid']} killed between keeping "
+        f"and saying; {total['sent']} lines, {total['predictions']} predictions checked, {total['dropped']} superseded; "
+        f"99 % within {1e3 * delays[int(0.99 * len(delays))] if delays else 0:.0f} ms; the player was late by at most {total['late']:.2f} s"
+    )
+    for key, name in (("resident_mb", "resident memory"), ("file_mb", "model file")):
+        if len(samples) < 6:
+            faults.append("too few samples")
+            break
+        middle, last, times = growth(samples, key)
+        print(
+            f"{name}: median {middle:.2f} MB in the middle third, {last:.2f} MB in the last ({times:.2f} times), "
+            f"most {max(sample[key] for sample in samples):.2f} MB"
+        )
+        if times > options.most_growth:
+            faults.append(f"{name} grew {times:.2f} times, more than {options.most_growth:g}")
+    print(f"{len(faults)} faults")
+    for fault in faults[:100]:
+        print(fault, file=sys.stderr)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
