@@ -15,7 +15,7 @@ test: build    ## build everything and run all tests
 bench: build    ## run the benchmarks
 	@tools/bench build/release/benchmarks
 
-check:    ## format, layers, budgets, links, clang warnings, fuzz targets, clang-tidy
+check:    ## format, layers, budgets, links, clang warnings, clang-tidy
 	@tools/setup --check
 	@tools/check
 
