@@ -73,13 +73,13 @@ class Batches {
   std::span<const PlacedTrack> next() {
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(handed_out_));
     while (opened_ && waiting_.size() < static_cast<std::size_t>(size_)) {
-      auto part = opened_->stream.next();
-      if (!part) {
-        tell(opened_->stream.report());
-        opened_.reset();
-        break;
-      }
-      std::ranges::move(placed(std::move(part->trajectories), opened_->scene, corners_), std::back_inserter(waiting_));
+      if (auto part = opened_->stream.next())
+        std::ranges::move(placed(std::move(part->trajectories), opened_->scene, corners_),
+                          std::back_inserter(waiting_));
+      if (!opened_->stream.exhausted()) continue;
+      opened_->stream.next();  // refuses what held no track at all
+      tell(opened_->stream.report());
+      opened_.reset();
     }
     handed_out_ = std::min(waiting_.size(), static_cast<std::size_t>(size_));
     tracks_ += handed_out_;

@@ -40,9 +40,11 @@ class LargeFile {
     look_through();
   }
 
+  bool finished() const { return next_track_ == tracks_.size() && told_; }
+
   /// The rows of the next tracks; nothing after the last. What the reader dropped is told with the first.
   std::optional<Detections> next() {
-    if (next_track_ == tracks_.size() && told_) return std::nullopt;
+    if (finished()) return std::nullopt;
     Detections part = told_ ? Detections{name_, {}} : std::move(told_with_the_first_);
     told_ = true;
     std::size_t end = next_track_;
@@ -218,6 +220,12 @@ std::optional<CleanTracks> TrackStream::next() {
   }
   require_tracks(state.report, state.name);
   return std::nullopt;
+}
+
+bool TrackStream::exhausted() const {
+  const State& state = *state_;
+  const std::size_t left = state.sources.size() - state.source;
+  return left == 0 || (left == 1 && state.large && state.large->finished());
 }
 
 const TrackReport& TrackStream::report() const {

@@ -53,12 +53,14 @@ struct Streamed {
 
 Streamed all_of(TrackStream stream) {
   Streamed all;
+  EXPECT_FALSE(stream.exhausted());
   while (auto part = stream.next()) {
     ++all.parts;
     std::ranges::move(part->trajectories, std::back_inserter(all.tracks.trajectories));
     std::ranges::move(part->input_ids, std::back_inserter(all.tracks.input_ids));
     std::ranges::move(part->source, std::back_inserter(all.tracks.source));
   }
+  EXPECT_TRUE(stream.exhausted());
   all.tracks.report = stream.report();
   return all;
 }

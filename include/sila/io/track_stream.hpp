@@ -35,6 +35,9 @@ class TrackStream {
   /// The next tracks, maybe none; nothing after the last. Throws: FormatError as read_tracks does.
   std::optional<CleanTracks> next();
 
+  /// Whether the last part was given, as far as that is known without reading on.
+  bool exhausted() const;
+
   /// What became of the rows so far; after the last part of all of them, as read_tracks tells it (of a reason it may
   /// name another row as the first).
   const TrackReport& report() const;
