@@ -82,8 +82,22 @@ void Engine::drain() {
   changed_.wait(lock, [this] { return idle_ || stopping_; });
 }
 
+void Engine::go_step_by_step() {
+  const std::lock_guard lock(mutex_);
+  stepwise_ = held_ = true;
+}
+
 void Engine::settle() {
+  {
+    const std::lock_guard lock(mutex_);
+    held_ = false, owed_ = true, idle_ = false;
+  }
+  changed_.notify_all();
   drain();
+  {
+    const std::lock_guard lock(mutex_);
+    held_ = stepwise_;
+  }
   learner_.settle();
 }
 
@@ -100,18 +114,25 @@ void Engine::watch(std::size_t watchers) {
 void Engine::run() {
   bool busy = false;
   while (true) {
+    bool may_work = true, whole_steps = false;
     {
       std::unique_lock lock(mutex_);
       waiting_ = live_.queue.size();
-      if (inbox_.empty() && !busy) {
+      if (inbox_.empty() && !busy && !owed_) {
         idle_ = true;
         changed_.notify_all();
-        changed_.wait_for(lock, kLongestSleep, [this] { return stopping_ || !inbox_.empty(); });
+        changed_.wait_for(lock, kLongestSleep, [this] { return stopping_ || !inbox_.empty() || owed_; });
       }
       if (stopping_) return;
+      // A step begins when all that was offered before it is heard.
+      may_work = !held_ && (!stepwise_ || inbox_.empty()), whole_steps = stepwise_;
+      if (may_work) owed_ = false;
     }
     take();
-    busy = work();
+    busy = may_work && work();
+    // What is learnt must not speak in the middle of a step.
+    if (!live_.finished.empty() && (!whole_steps || (may_work && !busy)))
+      learner_.give(std::exchange(live_.finished, {}));
     const double now_s = monotonic_s();
     if (now_s - told_s_ >= kTellEvery_s) tell_refusals(), told_s_ = now_s;
     if (now_s - published_s_ >= kPublishEvery_s) publish(), published_s_ = now_s;
@@ -164,7 +185,6 @@ void Engine::take() {
     end_tracks(live_, stream, settings_);
     last_s = now_s;
   }
-  if (!live_.finished.empty()) learner_.give(std::exchange(live_.finished, {}));
 }
 
 /// Predicts what waits longest and judges a little; says whether there is more to do.

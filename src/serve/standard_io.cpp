@@ -44,6 +44,7 @@ StandardIo::~StandardIo() {
 
 void StandardIo::start() {
   hub_.connections[stream_] = weak_from_this();
+  if (wait_) hub_.engine->go_step_by_step();
   reader_ = std::thread([this] { read(); });
   writer_ = std::thread([this] { write(); });
 }

@@ -57,7 +57,10 @@ class Engine {
   std::size_t backlog() const;
   /// Returns when everything offered so far is answered.
   void drain();
-  /// The same, and whole batches of what has ended are learnt: what comes next does not depend on how long that took.
+  /// From now on nothing is predicted, judged or given to the learner but while somebody settles: what is answered then
+  /// depends on what was offered alone, not on how fast it came.
+  void go_step_by_step();
+  /// As drain, and whole batches of what has ended are learnt: what comes next does not depend on how long that took.
   void settle();
   /// As of half a second ago at most.
   Facts facts() const;
@@ -95,6 +98,9 @@ class Engine {
   std::array<std::uint64_t, kRefusals.size()> refused_in_all_ = {};
   std::size_t waiting_ = 0;  // of the core, as of its last step
   bool idle_ = true;
+  bool stepwise_ = false;
+  bool held_ = false;  // between two steps
+  bool owed_ = false;  // a step was asked for and not begun
   bool stopping_ = false;
   std::size_t watchers_ = 0;
   Facts facts_;
