@@ -4,37 +4,13 @@ hold every episode that was said to be kept, at most one more (kept, and killed 
 
     tools/kill_test.py --kills 200 [--program build/release/cli/sila] [--seed 1]
 """
-import argparse, json, os, random, signal, sqlite3, subprocess, sys, tempfile, threading, time
+import argparse, json, os, random, signal, sqlite3, subprocess, sys, tempfile, time
+
+from live_client import Service
 
 
 def run(*command):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
-class Service:
-    """A running service and what it has said."""
-
-    def __init__(self, program, folder, model, batch):
-        self.socket = os.path.join(folder, "serve.sock")
-        self.said = 0
-        self.up = threading.Event()
-        self.process = subprocess.Popen(
-            [program, "serve", "--scene", os.path.join(folder, "tracks.scene.json"), "--model", model, "--http", "off",
-             "--unix", self.socket, "--batch", str(batch)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
-        self.reader = threading.Thread(target=self.listen, daemon=True)
-        self.reader.start()
-
-    def listen(self):
-        for line in self.process.stderr:
-            if line.startswith("episode ") and " is kept" in line:
-                self.said = int(line.split()[1])
-            if line.rstrip().endswith("serving"):
-                self.up.set()
-
-    def kill(self):
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
-        self.reader.join(timeout=5)
 
 
 def episodes_of(program, model):
@@ -70,17 +46,18 @@ def main():
     busy, kept, unsaid, failures = 0, 0, 0, []
     with tempfile.TemporaryDirectory() as folder:
         tracks, model = os.path.join(folder, "tracks.csv"), os.path.join(folder, "model.sila")
+        socket = os.path.join(folder, "serve.sock")
         run(program, "simulate", "--layout", "four-way", "--tracks", "200", "--seed", str(options.seed), "--out", tracks)
         for kill in range(1, options.kills + 1):
-            service = Service(program, folder, model, options.batch)
+            service = Service(program, tracks.replace(".csv", ".scene.json"), model, None, "--unix", socket, "--batch", str(options.batch))
             if not service.up.wait(60):
                 failures.append(f"kill {kill}: the service did not start again")
                 break
-            player = subprocess.Popen([program, "replay", tracks, "--apart", "0.4", "--rate", "60", "--to", "unix:" + service.socket],
+            player = subprocess.Popen([program, "replay", tracks, "--apart", "0.4", "--rate", "60", "--to", "unix:" + socket],
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(chance.uniform(0.05, options.longest))
             before = service.said
-            service.kill()
+            service.end(signal.SIGKILL)
             player.kill()
             player.wait()
             if not os.path.exists(model):

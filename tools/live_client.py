@@ -1,4 +1,4 @@
-"""A live service, and people who walk before it: what tools/soak_test.py and tools/hostile_client.py share."""
+"""A live service, and people who walk before it: what tools/soak_test.py, tools/hostile_client.py and tools/kill_test.py share."""
 
 import json, math, socket, subprocess, threading, time
 
@@ -8,7 +8,7 @@ SUM_OF_WEIGHTS = 1e-9  # how far weights may be from 1
 
 
 class Service:
-    """A running service and what it has said."""
+    """A running service and what it has said. Without a port it hears only where the options say."""
 
     def __init__(self, program, scene, model, port, *options):
         self.port, self.said = port, 0
@@ -23,9 +23,7 @@ class Service:
                 "--model",
                 model,
                 "--http",
-                f"127.0.0.1:{port}",
-                "--tcp",
-                f"127.0.0.1:{port + 1}",
+                *(["off"] if port is None else [f"127.0.0.1:{port}", "--tcp", f"127.0.0.1:{port + 1}"]),
                 *options,
             ],
             stderr=subprocess.PIPE,

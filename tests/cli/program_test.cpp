@@ -1,82 +1,13 @@
-// The program as a user runs it.
-
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include "program.hpp"
 
 #include <algorithm>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
-#include <string>
 
+namespace sila::tests {
 namespace {
-
-namespace fs = std::filesystem;
-
-struct Outcome {
-  int code = 0;
-  std::string out;  ///< stdout
-  std::string err;
-};
-
-std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void write(const fs::path& path, const std::string& content) {
-  std::ofstream(path, std::ios::binary) << content;
-}
-
-class Program : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("sila_cli_" + std::to_string(::getpid()) + "_" +
-                                           ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  /// `before` is said to the shell first.
-  Outcome run(const std::string& arguments, const std::string& before = "") const {
-    const std::string err = (folder_ / "stderr").string();
-    const std::string command =
-        before + "cd '" + folder_.string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
-    Outcome outcome;
-    FILE* pipe = ::popen(command.c_str(), "r");
-    char buffer[4096];
-    for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
-    const int status = ::pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    outcome.err = read(err);
-    return outcome;
-  }
-
-  /// Runs something wrong: the exit code is 1 or 2, one sentence on stderr has each of `words`.
-  void expect_refused(const std::string& arguments, const std::vector<std::string>& words) const {
-    SCOPED_TRACE(arguments);
-    const Outcome outcome = run(arguments);
-    EXPECT_TRUE(outcome.code == 1 || outcome.code == 2) << "exit code " << outcome.code << "\n" << outcome.err;
-    for (const std::string& word : words)
-      EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
-  }
-
-  void simulate() const {
-    ASSERT_EQ(run("simulate --tracks 60 --seed 1 --set simulate.occlusions_per_min=0 --out tracks.csv").code, 0);
-  }
-  void learn() const {
-    simulate();
-    const Outcome outcome = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-  }
-
-  fs::path folder_;
-};
 
 TEST_F(Program, LearnsPredictsAndJudgesASimulatedIntersection) {
   learn();
@@ -204,97 +135,6 @@ TEST_F(Program, LearnsNoBatchTwice) {
   EXPECT_NE(again.err.find("3 of 3 batches are in m.sila already"), std::string::npos) << again.err;
   EXPECT_EQ(read(folder_ / "m.sila"), model);
   expect_refused("fuse m.sila m.sila --out twice.sila", {"shares 3 episodes"});
-}
-
-TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
-  simulate();
-  const std::string first_half = "learn tracks.csv --scene tracks.scene.json --batch 20 --model ";
-  ASSERT_EQ(run(first_half + "m.sila").code, 0);
-  fs::copy(folder_ / "m.sila", folder_ / "three.sila");
-  ASSERT_EQ(run("simulate --tracks 40 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
-  ASSERT_EQ(run("learn more.csv --scene more.scene.json --model m.sila --batch 20").code, 0);
-  const auto log = nlohmann::json::parse(run("log m.sila --json").out);
-  ASSERT_EQ(log.at("episodes").size(), 5u);
-  EXPECT_EQ(log.at("oldest_rollback"), 1);
-  for (const auto& episode : log["episodes"]) {
-    EXPECT_EQ(episode.at("tracks"), 20);
-    EXPECT_GT(episode.at("committed_s").get<long>(), 1700000000);
-    EXPECT_TRUE(episode.contains("added") && episode.contains("fused") && episode.contains("split"));
-  }
-  EXPECT_EQ(log["episodes"][4]["size_before"], log["episodes"][3]["size_after"]);
-  const std::string table = run("log m.sila").out;
-  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 7);
-  const Outcome back = run("rollback m.sila --to 3");
-  ASSERT_EQ(back.code, 0) << back.err;
-  EXPECT_NE(back.out.find("as it was after episode 3"), std::string::npos) << back.out;
-  const auto without_bytes = [&](const std::string& model) {
-    auto json = nlohmann::json::parse(run("inspect --json " + model).out);
-    json.erase("bytes");
-    return json;
-  };
-  EXPECT_EQ(without_bytes("m.sila"), without_bytes("three.sila"));
-  const auto difference = nlohmann::json::parse(run("diff m.sila three.sila --json").out);
-  EXPECT_TRUE(difference.at("primitives").at("only_a").empty() && difference["primitives"]["changed"].empty());
-  for (const auto& horizon : difference.at("predictions")) EXPECT_EQ(horizon.at("max_m"), 0.0);
-  const std::string predict = "predict tracks.csv --scene tracks.scene.json --model ";
-  EXPECT_EQ(run(predict + "m.sila").out, run(predict + "three.sila").out);
-  ASSERT_EQ(run("rollback m.sila --to 2 --keep 1").code, 0);
-  expect_refused("rollback m.sila --to 5", {"m.sila", "its last 2"});
-  expect_refused("rollback m.sila", {"--to or --keep"});
-  expect_refused("rollback none.sila --to 1", {"no such file"});
-}
-
-TEST_F(Program, TellsWhatDiffersBetweenTwoModels) {
-  learn();
-  ASSERT_EQ(run("simulate --tracks 40 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
-  fs::copy(folder_ / "m.sila", folder_ / "n.sila");
-  ASSERT_EQ(run("learn more.csv --scene more.scene.json --model n.sila --batch 20").code, 0);
-  const Outcome told = run("diff m.sila n.sila");
-  ASSERT_EQ(told.code, 0) << told.err;
-  for (const char* part : {"primitives ", "transitions ", "only in B", "at 5.0 s: "})
-    EXPECT_NE(told.out.find(part), std::string::npos) << part << " is not in: " << told.out;
-  const auto on_tracks = nlohmann::json::parse(run("diff m.sila n.sila more.csv --scene more.scene.json --json").out);
-  EXPECT_GT(on_tracks.at("windows").get<int>(), 20);
-  EXPECT_GT(on_tracks.at("predictions").back().at("mean_m").get<double>(), 0.001);
-  EXPECT_GT(on_tracks.at("transitions").at("only_b").size() + on_tracks["transitions"]["changed"].size(), 0u);
-  expect_refused("diff m.sila n.sila more.csv", {"--scene is needed"});
-}
-
-TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {
-  learn();
-  const Outcome whole = run("verify m.sila");
-  EXPECT_EQ(whole.code, 0) << whole.err;
-  EXPECT_EQ(std::count(whole.out.begin(), whole.out.end(), '\n'), 1);
-  EXPECT_NE(whole.out.find("intact"), std::string::npos);
-  EXPECT_EQ(nlohmann::json::parse(run("verify m.sila --json").out).at("undone"), 2);
-  std::string bytes = read(folder_ / "m.sila");
-  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
-  write(folder_ / "m.sila", bytes);
-  expect_refused("verify m.sila", {"m.sila", "damaged"});
-  write(folder_ / "m.sila", "no model");
-  expect_refused("verify m.sila", {"m.sila", "another kind"});
-}
-
-TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
-  simulate();
-  const std::string learning = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20 --share s.sila";
-  const Outcome shared = run(learning + " --min-people 5");
-  ASSERT_EQ(shared.code, 0) << shared.err;
-  EXPECT_NE(shared.err.find("each shown by 5 different tracks"), std::string::npos) << shared.err;
-  const auto home = nlohmann::json::parse(run("inspect m.sila --json").out);
-  const auto away = nlohmann::json::parse(run("inspect s.sila --json").out);
-  EXPECT_LT(away.at("size"), home.at("size"));
-  EXPECT_GT(away.at("size"), 0);
-  EXPECT_TRUE(away.at("records").empty());
-  EXPECT_EQ(nlohmann::json::parse(run("verify s.sila --json").out).at("undone"), 0);
-  EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model s.sila --out p.ndjson").code, 0);
-  const Outcome none =
-      run("learn tracks.csv --scene tracks.scene.json --model n.sila --batch 20 --min-people 61 --share t.sila");
-  EXPECT_EQ(none.code, 0);
-  EXPECT_NE(none.err.find("not written"), std::string::npos) << none.err;
-  EXPECT_FALSE(fs::exists(folder_ / "t.sila"));
-  expect_refused(learning, {"--min-people and --share"});
-  expect_refused("learn tracks.csv --scene tracks.scene.json --model m.sila --min-people 5", {"--share"});
 }
 
 TEST_F(Program, SaysWhereTheFleetIs) {
@@ -459,3 +299,4 @@ TEST_F(Program, ReportsAnExperimentAndRefusesWhatIsNone) {
 }
 
 }  // namespace
+}  // namespace sila::tests

@@ -1,0 +1,80 @@
+#pragma once
+
+// The program as a user runs it.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace sila::tests {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int code = 0;
+  std::string out;  ///< stdout
+  std::string err;
+};
+
+inline std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline void write(const fs::path& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary) << content;
+}
+
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("sila_cli_" + std::to_string(::getpid()) + "_" +
+                                           ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// `before` is said to the shell first.
+  Outcome run(const std::string& arguments, const std::string& before = "") const {
+    const std::string err = (folder_ / "stderr").string();
+    const std::string command =
+        before + "cd '" + folder_.string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
+    Outcome outcome;
+    FILE* pipe = ::popen(command.c_str(), "r");
+    char buffer[4096];
+    for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
+    const int status = ::pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    outcome.err = read(err);
+    return outcome;
+  }
+
+  /// Runs something wrong: the exit code is 1 or 2, one sentence on stderr has each of `words`.
+  void expect_refused(const std::string& arguments, const std::vector<std::string>& words) const {
+    SCOPED_TRACE(arguments);
+    const Outcome outcome = run(arguments);
+    EXPECT_TRUE(outcome.code == 1 || outcome.code == 2) << "exit code " << outcome.code << "\n" << outcome.err;
+    for (const std::string& word : words)
+      EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
+  }
+
+  void simulate() const {
+    ASSERT_EQ(run("simulate --tracks 60 --seed 1 --set simulate.occlusions_per_min=0 --out tracks.csv").code, 0);
+  }
+  void learn() const {
+    simulate();
+    const Outcome outcome = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+
+  fs::path folder_;
+};
+
+}  // namespace sila::tests
