@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +11,8 @@
 #include <iterator>
 #include <string>
 #include <vector>
+
+#include "support/scratch.hpp"
 
 namespace sila::tests {
 
@@ -34,18 +35,11 @@ inline void write(const fs::path& path, const std::string& content) {
 
 class Program : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("sila_cli_" + std::to_string(::getpid()) + "_" +
-                                           ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// `before` is said to the shell first.
   Outcome run(const std::string& arguments, const std::string& before = "") const {
     const std::string err = (folder_ / "stderr").string();
     const std::string command =
-        before + "cd '" + folder_.string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
+        before + "cd '" + folder_.path().string() + "' && '" SILA_PROGRAM "' " + arguments + " 2>'" + err + "'";
     Outcome outcome;
     FILE* pipe = ::popen(command.c_str(), "r");
     char buffer[4096];
@@ -74,7 +68,7 @@ class Program : public ::testing::Test {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
   }
 
-  fs::path folder_;
+  ScratchFolder folder_;
 };
 
 }  // namespace sila::tests

@@ -2,19 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "sila/core/errors.hpp"
 #include "sila/predict/prediction_json.hpp"
+#include "support/scratch.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
 namespace {
 
-std::filesystem::path scratch(const std::string& text) {
-  const auto path = std::filesystem::temp_directory_path() / "sila_recorded_test.ndjson";
-  std::ofstream(path) << text;
-  return path;
+RecordedPredictions recorded_in(const std::string& text) {
+  const tests::ScratchFolder folder;
+  return read_predictions(folder.write("recorded.ndjson", text));
 }
 
 TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
@@ -27,7 +25,7 @@ TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
   const Predictor predictor(model, config.predict);
   for (const Window& window : windows_of(unseen, config.sampling, config.predict, judged.every_s))
     text += prediction_line(window.observed.id, predictor.predict(window.observed)) + "\n";
-  const RecordedPredictions recorded = read_predictions(scratch(text));
+  const RecordedPredictions recorded = recorded_in(text);
   const Evaluation direct = evaluate(model, unseen, config, judged);
   const Evaluation read = evaluate_forecast(forecast_of(recorded), unseen, config, judged);
   ASSERT_EQ(read.windows.size(), direct.windows.size());
@@ -50,7 +48,7 @@ TEST(RecordedPredictions, WindowsWithoutOneAreLeftOut) {
 
 TEST(RecordedPredictions, ALineThatIsNoneIsNamed) {
   try {
-    read_predictions(scratch("{\"count\":3}\n{\"modes\":[{}]}\n"));
+    recorded_in("{\"count\":3}\n{\"modes\":[{}]}\n");
     FAIL() << "no error";
   } catch (const FormatError& error) {
     EXPECT_EQ(error.line, 2u);

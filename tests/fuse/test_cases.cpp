@@ -10,6 +10,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/fuse/reindex.hpp"
 #include "sila/io/fusion_case.hpp"
+#include "support/scratch.hpp"
 
 namespace sila {
 namespace {
@@ -43,16 +44,10 @@ FusionCase own_case(const std::string& name) {
   return read_fusion_case((kOwnCases / (name + ".json")).string());
 }
 
-fs::path write_temporary(const std::string& text) {
-  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path path = fs::temp_directory_path() / (std::string("sila_") + test->name() + ".json");
-  std::ofstream(path) << text;
-  return path;
-}
-
 /// The message with which a case file is refused.
 std::string refusal(const std::string& text) {
-  const fs::path path = write_temporary(text);
+  const tests::ScratchFolder folder;
+  const fs::path path = folder.write("case.json", text);
   std::string message = "accepted";
   try {
     read_fusion_case(path.string());
@@ -60,7 +55,6 @@ std::string refusal(const std::string& text) {
     message = error.what();
     EXPECT_EQ(error.path, path.string());
   }
-  fs::remove(path);
   return message;
 }
 
@@ -115,9 +109,8 @@ TEST(FusionCases, AnExplainedFusionIsACaseThatComesOut) {
     const FusionCase example = read_fusion_case(file.string());
     const FusionPlan plan = plan_fusion(example.problem, example.rules);
     const auto explained = explain_fusion(example.name, example.problem, example.rules, plan);
-    const fs::path path = write_temporary(explained.dump(1));
-    const FusionCase again = read_fusion_case(path.string());
-    fs::remove(path);
+    const tests::ScratchFolder folder;
+    const FusionCase again = read_fusion_case(folder.write("explained.json", explained.dump(1)).string());
     EXPECT_EQ(again.expect, example.expect);
     EXPECT_TRUE(differences(again.expect, plan_fusion(again.problem, again.rules)).empty());
   }

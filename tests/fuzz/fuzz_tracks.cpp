@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "sila/io/output.hpp"
+#include "support/scratch.hpp"
 #include "track_text.hpp"
 
 namespace sila::fuzz {
@@ -11,16 +12,10 @@ namespace {
 
 /// Where an inD recording's meta files are; made once, removed at the end.
 struct Recording {
-  std::filesystem::path folder;
+  tests::ScratchFolder folder;
   Recording() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "sila-fuzz-XXXXXX").string();
-    folder = mkdtemp(pattern.data());
     write_file(folder / "00_tracksMeta.csv", "trackId,class\n1,pedestrian\n2,car\n");
     write_file(folder / "00_recordingMeta.csv", "recordingId,frameRate\n0,25\n");
-  }
-  ~Recording() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
   }
   std::string path() const { return (folder / "00_tracks.csv").string(); }
 };

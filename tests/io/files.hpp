@@ -10,42 +10,20 @@
 #include <string>
 
 #include "sila/core/errors.hpp"
+#include "support/scratch.hpp"
 
 namespace sila::tests {
 
 /// A folder of the running test alone, removed at its end.
-class TempFolder {
+class TempFolder : public ScratchFolder {
  public:
-  TempFolder() {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ =
-        std::filesystem::temp_directory_path() / (std::string("sila_") + info->test_suite_name() + "_" + info->name());
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~TempFolder() { std::filesystem::remove_all(path_); }
-  TempFolder(const TempFolder&) = delete;
-  TempFolder& operator=(const TempFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
-  std::filesystem::path write(const std::string& name, const std::string& text) const {
-    const std::filesystem::path file = path_ / name;
-    std::filesystem::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
-    return file;
-  }
-
   std::filesystem::path write_gz(const std::string& name, const std::string& text) const {
-    const std::filesystem::path file = path_ / name;
+    const std::filesystem::path file = path() / name;
     gzFile out = gzopen(file.c_str(), "wb");
     gzwrite(out, text.data(), static_cast<unsigned>(text.size()));
     gzclose(out);
     return file;
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// The folder of the real recordings, if this machine has it: $SILA_DATA_DIR, else ../shared/data beside the

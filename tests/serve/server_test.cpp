@@ -2,7 +2,6 @@
 #include "sila/serve/server.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
@@ -15,6 +14,7 @@
 
 #include "live/streams.hpp"
 #include "sila/serve/replay.hpp"
+#include "support/scratch.hpp"
 
 namespace sila {
 namespace {
@@ -312,7 +312,8 @@ TEST(Server, LearnsWhilePredicting) {
 }
 
 TEST(Server, AUnixSocketIsForItsOwnerAlone) {
-  const auto path = std::filesystem::temp_directory_path() / ("sila_serve_" + std::to_string(getpid()) + ".sock");
+  const tests::ScratchFolder folder;
+  const auto path = folder / "service.sock";
   ServeOptions options;
   options.unix_path = path;
   {
