@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sila/core/steps.hpp"
 #include "sila/fuse/fade.hpp"
 
 namespace sila {
@@ -125,7 +126,7 @@ Update relearn_update(const EpisodeConfig& config) {
 
 std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling,
                                const PredictConfig& predict, double every_s) {
-  const auto steps = static_cast<std::size_t>(std::lround(predict.horizon_s / sampling.interval_s));
+  const auto steps = static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s));
   std::vector<Window> windows;
   for (const PlacedTrack& placed : tracks) {
     for (std::size_t last : prediction_samples(placed.track, predict.observe_s, every_s)) {

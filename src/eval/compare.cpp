@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "sila/core/steps.hpp"
 #include "sila/eval/evaluate.hpp"
 #include "sila/eval/metrics.hpp"
 #include "sila/fuse/similarity.hpp"
@@ -160,7 +161,7 @@ std::vector<HorizonDifference> compare_predictions(const Predictor& a, const Pre
     const std::size_t steps = first.times_s.size();
     const std::vector<Vector2> path_a = mean_path(first, steps), path_b = mean_path(second, steps);
     for (const double horizon_s : horizons_s) {
-      const auto step = std::clamp<long>(std::lround(horizon_s / a.interval_s()), 1, static_cast<long>(steps));
+      const auto step = std::clamp(steps_in(horizon_s, a.interval_s()), 1, static_cast<int>(steps));
       const auto at = static_cast<std::size_t>(step - 1);
       apart_m[i].push_back((path_a[at] - path_b[at]).norm());
     }

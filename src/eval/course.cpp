@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
+#include "sila/core/steps.hpp"
 #include "sila/episode/fleet.hpp"
 #include "sila/eval/episodes.hpp"
 
@@ -109,7 +109,7 @@ bool learns_at_once(const Method& method) {
 }
 
 Learner learner_of(const Method& method, std::size_t batch) {
-  const int steps = static_cast<int>(std::lround(method.config.predict.horizon_s / method.config.sampling.interval_s));
+  const int steps = steps_in(method.config.predict.horizon_s, method.config.sampling.interval_s);
   if (method.kind == MethodKind::memory) return memory_learner(method, steps);
   if (method.kind == MethodKind::cliff) return cliff_learner(method, steps);
   if (method.kind == MethodKind::tree) return tree_learner(method, batch);

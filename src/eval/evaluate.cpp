@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "sila/core/steps.hpp"
 #include "sila/predict/constant_velocity.hpp"
 
 namespace sila {
@@ -99,7 +100,7 @@ GroupScore group(const std::string& name, std::span<const WindowScore> windows, 
 }
 
 int steps_of(const EpisodeConfig& config) {
-  return static_cast<int>(std::lround(config.predict.horizon_s / config.sampling.interval_s));
+  return steps_in(config.predict.horizon_s, config.sampling.interval_s);
 }
 
 /// No mode: there was no forecast for this window.
@@ -146,7 +147,7 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
   score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
   const Prediction constant = constant_prediction(window, steps_of(config), interval_s, constant_variances_m2);
   for (double horizon_s : horizons_until(config.predict.horizon_s)) {
-    const auto count = static_cast<std::size_t>(std::lround(horizon_s / interval_s));
+    const auto count = static_cast<std::size_t>(steps_in(horizon_s, interval_s));
     score.model.push_back(measure(prediction, window.future_m, count));
     score.constant.push_back(measure(constant, window.future_m, count));
   }

@@ -1,6 +1,5 @@
 #include "sila/eval/metrics.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,14 +28,7 @@ std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) 
 }
 
 double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
-  double density = 0.0;
-  for (const Mode& mode : prediction.modes) {
-    const Matrix2& covariance = mode.covariances_m2[step];
-    const Vector2 error = truth_m - mode.path_m[step];
-    density += mode.weight * std::exp(-0.5 * error.dot(covariance.inverse() * error)) /
-               (2.0 * std::numbers::pi * std::sqrt(covariance.determinant()));
-  }
-  return -std::log(std::max(density, 1e-300));
+  return std::log(2.0 * std::numbers::pi) - std::log(unnormalised_density(prediction, step, truth_m));
 }
 
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "sila/core/steps.hpp"
+
 namespace sila {
 namespace {
 
@@ -12,7 +14,7 @@ namespace {
 constexpr double kLookEvery_s = 0.25;
 
 std::size_t steps_of(const EpisodeConfig& config) {
-  return static_cast<std::size_t>(std::lround(config.predict.horizon_s / config.sampling.interval_s));
+  return static_cast<std::size_t>(steps_in(config.predict.horizon_s, config.sampling.interval_s));
 }
 
 /// Judges a prediction by a path that has its future. Nothing if the path does not, or has no sample at t0.

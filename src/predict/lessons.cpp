@@ -8,6 +8,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "sila/core/steps.hpp"
 #include "sila/model/fading.hpp"
 
 namespace sila {
@@ -153,7 +154,7 @@ void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, 
 }  // namespace
 
 Lessons gather_lessons(const Predictor& predictor, std::span<const Window> windows) {
-  const int steps = static_cast<int>(std::lround(predictor.config().horizon_s / predictor.interval_s()));
+  const int steps = steps_in(predictor.config().horizon_s, predictor.interval_s());
   std::vector<WindowExamples> each(windows.size());
   tbb::enumerable_thread_specific<Workspace> workspaces;
   tbb::parallel_for(std::size_t{0}, windows.size(),

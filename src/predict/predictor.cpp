@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sila/core/steps.hpp"
 #include "sila/predict/alternatives.hpp"
 #include "sila/predict/candidates.hpp"
 #include "sila/predict/modes.hpp"
@@ -16,10 +17,6 @@ namespace {
 
 /// How the error of constant velocity grows where nothing was taught about it [m/s].
 constexpr double kUntaughtSpread_mps = 0.3;
-
-int steps_in(double seconds, double interval_s) {
-  return std::max(1, static_cast<int>(std::floor(seconds / interval_s + 1e-9)));
-}
 
 void require_interval(const CurbTrajectory& observed, double interval_s) {
   for (std::size_t t = 1; t < observed.times_s.size(); ++t) {

@@ -16,16 +16,6 @@ constexpr double kPooledWindows = 20.0;
 constexpr double kGaussianWindows = 10.0;
 constexpr double kLeastDensity = 1e-300;
 
-double density(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
-  double sum = 0.0;
-  for (const Mode& mode : prediction.modes) {
-    const Matrix2& covariance = mode.covariances_m2[step];
-    const Vector2 off = point_m - mode.path_m[step];
-    sum += mode.weight * std::exp(-0.5 * off.dot(covariance.inverse() * off)) / std::sqrt(covariance.determinant());
-  }
-  return sum;
-}
-
 double lower_edge(int bin) {
   return bin == 0 ? 0.0 : kEdges[bin - 1];
 }
@@ -63,11 +53,21 @@ double quantile(const std::vector<double>& shares, double probability) {
 
 }  // namespace
 
+double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
+  double sum = 0.0;
+  for (const Mode& mode : prediction.modes) {
+    const Matrix2& covariance = mode.covariances_m2[step];
+    const Vector2 off = point_m - mode.path_m[step];
+    sum += mode.weight * std::exp(-0.5 * off.dot(covariance.inverse() * off)) / std::sqrt(covariance.determinant());
+  }
+  return std::max(sum, kLeastDensity);
+}
+
 double surprise(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
   double peak = 0.0;
-  for (const Mode& mode : prediction.modes) peak = std::max(peak, density(prediction, step, mode.path_m[step]));
-  return std::max(
-      0.0, std::log(std::max(peak, kLeastDensity) / std::max(density(prediction, step, point_m), kLeastDensity)));
+  for (const Mode& mode : prediction.modes)
+    peak = std::max(peak, unnormalised_density(prediction, step, mode.path_m[step]));
+  return std::max(0.0, std::log(peak / unnormalised_density(prediction, step, point_m)));
 }
 
 bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sila/core/kinematics.hpp"
+#include "sila/core/steps.hpp"
 
 namespace sila {
 namespace {
@@ -224,7 +225,7 @@ std::span<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, c
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch) {
   const Roller roller(map, observed, interval_s, with_covariances, config, scratch);
-  const int branching_steps = static_cast<int>(std::lround(config.mode_horizon_s / interval_s));
+  const int branching_steps = steps_in(config.mode_horizon_s, interval_s);
   std::span<Branch> branches = roller.start(candidates, observed);
   for (int step = 0; step < steps; ++step) {
     if (step > 0 && std::any_of(branches.begin(), branches.end(), [&](const auto& b) { return roller.has_left(b); })) {

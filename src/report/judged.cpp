@@ -3,11 +3,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <numbers>
 
+#include "sila/core/steps.hpp"
 #include "sila/predict/constant_velocity.hpp"
 
 namespace sila {
@@ -45,7 +45,7 @@ JudgedPrediction judge_window(const Predictor& predictor, std::size_t track, Win
   judged.model = measure(judged.prediction, judged.truth_m, steps);
   judged.constant = measure(constant, judged.truth_m, steps);
   for (double horizon_s : horizons_s) {
-    const auto count = static_cast<std::size_t>(std::lround(horizon_s / predictor.interval_s()));
+    const auto count = static_cast<std::size_t>(steps_in(horizon_s, predictor.interval_s()));
     judged.horizons.push_back(measure(judged.prediction, judged.truth_m, count));
   }
   return judged;
@@ -82,7 +82,7 @@ std::string reason_of_turn(const JudgedPrediction& judged, double turned_rad) {
 std::vector<JudgedPrediction> judge(const Model& model, std::span<const PlacedTrack> tracks,
                                     const EpisodeConfig& config, double every_s) {
   const Predictor predictor(model, config.predict);
-  const auto steps = static_cast<std::size_t>(std::lround(config.predict.horizon_s / predictor.interval_s()));
+  const auto steps = static_cast<std::size_t>(steps_in(config.predict.horizon_s, predictor.interval_s()));
   const std::vector<double> horizons_s = horizons_until(config.predict.horizon_s);
   std::vector<std::pair<std::size_t, Window>> windows;
   for (std::size_t i = 0; i < tracks.size(); ++i) {

@@ -117,6 +117,17 @@ TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
   EXPECT_LT(turning.model.back().weighted_mhd_m, turning.constant.back().weighted_mhd_m);
 }
 
+TEST(Evaluate, JudgesAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval) {
+  EpisodeConfig config;
+  config.sampling.interval_s = 0.3;  // 16 steps in 5 s, and the 17th is nearer to it
+  const std::vector<PlacedTrack> tracks = testing::corner_walks(40, 9);
+  const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+  EXPECT_EQ(model.lessons.steps, 16);
+  const Evaluation evaluation = evaluate(model, tracks, config, {});
+  EXPECT_EQ(evaluation.groups.front().model.size(), evaluation.horizons_s.size());
+  EXPECT_GT(evaluation.groups.front().windows, 0u);
+}
+
 TEST(Evaluate, TellsTurningFromStraightWalks) {
   const auto path = [](const std::vector<Vector2>& way) {
     std::vector<Vector2> positions;

@@ -11,6 +11,9 @@ namespace sila {
 /// Probabilities of the regions that every taught prediction states.
 inline constexpr std::array<double, 4> kRegionProbabilities = {0.25, 0.5, 0.75, 0.9};
 
+/// 2 pi times the density of a prediction at a point [1/m²], at least 1e-300, so that its logarithm is finite.
+double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m);
+
 /// How much less dense the prediction is at a point than at the densest of its modes' centres: log(peak / density), at
 /// least 0; half the squared Mahalanobis distance for a single mode. Never infinite.
 double surprise(const Prediction& prediction, std::size_t step, const Vector2& point_m);

@@ -6,6 +6,7 @@
 
 #include "samples.hpp"
 #include "sila/core/kinematics.hpp"
+#include "sila/core/steps.hpp"
 
 namespace sila {
 namespace {
@@ -34,7 +35,7 @@ TrackMemory remember(TrackMemory memory, std::span<const PlacedTrack> tracks, co
                      const MemoryConfig& memory_config) {
   validate_fields("remember", memory_config);
   if (memory.windows.empty() && !tracks.empty()) memory.frame = tracks.front().frame;
-  const auto steps = static_cast<std::size_t>(std::lround(config.predict.horizon_s / config.sampling.interval_s));
+  const auto steps = static_cast<std::size_t>(steps_in(config.predict.horizon_s, config.sampling.interval_s));
   for (const Window& window : windows_of(tracks, config.sampling, config.predict, memory_config.every_s)) {
     if (window.future_m.size() != steps) continue;
     RememberedWindow remembered = situation(memory.frame, window.observed);
