@@ -40,22 +40,30 @@ Eigen::MatrixXd gram_of(const CodingProblem& problem, const CodingState& state, 
   return gram;
 }
 
-/// The lasso of one track on the primitives that share a cell with it.
+/// The lasso of one track on the primitives that share a cell with it and could be used.
 struct TrackLasso {
   std::vector<int> primitives;
   Eigen::VectorXd products;
   Eigen::VectorXd start;
 };
 
-/// Of each primitive; `products` is all zero but for the primitives that the last track touched.
+/// Scratch memory, of each primitive; between tracks all zero.
 struct Touched {
-  explicit Touched(const CodingState& state) : products(state.primitives.size(), 0.0), yet(products.size(), false) {}
+  explicit Touched(const CodingState& state)
+      : products(state.primitives.size(), 0.0), yet(products.size(), false), used(products.size(), false) {}
   std::vector<double> products;
-  std::vector<bool> yet;
+  std::vector<bool> yet;   ///< shares a cell with the track
+  std::vector<bool> used;  ///< by the track's present code
 };
 
+/// Whether a coefficient that is 0 stays there whatever the others are: each inner product of primitives is at least 0
+/// (for g >= 1: no arrow is longer than its activeness), so that the others can only lower what it would gain.
+bool stays_zero(double product, double penalty, const CodingProblem& problem) {
+  return problem.g >= 1.0 && product <= penalty;
+}
+
 TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap,
-                       std::size_t track, Touched& touched) {
+                       std::size_t track, double penalty, Touched& touched) {
   TrackLasso lasso;
   for (const CellArrow& visit : problem.tracks[track]) {
     for (const Overlap::Entry& entry : overlap.at(visit.cell)) {
@@ -64,6 +72,13 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
       touched.products[k] += entry.arrow->dot(visit.value);
     }
   }
+  for (const Coefficient& used : state.codes[track]) touched.used[static_cast<std::size_t>(used.primitive)] = true;
+  std::erase_if(lasso.primitives, [&](int primitive) {
+    const auto k = static_cast<std::size_t>(primitive);
+    const bool out = !touched.used[k] && stays_zero(touched.products[k], penalty, problem);
+    if (out) touched.products[k] = 0.0, touched.yet[k] = false;
+    return out;
+  });
   std::sort(lasso.primitives.begin(), lasso.primitives.end());
   const auto count = static_cast<Eigen::Index>(lasso.primitives.size());
   lasso.products.resize(count);
@@ -74,6 +89,7 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   }
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {
+    touched.used[static_cast<std::size_t>(used.primitive)] = false;
     const auto place = std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), used.primitive);
     if (place != lasso.primitives.end() && *place == used.primitive)
       lasso.start(place - lasso.primitives.begin()) = used.value;
@@ -132,7 +148,7 @@ CodingState with_new_codes(const CodingProblem& problem, CodingState state, doub
   Touched touched(state);
   state.objective = problem.energy;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
-    const TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
+    const TrackLasso lasso = track_lasso(problem, state, overlap, i, penalty, touched);
     const LassoSolution code =
         nonnegative_lasso(TrackGram{overlap, lasso.primitives}, lasso.products, penalty, lasso.start);
     state.codes[i] = code_of(lasso, code.s);
@@ -193,7 +209,7 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
     const bool uses = std::any_of(state.codes[i].begin(), state.codes[i].end(),
                                   [&](const Coefficient& used) { return used.primitive == primitive; });
     if (!uses) continue;
-    TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
+    TrackLasso lasso = track_lasso(problem, state, overlap, i, penalty, touched);
     const LassoSolution present{lasso.start, gram_times(TrackGram{overlap, lasso.primitives}, lasso.start)};
     const auto place =
         std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
