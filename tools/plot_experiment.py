@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Draws the results of `sila experiment` from DIR/curves.csv and DIR/results.csv.
+"""Draws the results of `sila experiment` from DIR/curves.csv, DIR/results.csv and DIR/parts.
 
-    python3 tools/plot_experiment.py DIR [--png]
+    python3 tools/plot_experiment.py DIR [--png] [--method NAME]
 
     DIR/curves_PLACE.svg    error, size and seconds after every episode (mean and deviation over trials and orders)
+    DIR/curves.md           the same as a table: after shares of the episodes
     DIR/errors.svg          error of each method at each place, relative to constant velocity, trial by trial
+    DIR/reliability.svg     how many truths the stated regions of one method (the first, if none is named) held, by horizon
+    DIR/reliability.csv     the same in numbers, over the moving windows of all trials
 
 --png writes PNG beside the SVG. A developer's tool; it needs matplotlib (Debian: python3-matplotlib) and nothing else does.
 """
 import argparse
 import collections
 import csv
+import json
 import pathlib
 import re
 import statistics
@@ -100,6 +104,34 @@ def draw_curves(rows, place, styles):
     return figure
 
 
+def curves_table(curves, places, styles):
+    """Markdown: error and size after shares of the episodes, growth per trajectory, milliseconds an episode."""
+    shares = (0.1, 0.25, 0.5, 0.75, 1.0)
+    lines = ["| place (episodes) | method | " + " | ".join(f"error after {share:.0%}" for share in shares) +
+             " | size after 25% | 50% | 100% | per trajectory | ms an episode, 1st half | 2nd half |",
+             "|" + "---|" * (len(shares) + 8)]
+    for place in places:
+        for method in styles:
+            rows = [row for row in curves if row["place"] == place and row["method"] == method]
+            episodes = max((int(row["episode"]) for row in rows), default=0)
+            if len({row["episode"] for row in rows}) < max(2, episodes):  # not judged after every episode
+                continue
+
+            def at(share, value):
+                when = max(1, round(share * episodes))
+                return statistics.fmean(value(row) for row in rows if int(row["episode"]) == when)
+
+            def milliseconds(wanted):
+                return 1000 * statistics.fmean(float(row["seconds"]) for row in rows if wanted(int(row["episode"])))
+
+            size = [at(share, PANELS[1][2]) for share in (0.25, 0.5, 1.0)]
+            cells = ([f"{at(share, error):.3f}" for share in shares] + [f"{number:.0f}" for number in size] +
+                     [f"{size[-1] / at(1.0, lambda row: float(row['tracks'])):.2f}"] +
+                     [f"{milliseconds(wanted):.0f}" for wanted in (lambda n: 2 * n <= episodes, lambda n: 2 * n > episodes)])
+            lines.append(f"| {place} ({episodes}) | {method} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n" if len(lines) > 2 else ""
+
+
 def draw_errors(rows, styles):
     places = [place for place in first_seen(rows, "place") if any(row["ratio"] for row in rows if row["place"] == place)]
     figure, axis = plt.subplots(figsize=(9.5, 1.2 + 0.24 * len(places) * (len(styles) + 1)), constrained_layout=True)
@@ -127,6 +159,66 @@ def draw_errors(rows, styles):
     return figure
 
 
+def reliability(folder, method):
+    """(place, horizon [s], stated share) -> windows held, windows; moving windows of all trials and orders together."""
+    held = collections.defaultdict(lambda: [0.0, 0])
+    for path in sorted((folder / "parts").glob("*.json")):
+        part = json.loads(path.read_text())
+        if part["method"] != method:
+            continue
+        for place, judged in part["places"].items():
+            group = judged["evaluation"]["groups"].get("moving")
+            for horizon in group["horizons"] if group else []:
+                for level in horizon["model"]["coverage"]:
+                    entry = held[place, horizon["horizon_s"], level["stated"]]
+                    entry[0] += level["observed"] * group["windows"]
+                    entry[1] += group["windows"]
+    return held
+
+
+def write_reliability(held, path):
+    with open(path, "w", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["place", "horizon_s", "stated", "held", "windows"])
+        for (place, horizon_s, stated), (count, windows) in held.items():
+            rows.writerow([place, horizon_s, stated, round(count / windows, 4), windows])
+
+
+TOLERANCE = {0.5: 0.05, 0.9: 0.03}  # what sila asks of itself
+
+
+def draw_reliability(held, method):
+    places, horizons = first_of(held, 0), sorted(set(key[1] for key in held))
+    columns = min(4, len(places))
+    rows = -(-len(places) // columns)
+    figure, grid = plt.subplots(rows, columns, figsize=(3.1 * columns, 3.1 * rows), squeeze=False, sharex=True, sharey=True,
+                                constrained_layout=True)
+    shades = plt.get_cmap("viridis")
+    for axis, place in zip(grid.flat, places):
+        axis.plot([0, 1], [0, 1], color="#999999", lw=1, ls="--", zorder=0)
+        for stated, width in TOLERANCE.items():
+            axis.plot([stated, stated], [stated - width, stated + width], color="#999999", lw=6, alpha=0.35, zorder=0)
+        for h, horizon_s in enumerate(horizons):
+            points = [(stated, count / windows) for (where, when, stated), (count, windows) in held.items()
+                      if where == place and when == horizon_s]
+            if points:
+                axis.plot(*zip(*points), "o-", ms=3, lw=1.2, color=shades(0.9 * h / max(1, len(horizons) - 1)), label=f"{horizon_s:g} s")
+        axis.set_title(place, loc="left", fontsize=10)
+        axis.set_aspect("equal")
+    for axis in list(grid.flat)[len(places):]:
+        axis.set_visible(False)
+    figure.supxlabel("stated share of a region", fontsize=10)
+    figure.supylabel("share of truths that it held", fontsize=10)
+    handles = {label: handle for axis in grid.flat for handle, label in zip(*axis.get_legend_handles_labels())}
+    figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=len(horizons),
+                  title=f"{method}, after")
+    return figure
+
+
+def first_of(keys, index):
+    return list(dict.fromkeys(key[index] for key in keys))
+
+
 def save(figure, path, png):
     figure.savefig(path, metadata={"Date": None}, bbox_inches="tight")
     if png:
@@ -139,6 +231,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=pathlib.Path, metavar="DIR")
     parser.add_argument("--png", action="store_true", help="write PNG beside the SVG")
+    parser.add_argument("--method", metavar="NAME", help="whose stated regions are drawn")
     options = parser.parse_args()
     curves, results = read(options.folder / "curves.csv"), read(options.folder / "results.csv")
     styles = style_of(first_seen(results, "method"))
@@ -146,7 +239,16 @@ def main():
         figure = draw_curves(curves, place, styles)
         if figure:
             save(figure, options.folder / f"curves_{re.sub('[^A-Za-z0-9.-]+', '_', place)}.svg", options.png)
+    table = curves_table(curves, first_seen(curves, "place"), styles)
+    if table:
+        (options.folder / "curves.md").write_text(table)
     save(draw_errors(results, styles), options.folder / "errors.svg", options.png)
+    method = options.method or next(iter(styles))
+    if method not in styles:
+        parser.error(f"--method: expected one of {', '.join(styles)}, found {method}")
+    held = reliability(options.folder, method)
+    write_reliability(held, options.folder / "reliability.csv")
+    save(draw_reliability(held, method), options.folder / "reliability.svg", options.png)
 
 
 if __name__ == "__main__":
