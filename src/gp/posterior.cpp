@@ -66,7 +66,8 @@ Posterior::Posterior(const SparseGp& gp)
   const Eigen::LLT<Eigen::MatrixXd> inner(Eigen::MatrixXd::Identity(factor.cols(), factor.cols()) +
                                           factor.transpose() * factor);
   Eigen::MatrixXd reduction = inner.matrixL().solve(factor.transpose());
-  lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
+  // Of a prior nothing is known; Eigen must not be asked to solve for no rows.
+  if (reduction.rows() > 0) lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
 
   const Eigen::VectorXd inverse = gp.kernel.length_scales.cwiseInverse();
   inverse_length_scales_.assign(inverse.data(), inverse.data() + inverse.size());

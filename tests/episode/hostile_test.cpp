@@ -10,6 +10,7 @@
 #include "sila/model/packing.hpp"
 #include "sila/predict/predictor.hpp"
 #include "support/hostile_tracks.hpp"
+#include "support/sanitized.hpp"
 
 namespace sila {
 namespace {
@@ -115,7 +116,7 @@ Model expect_sound_life(const std::vector<std::vector<PlacedTrack>>& batches, co
 
 /// So many lives of mixtures, each with a seed of its own.
 void expect_sound_lives(int lives, const EpisodeConfig& config) {
-  for (int seed = 1; seed <= lives; ++seed) {
+  for (int seed = 1; seed <= testing::repeats(lives); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     HostileTracks hostile(static_cast<std::uint64_t>(seed));
     const std::vector batches{hostile.mixture(8), hostile.mixture(8), hostile.mixture(8)};
@@ -167,7 +168,7 @@ TEST(Hostile, EveryKindAloneAndEveryTrackTheSameOneIsLearntFusedAndPredicted) {
 TEST(Hostile, PeopleWhoAllDoTheSameDoNotMakeAPredictionSurerThanAMillimetre) {
   EpisodeConfig config;
   config.lessons.every_s = 0.1;
-  std::vector<PlacedTrack> same = HostileTracks(7).many(Hostile::identical_points, 300, true);
+  std::vector<PlacedTrack> same = HostileTracks(7).many(Hostile::identical_points, testing::repeats(300), true);
   Model model;
   for (int episode = 0; episode < 12; ++episode) {
     model = run_episode(model, same, config).model;

@@ -10,9 +10,11 @@
 #include "sila/episode/episode.hpp"
 #include "sila/eval/episodes.hpp"
 #include "sila/predict/predictor.hpp"
+#include "support/sanitized.hpp"
 #include "support/walks.hpp"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Sanitizers have an allocator of their own, which must not be replaced.
+#if !SILA_SANITIZED
 
 namespace {
 
