@@ -150,9 +150,11 @@ void write_results(const fs::path& out, const ReadExperiment& read, const std::v
   write_file(out / "results.json", results.dump(1) + "\n");
   write_file(out / "results.csv", rows_csv(rows));
   write_file(out / "curves.csv", curves_csv(parts));
-  write_file(out / "table.md", "# " + fs::path(file).stem().string() + "\n\nsila " SILA_VERSION ", " +
-                                   std::to_string(config.trials) + " trials, seed " + std::to_string(config.seed) +
-                                   ".\n\n" + tables(summaries, comparisons));
+  const int finished = parts.back().at("trial");  // they come in order
+  const std::string trials =
+      std::to_string(finished) + (finished < config.trials ? " of " + std::to_string(config.trials) : "") + " trials";
+  write_file(out / "table.md", "# " + fs::path(file).stem().string() + "\n\nsila " SILA_VERSION ", " + trials +
+                                   ", seed " + std::to_string(config.seed) + ".\n\n" + tables(summaries, comparisons));
 }
 
 void run_experiment(const ExperimentOptions& options) {
