@@ -15,7 +15,13 @@ def run(*command):
 
 def episodes_of(program, model):
     """Numbers and tracks of the file's episodes, and what `sila inspect` says of its model."""
-    told = json.loads(run(program, "inspect", model, "--json"))
+    try:
+        told = json.loads(run(program, "inspect", model, "--json"))
+    except subprocess.CalledProcessError:
+        if os.path.getsize(model) > 0:
+            raise
+        # Killed within the transaction that makes the file: what SQLite takes back leaves no byte, and no episode.
+        return [], {"episodes": 0, "tracks": 0}
     with sqlite3.connect(f"file:{model}?mode=ro", uri=True) as database:
         rows = database.execute("SELECT number, tracks FROM episodes ORDER BY number").fetchall()
     return rows, told

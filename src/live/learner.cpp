@@ -109,6 +109,11 @@ void Learner::run_one(std::vector<PlacedTrack> batch) {
   try {
     const std::shared_ptr<const Snapshot> previous = snapshot();
     Episode episode = run_episode(previous->model, batch, episode_);
+    if (episode.report.known) {  // a recording played again
+      const std::lock_guard lock(mutex_);
+      ++learning_.known_episodes;
+      return;
+    }
     commit_(previous->model, episode);
     auto next = std::make_shared<const Snapshot>(std::move(episode.model), episode_.predict);
     const std::lock_guard lock(mutex_);

@@ -119,6 +119,8 @@ void add_learning(MetricsText& out, const Facts& facts) {
   out.one("episodes_total", "counter", "episodes learnt and kept since the start", learning.episodes);
   out.one("episodes_failed_total", "counter", "episodes that failed; the model stayed what it was",
           learning.failed_episodes);
+  out.one("episodes_known_total", "counter", "batches that the model had learnt before, and that changed nothing",
+          learning.known_episodes);
   out.one("tracks_learnt_total", "counter", "tracks learnt since the start", learning.learnt_tracks);
   out.one("tracks_forgotten_total", "counter", "tracks that were not learnt", learning.forgotten_tracks);
   out.one("tracks_waiting", "gauge", "tracks that wait to be learnt", learning.waiting_tracks);

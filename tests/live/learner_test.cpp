@@ -54,6 +54,20 @@ TEST(Learner, GoesOnWithTheModelThatItHadWhenItCannotBeKept) {
   EXPECT_EQ(learner.snapshot()->model.episodes, 1);
 }
 
+TEST(Learner, KeepsNoEpisodeOfABatchThatIsKnown) {
+  int calls = 0;
+  Learner learner(Model{}, EpisodeConfig{}, small_batches(10), [&](const Model&, const Episode&) { ++calls; });
+  for (int i = 0; i < 2; ++i) {
+    learner.give(corner_walks(10, 1));
+    learner.learn_rest();
+  }
+  EXPECT_EQ(calls, 1);
+  EXPECT_EQ(learner.snapshot()->model.episodes, 1);
+  EXPECT_EQ(learner.learning().episodes, 1u);
+  EXPECT_EQ(learner.learning().known_episodes, 1u);
+  EXPECT_EQ(learner.learning().learnt_tracks, 10u);
+}
+
 TEST(Learner, ForgetsTheOldestTracksWhenTooManyWait) {
   LiveConfig config = small_batches(1000);
   config.max_waiting_tracks = 30;

@@ -29,6 +29,7 @@ struct Learning {
   std::uint64_t forgotten_tracks = 0;  ///< more than live.max_waiting_tracks waited, or their episode failed
   std::uint64_t episodes = 0;          ///< since the start
   std::uint64_t failed_episodes = 0;
+  std::uint64_t known_episodes = 0;  ///< batches that the model had learnt before: nothing was done
   std::uint64_t learnt_tracks = 0;
   bool busy = false;
   double last_episode_s = 0.0;
@@ -39,8 +40,9 @@ struct Learning {
 /// snapshot until the next one is whole, and it leaves them all processors but one.
 class Learner {
  public:
-  /// Called on the learner's thread with the model before and each finished episode, before anybody predicts with it;
-  /// keeps it (`ModelFile::commit`). If it throws, the episode counts as failed and the model stays what it was.
+  /// Called on the learner's thread with the model before and each episode that learnt something, before anybody
+  /// predicts with it; keeps it (`ModelFile::commit`). If it throws, the episode counts as failed and the model stays
+  /// what it was.
   using Commit = std::function<void(const Model& previous, const Episode& episode)>;
 
   Learner(Model start, const EpisodeConfig& episode, const LiveConfig& live, Commit commit);
