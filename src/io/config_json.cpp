@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <sstream>
@@ -21,36 +22,53 @@ struct Refusal {
   std::string found;
 };
 
-/// How many letters must be put in, taken out or exchanged to make one word of the other (Levenshtein).
-std::size_t edit_distance(std::string_view a, std::string_view b) {
+/// How many letters must be put in, taken out or exchanged to make one word of the other (Levenshtein), or `enough` if
+/// it is at least that.
+std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t enough) {
+  if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) >= enough) return enough;
   std::vector<std::size_t> above(
       b.size());  // distances of the last prefix of `a` to every prefix of `b` but the empty one
   std::iota(above.begin(), above.end(), std::size_t{1});
   for (std::size_t i = 0; i < a.size(); ++i) {
     std::size_t diagonal = i;
     std::size_t left = i + 1;
+    std::size_t least = left;
     for (std::size_t j = 0; j < b.size(); ++j) {
       left = std::min({diagonal + (a[i] == b[j] ? 0 : 1), left + 1, above[j] + 1});
       diagonal = std::exchange(above[j], left);
+      least = std::min(least, left);
     }
+    if (least >= enough) return enough;  // no later row has less than the least of this one
   }
-  return above.empty() ? a.size() : above.back();
+  return std::min(enough, above.empty() ? a.size() : above.back());
 }
 
-/// A field is near by its whole path, or by its last name alone: people forget the group.
-std::size_t distance_to(const Field& field, std::string_view path) {
-  const std::string_view last = std::string_view(field.path).substr(field.path.rfind('.') + 1);
-  return std::min(edit_distance(path, field.path), edit_distance(path, last));
+/// Index of the first word that the fewest letters part from `name`. The time that it takes grows with the length of
+/// `name`, of which 100 letters count.
+std::size_t nearest_word(std::string_view name, const std::vector<std::string_view>& words) {
+  const std::string_view meant = name.substr(0, 100);
+  std::size_t nearest = 0;
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (std::size_t w = 0; w < words.size(); ++w) {
+    const std::size_t distance = edit_distance(meant, words[w], least);
+    if (distance >= least) continue;
+    nearest = w;
+    least = distance;
+  }
+  return nearest;
 }
 
 const Field& find_field(std::span<const Field> list, std::string_view path) {
   if (list.empty()) throw std::invalid_argument("configuration: it has no fields");
   const auto known = std::ranges::find(list, path, &Field::path);
   if (known != list.end()) return *known;
-  const std::string_view meant = path.substr(0, 100);  // the time that it takes grows with the length
-  const auto nearest =
-      std::ranges::min_element(list, {}, [&](const Field& field) { return distance_to(field, meant); });
-  throw Refusal{"a known field (the nearest is " + nearest->path + ")", std::string(path)};
+  std::vector<std::string_view> names;  // the whole path, and its last name alone: people forget the group
+  for (const Field& field : list) {
+    names.push_back(field.path);
+    names.push_back(names.back().substr(field.path.rfind('.') + 1));
+  }
+  const Field& nearest = list[nearest_word(path, names) / 2];
+  throw Refusal{"a known field (the nearest is " + nearest.path + ")", std::string(path)};
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -187,7 +205,7 @@ void FieldCollector::add(const char* name, const char* text, std::function<Field
 
 std::string nearest_name(std::string_view name, std::span<const std::string> known) {
   if (known.empty()) throw std::invalid_argument("nearest_name: known is empty, must have at least one name");
-  return *std::ranges::min_element(known, {}, [&](const std::string& other) { return edit_distance(name, other); });
+  return known[nearest_word(name, {known.begin(), known.end()})];
 }
 
 ordered_json fields_to_json(std::span<const Field> list) {

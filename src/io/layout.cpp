@@ -12,7 +12,7 @@ namespace {
 
 using Names = std::initializer_list<std::string_view>;
 
-constexpr std::array<TrackFormatText, 10> kFormats{{
+constexpr std::array<TrackFormatText, 11> kFormats{{
     {TrackFormat::csv, "csv", "a header line with track_id,t,x,y"},
     {TrackFormat::obsmat, "obsmat", "8 columns: frame id x z y vx vz vy"},
     {TrackFormat::frame_id_x_y, "frame-id-x-y", "4 columns: frame id x y"},
@@ -23,6 +23,7 @@ constexpr std::array<TrackFormatText, 10> kFormats{{
     {TrackFormat::dut, "dut", "a header line with id,frame,label,x_est,y_est"},
     {TrackFormat::vru, "vru", "a header line with timestamp,x,y"},
     {TrackFormat::juelich, "juelich", "columns: id frame x y z"},
+    {TrackFormat::ndjson, "ndjson", "lines like {\"t\": 0.1, \"id\": \"a\", \"x\": 0.5, \"y\": 2.0}"},
 }};
 
 std::size_t column(const std::vector<std::string>& names, Names aliases) {
@@ -157,14 +158,15 @@ std::optional<Layout> headerless_layout(const TextTable& table) {
   return std::nullopt;
 }
 
-bool looks_like_trajnetpp(const TextTable& table) {
+bool looks_like_ndjson(const TextTable& table) {
   const std::string_view first = trimmed(table.rows.front().text);
+  const auto has = [&](std::string_view key) { return first.find(key) != std::string_view::npos; };
   return first.starts_with('{') && first.ends_with('}') &&
-         (first.find("\"track\"") != std::string_view::npos || first.find("\"scene\"") != std::string_view::npos);
+         (has("\"track\"") || has("\"scene\"") || (has("\"t\"") && has("\"id\"")));
 }
 
 std::optional<Layout> forced_layout(const TextTable& table, TrackFormat format) {
-  if (format == TrackFormat::trajnetpp) return std::nullopt;
+  if (format == TrackFormat::trajnetpp || format == TrackFormat::ndjson) return std::nullopt;
   if (format == TrackFormat::obsmat) return obsmat_layout();
   if (format == TrackFormat::frame_id_x_y) return frame_id_x_y_layout();
   if (format == TrackFormat::juelich) return juelich_layout();
@@ -205,6 +207,10 @@ std::optional<TrackFormat> track_format(std::string_view name) {
   return std::nullopt;
 }
 
+TrackFormat ndjson_format(const TextTable& table) {
+  return table.rows.front().text.find("\"t\"") != std::string_view::npos ? TrackFormat::ndjson : TrackFormat::trajnetpp;
+}
+
 TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line) {
   TextTable table{path, {}, {}};
   std::vector<TextLine> lines = lines_of(text, first_line);
@@ -243,7 +249,7 @@ std::optional<Layout> header_layout(std::string_view header) {
 
 std::optional<Layout> layout_of(const TextTable& table, std::optional<TrackFormat> forced) {
   if (forced) return forced_layout(table, *forced);
-  if (looks_like_trajnetpp(table)) return std::nullopt;
+  if (looks_like_ndjson(table)) return std::nullopt;
   if (auto layout = header_layout(table.rows.front().text)) return layout;
   if (auto layout = headerless_layout(table)) return layout;
   refuse_unknown(table);

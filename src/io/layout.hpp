@@ -43,7 +43,10 @@ struct TextTable {
 /// `first_line`: the number of the text's first line in the file. Throws: FormatError if there are no rows.
 TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line = 1);
 
-/// The layout that the content shows, or nothing for ndjson of TrajNet++.
+/// Which of the two formats of one JSON object a line.
+TrackFormat ndjson_format(const TextTable& table);
+
+/// The layout that the content shows, or nothing for a format of JSON lines.
 /// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.
 std::optional<Layout> layout_of(const TextTable& table, std::optional<TrackFormat> forced);
 

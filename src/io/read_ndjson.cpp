@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "read_rows.hpp"
+#include "sila/io/detection_json.hpp"
 
 namespace sila {
 namespace {
@@ -22,7 +23,25 @@ std::optional<std::string> id_in(const Json& object, const char* key) {
 
 }  // namespace
 
-NdjsonRows read_ndjson(const TextTable& table) {
+Detections read_detection_lines(const TextTable& table) {
+  Detections result{table.path, {}};
+  BadRows bad;
+  for (const TextLine& line : table.rows) {
+    ++result.rows_read;
+    const Json json = Json::parse(line.text.begin(), line.text.end(), nullptr, false);
+    std::optional<Detection> row = detection_of(json);
+    if (row) {
+      row->line = line.number;
+      result.rows.push_back(*std::move(row));
+    } else {
+      bad.count(json.is_object() ? DropReason::not_a_number : DropReason::not_json, table.path, line.number, line.text);
+    }
+  }
+  result.dropped = bad.by_reason();
+  return result;
+}
+
+NdjsonRows read_trajnetpp(const TextTable& table) {
   NdjsonRows result{{table.path, {}}, {}};
   BadRows bad;
   for (const TextLine& line : table.rows) {

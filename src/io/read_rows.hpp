@@ -34,7 +34,10 @@ struct NdjsonRows {
   Detections detections;
   std::optional<double> samples_per_second;
 };
-NdjsonRows read_ndjson(const TextTable& table);
+NdjsonRows read_trajnetpp(const TextTable& table);
+
+/// The lines that `sila serve` hears and `sila replay` writes, a detection each, `t_s` in seconds.
+Detections read_detection_lines(const TextTable& table);
 
 /// Two columns of a CSV with header, by name in lower case. Throws: FormatError for a column or a cell that is missing.
 std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,

@@ -18,7 +18,7 @@ struct TableReader {
   std::map<std::string, std::string> classes;  ///< by track id, where another file has them (inD)
 };
 
-/// Nothing for ndjson of TrajNet++. `first`: the whole file, or its first lines. Throws: FormatError.
+/// Nothing for a format of JSON lines. `first`: the whole file, or its first lines. Throws: FormatError.
 std::optional<TableReader> table_reader(const TextTable& first, const ReadOptions& options);
 
 /// The rows of a file, or of a part of it whose layout has no header, in seconds and metres. `only_track` is the id

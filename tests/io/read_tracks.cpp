@@ -146,6 +146,22 @@ TEST(TrajNetPlusPlus, ReadsTracksAndTheRateOfTheScenes) {
   EXPECT_EQ(file.detections.rows_read, 4U);
 }
 
+TEST(DetectionLines, AreReadAsTheServiceHearsThem) {
+  const TempFolder folder;
+  const std::string text =
+      "{\"t\": 0.1, \"id\": \"a\", \"x\": 1.5, \"y\": 2}\n{\"t\": 0.2, \"id\": 7, \"x\": 2, \"y\": 2.5, \"label\": "
+      "\"cyclist\"}\n{\"t\": 0.3, \"id\": \"a\", \"x\": \"far\", \"y\": 2}\n{\"t\": 0.4, \"id\n";
+  const auto file = read_detections(folder.write("a.ndjson", text));
+  EXPECT_EQ(file.format, TrackFormat::ndjson);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "a", 0.1, 1.5, 2.0);
+  expect_row(file.detections.rows[1], "7", 0.2, 2.0, 2.5);
+  EXPECT_EQ(file.detections.rows[1].label, "cyclist");
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
+  EXPECT_EQ(file.detections.rows_read, 4U);
+}
+
 TEST(StanfordDrone, TakesBoxCentresInPixelsAndCountsLostRows) {
   const TempFolder folder;
   const auto path = folder.write("annotations.txt",
@@ -285,7 +301,7 @@ TEST(ReadDetections, ObeysAForcedFormat) {
 }
 
 TEST(ReadDetections, KnowsEveryFormatByItsName) {
-  ASSERT_EQ(track_formats().size(), 10U);
+  ASSERT_EQ(track_formats().size(), 11U);
   for (const TrackFormatText& format : track_formats()) {
     EXPECT_EQ(track_format(format.name), format.format);
     EXPECT_EQ(name_of(format.format), format.name);

@@ -22,6 +22,7 @@ enum class TrackFormat {
   dut,             ///< DUT: id,frame,label,x_est,y_est,...
   vru,             ///< one track a file: timestamp,x,y; a folder of them is one recording
   juelich,         ///< # comments, then: id frame x y z
+  ndjson,          ///< what `sila serve` hears: {"t", "id", "x", "y"}
 };
 
 struct TrackFormatText {
