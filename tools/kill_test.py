@@ -53,8 +53,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         tracks, model = os.path.join(folder, "tracks.csv"), os.path.join(folder, "model.sila")
         socket = os.path.join(folder, "serve.sock")
-        run(program, "simulate", "--layout", "four-way", "--tracks", "200", "--seed", str(options.seed), "--out", tracks)
         for kill in range(1, options.kills + 1):
+            # New people each time: a batch that the model knows is no episode.
+            seed = str(options.seed * 100000 + kill)
+            run(program, "simulate", "--layout", "four-way", "--tracks", "100", "--seed", seed, "--out", tracks)
             service = Service(program, tracks.replace(".csv", ".scene.json"), model, None, "--unix", socket, "--batch", str(options.batch))
             if not service.up.wait(60):
                 failures.append(f"kill {kill}: the service did not start again")
