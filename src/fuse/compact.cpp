@@ -1,6 +1,7 @@
 #include "sila/fuse/compact.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -18,14 +19,20 @@ struct Workbench {
   std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are looked at
 };
 
-/// The transition that speaks for `rare` with the least difference; -1 if none does.
-int best_speaker(Workbench& bench, int rare, const std::vector<bool>& news, const detail::Coverage& coverage) {
+/// Less of a trajectory than this is left of nobody but who has faded (half_life_episodes).
+constexpr double kFaded = 0.5;
+
+/// The transition that speaks for `rare` with the least difference; -1 if none does. It was seen as often at least, or
+/// more often than that.
+int best_speaker(Workbench& bench, int rare, const std::vector<bool>& news, const detail::Coverage& coverage,
+                 bool more_often) {
   const auto at = [&](int i) -> const Transition& { return bench.transitions[static_cast<std::size_t>(i)]; };
   int best = -1;
   double least = 0.0;
   for (const int other : bench.index.candidates(at(rare), coverage.share)) {
     const bool looked_at = !news[static_cast<std::size_t>(rare)] && !news[static_cast<std::size_t>(other)];
     if (other == rare || looked_at || at(other).count < at(rare).count) continue;
+    if (more_often && at(other).count == at(rare).count) continue;
     const auto difference = bench.index.difference(rare, at(rare), other, at(other), coverage);
     if (!difference || (best >= 0 && *difference >= least)) continue;
     best = other;
@@ -53,12 +60,12 @@ void absorb(Workbench& bench, int rare, int into, const FuseConfig& fusing, cons
 }
 
 /// Absorbs until nothing agrees any more, for what has grown may agree with what it did not agree with before.
-int absorb_rare(Workbench& bench, double max_count, const detail::Coverage& coverage, const FuseConfig& fusing,
-                const OutlookConfig& outlook) {
+int absorb_rare(Workbench& bench, std::vector<bool> news, double max_count, const detail::Coverage& coverage,
+                const FuseConfig& fusing, const OutlookConfig& outlook) {
   std::vector<int> order(bench.transitions.size());
   std::iota(order.begin(), order.end(), 0);
   int absorbed = 0;
-  for (std::vector<bool> news(order.size(), true); std::find(news.begin(), news.end(), true) != news.end();
+  for (; std::find(news.begin(), news.end(), true) != news.end();
        news = std::exchange(bench.changed, std::vector<bool>(order.size(), false))) {
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) {  // the rarest first
       return bench.transitions[static_cast<std::size_t>(a)].count <
@@ -67,13 +74,38 @@ int absorb_rare(Workbench& bench, double max_count, const detail::Coverage& cove
     for (const int rare : order) {
       if (!bench.kept[static_cast<std::size_t>(rare)]) continue;
       if (bench.transitions[static_cast<std::size_t>(rare)].count > max_count) continue;
-      const int speaker = best_speaker(bench, rare, news, coverage);
+      const int speaker = best_speaker(bench, rare, news, coverage, false);
       if (speaker < 0) continue;
       absorb(bench, rare, speaker, fusing, outlook);
       ++absorbed;
     }
   }
   return absorbed;
+}
+
+/// What was seen at most `forget_count` times, and not for long, becomes part of a transition that was seen more often
+/// and knows its place, whatever that one says: of those the one that differs least. Where nobody else knows the place
+/// it stays, until it has faded.
+CompactReport let_go_of_old(Workbench& bench, double episodes, const CompactConfig& config, detail::Coverage coverage,
+                            const FuseConfig& fusing, const OutlookConfig& outlook) {
+  CompactReport report;
+  coverage.agreement = std::numeric_limits<double>::infinity();
+  const std::vector<bool> all(bench.transitions.size(), true);
+  for (std::size_t i = 0; i < bench.transitions.size(); ++i) {
+    const Transition& old = bench.transitions[i];
+    const bool long_ago = episodes - old.last_episode >= config.forget_after_episodes;
+    if (!bench.kept[i] || old.count > config.forget_count || !long_ago) continue;
+    const int speaker = best_speaker(bench, static_cast<int>(i), all, coverage, true);
+    if (speaker >= 0) {
+      absorb(bench, static_cast<int>(i), speaker, fusing, outlook);
+      ++report.absorbed;
+    } else if (old.count < kFaded) {
+      bench.kept[i] = false;
+      bench.index.remove(static_cast<int>(i));
+      ++report.forgotten;
+    }
+  }
+  return report;
 }
 
 }  // namespace
@@ -95,13 +127,13 @@ Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fu
                   std::vector<bool>(transitions, false)};
   const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m,
                                   config.agreement_share};
-  result.report.absorbed = absorb_rare(bench, config.max_count, coverage, fusing, outlook);
-  for (std::size_t i = 0; i < transitions; ++i) {
-    const Transition& transition = model.transitions[i];
-    const double unseen = model.episodes - transition.last_episode;
-    if (!bench.kept[i] || transition.count > config.forget_count || unseen < config.forget_after_episodes) continue;
-    bench.kept[i] = false;
-    ++result.report.forgotten;
+  std::vector<bool> news(transitions, true);
+  for (bool goes_on = true; goes_on;) {
+    result.report.absorbed += absorb_rare(bench, std::move(news), config.max_count, coverage, fusing, outlook);
+    const CompactReport old = let_go_of_old(bench, model.episodes, config, coverage, fusing, outlook);
+    result.report.absorbed += old.absorbed, result.report.forgotten += old.forgotten;
+    news = std::exchange(bench.changed, std::vector<bool>(transitions, false));
+    goes_on = old.absorbed > 0;  // who took something up may agree with others now
   }
   result.kept = detail::thin_out(model, bench.kept);
   result.report.primitives = static_cast<int>(before - model.primitives.size());

@@ -138,16 +138,30 @@ TEST(Compact, KeepsSomebodyWhoWalksTheOtherWayOrElsewhereOrOften) {
   EXPECT_EQ(compact(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 4, 0.25)}), {}).report.absorbed, 0);
 }
 
-TEST(Compact, ForgetsOnlyWhatWasSeenOnceAndNotForLong) {
-  const std::vector<Transition> apart = {walk_along(0, 0, 1, 0.0), walk_along(1, 1, 2, 40.0),
-                                         walk_along(2, 2, 1, 80.0)};
-  Model model = model_of(apart, 21);
-  model.transitions[2].last_episode = 2;
+TEST(Compact, WhatWasSeenOnceAndNotForLongGoesToWhoKnowsThePlaceWhateverItSays) {
+  Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}, 6);
+  model.transitions[0].last_episode = 6;
+  const Compacted small = compact(model, {});
+  ASSERT_EQ(small.model.transitions.size(), 1U);
+  EXPECT_EQ(small.report.absorbed, 1);
+  EXPECT_DOUBLE_EQ(small.model.transitions[0].count, 31.0);
+  EXPECT_DOUBLE_EQ(total_points(small.model), total_points(model));
+  model.episodes = 5;
+  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "not long ago";
+  model.episodes = 6;
+  model.transitions[1].count = 2.0;
+  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "seen twice";
+  model.transitions[0].count = model.transitions[1].count = 1.0;
+  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "by nobody who was not seen more often";
+}
+
+TEST(Compact, ForgetsWhatHasFadedOnlyWhereNobodyElseKnowsThePlace) {
+  Model model = model_of({walk_along(0, 0, 1, 0.0), walk_along(1, 1, 0.4, 40.0)}, 100);
   const Compacted small = compact(model, {});
   EXPECT_EQ(small.report.forgotten, 1);
-  EXPECT_EQ(small.kept, (std::vector<int>{1, 2}));
-  model.episodes = 20;
-  EXPECT_EQ(compact(model, {}).report.forgotten, 0);
+  EXPECT_EQ(small.kept, (std::vector<int>{0})) << "who is alone at a place stays";
+  model.transitions[1].last_episode = 96;
+  EXPECT_EQ(compact(model, {}).report.forgotten, 0) << "not long ago";
 }
 
 TEST(Limit, RefusesWhatIsOutOfRangeAndWhatNothingFitsIn) {

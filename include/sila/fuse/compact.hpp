@@ -21,7 +21,7 @@ struct CompactConfig {
   double known_ratio = 0.4;
   double agreement_mps = 0.3;
   double forget_count = 1.0;
-  double forget_after_episodes = 20.0;
+  double forget_after_episodes = 5.0;
   double half_life_episodes = std::numeric_limits<double>::infinity();
 };
 
@@ -39,9 +39,9 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("agreement_mps", config.agreement_mps, Range{0.0, 10.0, true}, "m/s",
                "fields whose root mean square difference there is below this agree");
   visit.number("forget_count", config.forget_count, Range{0.0, none}, "trajectories",
-               "a transition seen at most so often, and absorbed by none, is forgotten");
+               "a transition seen at most so often is not kept for itself where another one knows its place");
   visit.number("forget_after_episodes", config.forget_after_episodes, Range{1.0, none}, "episodes",
-               "after this long without being seen");
+               "after this long without being seen, whatever that other one says");
   visit.number("half_life_episodes", config.half_life_episodes, Range{0.0, none, true}, "episodes",
                "after which all that was learnt counts half, whether or not the rest of this group is enabled");
 }
@@ -49,7 +49,7 @@ void fields(Config& config, Visitor&& visit) {
 /// What compaction did.
 struct CompactReport {
   int absorbed = 0;    ///< transitions that became part of another one
-  int forgotten = 0;   ///< transitions that nobody took again
+  int forgotten = 0;   ///< transitions that have faded where nobody else knows the place
   int primitives = 0;  ///< that no transition touches any more
 };
 
@@ -60,10 +60,11 @@ struct Compacted {
   std::vector<int> kept;  ///< the primitives that stay, by their old index
 };
 
-/// Absorbs rare transitions into those whose fields agree with them (counts add, fields and outlooks are fused),
-/// forgets those seen once and never again, and drops primitives that no transition touches. Never grows a model;
-/// compacting twice is compacting once. With `enabled` false the model itself, bit for bit. Throws:
-/// std::invalid_argument for a field out of range.
+/// Absorbs rare transitions into those whose fields agree with them (counts add, fields and outlooks are fused), and
+/// those seen once and never again into one that knows their place, whatever it says; forgets what has faded where
+/// nobody else knows the place, and drops primitives that no transition touches. Never grows a model; compacting twice
+/// is compacting once. With `enabled` false the model itself, bit for bit. Throws: std::invalid_argument for a field
+/// out of range.
 Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fusing = {},
                   const OutlookConfig& outlook = {});
 
