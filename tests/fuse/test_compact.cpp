@@ -139,16 +139,16 @@ TEST(Compact, KeepsSomebodyWhoWalksTheOtherWayOrElsewhereOrOften) {
 }
 
 TEST(Compact, WhatWasSeenOnceAndNotForLongGoesToWhoKnowsThePlaceWhateverItSays) {
-  Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}, 6);
-  model.transitions[0].last_episode = 6;
+  Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}, 11);
+  model.transitions[0].last_episode = 11;
   const Compacted small = compact(model, {});
   ASSERT_EQ(small.model.transitions.size(), 1U);
   EXPECT_EQ(small.report.absorbed, 1);
   EXPECT_DOUBLE_EQ(small.model.transitions[0].count, 31.0);
   EXPECT_DOUBLE_EQ(total_points(small.model), total_points(model));
-  model.episodes = 5;
+  model.episodes = 10;
   EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "not long ago";
-  model.episodes = 6;
+  model.episodes = 11;
   model.transitions[1].count = 2.0;
   EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "seen twice";
   model.transitions[0].count = model.transitions[1].count = 1.0;
@@ -160,7 +160,7 @@ TEST(Compact, ForgetsWhatHasFadedOnlyWhereNobodyElseKnowsThePlace) {
   const Compacted small = compact(model, {});
   EXPECT_EQ(small.report.forgotten, 1);
   EXPECT_EQ(small.kept, (std::vector<int>{0})) << "who is alone at a place stays";
-  model.transitions[1].last_episode = 96;
+  model.transitions[1].last_episode = 91;
   EXPECT_EQ(compact(model, {}).report.forgotten, 0) << "not long ago";
 }
 

@@ -21,7 +21,7 @@ struct CompactConfig {
   double known_ratio = 0.4;
   double agreement_mps = 0.3;
   double forget_count = 1.0;
-  double forget_after_episodes = 5.0;
+  double forget_after_episodes = 10.0;
   double half_life_episodes = std::numeric_limits<double>::infinity();
 };
 
