@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "json_values.hpp"
 #include "read_rows.hpp"
 #include "sila/io/detection_json.hpp"
 
@@ -7,19 +8,6 @@ namespace sila {
 namespace {
 
 using Json = nlohmann::json;
-
-std::optional<double> number_in(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found != object.end() && found->is_number() ? std::optional<double>(found->get<double>()) : std::nullopt;
-}
-
-std::optional<std::string> id_in(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  if (found == object.end()) return std::nullopt;
-  if (found->is_string()) return found->get<std::string>();
-  if (found->is_number_integer()) return found->dump();  // its digits, however large it is
-  return std::nullopt;
-}
 
 }  // namespace
 
