@@ -13,6 +13,9 @@
 namespace sila {
 namespace {
 
+/// What is hardly below a bound may be above it but for rounding.
+constexpr double kRoundingMargin = 1.0 - 1e-9;
+
 std::size_t padded(Eigen::Index size, std::size_t multiple) {
   return (static_cast<std::size_t>(size) + multiple - 1) / multiple * multiple;
 }
@@ -75,6 +78,7 @@ Posterior::Posterior(const SparseGp& gp)
   pseudo_inputs_ = padded(gp.pseudo_inputs.transpose(), columns_, inputs());
   weights_ = padded(weights, columns_, outputs());
   reduction_ = padded(reduction, rows_, columns_);
+  reduction_norms_ = padded(reduction.colwise().norm(), 1, columns_);
 }
 
 detail::PosteriorView Posterior::view() const {
@@ -83,7 +87,7 @@ detail::PosteriorView Posterior::view() const {
       weights_.data(), reduction_.data(), signal_variance_};
 }
 
-double Posterior::predict(std::span<const double> x, std::span<double> mean) const {
+void Posterior::require_shapes(std::span<const double> x, std::span<double> mean) const {
   if (x.size() != inputs() || !std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); })) {
     throw std::invalid_argument("posterior: x has " + std::to_string(x.size()) + " entries, must have " +
                                 std::to_string(inputs()) + " finite ones");
@@ -92,11 +96,32 @@ double Posterior::predict(std::span<const double> x, std::span<double> mean) con
     throw std::invalid_argument("posterior: mean has room for " + std::to_string(mean.size()) + " outputs, must be " +
                                 std::to_string(outputs()));
   }
+}
+
+double Posterior::finish(const detail::PosteriorView& view, const double* k, std::span<double> mean) const {
+  detail::weighted_sums(view, k, mean.data());
+  for (std::size_t output = 0; output < mean.size(); ++output) mean[output] += mean_[output];
+  return variance_left(view, k);
+}
+
+double Posterior::predict(std::span<const double> x, std::span<double> mean) const {
+  require_shapes(x, mean);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  detail::weighted_sums(tables, k.data(), mean.data());
-  for (std::size_t output = 0; output < mean.size(); ++output) mean[output] += mean_[output];
-  return variance_left(tables, k.data());
+  return finish(tables, k.data(), mean);
+}
+
+std::optional<double> Posterior::predict_where_known(std::span<const double> x, std::span<double> mean,
+                                                     double share) const {
+  require_shapes(x, mean);
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  detail::PosteriorView norms = tables;
+  norms.outputs = 1, norms.weights = reduction_norms_.data();
+  double most = 0.0;
+  detail::weighted_sums(norms, k.data(), &most);
+  if (most * most < kRoundingMargin * share * signal_variance_) return std::nullopt;
+  return finish(tables, k.data(), mean);
 }
 
 GpPrediction Posterior::predict(const Eigen::VectorXd& x) const {
@@ -117,6 +142,15 @@ FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
   FlowPrediction flow;
   flow.variance = predict(std::span(x.data(), 2), std::span(flow.mean.data(), 2));
+  return flow;
+}
+
+std::optional<FlowPrediction> Posterior::predict_flow_where_known(const Eigen::Vector2d& x, double share) const {
+  require_flow(x);
+  FlowPrediction flow;
+  const auto variance = predict_where_known(std::span(x.data(), 2), std::span(flow.mean.data(), 2), share);
+  if (!variance) return std::nullopt;
+  flow.variance = *variance;
   return flow;
 }
 

@@ -46,23 +46,59 @@ std::vector<Vector2> variances(const std::vector<ResidualMoments>& moments, int 
   return result;
 }
 
-/// Ridge regression towards the untaught blend, as firm as the errors are large: what is noisy, or was seen a few times
-/// only, moves little.
+/// The classes of each step together.
+template <class Moments>
+std::vector<Moments> over_classes(const std::vector<Moments>& moments, int classes) {
+  std::vector<Moments> sums;
+  for (std::size_t cell = 0; cell < moments.size(); ++cell) {
+    if (cell % static_cast<std::size_t>(classes) == 0)
+      sums.push_back(moments[cell]);
+    else
+      sums.back() += moments[cell];
+  }
+  return sums;
+}
+
+/// Ridge regression in every cell towards `prior(cell)`, as firm as the errors are large: what is noisy, or was seen a
+/// few times only, moves little.
+template <class Prior>
 std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments,
-                                   const std::vector<Vector2>& residuals_m2, const Lessons& lessons, int features,
-                                   double ridge) {
-  const Eigen::VectorXd prior = Eigen::VectorXd::Unit(features, untaught_feature(features));
+                                   const std::vector<Vector2>& residuals_m2, int classes, double interval_s,
+                                   double ridge, Prior&& prior) {
   std::vector<Eigen::VectorXd> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const std::size_t step = cell / static_cast<std::size_t>(lessons.classes);
-    const double seconds = static_cast<double>(step + 1) * lessons.interval_s;
+    const double seconds = static_cast<double>(cell / static_cast<std::size_t>(classes) + 1) * interval_s;
     const double firmness = ridge * residuals_m2[cell].mean() / (seconds * seconds);
+    const Eigen::VectorXd towards = prior(cell);
     Eigen::MatrixXd matrix = moments[cell].features;
     matrix.diagonal().array() += firmness;
-    const Eigen::VectorXd coefficients = matrix.ldlt().solve(moments[cell].products + firmness * prior);
-    solved.push_back(moments[cell].weight > 0.0 && coefficients.allFinite() ? coefficients : prior);
+    const Eigen::VectorXd coefficients = matrix.ldlt().solve(moments[cell].products + firmness * towards);
+    solved.push_back(moments[cell].weight > 0.0 && coefficients.allFinite() ? coefficients : towards);
   }
   return solved;
+}
+
+/// Without a roll-out: all speeds together, towards the blend before anything was taught; then each class towards them.
+std::vector<Eigen::VectorXd> solve_alone(const Lessons& lessons, const std::vector<Vector2>& residuals_m2,
+                                         const PredictConfig& config) {
+  const auto together = over_classes(lessons.residuals_without_map, lessons.classes);
+  const std::vector<Eigen::VectorXd> every_speed =
+      solve(over_classes(lessons.without_map, lessons.classes), variances(together, 1, lessons.interval_s), 1,
+            lessons.interval_s, config.blend_ridge,
+            [](std::size_t) { return Eigen::VectorXd::Unit(kAloneFeatures, untaught_feature(kAloneFeatures)); });
+  return solve(lessons.without_map, residuals_m2, lessons.classes, lessons.interval_s, config.blend_class_ridge,
+               [&](std::size_t cell) { return every_speed[cell / static_cast<std::size_t>(lessons.classes)]; });
+}
+
+/// With a roll-out: towards what is believed without one, so that roll-outs count as far as they were right.
+std::vector<Eigen::VectorXd> solve_with_map(const Lessons& lessons, const std::vector<Vector2>& residuals_m2,
+                                            const std::vector<Eigen::VectorXd>& alone, const PredictConfig& config) {
+  return solve(lessons.with_map, residuals_m2, lessons.classes, lessons.interval_s, config.blend_class_ridge,
+               [&](std::size_t cell) {
+                 Eigen::VectorXd towards = Eigen::VectorXd::Zero(kMapFeatures);
+                 towards.head(kAloneFeatures) = alone[cell];
+                 return towards;
+               });
 }
 
 }  // namespace
@@ -124,15 +160,14 @@ Features map_features(const Observation& observation, const Rollout& rollout, co
 Blend::Blend(const Lessons& lessons, const PredictConfig& config) {
   if (!config.blend || lessons.empty()) return;
   steps_ = lessons.steps;
-  const auto taught_by = [&](const std::vector<RegressionMoments>& moments,
-                             const std::vector<ResidualMoments>& residuals, int features) {
-    Table table{{}, variances(residuals, lessons.classes, lessons.interval_s)};
-    table.coefficients = solve(moments, table.residuals_m2, lessons, features, config.blend_ridge);
-    return table;
+  const auto spread = [&](const std::vector<ResidualMoments>& residuals) {
+    return variances(residuals, lessons.classes, lessons.interval_s);
   };
-  place_free_ = {{}, variances(lessons.residuals_place_free, lessons.classes, lessons.interval_s)};
-  alone_ = taught_by(lessons.without_map, lessons.residuals_without_map, kAloneFeatures);
-  with_map_ = taught_by(lessons.with_map, lessons.residuals_with_map, kMapFeatures);
+  place_free_ = {{}, spread(lessons.residuals_place_free)};
+  alone_.residuals_m2 = spread(lessons.residuals_without_map);
+  alone_.coefficients = solve_alone(lessons, alone_.residuals_m2, config);
+  with_map_.residuals_m2 = spread(lessons.residuals_with_map);
+  with_map_.coefficients = solve_with_map(lessons, with_map_.residuals_m2, alone_.coefficients, config);
 }
 
 const Blend::Table& Blend::table(Eigen::Index features) const {

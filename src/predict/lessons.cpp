@@ -135,16 +135,9 @@ void add(Lessons& lessons, const WindowExamples& window) {
   }
 }
 
-void accumulate_cells(std::vector<RegressionMoments>& sum, const std::vector<RegressionMoments>& more) {
-  for (std::size_t c = 0; c < sum.size(); ++c) {
-    sum[c].weight += more[c].weight, sum[c].features += more[c].features, sum[c].products += more[c].products;
-  }
-}
-
-void accumulate_cells(std::vector<ResidualMoments>& sum, const std::vector<ResidualMoments>& more) {
-  for (std::size_t c = 0; c < sum.size(); ++c) {
-    sum[c].weight += more[c].weight, sum[c].along_m2 += more[c].along_m2, sum[c].across_m2 += more[c].across_m2;
-  }
+template <class Moments>
+void accumulate_cells(std::vector<Moments>& sum, const std::vector<Moments>& more) {
+  for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += more[c];
 }
 
 void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, double weight = 1.0) {

@@ -7,6 +7,13 @@
 #include "sila/model/outlook.hpp"
 
 namespace sila {
+namespace {
+
+/// An outlook that explains less than this share of its signal variance is not heard: it would count that much beside
+/// the prior's 1.
+constexpr double kLeastWorthHearing = 1e-3;
+
+}  // namespace
 
 Vector2 Foresight::parting_mps(double seconds) const {
   if (partings_mps.empty()) return Vector2::Zero();
@@ -27,8 +34,10 @@ std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTraje
     const std::optional<Posterior>& outlook = map.field(index).outlook;
     if (!outlook || !map.field(index).outlook_reach.contains(state)) continue;
     const auto mean = scratch.array<double>(outlook->outputs());
-    const double variance = outlook->predict(std::span(state.data(), kOutlookInputs), mean);
-    const double relative = std::max(1e-9, variance / outlook->signal_variance());
+    const auto variance =
+        outlook->predict_where_known(std::span(state.data(), kOutlookInputs), mean, kLeastWorthHearing);
+    if (!variance) continue;
+    const double relative = std::max(1e-9, *variance / outlook->signal_variance());
     const double gain = 1.0 / relative - 1.0;
     for (double& value : mean) value /= relative;
     opinions[count++] = {index, gain, gain * outlook->noise_variance() / outlook->signal_variance(), mean};

@@ -171,6 +171,32 @@ TEST(Posterior, VarianceStaysBetweenZeroAndThePrior) {
   }
 }
 
+TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
+  int known = 0, unknown = 0;
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    const Hyperparameters theta = make.hyperparameters(2);
+    const Posterior posterior(fit_sparse_gp(make.data(2, 80, 2), theta));
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector2d x = make.points(2, 1, 40.0);
+      const FlowPrediction flow = posterior.predict_flow(x);
+      for (const double share : {1e-6, 0.5}) {
+        const auto answer = posterior.predict_flow_where_known(x, share);
+        if (answer) {
+          EXPECT_EQ(answer->mean, flow.mean);
+          EXPECT_EQ(answer->variance, flow.variance);
+        } else {
+          EXPECT_GT(flow.variance, (1.0 - share) * theta.kernel.signal_variance);
+        }
+        ++(answer ? known : unknown);
+      }
+    }
+  }
+  EXPECT_GT(known, 100);
+  EXPECT_GT(unknown, 100);
+}
+
 TEST(Posterior, WithoutPseudoInputsIsTheConstantMean) {
   const SparseGp gp = empty_gp({2.5, vector({1, 1})}, 0.1, Eigen::MatrixXd(2, 0), vector({0.5, -1.0}));
   const Posterior posterior(gp);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,9 +42,13 @@ class Posterior {
   /// The same without allocating: the mean is written, the variance returned. Shapes: x is D, mean is P. Throws: as
   /// `predict`.
   double predict(std::span<const double> x, std::span<double> mean) const;
+  /// The same, but nothing where surely less than `share` of the signal variance is explained: found with less work,
+  /// from |reduction k| <= sum over m of |column m of reduction| k_m. Throws: as `predict`.
+  std::optional<double> predict_where_known(std::span<const double> x, std::span<double> mean, double share) const;
 
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
+  std::optional<FlowPrediction> predict_flow_where_known(const Eigen::Vector2d& x, double share) const;
   Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
   Eigen::Matrix2d mean_jacobian(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
@@ -55,7 +60,9 @@ class Posterior {
 
  private:
   detail::PosteriorView view() const;
+  void require_shapes(std::span<const double> x, std::span<double> mean) const;
   void require_flow(const Eigen::Vector2d& x) const;
+  double finish(const detail::PosteriorView& view, const double* k, std::span<double> mean) const;
 
   double signal_variance_ = 1.0;
   double noise_variance_ = 1.0;
@@ -63,6 +70,7 @@ class Posterior {
   std::vector<double> inverse_length_scales_;
   std::size_t columns_ = 0, rows_ = 0;  ///< padded number of pseudo-inputs, and padded rank
   std::vector<double> pseudo_inputs_, weights_, reduction_;
+  std::vector<double> reduction_norms_;  ///< of its columns
 };
 
 }  // namespace sila

@@ -25,6 +25,11 @@ struct RegressionMoments {
   double weight = 0.0;
   Eigen::MatrixXd features;  ///< F x F, sum of w f f'
   Eigen::VectorXd products;  ///< F, sum of w f y
+
+  RegressionMoments& operator+=(const RegressionMoments& more) {
+    weight += more.weight, features += more.features, products += more.products;
+    return *this;
+  }
 };
 
 /// Sums of squared prediction errors in the frame of the person's heading.
@@ -32,6 +37,11 @@ struct ResidualMoments {
   double weight = 0.0;
   double along_m2 = 0.0;
   double across_m2 = 0.0;
+
+  ResidualMoments& operator+=(const ResidualMoments& more) {
+    weight += more.weight, along_m2 += more.along_m2, across_m2 += more.across_m2;
+    return *this;
+  }
 };
 
 /// What the prediction errors of past episodes taught, gathered on tracks that the model had not learnt yet: how to

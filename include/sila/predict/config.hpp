@@ -33,7 +33,8 @@ struct PredictConfig {
   double merge_radius_m = 2.0;
   bool blend = true;
   bool known_places_only = true;
-  double blend_ridge = 5.0;
+  double blend_ridge = 7.0;
+  double blend_class_ridge = 50.0;
   int alternatives = 4;
   double alternative_weight = 0.01;
   double alternative_reach = 0.9;
@@ -74,7 +75,12 @@ void fields(Config& config, Visitor&& visit) {
              "at a corner where nothing was learnt trust only what does not depend on the place");
   visit.number(
       "blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "-",
-      "trust in outlooks (where none: constant velocity) against what errors taught, in units of their variance");
+      "trust in outlooks (where none: constant velocity) against what errors at all speeds taught, in units of their "
+      "variance");
+  visit.number(
+      "blend_class_ridge", config.blend_class_ridge, Range{0.0, 1e6}, "-",
+      "trust in what errors at all speeds taught against those at one speed, and in the blend without a roll-out "
+      "against that with one");
   visit.number(
       "alternatives", config.alternatives, Range{0, 4}, "-",
       "lighter modes beside the likeliest, in pairs: slower and faster, left and right; as far as max_modes has room");
