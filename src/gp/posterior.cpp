@@ -44,6 +44,19 @@ class Similarities {
   std::vector<double> heap_;
 };
 
+/// The mean of a flow.
+Eigen::Vector2d flow_at(const detail::PosteriorView& view, const double* k, const std::vector<double>& mean) {
+  Eigen::Vector2d sums;
+  detail::weighted_sums(view, k, sums.data());
+  return sums + Eigen::Vector2d(mean[0], mean[1]);
+}
+
+Eigen::Matrix2d jacobian_at(const detail::PosteriorView& view, const Eigen::Vector2d& x, const double* k) {
+  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
+  detail::slopes(view, x.data(), k, jacobian.data());
+  return jacobian;
+}
+
 double variance_left(const detail::PosteriorView& view, const double* k) {
   return std::max(0.0, view.signal_variance - detail::explained_variance(view, k));
 }
@@ -87,15 +100,17 @@ detail::PosteriorView Posterior::view() const {
       weights_.data(), reduction_.data(), signal_variance_};
 }
 
-void Posterior::require_shapes(std::span<const double> x, std::span<double> mean) const {
-  if (x.size() != inputs() || !std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); })) {
-    throw std::invalid_argument("posterior: x has " + std::to_string(x.size()) + " entries, must have " +
-                                std::to_string(inputs()) + " finite ones");
-  }
-  if (mean.size() != outputs()) {
-    throw std::invalid_argument("posterior: mean has room for " + std::to_string(mean.size()) + " outputs, must be " +
-                                std::to_string(outputs()));
-  }
+void Posterior::require_input(std::span<const double> x) const {
+  if (x.size() == inputs() && std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); }))
+    return;
+  throw std::invalid_argument("posterior: x has " + std::to_string(x.size()) + " entries, must have " +
+                              std::to_string(inputs()) + " finite ones");
+}
+
+void Posterior::require_output(std::span<double> mean) const {
+  if (mean.size() == outputs()) return;
+  throw std::invalid_argument("posterior: mean has room for " + std::to_string(mean.size()) + " outputs, must be " +
+                              std::to_string(outputs()));
 }
 
 double Posterior::finish(const detail::PosteriorView& view, const double* k, std::span<double> mean) const {
@@ -105,22 +120,33 @@ double Posterior::finish(const detail::PosteriorView& view, const double* k, std
 }
 
 double Posterior::predict(std::span<const double> x, std::span<double> mean) const {
-  require_shapes(x, mean);
+  require_input(x), require_output(mean);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
   return finish(tables, k.data(), mean);
 }
 
-std::optional<double> Posterior::predict_where_known(std::span<const double> x, std::span<double> mean,
-                                                     double share) const {
-  require_shapes(x, mean);
-  const detail::PosteriorView tables = view();
-  Similarities k(tables, x.data());
-  detail::PosteriorView norms = tables;
+double Posterior::most_explained(const detail::PosteriorView& view, const double* k) const {
+  detail::PosteriorView norms = view;
   norms.outputs = 1, norms.weights = reduction_norms_.data();
   double most = 0.0;
-  detail::weighted_sums(norms, k.data(), &most);
-  if (most * most < kRoundingMargin * share * signal_variance_) return std::nullopt;
+  detail::weighted_sums(norms, k, &most);
+  return most * most / signal_variance_;
+}
+
+double Posterior::most_explained(std::span<const double> x) const {
+  require_input(x);
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  return most_explained(tables, k.data());
+}
+
+std::optional<double> Posterior::predict_where_known(std::span<const double> x, std::span<double> mean,
+                                                     double share) const {
+  require_input(x), require_output(mean);
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  if (most_explained(tables, k.data()) < kRoundingMargin * share) return std::nullopt;
   return finish(tables, k.data(), mean);
 }
 
@@ -154,36 +180,33 @@ std::optional<FlowPrediction> Posterior::predict_flow_where_known(const Eigen::V
   return flow;
 }
 
+FlowPrediction Posterior::glance_at_flow(const Eigen::Vector2d& x) const {
+  require_flow(x);
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  const double least_variance = signal_variance_ * std::max(0.0, 1.0 - most_explained(tables, k.data()));
+  return {flow_at(tables, k.data(), mean_), least_variance};
+}
+
 Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  Eigen::Vector2d mean;
-  detail::weighted_sums(tables, k.data(), mean.data());
-  return mean + Eigen::Vector2d(mean_[0], mean_[1]);
+  return flow_at(tables, k.data(), mean_);
 }
 
 Eigen::Matrix2d Posterior::mean_jacobian(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
-  detail::slopes(tables, x.data(), k.data(), jacobian.data());
-  return jacobian;
+  return jacobian_at(tables, x, k.data());
 }
 
 FlowLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  FlowLinearisation result;
-  detail::weighted_sums(tables, k.data(), result.flow.mean.data());
-  result.flow.mean += Eigen::Vector2d(mean_[0], mean_[1]);
-  result.flow.variance = variance_left(tables, k.data());
-  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
-  detail::slopes(tables, x.data(), k.data(), jacobian.data());
-  result.jacobian = jacobian;
-  return result;
+  return {{flow_at(tables, k.data(), mean_), variance_left(tables, k.data())}, jacobian_at(tables, x, k.data())};
 }
 
 }  // namespace sila

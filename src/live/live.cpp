@@ -13,17 +13,14 @@ namespace {
 /// Ends of tracks are looked for as often as this, on the stream's clock.
 constexpr double kLookEvery_s = 0.25;
 
-std::size_t steps_of(const EpisodeConfig& config) {
-  return static_cast<std::size_t>(steps_in(config.predict.horizon_s, config.sampling.interval_s));
-}
-
 /// Judges a prediction by a path that has its future. Nothing if the path does not, or has no sample at t0.
 std::optional<WindowScore> judged(const Unscored& unscored, const Trajectory& path, const LiveSettings& settings) {
   const double t0_s = unscored.prediction.t0_s;
   const auto last = std::lower_bound(path.times_s.begin(), path.times_s.end(), t0_s);
   if (last == path.times_s.end() || *last != t0_s) return std::nullopt;
-  const std::size_t steps = steps_of(settings.episode);
-  if (t0_s + settings.episode.predict.horizon_s > path.times_s.back() + 1e-3) return std::nullopt;
+  const double horizon_s = settings.episode.predict.horizon_s;
+  const auto steps = static_cast<std::size_t>(steps_in(horizon_s, settings.episode.sampling.interval_s));
+  if (t0_s + horizon_s > path.times_s.back() + 1e-3) return std::nullopt;
   const auto index = static_cast<std::size_t>(last - path.times_s.begin());
   Window window{unscored.observed, future(path, index, steps, settings.episode.sampling)};
   if (window.future_m.size() < steps) return std::nullopt;

@@ -10,7 +10,9 @@ namespace sila {
 namespace {
 
 /// How many transitions are scored on the whole window, for each that may be rolled out.
-constexpr std::size_t kLookedAtPerCandidate = 4;
+constexpr std::size_t kLookedAtPerCandidate = 2;
+/// How many are scored on the last sample.
+constexpr std::size_t kMostLookedAt = 64;
 
 /// Of two independent differences with the same variance.
 double log_normal(double squared_differences, double variance) {
@@ -35,6 +37,35 @@ double log_prior(const FieldMap::Field& field, double variance_here, WeightPrior
 std::size_t first_of_last(std::size_t samples, double seconds, double interval_s) {
   const auto wanted = static_cast<std::size_t>(std::max(1L, std::lround(seconds / interval_s)));
   return samples > wanted ? samples - wanted : 0;
+}
+
+bool better(const Candidate& a, const Candidate& b) {
+  return a.score != b.score ? a.score > b.score : a.transition < b.transition;
+}
+
+/// Where very many fields may know the place, those of which the mean is farthest from the last sample's velocity, for
+/// what they may know of it, are not asked more. Leaves `near` as it is and gives the transitions in order.
+std::span<const int> worth_a_look(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+                                  const PredictConfig& config, Scratch& scratch) {
+  if (near.size() <= kMostLookedAt) return near;
+  const auto scored = scratch.array<Candidate>(near.size());
+  std::size_t count = 0;
+  for (const int index : near) {
+    const FieldMap::Field& field = map.field(index);
+    const FlowPrediction least = field.posterior.glance_at_flow(observed.positions.back());
+    if (least.variance >= config.support_ratio * field.signal_variance) continue;
+    const double off = (observed.velocities.back() - least.mean).squaredNorm();
+    scored[count++] = {index, 0.0, 0.0, log_normal(off, least.variance + field.noise_variance)};
+  }
+  auto chosen = scored.first(count);
+  if (count > kMostLookedAt) {
+    std::nth_element(chosen.begin(), chosen.begin() + kMostLookedAt, chosen.end(), better);
+    chosen = chosen.first(kMostLookedAt);
+    std::ranges::sort(chosen, {}, &Candidate::transition);
+  }
+  const auto transitions = scratch.array<int>(chosen.size());
+  std::ranges::transform(chosen, transitions.begin(), &Candidate::transition);
+  return transitions;
 }
 
 /// What one field says of the last sample, if it knows the place.
@@ -69,10 +100,6 @@ bool look_closely(Candidate& candidate, const FieldMap::Field& field, const Curb
   return supported >= std::min(config.min_supported_samples, static_cast<int>(least_known.size()));
 }
 
-bool better(const Candidate& a, const Candidate& b) {
-  return a.score != b.score ? a.score > b.score : a.transition < b.transition;
-}
-
 /// Where very many transitions overlap, those of which the last sample alone says least are not looked at closely.
 std::span<Candidate> shortlist(std::span<Candidate> list, std::size_t samples, const PredictConfig& config) {
   const std::size_t most = kLookedAtPerCandidate * static_cast<std::size_t>(config.max_candidates);
@@ -105,7 +132,7 @@ Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, 
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
   const auto least_known = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
   std::fill(least_known.begin(), least_known.end(), 1.0);
-  const std::span<const int> near = map.near(observed.positions.back());
+  const std::span<const int> near = worth_a_look(map, map.near(observed.positions.back()), observed, config, scratch);
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;
   for (const int index : near) {

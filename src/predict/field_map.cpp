@@ -11,8 +11,8 @@
 namespace sila {
 namespace {
 
-/// So many length scales from the box of its pseudo-inputs an outlook is 1e-4 of what it is at them, or less.
-constexpr double kOutlookReach = 4.3;
+/// So many length scales from a pseudo-input it explains 1e-4 of what it explains of its own place, or less.
+constexpr double kOutlookReach = 3.1;
 /// The bucket of fields that reach everywhere; they stand in every other bucket as well. No place that is looked up has
 /// this key.
 constexpr std::int64_t kEverywhere = std::numeric_limits<std::int64_t>::min();

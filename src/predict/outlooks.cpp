@@ -12,6 +12,37 @@ namespace {
 /// An outlook that explains less than this share of its signal variance is not heard: it would count that much beside
 /// the prior's 1.
 constexpr double kLeastWorthHearing = 1e-3;
+/// Of so many outlooks at most.
+constexpr std::size_t kMostHeard = 64;
+
+/// Transitions of which the outlook may know this state, in order. Where there are very many, those that can be said to
+/// know it least are left out.
+std::span<const int> worth_asking(const FieldMap& map, const OutlookState& state, std::span<const int> near,
+                                  Scratch& scratch) {
+  struct Expert {
+    double most_explained;
+    int transition;
+  };
+  const bool choose = near.size() > kMostHeard;
+  const auto experts = scratch.array<Expert>(near.size());
+  std::size_t count = 0;
+  for (const int index : near) {
+    const FieldMap::Field& field = map.field(index);
+    if (!field.outlook || !field.outlook_reach.contains(state)) continue;
+    experts[count++] = {choose ? field.outlook->most_explained(std::span(state.data(), kOutlookInputs)) : 0.0, index};
+  }
+  auto chosen = experts.first(count);
+  if (count > kMostHeard) {
+    std::nth_element(chosen.begin(), chosen.begin() + kMostHeard, chosen.end(), [](const Expert& a, const Expert& b) {
+      return a.most_explained != b.most_explained ? a.most_explained > b.most_explained : a.transition < b.transition;
+    });
+    chosen = chosen.first(kMostHeard);
+    std::ranges::sort(chosen, {}, &Expert::transition);
+  }
+  const auto transitions = scratch.array<int>(chosen.size());
+  std::ranges::transform(chosen, transitions.begin(), &Expert::transition);
+  return transitions;
+}
 
 }  // namespace
 
@@ -27,20 +58,19 @@ Vector2 Foresight::parting_mps(double seconds) const {
 std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
   if (map.outlook_knots() == 0 || observed.positions.empty()) return {};
   const OutlookState state = outlook_state(observed);
-  const std::span<const int> near = map.near(observed.positions.back());
-  const auto opinions = scratch.array<ExpertOpinion>(near.size());
+  const std::span<const int> experts = worth_asking(map, state, map.near(observed.positions.back()), scratch);
+  const auto opinions = scratch.array<ExpertOpinion>(experts.size());
   std::size_t count = 0;
-  for (const int index : near) {
-    const std::optional<Posterior>& outlook = map.field(index).outlook;
-    if (!outlook || !map.field(index).outlook_reach.contains(state)) continue;
-    const auto mean = scratch.array<double>(outlook->outputs());
+  for (const int index : experts) {
+    const Posterior& outlook = *map.field(index).outlook;
+    const auto mean = scratch.array<double>(outlook.outputs());
     const auto variance =
-        outlook->predict_where_known(std::span(state.data(), kOutlookInputs), mean, kLeastWorthHearing);
+        outlook.predict_where_known(std::span(state.data(), kOutlookInputs), mean, kLeastWorthHearing);
     if (!variance) continue;
-    const double relative = std::max(1e-9, *variance / outlook->signal_variance());
+    const double relative = std::max(1e-9, *variance / outlook.signal_variance());
     const double gain = 1.0 / relative - 1.0;
     for (double& value : mean) value /= relative;
-    opinions[count++] = {index, gain, gain * outlook->noise_variance() / outlook->signal_variance(), mean};
+    opinions[count++] = {index, gain, gain * outlook.noise_variance() / outlook.signal_variance(), mean};
   }
   return opinions.first(count);
 }

@@ -52,8 +52,9 @@ struct Known {
 };
 
 TEST(FieldProtocol, ConstantVelocityScoresAsKnownAndAnOracleScoresZero) {
-  const std::filesystem::path folder = testing::data_dir() / "eth_ucy" / "sgan_format";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the real tracks are not on this machine";
+  const auto recordings = testing::recordings();
+  if (!recordings) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
+  const std::filesystem::path folder = *recordings / "eth_ucy" / "sgan_format";
   const Known known[] = {{{"biwi_eth.txt"}, 364, 1.075, 2.282},
                          {{"biwi_hotel.txt"}, 1197, 0.319, 0.614},
                          {{"students001.txt", "students003.txt"}, 24334, 0.524, 1.165},

@@ -191,6 +191,11 @@ TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
         }
         ++(answer ? known : unknown);
       }
+      const double most = posterior.most_explained(std::span(x.data(), 2));
+      EXPECT_GE(most + 1e-9, 1.0 - flow.variance / theta.kernel.signal_variance);
+      const FlowPrediction glance = posterior.glance_at_flow(x);
+      EXPECT_EQ(glance.mean, flow.mean);
+      EXPECT_LE(glance.variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
     }
   }
   EXPECT_GT(known, 100);

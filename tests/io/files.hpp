@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -25,18 +24,6 @@ class TempFolder : public ScratchFolder {
     return file;
   }
 };
-
-/// The folder of the real recordings, if this machine has it: $SILA_DATA_DIR, else ../shared/data beside the
-/// repository.
-inline std::optional<std::filesystem::path> data_folder() {
-  std::error_code unknown;
-  if (const char* given = std::getenv("SILA_DATA_DIR")) return std::filesystem::path(given);
-  const auto repository = std::filesystem::path(SILA_TESTS_DIR).parent_path();
-  for (const auto& base : {repository.parent_path(), repository.parent_path().parent_path()}) {
-    if (std::filesystem::exists(base / "shared/data/scenes", unknown)) return base / "shared/data";
-  }
-  return std::nullopt;
-}
 
 inline std::filesystem::path scenes_of_experiments() {
   return std::filesystem::path(SILA_TESTS_DIR).parent_path() / "experiments/scenes";

@@ -16,6 +16,7 @@
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/sim/simulate.hpp"
+#include "support/data.hpp"
 
 namespace sila {
 namespace {
@@ -139,7 +140,7 @@ void expect_no_track_in_the_model(const std::vector<PlacedTrack>& tracks, std::s
 }
 
 std::vector<PlacedTrack> recorded(const std::string& name, std::size_t most) {
-  const auto data = tests::data_folder();
+  const auto data = testing::recordings();
   if (!data) return {};
   auto path = *data / "scenes" / (name + ".json");
   if (!std::filesystem::exists(path)) path = tests::scenes_of_experiments() / (name + ".json");

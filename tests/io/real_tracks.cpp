@@ -4,6 +4,7 @@
 
 #include "io/files.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "support/data.hpp"
 
 // The recordings are not part of this repository; without them these tests are skipped. Expected numbers of ids are
 // those that the recordings' own documentation states; pieces differ where gaps and jumps split tracks.
@@ -21,7 +22,7 @@ struct Recording {
 class RealTracks : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto found = tests::data_folder();
+    const auto found = testing::recordings();
     if (!found) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
     data = *found;
   }

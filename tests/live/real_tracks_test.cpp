@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <map>
+#include <optional>
 
 #include "live/streams.hpp"
 #include "sila/io/scene.hpp"
@@ -19,9 +19,10 @@ struct Place {
   std::vector<PlacedTrack> tracks;
 };
 
-Place read_place(const std::string& name, const CleanConfig& clean) {
-  Place place{
-      read_scene(testing::data_dir() / "scenes" / (name + ".json"), CurbScaling::mean_width, testing::data_dir()), {}};
+std::optional<Place> read_place(const std::string& name, const CleanConfig& clean) {
+  const auto recordings = testing::recordings();
+  if (!recordings) return std::nullopt;
+  Place place{read_scene(*recordings / "scenes" / (name + ".json"), CurbScaling::mean_width, *recordings), {}};
   for (Trajectory& track : read_scene_tracks(place.scene, clean).trajectories) {
     const CurbFrame frame = frame_for(place.scene, track, CornerChoice::primary);
     place.tracks.push_back({std::move(track), frame});
@@ -77,9 +78,10 @@ LiveSettings settings_for(const Place& place) {
 }
 
 TEST(LiveRealTracks, StatedRegionsHoldOverTheLastThousandPedestrians) {
-  if (!std::filesystem::exists(testing::data_dir() / "scenes")) GTEST_SKIP() << "no recordings on this machine";
   LiveSettings settings;
-  Place place = read_place("vru_aschaffenburg", settings.clean);
+  std::optional<Place> there = read_place("vru_aschaffenburg", settings.clean);
+  if (!there) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
+  Place& place = *there;
   set_apart(place, 2.0, 1);
   settings = settings_for(place);
   settings.episode.predict.observe_s = 1.6,
@@ -98,9 +100,10 @@ TEST(LiveRealTracks, StatedRegionsHoldOverTheLastThousandPedestrians) {
 }
 
 TEST(LiveRealTracks, LiveErrorIsWhatEvaluateGivesForTheSamePredictions) {
-  if (!std::filesystem::exists(testing::data_dir() / "scenes")) GTEST_SKIP() << "no recordings on this machine";
   LiveSettings settings;
-  const Place place = read_place("sdd_deathCircle", settings.clean);
+  const std::optional<Place> there = read_place("sdd_deathCircle", settings.clean);
+  if (!there) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
+  const Place& place = *there;
   settings = settings_for(place);
   settings.live.every_s = settings.evaluate.every_s;
   settings.live.batch = 100;

@@ -9,6 +9,7 @@
 #include "sila/episode/episode.hpp"
 #include "sila/eval/episodes.hpp"
 #include "sila/predict/constant_velocity.hpp"
+#include "sila/predict/field_map.hpp"
 #include "sila/predict/modes.hpp"
 #include "support/walks.hpp"
 
@@ -60,6 +61,34 @@ TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   const Prediction constant = predict(corner_model(), observed, plain);
   const std::vector<Vector2> expected = constant_velocity(observed, 25, 0.2);
   for (std::size_t j = 0; j < expected.size(); ++j) EXPECT_LT((constant.modes[0].path_m[j] - expected[j]).norm(), 1e-9);
+}
+
+/// Mean distance [m] between where the modes on average end and where people were.
+double mean_miss_m(const Model& model, std::span<const Window> windows) {
+  const Predictor predictor(model, kConfig.predict);
+  double sum = 0.0;
+  int count = 0;
+  for (const Window& window : windows) {
+    if (window.future_m.size() < 25) continue;
+    const Prediction prediction = predictor.predict(window.observed);
+    expect_valid(prediction);
+    Vector2 end = Vector2::Zero();
+    for (const Mode& mode : prediction.modes) end += mode.weight * mode.path_m[24];
+    sum += (end - window.future_m[24]).norm(), ++count;
+  }
+  return sum / count;
+}
+
+TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
+  const std::vector<PlacedTrack> walks = testing::corner_walks(400, 21);
+  const Model fused = run_episodes({}, walks, 20, kConfig, sila_update(kConfig)).model;
+  const Model crowded = run_episodes({}, walks, 5, kConfig, accumulate_update(kConfig)).model;
+  const FieldMap map(crowded);
+  const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
+  const auto many = std::ranges::count_if(
+      windows, [&](const Window& window) { return map.near(window.observed.positions.back()).size() > 100; });
+  EXPECT_GT(many, 20);
+  EXPECT_LT(mean_miss_m(crowded, windows), 1.1 * mean_miss_m(fused, windows));
 }
 
 TEST(Predictor, AnswersWithAnEmptyModel) {

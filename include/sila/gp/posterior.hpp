@@ -42,13 +42,17 @@ class Posterior {
   /// The same without allocating: the mean is written, the variance returned. Shapes: x is D, mean is P. Throws: as
   /// `predict`.
   double predict(std::span<const double> x, std::span<double> mean) const;
-  /// The same, but nothing where surely less than `share` of the signal variance is explained: found with less work,
-  /// from |reduction k| <= sum over m of |column m of reduction| k_m. Throws: as `predict`.
+  /// At most so large a share of the signal variance is explained at x; found with less work than the variance, from
+  /// |reduction k| <= sum over m of |column m of reduction| k_m. Throws: as `predict`.
+  double most_explained(std::span<const double> x) const;
+  /// The same as `predict`, but nothing where surely less than `share` of the signal variance is explained.
   std::optional<double> predict_where_known(std::span<const double> x, std::span<double> mean, double share) const;
 
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
   std::optional<FlowPrediction> predict_flow_where_known(const Eigen::Vector2d& x, double share) const;
+  /// The mean with the least variance that there may be.
+  FlowPrediction glance_at_flow(const Eigen::Vector2d& x) const;
   Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
   Eigen::Matrix2d mean_jacobian(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
@@ -60,8 +64,10 @@ class Posterior {
 
  private:
   detail::PosteriorView view() const;
-  void require_shapes(std::span<const double> x, std::span<double> mean) const;
+  void require_input(std::span<const double> x) const;
+  void require_output(std::span<double> mean) const;
   void require_flow(const Eigen::Vector2d& x) const;
+  double most_explained(const detail::PosteriorView& view, const double* k) const;
   double finish(const detail::PosteriorView& view, const double* k, std::span<double> mean) const;
 
   double signal_variance_ = 1.0;
