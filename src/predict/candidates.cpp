@@ -6,13 +6,14 @@
 #include <numeric>
 #include <optional>
 
+#include "ranking.hpp"
+
 namespace sila {
 namespace {
 
-/// How many transitions are scored on the whole window, for each that may be rolled out.
-constexpr std::size_t kLookedAtPerCandidate = 2;
-/// How many are scored on the last sample.
-constexpr std::size_t kMostLookedAt = 64;
+/// How many transitions are scored on the last sample, and how many of them on the whole window, for each that may be
+/// rolled out.
+constexpr std::size_t kGlancedAtPerCandidate = 8, kLookedAtPerCandidate = 2;
 
 /// Of two independent differences with the same variance.
 double log_normal(double squared_differences, double variance) {
@@ -39,33 +40,22 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
   return samples > wanted ? samples - wanted : 0;
 }
 
-bool better(const Candidate& a, const Candidate& b) {
-  return a.score != b.score ? a.score > b.score : a.transition < b.transition;
-}
-
 /// Where very many fields may know the place, those of which the mean is farthest from the last sample's velocity, for
-/// what they may know of it, are not asked more. Leaves `near` as it is and gives the transitions in order.
+/// what they may know of it, are not asked more. The transitions that are left, in order.
 std::span<const int> worth_a_look(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
                                   const PredictConfig& config, Scratch& scratch) {
-  if (near.size() <= kMostLookedAt) return near;
-  const auto scored = scratch.array<Candidate>(near.size());
+  const std::size_t most = kGlancedAtPerCandidate * static_cast<std::size_t>(config.max_candidates);
+  if (near.size() <= most) return near;
+  const auto ranked = scratch.array<detail::Ranked>(near.size());
   std::size_t count = 0;
   for (const int index : near) {
     const FieldMap::Field& field = map.field(index);
     const FlowPrediction least = field.posterior.glance_at_flow(observed.positions.back());
     if (least.variance >= config.support_ratio * field.signal_variance) continue;
     const double off = (observed.velocities.back() - least.mean).squaredNorm();
-    scored[count++] = {index, 0.0, 0.0, log_normal(off, least.variance + field.noise_variance)};
+    ranked[count++] = {log_normal(off, least.variance + field.noise_variance), index};
   }
-  auto chosen = scored.first(count);
-  if (count > kMostLookedAt) {
-    std::nth_element(chosen.begin(), chosen.begin() + kMostLookedAt, chosen.end(), better);
-    chosen = chosen.first(kMostLookedAt);
-    std::ranges::sort(chosen, {}, &Candidate::transition);
-  }
-  const auto transitions = scratch.array<int>(chosen.size());
-  std::ranges::transform(chosen, transitions.begin(), &Candidate::transition);
-  return transitions;
+  return detail::best_in_order(ranked.first(count), most, scratch);
 }
 
 /// What one field says of the last sample, if it knows the place.
@@ -98,6 +88,10 @@ bool look_closely(Candidate& candidate, const FieldMap::Field& field, const Curb
   }
   candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
   return supported >= std::min(config.min_supported_samples, static_cast<int>(least_known.size()));
+}
+
+bool better(const Candidate& a, const Candidate& b) {
+  return a.score != b.score ? a.score > b.score : a.transition < b.transition;
 }
 
 /// Where very many transitions overlap, those of which the last sample alone says least are not looked at closely.

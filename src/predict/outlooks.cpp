@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ranking.hpp"
 #include "sila/model/gait.hpp"
 #include "sila/model/outlook.hpp"
 
@@ -19,29 +20,15 @@ constexpr std::size_t kMostHeard = 64;
 /// know it least are left out.
 std::span<const int> worth_asking(const FieldMap& map, const OutlookState& state, std::span<const int> near,
                                   Scratch& scratch) {
-  struct Expert {
-    double most_explained;
-    int transition;
-  };
   const bool choose = near.size() > kMostHeard;
-  const auto experts = scratch.array<Expert>(near.size());
+  const auto ranked = scratch.array<detail::Ranked>(near.size());
   std::size_t count = 0;
   for (const int index : near) {
     const FieldMap::Field& field = map.field(index);
     if (!field.outlook || !field.outlook_reach.contains(state)) continue;
-    experts[count++] = {choose ? field.outlook->most_explained(std::span(state.data(), kOutlookInputs)) : 0.0, index};
+    ranked[count++] = {choose ? field.outlook->most_explained(std::span(state.data(), kOutlookInputs)) : 0.0, index};
   }
-  auto chosen = experts.first(count);
-  if (count > kMostHeard) {
-    std::nth_element(chosen.begin(), chosen.begin() + kMostHeard, chosen.end(), [](const Expert& a, const Expert& b) {
-      return a.most_explained != b.most_explained ? a.most_explained > b.most_explained : a.transition < b.transition;
-    });
-    chosen = chosen.first(kMostHeard);
-    std::ranges::sort(chosen, {}, &Expert::transition);
-  }
-  const auto transitions = scratch.array<int>(chosen.size());
-  std::ranges::transform(chosen, transitions.begin(), &Expert::transition);
-  return transitions;
+  return detail::best_in_order(ranked.first(count), kMostHeard, scratch);
 }
 
 }  // namespace
