@@ -13,7 +13,7 @@ import argparse, json, multiprocessing, os, random, signal, subprocess, sys, tem
 
 from hostile_attacks import ATTACKS, Attacks, FLOODING, PLACES, connect, detection, hear, http, refusals
 from live_client import Service, Walkers
-from load_test import simulate
+from load_test import simulate, two_free_ports
 
 TOKEN = "not-to-be-guessed"
 
@@ -28,7 +28,7 @@ def status_of(port, headers=b"", target=b"/metrics"):
 
 def test_token(options, program, folder, scene, patience_s):
     """A service with a token that listens everywhere: nobody is heard without it, and who says nothing has no place for long."""
-    model, port, told = os.path.join(folder, "token.sila"), options.port + 10, []
+    model, port, told = os.path.join(folder, "token.sila"), two_free_ports(), []
     alone = subprocess.run(
         [program, "serve", "--scene", scene, "--model", model, "--http", "off", "--tcp", f"0.0.0.0:{port + 1}"],
         capture_output=True,
@@ -138,8 +138,9 @@ def main():
     )
     parser.add_argument("--calm", type=float, help="seconds of the good client alone, before and after")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--port", type=int, default=18965)
+    parser.add_argument("--port", type=int, help="of two in a row; free ones if none is given")
     options = parser.parse_args()
+    options.port = options.port or two_free_ports()
     program, chance = os.path.abspath(options.program), random.Random(options.seed)
     size = (lambda full, short: short) if options.short else (lambda full, short: full)
     calm_s = options.calm or size(15.0, 1.0)

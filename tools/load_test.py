@@ -6,7 +6,7 @@ and what was refused.
     tools/load_test.py --stages 100:300                 # 100 pedestrians for 300 s
     tools/load_test.py --stages 100:60,1000:60,100:60   # too many, and back
 """
-import argparse, csv, json, os, random, re, signal, subprocess, sys, tempfile, threading, time, urllib.request
+import argparse, csv, json, os, random, re, signal, socket, subprocess, sys, tempfile, threading, time, urllib.request
 
 
 def simulate(program, folder, tracks, seed):
@@ -64,16 +64,30 @@ def metrics(port):
     return {line.rsplit(" ", 1)[0]: float(line.rsplit(" ", 1)[1]) for line in text.splitlines() if not line.startswith("#")}
 
 
+def two_free_ports():
+    """The first of two in a row, below those that systems give to clients."""
+    while True:
+        port = random.randrange(20000, 32000, 2)
+        with socket.socket() as first, socket.socket() as second:
+            try:
+                first.bind(("127.0.0.1", port))
+                second.bind(("127.0.0.1", port + 1))
+            except OSError:
+                continue
+            return port
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--stages", default="100:300", help="pedestrians:seconds, separated by commas")
     parser.add_argument("--program", default="build/release/cli/sila")
     parser.add_argument("--rate", type=float, default=10.0, help="detections of a pedestrian per second")
     parser.add_argument("--together", action="store_true", help="all pedestrians of a frame at the same moment; else spread over it")
-    parser.add_argument("--port", type=int, default=18765)
+    parser.add_argument("--port", type=int, help="of two in a row; free ones if none is given")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--model", help="model file to go on with")
     options = parser.parse_args()
+    options.port = options.port or two_free_ports()
     program, chance = os.path.abspath(options.program), random.Random(options.seed)
     with tempfile.TemporaryDirectory() as folder:
         paths, scene = simulate(program, folder, 989, options.seed)

@@ -11,7 +11,7 @@ import argparse, os, random, signal, sqlite3, statistics, subprocess, sys, tempf
 
 from kill_test import check, episodes_of
 from live_client import Service, Walkers
-from load_test import simulate
+from load_test import simulate, two_free_ports
 
 MOST_FAULTS_SHOWN = 20
 
@@ -79,10 +79,11 @@ def main():
         "--most-growth", type=float, default=1.25, help="last third over middle third, of memory and of the file"
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--port", type=int, default=18865)
+    parser.add_argument("--port", type=int, help="of two in a row; free ones if none is given")
     parser.add_argument("--set", action="append", default=[], help="configuration of the service, PATH=VALUE")
     parser.add_argument("--samples", help="file to write the samples to, as CSV")
     options = parser.parse_args()
+    options.port = options.port or two_free_ports()
     program, chance = os.path.abspath(options.program), random.Random(options.seed)
     total = {
         "lives": 0,
