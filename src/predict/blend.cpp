@@ -67,7 +67,8 @@ std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments
                                    double ridge, Prior&& prior) {
   std::vector<Eigen::VectorXd> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const double seconds = static_cast<double>(cell / static_cast<std::size_t>(classes) + 1) * interval_s;
+    const std::size_t step = cell / static_cast<std::size_t>(classes);
+    const double seconds = static_cast<double>(step + 1) * interval_s;
     const double firmness = ridge * residuals_m2[cell].mean() / (seconds * seconds);
     const Eigen::VectorXd towards = prior(cell);
     Eigen::MatrixXd matrix = moments[cell].features;
