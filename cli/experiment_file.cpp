@@ -23,12 +23,18 @@ struct Item {
   std::string where;
 };
 
+/// A name as it stands in the file: also one of no letters is seen.
+std::string quoted(const std::string& name) {
+  return json(name).dump();
+}
+
 void require_object(const Item& item, const std::vector<std::string>& known) {
   if (!item.value.is_object()) throw FormatError(item.file, 0, item.where + " to be an object", item.value.dump());
   for (const auto& [key, value] : item.value.items()) {
     if (std::ranges::find(known, key) != known.end()) continue;
     throw FormatError(item.file, 0,
-                      "a known key in " + item.where + " (the nearest is " + nearest_name(key, known) + ")", key);
+                      "a known key in " + item.where + " (the nearest is " + nearest_name(key, known) + ")",
+                      quoted(key));
   }
 }
 
@@ -67,7 +73,7 @@ fs::path found_file(const std::string& name, const ExperimentOptions& options, c
       options.file, 0,
       what + " beside the experiment file" +
           (options.data_dir.empty() ? " (or in --data-dir, which is not given)" : " or in " + options.data_dir),
-      name);
+      quoted(name));
 }
 
 /// Simulated tracks, cleaned as those of a tracker.
@@ -141,7 +147,8 @@ MethodKind kind_named(const std::string& name, const Item& item) {
   if (found != std::end(kMethodKinds)) return static_cast<MethodKind>(found - std::begin(kMethodKinds));
   const std::vector<std::string> known(std::begin(kMethodKinds), std::end(kMethodKinds));
   throw FormatError(item.file, 0,
-                    "a known method in " + item.where + " (the nearest is " + nearest_name(name, known) + ")", name);
+                    "a known method in " + item.where + " (the nearest is " + nearest_name(name, known) + ")",
+                    quoted(name));
 }
 
 /// One method at every place.
@@ -221,7 +228,7 @@ std::string reference_of(const Item& item, const std::vector<MethodAtPlaces>& me
   const std::string name = text_at(item, "reference");
   if (std::ranges::find(names, name) == names.end())
     throw FormatError(item.file, 0, "reference to be a method (the nearest is " + nearest_name(name, names) + ")",
-                      name);
+                      quoted(name));
   return name;
 }
 

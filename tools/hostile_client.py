@@ -26,7 +26,7 @@ def status_of(port, headers=b"", target=b"/metrics"):
     )
 
 
-def test_token(options, program, folder, scene, patience_s):
+def test_token(program, folder, scene, patience_s):
     """A service with a token that listens everywhere: nobody is heard without it, and who says nothing has no place for long."""
     model, port, told = os.path.join(folder, "token.sila"), two_free_ports(), []
     alone = subprocess.run(
@@ -243,7 +243,7 @@ def main():
             faults.append("nothing was learnt")
         if "token" in wanted:
             try:
-                print("== token:", test_token(options, program, folder, scene, None if options.short else 10.0))
+                print("== token:", test_token(program, folder, scene, None if options.short else 10.0))
             except (AssertionError, OSError) as error:
                 faults.append(f"token: {error!r}")
     print(f"{len(faults)} faults")

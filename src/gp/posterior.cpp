@@ -171,15 +171,6 @@ FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   return flow;
 }
 
-std::optional<FlowPrediction> Posterior::predict_flow_where_known(const Eigen::Vector2d& x, double share) const {
-  require_flow(x);
-  FlowPrediction flow;
-  const auto variance = predict_where_known(std::span(x.data(), 2), std::span(flow.mean.data(), 2), share);
-  if (!variance) return std::nullopt;
-  flow.variance = *variance;
-  return flow;
-}
-
 FlowPrediction Posterior::glance_at_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();

@@ -1,14 +1,15 @@
 #include "sila/io/config_json.hpp"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 
 #include "sila/core/errors.hpp"
+#include "text_file.hpp"
 
 namespace sila {
 namespace {
@@ -22,40 +23,46 @@ struct Refusal {
   std::string found;
 };
 
-/// How many letters must be put in, taken out or exchanged to make one word of the other (Levenshtein), or `enough` if
-/// it is at least that.
-std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t enough) {
-  if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) >= enough) return enough;
-  std::vector<std::size_t> above(
-      b.size());  // distances of the last prefix of `a` to every prefix of `b` but the empty one
-  std::iota(above.begin(), above.end(), std::size_t{1});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = i;
-    std::size_t left = i + 1;
-    std::size_t least = left;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      left = std::min({diagonal + (a[i] == b[j] ? 0 : 1), left + 1, above[j] + 1});
-      diagonal = std::exchange(above[j], left);
-      least = std::min(least, left);
-    }
-    if (least >= enough) return enough;  // no later row has less than the least of this one
+/// How many letters must be put in, taken out or exchanged to make the words of a list of one name (Levenshtein). All
+/// the name's rows of the table are one machine word, as differences of neighbours (Myers, J. ACM 46(3), 1999; Hyyro,
+/// 2003), so 64 letters of it count.
+class EditDistance {
+ public:
+  explicit EditDistance(std::string_view name) : letters_(std::min<std::size_t>(name.size(), 64)) {
+    for (std::size_t i = 0; i < letters_; ++i) rows_of_[static_cast<unsigned char>(name[i])] |= std::uint64_t{1} << i;
   }
-  return std::min(enough, above.empty() ? a.size() : above.back());
-}
 
-/// Index of the first word that the fewest letters part from `name`. The time that it takes grows with the length of
-/// `name`, of which 100 letters count.
-std::size_t nearest_word(std::string_view name, const std::vector<std::string_view>& words) {
-  const std::string_view meant = name.substr(0, 100);
-  std::size_t nearest = 0;
-  std::size_t least = std::numeric_limits<std::size_t>::max();
-  for (std::size_t w = 0; w < words.size(); ++w) {
-    const std::size_t distance = edit_distance(meant, words[w], least);
-    if (distance >= least) continue;
-    nearest = w;
-    least = distance;
+  std::size_t to(std::string_view word) const {
+    if (letters_ == 0) return word.size();
+    const std::size_t last = letters_ - 1;
+    std::size_t distance = letters_;
+    std::uint64_t rises = ~std::uint64_t{0}, falls = 0;  // from the row above, in the column of the last letter
+    for (const char letter : word) {
+      const std::uint64_t same = rows_of_[static_cast<unsigned char>(letter)];
+      const std::uint64_t diagonal = (((same & rises) + rises) ^ rises) | same | falls;
+      std::uint64_t to_right_rises = falls | ~(diagonal | rises);
+      std::uint64_t to_right_falls = rises & diagonal;
+      distance += (to_right_rises >> last) & 1;
+      distance -= (to_right_falls >> last) & 1;
+      to_right_rises = to_right_rises << 1 | 1;  // in the empty name's row, every letter costs one
+      to_right_falls <<= 1;
+      rises = to_right_falls | ~(diagonal | to_right_rises);
+      falls = to_right_rises & diagonal;
+    }
+    return distance;
   }
-  return nearest;
+
+ private:
+  std::size_t letters_;
+  std::array<std::uint64_t, 256> rows_of_{};  ///< by letter
+};
+
+/// Index of the first word that the fewest letters part from `name`.
+std::size_t nearest_word(std::string_view name, const std::vector<std::string_view>& words) {
+  const EditDistance distance(name);
+  std::vector<std::size_t> distances;
+  for (const std::string_view word : words) distances.push_back(distance.to(word));
+  return static_cast<std::size_t>(std::ranges::min_element(distances) - distances.begin());
 }
 
 const Field& find_field(std::span<const Field> list, std::string_view path) {
@@ -68,12 +75,12 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
     names.push_back(names.back().substr(field.path.rfind('.') + 1));
   }
   const Field& nearest = list[nearest_word(path, names) / 2];
-  throw Refusal{"a known field (the nearest is " + nearest.path + ")", std::string(path)};
+  throw Refusal{"a known field (the nearest is " + nearest.path + ")", excerpt(path)};
 }
 
-std::string joined(const std::vector<std::string>& names) {
+std::string joined(std::span<const char* const> names) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : " | ") + name;
+  for (const char* name : names) text += (text.empty() ? "" : " | ") + std::string(name);
   return text;
 }
 
@@ -105,7 +112,7 @@ bool inside(const Range& range, double value) {
 void write_checked(const Field& field, const FieldValue& value) {
   if (const std::string* name = std::get_if<std::string>(&value)) {
     if (std::ranges::find(field.choices, *name) == field.choices.end()) {
-      throw Refusal{field.path + " to be " + kind_of(field), "\"" + *name + "\""};
+      throw Refusal{field.path + " to be " + kind_of(field), excerpt(*name)};
     }
   } else if (!std::holds_alternative<bool>(value)) {
     const std::int64_t* whole = std::get_if<std::int64_t>(&value);

@@ -61,9 +61,7 @@ std::span<const int> worth_a_look(const FieldMap& map, std::span<const int> near
 /// What one field says of the last sample, if it knows the place.
 std::optional<Candidate> glance(const FieldMap::Field& field, int index, const CurbTrajectory& observed,
                                 double& least_known, const PredictConfig& config) {
-  const auto known = field.posterior.predict_flow_where_known(observed.positions.back(), 1.0 - config.support_ratio);
-  if (!known) return std::nullopt;
-  const FlowPrediction& here = *known;
+  const FlowPrediction here = field.posterior.predict_flow(observed.positions.back());
   const double unknown = here.variance / field.signal_variance;
   if (unknown >= config.support_ratio) return std::nullopt;
   least_known = std::min(least_known, unknown);

@@ -94,10 +94,10 @@ TEST(ConfigJson, DottedKeysAreGroups) {
 TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {
   EXPECT_EQ(
       refusal({{"fuse", {{"similarity_treshold", 0.5}}}}),
-      "c.json: expected a known field (the nearest is fuse.similarity_threshold), found fuse.similarity_treshold");
+      "c.json: expected a known field (the nearest is fuse.similarity_threshold), found \"fuse.similarity_treshold\"");
   EXPECT_TRUE(says(refusal({{"rounds", 5}}), "nearest is fuse.rounds"));  // the group was forgotten
   EXPECT_TRUE(says(refusal({{"horison", 5}}), "nearest is horizon)"));
-  EXPECT_TRUE(says(refusal({{"", 5}}), "expected a known field"));
+  EXPECT_TRUE(says(refusal({{"", 5}}), "), found \"\""));
 }
 
 TEST(ConfigJson, RefusesValuesOfAnotherType) {
@@ -131,7 +131,7 @@ TEST(ConfigJson, SetsOneFieldFromTheCommandLine) {
 
 TEST(ConfigJson, RefusesBadAssignments) {
   EXPECT_TRUE(says(refusal_to_set("horizon"), "expected path=value, found horizon"));
-  EXPECT_TRUE(says(refusal_to_set("horizont=1"), "the nearest is horizon), found horizont"));
+  EXPECT_TRUE(says(refusal_to_set("horizont=1"), "the nearest is horizon), found \"horizont\""));
   EXPECT_TRUE(says(refusal_to_set("horizon="), "horizon to be a number, found \"\""));
   EXPECT_TRUE(says(refusal_to_set("horizon=5s"), "found \"5s\""));
   EXPECT_TRUE(says(refusal_to_set("horizon=nan"), "horizon in (0, 60], found nan"));

@@ -50,7 +50,6 @@ class Posterior {
 
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
-  std::optional<FlowPrediction> predict_flow_where_known(const Eigen::Vector2d& x, double share) const;
   /// The mean with the least variance that there may be.
   FlowPrediction glance_at_flow(const Eigen::Vector2d& x) const;
   Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;

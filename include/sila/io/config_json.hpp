@@ -24,11 +24,11 @@ using FieldValue = std::variant<double, std::int64_t, bool, std::string>;
 /// One field of a configuration, with its type erased: what is known of it, and how to read and write it.
 struct Field {
   std::string path;  ///< dotted, as in fuse.similarity_threshold
-  std::string unit;
-  std::string text;
-  Range range;                       ///< of numbers: what makes sense
-  Range storable;                    ///< of numbers: what the member can hold
-  std::vector<std::string> choices;  ///< of choices
+  const char* unit;
+  const char* text;
+  Range range;                           ///< of numbers: what makes sense
+  Range storable;                        ///< of numbers: what the member can hold
+  std::span<const char* const> choices;  ///< of choices
   std::function<FieldValue()> read;
   std::function<void(const FieldValue&)> write;  ///< takes the alternative that `read` gives, already checked
 };
@@ -59,14 +59,12 @@ class FieldCollector {
   }
   template <class Enum>
   void choice(const char* name, Enum& value, std::span<const char* const> names, const char* text) {
-    const std::vector<std::string> choices(names.begin(), names.end());
     add(
-        name, text, [&value, choices] { return FieldValue(choices.at(static_cast<std::size_t>(value))); },
-        [&value, choices](const FieldValue& given) {
-          const auto found = std::find(choices.begin(), choices.end(), std::get<std::string>(given));
-          value = static_cast<Enum>(found - choices.begin());
+        name, text, [&value, names] { return FieldValue(std::string(names[static_cast<std::size_t>(value)])); },
+        [&value, names](const FieldValue& given) {
+          value = static_cast<Enum>(std::ranges::find(names, std::get<std::string>(given)) - names.begin());
         });
-    list_.back().choices = choices;
+    list_.back().choices = names;
   }
   template <class Group>
   void group(const char* name, Group& nested) {
