@@ -34,7 +34,7 @@ struct Problem {
   sila::GpData data;
   Eigen::MatrixXd pseudo_inputs;
   bool joint = false;
-  Eigen::VectorXd start, lower, upper;
+  Eigen::VectorXd start, lower, upper, typical_step;
 
   ValueAndGradient operator()(const Eigen::VectorXd& v) const {
     const Eigen::Index numbers = joint ? pseudo_inputs.size() : 0;
@@ -53,7 +53,7 @@ struct Problem {
 };
 
 Problem make_problem(int points, bool joint, unsigned seed) {
-  Problem problem{sila::benchmarks::transition_data(points, seed), {}, joint, {}, {}, {}};
+  Problem problem{sila::benchmarks::transition_data(points, seed), {}, joint, {}, {}, {}, {}};
   problem.data.outputs.rowwise() -= problem.data.outputs.colwise().mean().eval();
   const sila::Hyperparameters theta = sila::benchmarks::walking_theta();
   problem.pseudo_inputs = sila::select_pseudo_inputs(theta.kernel, problem.data.inputs, 30);
@@ -67,11 +67,21 @@ Problem make_problem(int points, bool joint, unsigned seed) {
   problem.start.tail(4) << std::log(2.0), std::log(2.0), std::log(0.09), std::log(0.64 / 0.09);
   problem.lower.tail(4) << std::log(0.5), std::log(0.5), std::log(0.0025), std::log(0.1);
   problem.upper.tail(4) << std::log(36.0), std::log(36.0), std::log(1.0), std::log(1000.0);
+  problem.typical_step = Eigen::VectorXd::Constant(numbers + 4, 1.0 / std::sqrt(points));
+  problem.typical_step.head(numbers).setConstant(2.0 *
+                                                 std::sqrt(static_cast<double>(problem.pseudo_inputs.cols()) / points));
   return problem;
 }
 
 Minimum run_dlib(const Problem& problem, const Stopping& stopping) {
-  return sila::detail::minimise_in_box(problem, problem.start, problem.lower, problem.upper, stopping);
+  return sila::detail::minimise_in_box(problem, {problem.start, problem.lower, problem.upper, problem.typical_step},
+                                       stopping);
+}
+
+/// As if all numbers were of a kind.
+Minimum run_dlib_unscaled(const Problem& problem, const Stopping& stopping) {
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(problem.start.size());
+  return sila::detail::minimise_in_box(problem, {problem.start, problem.lower, problem.upper, ones}, stopping);
 }
 
 /// x = middle + half width * sin(t): the usual way to a box for an optimiser without bounds.
@@ -201,6 +211,7 @@ void sizes(benchmark::internal::Benchmark* b) {
       ->Unit(benchmark::kMillisecond);
 }
 BENCHMARK_CAPTURE(train, dlib_box, run_dlib)->Apply(sizes);
+BENCHMARK_CAPTURE(train, dlib_box_unscaled, run_dlib_unscaled)->Apply(sizes);
 BENCHMARK_CAPTURE(train, dlib_sine, run_dlib_on_sine)->Apply(sizes);
 #ifdef SILA_HAVE_CERES
 BENCHMARK_CAPTURE(train, ceres, run_ceres)->Apply(sizes);

@@ -1,7 +1,7 @@
 // What tools/bench_peers compares with GPy and scikit-learn: the cases are written for them, and solved here.
 //
-//   peer_cases write DIR        gp_inputs.csv, gp_outputs.csv, gp_pseudo_inputs.csv, dictionary.csv
-//   peer_cases solve N          each N times; prints one JSON object, seconds and what was found
+//   peer_cases write DIR        gp_inputs_K.csv, gp_outputs_K.csv, gp_pseudo_inputs_K.csv for K = 1, 2, ...,
+//   dictionary.csv peer_cases solve N          each N times; prints one JSON object, seconds and what was found
 
 #include <algorithm>
 #include <ctime>
@@ -26,17 +26,20 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr int kPoints = 300, kPseudoInputs = 20, kIterations = 50;
+constexpr unsigned kGpCases = 5;
 constexpr int kTracks = 840;  ///< as in the paper
 
 /// One output, for GPy's FITC knows no more.
-sila::GpData one_output() {
-  sila::GpData data = sila::benchmarks::transition_data(kPoints, 1);
+sila::GpData one_output(unsigned seed) {
+  sila::GpData data = sila::benchmarks::transition_data(kPoints, seed);
   data.outputs.conservativeResize(Eigen::NoChange, 1);
   return data;
 }
 
 struct GpCase {
-  sila::GpData data = one_output();
+  explicit GpCase(unsigned seed) : data(one_output(seed)) {}
+
+  sila::GpData data;
   sila::Hyperparameters start = sila::benchmarks::walking_theta();
   Eigen::MatrixXd pseudo_inputs = sila::select_pseudo_inputs(start.kernel, data.inputs, kPseudoInputs, 0.0);
 };
@@ -99,13 +102,12 @@ std::vector<double> numbers(const Eigen::MatrixXd& matrix) {
   return {matrix.data(), matrix.data() + matrix.size()};
 }
 
-/// Theta and pseudo-inputs by gradient from the same start as the peer's.
-ordered_json solve_gp(int times) {
-  const GpCase problem;
+/// Theta and pseudo-inputs by gradient from the same start as the peer's, with so many iterations.
+ordered_json solve_gp(const GpCase& problem, int iterations, int times) {
   sila::GpConfig config;
   config.hyperparameters = sila::HyperparameterChoice::optimised;
   config.pseudo_inputs = sila::PseudoInputChoice::optimised;
-  config.max_pseudo_inputs = kPseudoInputs, config.selection_stop = 0.0, config.max_iterations = kIterations;
+  config.max_pseudo_inputs = kPseudoInputs, config.selection_stop = 0.0, config.max_iterations = iterations;
   sila::SparseGp gp;
   std::vector<double> each;
   for (int k = 0; k < times; ++k)
@@ -117,18 +119,44 @@ ordered_json solve_gp(int times) {
           {"pseudo_inputs", numbers(gp.pseudo_inputs)}};
 }
 
+/// One list a case: what more and more iterations find.
+ordered_json solve_gps(int times) {
+  ordered_json cases = ordered_json::array();
+  for (unsigned seed = 1; seed <= kGpCases; ++seed) {
+    const GpCase problem(seed);
+    ordered_json found = ordered_json::array();
+    for (int iterations = 2; iterations <= kIterations; iterations += 2)
+      found.push_back(solve_gp(problem, iterations, times));
+    cases.push_back(found);
+  }
+  return cases;
+}
+
+/// The default, each primitive within a tile; 0: as many as pay.
+sila::DictionaryConfig of_tiles(int most_primitives) {
+  sila::DictionaryConfig config = sila::Config{}.episode.learn.dictionary;
+  if (most_primitives > 0) config.max_primitives = most_primitives;
+  return config;
+}
+
+/// Without tiles: a primitive may be a whole route.
+sila::DictionaryConfig of_routes(int most_primitives) {
+  sila::DictionaryConfig config = of_tiles(most_primitives);
+  config.cut = sila::CutRule::first_unexplained, config.run_m = 100.0;
+  return config;
+}
+
 /// Error: what the primitives leave of the directions, as a share of them.
-ordered_json solve_dictionary(int times, int most_primitives) {
+ordered_json solve_dictionary(int times, const std::string& name, const sila::DictionaryConfig& config) {
   const DictionaryCase problem;
   sila::Dictionary dictionary;
   std::vector<double> each;
-  const double gain = problem.config.episode.learn.dictionary.gain_m / problem.config.episode.learn.grid.cell_m;
-  const double run = problem.config.episode.learn.dictionary.run_m / problem.config.episode.learn.grid.cell_m;
-  sila::DictionaryConfig config = problem.config.episode.learn.dictionary;
-  if (most_primitives > 0) config.max_primitives = most_primitives;
+  const double cell_m = problem.config.episode.learn.grid.cell_m;
   for (int k = 0; k < times; ++k) {
-    each.push_back(seconds(
-        [&] { dictionary = sila::learn_dictionary(problem.vectors, problem.conventions.grid, gain, run, config); }));
+    each.push_back(seconds([&] {
+      dictionary = sila::learn_dictionary(problem.vectors, problem.conventions.grid, config.gain_m / cell_m,
+                                          config.run_m / cell_m, config);
+    }));
   }
   const Eigen::MatrixXd wanted = problem.matrix();
   Eigen::MatrixXd left = wanted;
@@ -139,7 +167,8 @@ ordered_json solve_dictionary(int times, int most_primitives) {
             used.value * cell.velocity.transpose();
     }
   }
-  return {{"seconds", each},
+  return {{"name", name},
+          {"seconds", each},
           {"vectors", problem.vectors.size()},
           {"cells", problem.cells.size()},
           {"primitives", dictionary.primitives.size()},
@@ -148,19 +177,24 @@ ordered_json solve_dictionary(int times, int most_primitives) {
 
 int run(const std::vector<std::string>& words) {
   if (words.size() == 2 && words[0] == "write") {
-    const GpCase gp;
-    write(words[1] + "/gp_inputs.csv", gp.data.inputs.transpose());
-    write(words[1] + "/gp_outputs.csv", gp.data.outputs);
-    write(words[1] + "/gp_pseudo_inputs.csv", gp.pseudo_inputs.transpose());
+    for (unsigned seed = 1; seed <= kGpCases; ++seed) {
+      const GpCase gp(seed);
+      const std::string end = "_" + std::to_string(seed) + ".csv";
+      write(words[1] + "/gp_inputs" + end, gp.data.inputs.transpose());
+      write(words[1] + "/gp_outputs" + end, gp.data.outputs);
+      write(words[1] + "/gp_pseudo_inputs" + end, gp.pseudo_inputs.transpose());
+    }
     write(words[1] + "/dictionary.csv", DictionaryCase().matrix());
     return 0;
   }
   if (words.size() == 2 && words[0] == "solve") {
     const int times = std::stoi(words[1]);
-    std::cout << ordered_json{{"gp", solve_gp(times)},
-                              {"dictionary", solve_dictionary(times, 0)},
-                              {"dictionary of 29", solve_dictionary(times, 29)},
-                              {"dictionary of 58", solve_dictionary(times, 58)}}
+    std::cout << ordered_json{{"gps", solve_gps(times)},
+                              {"dictionaries",
+                               {solve_dictionary(times, "primitives as long as a track", of_routes(29)),
+                                solve_dictionary(times, "primitives of a tile", of_tiles(29)),
+                                solve_dictionary(times, "primitives of a tile", of_tiles(58)),
+                                solve_dictionary(times, "primitives of a tile", of_tiles(0))}}}
                      .dump()
               << "\n";
     return 0;

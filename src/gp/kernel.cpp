@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "posterior_simd.hpp"
+
 namespace sila {
 namespace {
 
@@ -29,17 +31,19 @@ Eigen::MatrixXd covariance(const Kernel& kernel, const Eigen::MatrixXd& a, const
   validate(kernel);
   require_dimension("a", a.rows(), kernel.length_scales.size());
   require_dimension("b", b.rows(), kernel.length_scales.size());
-  // Differences before scaling, so that k(x, x) is exactly the signal variance; one long column per point of b
-  // vectorises.
-  const Eigen::MatrixXd points = a.transpose();
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(a.cols(), b.cols());
-  for (Eigen::Index d = 0; d < a.rows(); ++d) {
-    const double inverse = 1.0 / kernel.length_scales(d);
-    for (Eigen::Index j = 0; j < b.cols(); ++j) {
-      result.col(j).array() += ((points.col(d).array() - b(d, j)) * inverse).square();
-    }
+  const auto size = static_cast<std::size_t>(a.cols());
+  const std::size_t padded = (size + detail::kColumnPadding - 1) / detail::kColumnPadding * detail::kColumnPadding;
+  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(padded), a.rows());
+  points.topRows(a.cols()) = a.transpose();
+  const Eigen::VectorXd inverse = kernel.length_scales.cwiseInverse();
+  const detail::KernelView view{static_cast<std::size_t>(a.rows()), padded, points.data(), inverse.data(),
+                                kernel.signal_variance};
+  Eigen::VectorXd column(points.rows());
+  Eigen::MatrixXd result(a.cols(), b.cols());
+  for (Eigen::Index j = 0; j < b.cols(); ++j) {
+    detail::similarities(view, b.col(j).data(), column.data());
+    result.col(j) = column.head(a.cols());
   }
-  result.array() = kernel.signal_variance * (-0.5 * result.array()).exp();
   return result;
 }
 

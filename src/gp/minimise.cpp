@@ -29,18 +29,23 @@ Eigen::VectorXd to_eigen(const Column& column) {
   return v;
 }
 
-/// dlib asks for value and gradient in turn, at the same point: one evaluation serves both. Remembers the best point.
+/// The objective in typical steps. dlib asks for value and gradient in turn, at the same point: one evaluation serves
+/// both. Remembers the best point.
 class Memo {
  public:
-  explicit Memo(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective) : objective_(objective) {}
+  Memo(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box)
+      : objective_(objective), box_(box) {}
 
   const ValueAndGradient& at(const Column& column) {
-    const Eigen::VectorXd x = to_eigen(column);
-    if (evaluations_ > 0 && x == x_) return last_;
-    x_ = x;
+    const Eigen::VectorXd steps = to_eigen(column);
+    if (evaluations_ > 0 && steps == steps_) return last_;
+    steps_ = steps;
+    // Clamped, for the way to steps and back rounds.
+    const Eigen::VectorXd x = steps.cwiseProduct(box_.typical_step).cwiseMax(box_.lower).cwiseMin(box_.upper);
     last_ = objective_(x);
     if (evaluations_ == 0 || last_.value < best_.value) best_ = {x, last_.value, 0};
     ++evaluations_;
+    last_.gradient = last_.gradient.cwiseProduct(box_.typical_step).eval();
     return last_;
   }
 
@@ -48,7 +53,8 @@ class Memo {
 
  private:
   const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective_;
-  Eigen::VectorXd x_;
+  const SearchBox& box_;
+  Eigen::VectorXd steps_;
   ValueAndGradient last_;
   Minimum best_;
   int evaluations_ = 0;
@@ -58,7 +64,7 @@ class Memo {
 /// box.
 class StopRule {
  public:
-  StopRule(const Stopping& stopping, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper)
+  StopRule(const Stopping& stopping, const Column& lower, const Column& upper)
       : stopping_(stopping), lower_(lower), upper_(upper) {}
 
   template <class Vector>
@@ -77,24 +83,25 @@ class StopRule {
 
  private:
   Stopping stopping_;
-  Eigen::VectorXd lower_;
-  Eigen::VectorXd upper_;
+  Column lower_;
+  Column upper_;
   double previous_ = 0.0;
   int iterations_ = 0;
 };
 
 }  // namespace
 
-Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
-                        const Eigen::VectorXd& start, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
                         const Stopping& stopping) {
-  Memo memo(objective);
-  Column x = to_dlib(start.cwiseMax(lower).cwiseMin(upper));
+  Memo memo(objective, box);
+  const auto in_steps = [&](const Eigen::VectorXd& x) { return to_dlib(x.cwiseQuotient(box.typical_step)); };
+  const Column lower = in_steps(box.lower), upper = in_steps(box.upper);
+  Column x = in_steps(box.start.cwiseMax(box.lower).cwiseMin(box.upper));
   constexpr int remembered_steps = 10;
   dlib::find_min_box_constrained(
       dlib::lbfgs_search_strategy(remembered_steps), StopRule(stopping, lower, upper),
       [&memo](const Column& at) { return memo.at(at).value; },
-      [&memo](const Column& at) { return to_dlib(memo.at(at).gradient); }, x, to_dlib(lower), to_dlib(upper));
+      [&memo](const Column& at) { return to_dlib(memo.at(at).gradient); }, x, lower, upper);
   return memo.best();
 }
 

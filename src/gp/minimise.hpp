@@ -12,7 +12,7 @@ struct ValueAndGradient {
 
 struct Stopping {
   int max_iterations = 50;
-  double gradient_tolerance = 1e-4;  ///< largest component of the projected gradient
+  double gradient_tolerance = 1e-4;  ///< what a typical step of any number would change, to first order
   double relative_tolerance = 1e-6;  ///< decrease in one iteration, relative to the value
 };
 
@@ -22,10 +22,15 @@ struct Minimum {
   int evaluations = 0;
 };
 
+/// Where the search begins and must stay. The optimiser sees the numbers in typical steps: so far does each have to go
+/// for about the same change of the objective.
+struct SearchBox {
+  Eigen::VectorXd start, lower, upper, typical_step;
+};
+
 /// A local minimum in the box [lower, upper], by dlib's box-constrained L-BFGS; never worse than the start, which is
 /// clamped to the box. See docs/decisions/0010 for the choice.
-Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
-                        const Eigen::VectorXd& start, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
                         const Stopping& stopping);
 
 }  // namespace sila::detail

@@ -95,9 +95,11 @@ Posterior::Posterior(const SparseGp& gp)
 }
 
 detail::PosteriorView Posterior::view() const {
-  return {
-      inputs(),        outputs(),         columns_,        rows_, pseudo_inputs_.data(), inverse_length_scales_.data(),
-      weights_.data(), reduction_.data(), signal_variance_};
+  return {{inputs(), columns_, pseudo_inputs_.data(), inverse_length_scales_.data(), signal_variance_},
+          outputs(),
+          rows_,
+          weights_.data(),
+          reduction_.data()};
 }
 
 void Posterior::require_input(std::span<const double> x) const {

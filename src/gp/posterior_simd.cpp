@@ -1,4 +1,4 @@
-// The inner loops of a posterior, compiled once for each width of vector registers; Highway takes the widest that the
+// The inner loops of kernels and posteriors, compiled once for each width of vector registers; Highway takes the widest that the
 // processor has when the program runs.
 
 #include "posterior_simd.hpp"
@@ -18,13 +18,13 @@ namespace sila::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<double, kColumnPadding>;
 
-void similarities_simd(const PosteriorView& view, const double* x, double* k) {
+void similarities_simd(const KernelView& view, const double* x, double* k) {
   const Tag d;
   const auto signal = hn::Set(d, view.signal_variance), half = hn::Set(d, -0.5);
   for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d)) {
     auto squares = hn::Zero(d);
     for (std::size_t input = 0; input < view.inputs; ++input) {
-      const auto z = hn::LoadU(d, view.pseudo_inputs + input * view.columns + column);
+      const auto z = hn::LoadU(d, view.points + input * view.columns + column);
       const auto scale = hn::Set(d, view.inverse_length_scales[input]);
       const auto off = hn::Mul(hn::Sub(z, hn::Set(d, x[input])), scale);
       squares = hn::MulAdd(off, off, squares);
@@ -49,7 +49,7 @@ void slopes_simd(const PosteriorView& view, const double* x, const double* k, do
   for (std::size_t output = 0; output < view.outputs; ++output) {
     const double* weights = view.weights + output * view.columns;
     for (std::size_t input = 0; input < view.inputs; ++input) {
-      const double* z = view.pseudo_inputs + input * view.columns;
+      const double* z = view.points + input * view.columns;
       const auto here = hn::Set(d, x[input]);
       auto sum = hn::Zero(d);
       for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d)) {
@@ -101,7 +101,7 @@ HWY_EXPORT(weighted_sums_simd);
 HWY_EXPORT(slopes_simd);
 HWY_EXPORT(explained_variance_simd);
 
-void similarities(const PosteriorView& view, const double* x, double* k) {
+void similarities(const KernelView& view, const double* x, double* k) {
   HWY_DYNAMIC_DISPATCH(similarities_simd)(view, x, k);
 }
 

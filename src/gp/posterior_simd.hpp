@@ -4,24 +4,29 @@
 
 namespace sila::detail {
 
-/// Rows and columns of a posterior's tables are padded with zeros to multiples of these, so that loops over vector
+/// Rows and columns of tables are padded with zeros to multiples of these, so that loops over vector
 /// registers need no tail: the widest register holds 8 doubles.
 inline constexpr std::size_t kColumnPadding = 8;
 inline constexpr std::size_t kRowPadding = 16;
 
-/// Where the numbers of a posterior lie. Shapes: `pseudo_inputs` inputs x columns and `weights` outputs x columns, row
-/// by row; `reduction` columns x rows, column by column. `columns` and `rows` are padded.
-struct PosteriorView {
-  std::size_t inputs = 0, outputs = 0, columns = 0, rows = 0;
-  const double* pseudo_inputs = nullptr;
+/// Where the points of one side of a kernel lie. Shapes: `points` inputs x columns, row by row; `columns` is padded.
+struct KernelView {
+  std::size_t inputs = 0, columns = 0;
+  const double* points = nullptr;
   const double* inverse_length_scales = nullptr;
-  const double* weights = nullptr;
-  const double* reduction = nullptr;
   double signal_variance = 1.0;
 };
 
-/// k(Z, x). Shapes: x has `inputs` entries, k has room for `columns`.
-void similarities(const PosteriorView& view, const double* x, double* k);
+/// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `weights` outputs x columns, row by
+/// row; `reduction` columns x rows, column by column. `rows` is padded.
+struct PosteriorView : KernelView {
+  std::size_t outputs = 0, rows = 0;
+  const double* weights = nullptr;
+  const double* reduction = nullptr;
+};
+
+/// k(points, x). Shapes: x has `inputs` entries, k has room for `columns`.
+void similarities(const KernelView& view, const double* x, double* k);
 /// weights' k. Shapes: mean has room for `outputs`.
 void weighted_sums(const PosteriorView& view, const double* k, double* mean);
 /// d mean(p) / d x(d) at jacobian[p * inputs + d].

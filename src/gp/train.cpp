@@ -53,16 +53,14 @@ Eigen::VectorXd gradient_of_vector(const EvidenceGradient& gradient) {
   return v;
 }
 
-struct Box {
-  Eigen::VectorXd lower;
-  Eigen::VectorXd upper;
-};
-
-/// Bounds of theta for data of this extent and mean square; the start, if outside, is clamped to them.
-Box theta_box(const Eigen::VectorXd& extent, double mean_square, const GpConfig& config) {
+/// Bounds of theta for so many points of this extent and mean square; the start, if outside, is clamped to them. The
+/// log evidence is curved about as much as there are points.
+detail::SearchBox theta_box(const Hyperparameters& start, double points, const Eigen::VectorXd& extent,
+                            double mean_square, const GpConfig& config) {
   constexpr double max_noise_to_signal = 10.0;
   const Eigen::Index dimensions = extent.size();
-  Box box{Eigen::VectorXd(dimensions + 2), Eigen::VectorXd(dimensions + 2)};
+  detail::SearchBox box{to_vector(start), Eigen::VectorXd(dimensions + 2), Eigen::VectorXd(dimensions + 2),
+                        Eigen::VectorXd::Constant(dimensions + 2, 1.0 / std::sqrt(points))};
   box.lower.head(dimensions).setConstant(std::log(config.min_length_scale));
   box.upper.head(dimensions) =
       (config.max_length_scale_extents * extent).cwiseMax(2.0 * config.min_length_scale).array().log();
@@ -83,7 +81,7 @@ double mean_square(const GpData& centred) {
 
 /// theta that maximises the summed evidence with Z kept.
 Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vector<Eigen::MatrixXd>& pseudo_inputs,
-                               const Hyperparameters& start, const Box& box, const GpConfig& config) {
+                               const detail::SearchBox& box, const GpConfig& config) {
   const auto objective = [&](const Eigen::VectorXd& v) {
     const Hyperparameters theta = to_hyperparameters(v);
     detail::ValueAndGradient sum{0.0, Eigen::VectorXd::Zero(v.size())};
@@ -94,17 +92,17 @@ Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vecto
     }
     return sum;
   };
-  return to_hyperparameters(
-      detail::minimise_in_box(objective, to_vector(start), box.lower, box.upper, stopping(config)).x);
+  return to_hyperparameters(detail::minimise_in_box(objective, box, stopping(config)).x);
 }
 
 /// Greedy Z under the theta so far, then theta under that Z, some rounds.
-Hyperparameters alternate(const std::vector<GpData>& sets, Hyperparameters theta, const Box& box,
-                          const GpConfig& config) {
+Hyperparameters alternate(const std::vector<GpData>& sets, detail::SearchBox box, const GpConfig& config) {
+  Hyperparameters theta = to_hyperparameters(box.start);
   for (int round = 0; round < config.pooling_rounds; ++round) {
     std::vector<Eigen::MatrixXd> pseudo_inputs;
     for (const GpData& set : sets) pseudo_inputs.push_back(greedy_pseudo_inputs(set, theta.kernel, config));
-    theta = optimise_theta(sets, pseudo_inputs, theta, box, config);
+    theta = optimise_theta(sets, pseudo_inputs, box, config);
+    box.start = to_vector(theta);
   }
   return theta;
 }
@@ -114,21 +112,26 @@ struct Fit {
   Eigen::MatrixXd pseudo_inputs;
 };
 
-/// Z by gradient, and theta with it if `with_theta`. Z stays within a length scale of the data.
-Fit optimise_jointly(const GpData& centred, const Fit& start, const Box& box, bool with_theta, const GpConfig& config) {
+/// Z by gradient, and theta with it if `with_theta`. Z stays within a length scale of the data; each of its points has
+/// its share of the data, so the evidence is curved less by it than by theta.
+Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::SearchBox& theta_box, bool with_theta,
+                     const GpConfig& config) {
   const Eigen::Index dimensions = centred.inputs.rows();
   const Eigen::Index size = start.pseudo_inputs.cols();
   const Eigen::Index numbers = dimensions * size;
   const Eigen::Index all = numbers + (with_theta ? dimensions + 2 : 0);
   const Eigen::VectorXd margin = start.theta.kernel.length_scales;
-  Eigen::VectorXd first(all), lower(all), upper(all);
-  first.head(numbers) = start.pseudo_inputs.reshaped();
-  lower.head(numbers) = (centred.inputs.rowwise().minCoeff() - margin).replicate(size, 1);
-  upper.head(numbers) = (centred.inputs.rowwise().maxCoeff() + margin).replicate(size, 1);
+  const double share = static_cast<double>(size) / static_cast<double>(centred.inputs.cols());
+  detail::SearchBox box{Eigen::VectorXd(all), Eigen::VectorXd(all), Eigen::VectorXd(all), Eigen::VectorXd(all)};
+  box.start.head(numbers) = start.pseudo_inputs.reshaped();
+  box.lower.head(numbers) = (centred.inputs.rowwise().minCoeff() - margin).replicate(size, 1);
+  box.upper.head(numbers) = (centred.inputs.rowwise().maxCoeff() + margin).replicate(size, 1);
+  box.typical_step.head(numbers) = (std::sqrt(share) * margin).replicate(size, 1);
   if (with_theta) {
-    first.tail(dimensions + 2) = to_vector(start.theta);
-    lower.tail(dimensions + 2) = box.lower;
-    upper.tail(dimensions + 2) = box.upper;
+    box.start.tail(dimensions + 2) = theta_box.start;
+    box.lower.tail(dimensions + 2) = theta_box.lower;
+    box.upper.tail(dimensions + 2) = theta_box.upper;
+    box.typical_step.tail(dimensions + 2) = theta_box.typical_step;
   }
   const auto unpack = [&](const Eigen::VectorXd& v) {
     return Fit{with_theta ? to_hyperparameters(v.tail(dimensions + 2)) : start.theta,
@@ -142,18 +145,19 @@ Fit optimise_jointly(const GpData& centred, const Fit& start, const Box& box, bo
     if (with_theta) result.gradient.tail(dimensions + 2) = gradient_of_vector(gradient);
     return result;
   };
-  return unpack(detail::minimise_in_box(objective, first, lower, upper, stopping(config)).x);
+  return unpack(detail::minimise_in_box(objective, box, stopping(config)).x);
 }
 
 Fit optimised_fit(const GpData& data, const Hyperparameters& start, const GpConfig& config) {
   const GpData centred = about_mean(data);
-  const Box box = theta_box(extent_of(data.inputs), mean_square(centred), config);
+  const detail::SearchBox box =
+      theta_box(start, static_cast<double>(data.inputs.cols()), extent_of(data.inputs), mean_square(centred), config);
   const bool with_theta = config.hyperparameters == HyperparameterChoice::optimised;
   if (config.pseudo_inputs == PseudoInputChoice::optimised) {
     return optimise_jointly(centred, {start, greedy_pseudo_inputs(data, start.kernel, config)}, box, with_theta,
                             config);
   }
-  const Hyperparameters theta = alternate({centred}, start, box, config);
+  const Hyperparameters theta = alternate({centred}, box, config);
   return {theta, greedy_pseudo_inputs(data, theta.kernel, config)};
 }
 
@@ -203,16 +207,17 @@ Hyperparameters pool_hyperparameters(std::span<const GpData> sets, const Hyperpa
   const Eigen::Index dimensions = start.kernel.length_scales.size();
   std::vector<GpData> centred;
   Eigen::VectorXd extent = Eigen::VectorXd::Zero(dimensions);
-  double squares = 0.0;
+  double squares = 0.0, points = 0.0;
   for (const GpData& set : sets) {
     validate("pool_hyperparameters", set, dimensions, set.outputs.cols());
     if (set.inputs.cols() < 2) continue;
     centred.push_back(about_mean(set));
     extent = extent.cwiseMax(extent_of(set.inputs));
     squares = std::max(squares, mean_square(centred.back()));
+    points += static_cast<double>(set.inputs.cols());
   }
   if (centred.empty()) return start;
-  return alternate(centred, start, theta_box(extent, squares, config), config);
+  return alternate(centred, theta_box(start, points, extent, squares, config), config);
 }
 
 }  // namespace sila
