@@ -68,6 +68,15 @@ void commit(Kept& kept, int number, const Model& previous, const Episode& episod
        std::to_string(episode.report.size_before) + " -> " + std::to_string(episode.report.size_after));
 }
 
+/// What another process put in the file, if it did; `number` becomes that of its last episode.
+std::optional<Model> renewed(Kept& kept, const std::string& path, int& number) {
+  if (!kept.file.changed_elsewhere()) return std::nullopt;
+  StoredModel stored = kept.file.read();
+  number = static_cast<int>(stored.episodes.size());
+  tell(path + ": changed by another process; going on with its " + std::to_string(number) + " episodes");
+  return std::move(stored.model);
+}
+
 void serve(const ServeVerb& options) {
   const ThreadLimit limit(options.common.threads);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that goes is no reason to go
@@ -82,14 +91,16 @@ void serve(const ServeVerb& options) {
                         [&](const Trajectory& track) { return frame_for(scene, track, corners); }};
   SharedTuning shared{{}, last_tuning(kept.stored.episodes)};
   int number = static_cast<int>(kept.stored.episodes.size());
-  Learner learner(kept.stored.model, kept.config.episode, kept.config.live,
-                  [&](const Model& previous, const Episode& episode) {
-                    std::unique_lock lock(shared.mutex);
-                    const Tuning tuning = shared.tuning;
-                    lock.unlock();
-                    commit(kept, number + 1, previous, episode, tuning);
-                    ++number;
-                  });
+  Learner learner(
+      kept.stored.model, kept.config.episode, kept.config.live,
+      [&](const Model& previous, const Episode& episode) {
+        std::unique_lock lock(shared.mutex);
+        const Tuning tuning = shared.tuning;
+        lock.unlock();
+        commit(kept, number + 1, previous, episode, tuning);
+        ++number;
+      },
+      [&] { return renewed(kept, options.model, number); });
   {
     Server server(
         listening, scene, settings, learner, shared.tuning,

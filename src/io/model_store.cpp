@@ -153,6 +153,10 @@ struct ModelFile::State {
     });
   }
 
+  static std::int64_t revision_in(sqlite::Database& database, std::int64_t schema) {
+    return schema != 0 ? rows::revision(database) : 0;
+  }
+
   /// One transaction that puts `write(database, facts)` between the check for a rival and the new revision. `write`
   /// finds the tables of the present schema, and the facts as they are to be; it ends with rows::write_content.
   template <class Write>
@@ -161,7 +165,7 @@ struct ModelFile::State {
       if (!database) database = open_database(path, SQLITE_OPEN_CREATE);
       sqlite::Transaction transaction(*database, "BEGIN IMMEDIATE");
       const std::int64_t schema = identify(path, *database);
-      if ((schema != 0 ? rows::revision(*database) : 0) != revision) {
+      if (revision_in(*database, schema) != revision) {
         refuse_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
       }
       if (schema == 0) rows::create(*database);
@@ -216,6 +220,17 @@ ModelFile ModelFile::open(const fs::path& path) {
 
 bool ModelFile::empty() const {
   return state_->revision == 0;
+}
+
+bool ModelFile::changed_elsewhere() {
+  State& state = *state_;
+  if (!state.database && !fs::exists(state.path)) return false;
+  return naming(state.path, [&] {
+    if (!state.database) state.database = open_database(state.path, 0);
+    const sqlite::Transaction snapshot(*state.database, "BEGIN");
+    const std::int64_t schema = identify(state.path, *state.database);
+    return state.revision_in(*state.database, schema) != state.revision;
+  });
 }
 
 StoredModel ModelFile::read() {

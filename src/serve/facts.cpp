@@ -121,6 +121,7 @@ void add_learning(MetricsText& out, const Facts& facts) {
           learning.failed_episodes);
   out.one("episodes_known_total", "counter", "batches that the model had learnt before, and that changed nothing",
           learning.known_episodes);
+  out.one("model_renewals_total", "counter", "models taken up that another process put in the file", learning.renewals);
   out.one("tracks_learnt_total", "counter", "tracks learnt since the start", learning.learnt_tracks);
   out.one("tracks_forgotten_total", "counter", "tracks that were not learnt", learning.forgotten_tracks);
   out.one("tracks_waiting", "gauge", "tracks that wait to be learnt", learning.waiting_tracks);

@@ -1,5 +1,6 @@
 // What became of a model and what may be given away: log, rollback, diff, verify, learn --share.
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -46,6 +47,30 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   expect_refused("rollback m.sila --to 5", {"m.sila", "its last 2"});
   expect_refused("rollback m.sila", {"--to or --keep"});
   expect_refused("rollback none.sila --to 1", {"no such file"});
+}
+
+TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
+  simulate();
+  ASSERT_EQ(run("simulate --tracks 60 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
+  for (const char* name : {"tracks", "more"})
+    ASSERT_EQ(run("replay " + std::string(name) + ".csv --rate 1e6 > " + name + ".ndjson").code, 0);
+  // A service that hears the first people, then nothing while somebody rolls its file back, then the others.
+  const auto until_told = [](const std::string& words) {
+    return "for i in $(seq 600); do if grep -q '" + words + "' told; then break; fi; sleep 0.1; done; ";
+  };
+  write(folder_ / "live.sh",
+        "touch told; { cat tracks.ndjson; " + until_told("episode 2 is kept") +
+            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_told("going on with its 1 episodes") +
+            "cat more.ndjson; } | '" SILA_PROGRAM
+            "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
+            ">predictions 2>told\n");
+  ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
+  const std::string told = read(folder_ / "told");
+  EXPECT_NE(told.find("changed by another process; going on with its 1 episodes"), std::string::npos) << told;
+  const auto log = nlohmann::json::parse(run("log m.sila --json").out);
+  EXPECT_GE(log.at("episodes").size(), 4u) << told;  // the first, and those of the others
+  for (std::size_t i = 0; i < log["episodes"].size(); ++i) EXPECT_EQ(log["episodes"][i].at("number"), i + 1);
+  EXPECT_EQ(run("verify m.sila").code, 0);
 }
 
 TEST_F(Program, TellsWhatDiffersBetweenTwoModels) {

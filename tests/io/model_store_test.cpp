@@ -164,6 +164,26 @@ TEST(ModelStore, RefusesToLoseTheEpisodeOfAnotherProcess) {
   EXPECT_EQ(load_model(folder / "m.sila").episodes.size(), 2u);
 }
 
+TEST(ModelStore, TellsThatAnotherProcessChangedTheFile) {
+  const ScratchFolder folder;
+  ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
+  ModelFile other = ModelFile::open_or_create(folder / "m.sila");
+  EXPECT_FALSE(mine.changed_elsewhere()) << "there is no file yet";
+  other.commit(random_model(1), record(1), "{}");
+  EXPECT_FALSE(other.changed_elsewhere());
+  EXPECT_TRUE(mine.changed_elsewhere());
+  EXPECT_TRUE(mine.changed_elsewhere()) << "until it is read";
+  EXPECT_TRUE(identical(mine.read().model, random_model(1)));
+  EXPECT_FALSE(mine.changed_elsewhere());
+  mine.commit(random_model(2), record(2), "{}");
+  EXPECT_FALSE(mine.changed_elsewhere());
+  EXPECT_TRUE(other.changed_elsewhere());
+  EXPECT_EQ(other.read().episodes.size(), 2u);
+  other.rollback(1);
+  EXPECT_TRUE(mine.changed_elsewhere());
+  EXPECT_EQ(mine.read().episodes.size(), 1u);
+}
+
 TEST(ModelStore, InspectionHasTheContractsKeysAndFitsADozenLines) {
   const ScratchFolder folder;
   const Model model = random_model(42);

@@ -65,6 +65,10 @@ class ModelFile {
   /// Whether no episode was committed yet: there is nothing to read.
   bool empty() const;
 
+  /// Whether another process put something else in the file since this object last read or committed.
+  /// Throws: FormatError if it cannot be read.
+  bool changed_elsewhere();
+
   /// Throws: FormatError if the file is empty or damaged.
   StoredModel read();
 

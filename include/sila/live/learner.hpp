@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,6 +31,7 @@ struct Learning {
   std::uint64_t episodes = 0;          ///< since the start
   std::uint64_t failed_episodes = 0;
   std::uint64_t known_episodes = 0;  ///< batches that the model had learnt before: nothing was done
+  std::uint64_t renewals = 0;        ///< models taken up that somebody else put in the place of the kept one
   std::uint64_t learnt_tracks = 0;
   bool busy = false;
   double last_episode_s = 0.0;
@@ -45,7 +47,12 @@ class Learner {
   /// what it was.
   using Commit = std::function<void(const Model& previous, const Episode& episode)>;
 
-  Learner(Model start, const EpisodeConfig& episode, const LiveConfig& live, Commit commit);
+  /// Called on the learner's thread every second, before each episode, and when one could not be kept: the model that
+  /// somebody else put in the place of the kept one (`sila rollback` beside a service), if so. It is predicted with and
+  /// learnt on from then on; an episode that could not be kept for it is learnt again.
+  using Renew = std::function<std::optional<Model>()>;
+
+  Learner(Model start, const EpisodeConfig& episode, const LiveConfig& live, Commit commit, Renew renew = {});
   /// Finishes the episode that runs; what waits is not learnt.
   ~Learner();
   Learner(const Learner&) = delete;
@@ -62,12 +69,15 @@ class Learner {
 
  private:
   void run();
-  void run_one(std::vector<PlacedTrack> batch);
+  void run_one(const std::vector<PlacedTrack>& batch);
+  std::optional<Episode> learn_and_keep(const std::vector<PlacedTrack>& batch);
+  bool take_up_changes();
   bool ready() const;
 
   EpisodeConfig episode_;
   LiveConfig live_;
   Commit commit_;
+  Renew renew_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<PlacedTrack> waiting_;
