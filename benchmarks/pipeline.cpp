@@ -3,12 +3,16 @@
 //   pipeline                                     # simulated
 //   SILA_BENCH_SCENE=SCENE.json SILA_BENCH_DATA=DIR pipeline
 //
-// One thread, so that a figure is a cost and not a number of cores.
+// One thread, so that a figure is a cost and not a number of cores, where nothing else is said.
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
+#include <filesystem>
+#include <string>
+
 #include "place.hpp"
+#include "sila/io/model_store.hpp"
 #include "sila/predict/predictor.hpp"
 
 namespace {
@@ -25,12 +29,28 @@ void Episode(benchmark::State& state, bool lessons) {
   state.counters["model size"] = static_cast<double>(size(bench::place().model));
 }
 
-void OpenModel(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(sila::Predictor(bench::place().model, bench::kConfig.episode.predict));
+/// Read from its file, and made ready to predict.
+void OpenModel(benchmark::State& state, const sila::Model& (*made)(), std::size_t threads) {
+  const tbb::global_control most(tbb::global_control::max_allowed_parallelism, threads);
+  const std::string path = (std::filesystem::temp_directory_path() / "sila-bench-open.sila").string();
+  std::filesystem::remove(path);
+  sila::save_model(path, {made(), "{}", {}, "", 0});
+  for (auto _ : state)
+    benchmark::DoNotOptimize(sila::Predictor(sila::load_model(path).model, bench::kConfig.episode.predict));
+  state.counters["transitions"] = static_cast<double>(made().transitions.size());
+  std::filesystem::remove(path);
+}
+
+const sila::Model& model_of_the_place() {
+  return bench::place().model;
 }
 
 BENCHMARK_CAPTURE(Episode, learn and fuse, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Episode, with lessons, true)->Unit(benchmark::kMillisecond);
-BENCHMARK(OpenModel)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(OpenModel, one thread, model_of_the_place, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(OpenModel, nothing fused one thread, bench::large_model, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(OpenModel, nothing fused two threads, bench::large_model, 2)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 }  // namespace

@@ -55,4 +55,23 @@ inline const Place& place() {
   return it;
 }
 
+/// A model of at least 1000 transitions: nothing is fused, so that more fields overlap than in a model that SILA made.
+inline const sila::Model& large_model() {
+  static const sila::Model model = [] {
+    sila::SimulationConfig simulation = kConfig.simulate;
+    simulation.tracks = 4000;
+    const sila::Simulation simulated = sila::simulate(simulation);
+    sila::Model grown;
+    const sila::Update update = sila::accumulate_update(kConfig.episode);
+    for (std::size_t first = 0; grown.transitions.size() < 1000; first += kBatch) {
+      std::vector<sila::PlacedTrack> batch;
+      for (std::size_t k = first; k < first + kBatch; ++k)
+        batch.push_back({simulated.tracks.at(k), sila::primary_corner(simulated.scene).frame});
+      grown = sila::run_episode(grown, batch, kConfig.episode, update).model;
+    }
+    return grown;
+  }();
+  return model;
+}
+
 }  // namespace bench

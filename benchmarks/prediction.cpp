@@ -18,26 +18,6 @@
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::size_t kTransitions = 1000;
-
-/// A model of at least 1000 transitions: nothing is fused, so that more fields overlap than in a model that SILA made.
-const sila::Model& large_model() {
-  static const sila::Model model = [] {
-    sila::SimulationConfig simulation = bench::kConfig.simulate;
-    simulation.tracks = 4000;
-    const sila::Simulation simulated = sila::simulate(simulation);
-    sila::Model grown;
-    const sila::Update update = sila::accumulate_update(bench::kConfig.episode);
-    for (std::size_t first = 0; grown.transitions.size() < kTransitions; first += bench::kBatch) {
-      std::vector<sila::PlacedTrack> batch;
-      for (std::size_t k = first; k < first + bench::kBatch; ++k)
-        batch.push_back({simulated.tracks.at(k), sila::primary_corner(simulated.scene).frame});
-      grown = sila::run_episode(grown, batch, bench::kConfig.episode, update).model;
-    }
-    return grown;
-  }();
-  return model;
-}
 
 std::vector<sila::Window> simulated_windows() {
   sila::SimulationConfig simulation = bench::kConfig.simulate;
@@ -84,12 +64,12 @@ void OneAtThePlace(benchmark::State& state) {
 
 void OneOfALargeModel(benchmark::State& state) {
   static const std::vector<sila::Window> windows = simulated_windows();
-  predict(state, large_model(), windows, 1);
+  predict(state, bench::large_model(), windows, 1);
 }
 
 void FrameOf100(benchmark::State& state) {
   static const std::vector<sila::Window> windows = simulated_windows();
-  predict(state, large_model(), windows, 100);
+  predict(state, bench::large_model(), windows, 100);
 }
 
 void OneWhileLearning(benchmark::State& state) {

@@ -16,19 +16,26 @@ namespace {
 /// What is hardly below a bound may be above it but for rounding.
 constexpr double kRoundingMargin = 1.0 - 1e-9;
 
-std::size_t padded(Eigen::Index size, std::size_t multiple) {
-  return (static_cast<std::size_t>(size) + multiple - 1) / multiple * multiple;
+std::size_t padded(std::size_t size, std::size_t multiple) {
+  return (size + multiple - 1) / multiple * multiple;
 }
 
-/// The matrix column by column in an array of `rows` rows and `columns` columns, zeros beyond it.
-std::vector<double> padded(const Eigen::MatrixXd& matrix, std::size_t rows, std::size_t columns) {
-  std::vector<double> numbers(rows * columns, 0.0);
-  for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i)
-      numbers[static_cast<std::size_t>(j) * rows + static_cast<std::size_t>(i)] = matrix(i, j);
-  }
-  return numbers;
+/// Copies a matrix, column by column, to where columns have so many rows; what is beyond it stays.
+void copy_padded(const Eigen::MatrixXd& matrix, double* to, std::size_t rows) {
+  for (Eigen::Index j = 0; j < matrix.cols(); ++j, to += rows) Eigen::VectorXd::Map(to, matrix.rows()) = matrix.col(j);
 }
+
+/// Which of the doubles each table begins with.
+struct Layout {
+  std::size_t mean, points, weights, reduction, end;
+
+  Layout(std::size_t inputs, std::size_t outputs, std::size_t columns, std::size_t rows)
+      : mean(padded(inputs, detail::kColumnPadding)),
+        points(mean + padded(outputs, detail::kColumnPadding)),
+        weights(points + inputs * columns),
+        reduction(weights + (outputs + 1) * columns),
+        end(reduction + rows * columns) {}
+};
 
 /// k(Z, x), on the stack unless there are very many pseudo-inputs.
 class Similarities {
@@ -40,21 +47,25 @@ class Similarities {
   double* data() { return heap_.empty() ? stack_.data() : heap_.data(); }
 
  private:
-  std::array<double, Posterior::max_stack_pseudo_inputs> stack_;
+  alignas(64) std::array<double, Posterior::max_stack_pseudo_inputs> stack_;
   std::vector<double> heap_;
 };
 
-/// The mean of a flow.
-Eigen::Vector2d flow_at(const detail::PosteriorView& view, const double* k, const std::vector<double>& mean) {
-  Eigen::Vector2d sums;
-  detail::weighted_sums(view, k, sums.data());
-  return sums + Eigen::Vector2d(mean[0], mean[1]);
+Eigen::Vector2d flow_at(const detail::PosteriorView& view, const double* k) {
+  Eigen::Vector2d flow;
+  detail::means(view, k, flow.data());
+  return flow;
 }
 
 Eigen::Matrix2d jacobian_at(const detail::PosteriorView& view, const Eigen::Vector2d& x, const double* k) {
   Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
   detail::slopes(view, x.data(), k, jacobian.data());
   return jacobian;
+}
+
+double explained_at_most(const detail::PosteriorView& view, const double* k) {
+  const double most = detail::sum_of_norms(view, k);
+  return most * most / view.signal_variance;
 }
 
 double variance_left(const detail::PosteriorView& view, const double* k) {
@@ -66,7 +77,8 @@ double variance_left(const detail::PosteriorView& view, const double* k) {
 Posterior::Posterior(const SparseGp& gp)
     : signal_variance_(gp.kernel.signal_variance),
       noise_variance_(gp.noise_variance),
-      mean_(gp.mean.data(), gp.mean.data() + gp.mean.size()) {
+      inputs_(static_cast<std::size_t>(gp.pseudo_inputs.rows())),
+      outputs_(static_cast<std::size_t>(gp.mean.size())) {
   validate(gp);
   const Eigen::Index size = gp.pseudo_inputs.cols();
   const Eigen::MatrixXd lower = detail::lower_factor(gp, "posterior");
@@ -85,21 +97,31 @@ Posterior::Posterior(const SparseGp& gp)
   // Of a prior nothing is known; Eigen must not be asked to solve for no rows.
   if (reduction.rows() > 0) lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
 
-  const Eigen::VectorXd inverse = gp.kernel.length_scales.cwiseInverse();
-  inverse_length_scales_.assign(inverse.data(), inverse.data() + inverse.size());
-  columns_ = padded(size, detail::kColumnPadding), rows_ = padded(reduction.rows(), detail::kRowPadding);
-  pseudo_inputs_ = padded(gp.pseudo_inputs.transpose(), columns_, inputs());
-  weights_ = padded(weights, columns_, outputs());
-  reduction_ = padded(reduction, rows_, columns_);
-  reduction_norms_ = padded(reduction.colwise().norm(), 1, columns_);
+  Eigen::MatrixXd weights_and_norms(size, weights.cols() + 1);
+  weights_and_norms << weights, reduction.colwise().norm().transpose();
+
+  columns_ = padded(static_cast<std::size_t>(size), detail::kColumnPadding);
+  rows_ = padded(static_cast<std::size_t>(reduction.rows()), detail::kRowPadding);
+  const Layout layout(inputs_, outputs_, columns_, rows_);
+  static_assert(sizeof(Line) == detail::kColumnPadding * sizeof(double));
+  tables_.resize(layout.end / detail::kColumnPadding);
+  double* const first = tables_.front().numbers;
+  copy_padded(gp.kernel.length_scales.cwiseInverse(), first, layout.mean);
+  copy_padded(gp.mean, first + layout.mean, layout.points - layout.mean);
+  copy_padded(gp.pseudo_inputs.transpose(), first + layout.points, columns_);
+  copy_padded(weights_and_norms, first + layout.weights, columns_);
+  copy_padded(reduction, first + layout.reduction, rows_);
 }
 
 detail::PosteriorView Posterior::view() const {
-  return {{inputs(), columns_, pseudo_inputs_.data(), inverse_length_scales_.data(), signal_variance_},
-          outputs(),
+  const Layout layout(inputs_, outputs_, columns_, rows_);
+  const double* const first = tables_.front().numbers;
+  return {{inputs_, columns_, first + layout.points, first, signal_variance_},
+          outputs_,
           rows_,
-          weights_.data(),
-          reduction_.data()};
+          first + layout.mean,
+          first + layout.weights,
+          first + layout.reduction};
 }
 
 void Posterior::require_input(std::span<const double> x) const {
@@ -115,32 +137,19 @@ void Posterior::require_output(std::span<double> mean) const {
                               std::to_string(outputs()));
 }
 
-double Posterior::finish(const detail::PosteriorView& view, const double* k, std::span<double> mean) const {
-  detail::weighted_sums(view, k, mean.data());
-  for (std::size_t output = 0; output < mean.size(); ++output) mean[output] += mean_[output];
-  return variance_left(view, k);
-}
-
 double Posterior::predict(std::span<const double> x, std::span<double> mean) const {
   require_input(x), require_output(mean);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  return finish(tables, k.data(), mean);
-}
-
-double Posterior::most_explained(const detail::PosteriorView& view, const double* k) const {
-  detail::PosteriorView norms = view;
-  norms.outputs = 1, norms.weights = reduction_norms_.data();
-  double most = 0.0;
-  detail::weighted_sums(norms, k, &most);
-  return most * most / signal_variance_;
+  detail::means(tables, k.data(), mean.data());
+  return variance_left(tables, k.data());
 }
 
 double Posterior::most_explained(std::span<const double> x) const {
   require_input(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  return most_explained(tables, k.data());
+  return explained_at_most(tables, k.data());
 }
 
 std::optional<double> Posterior::predict_where_known(std::span<const double> x, std::span<double> mean,
@@ -148,8 +157,9 @@ std::optional<double> Posterior::predict_where_known(std::span<const double> x, 
   require_input(x), require_output(mean);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  if (most_explained(tables, k.data()) < kRoundingMargin * share) return std::nullopt;
-  return finish(tables, k.data(), mean);
+  if (explained_at_most(tables, k.data()) < kRoundingMargin * share) return std::nullopt;
+  detail::means(tables, k.data(), mean.data());
+  return variance_left(tables, k.data());
 }
 
 GpPrediction Posterior::predict(const Eigen::VectorXd& x) const {
@@ -177,15 +187,15 @@ FlowPrediction Posterior::glance_at_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  const double least_variance = signal_variance_ * std::max(0.0, 1.0 - most_explained(tables, k.data()));
-  return {flow_at(tables, k.data(), mean_), least_variance};
+  const double least_variance = signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, k.data()));
+  return {flow_at(tables, k.data()), least_variance};
 }
 
 Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  return flow_at(tables, k.data(), mean_);
+  return flow_at(tables, k.data());
 }
 
 Eigen::Matrix2d Posterior::mean_jacobian(const Eigen::Vector2d& x) const {
@@ -199,7 +209,7 @@ FlowLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  return {{flow_at(tables, k.data(), mean_), variance_left(tables, k.data())}, jacobian_at(tables, x, k.data())};
+  return {{flow_at(tables, k.data()), variance_left(tables, k.data())}, jacobian_at(tables, x, k.data())};
 }
 
 }  // namespace sila

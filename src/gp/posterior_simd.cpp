@@ -1,5 +1,5 @@
-// The inner loops of kernels and posteriors, compiled once for each width of vector registers; Highway takes the widest that the
-// processor has when the program runs.
+// The inner loops of kernels and posteriors, compiled once for each width of vector registers; Highway takes the widest
+// that the processor has when the program runs.
 
 #include "posterior_simd.hpp"
 
@@ -33,15 +33,21 @@ void similarities_simd(const KernelView& view, const double* x, double* k) {
   }
 }
 
-void weighted_sums_simd(const PosteriorView& view, const double* k, double* mean) {
+double weighted_sum(const double* weights, const double* k, std::size_t columns) {
   const Tag d;
-  for (std::size_t output = 0; output < view.outputs; ++output) {
-    const double* weights = view.weights + output * view.columns;
-    auto sum = hn::Zero(d);
-    for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d))
-      sum = hn::MulAdd(hn::LoadU(d, weights + column), hn::LoadU(d, k + column), sum);
-    mean[output] = hn::GetLane(hn::SumOfLanes(d, sum));
-  }
+  auto sum = hn::Zero(d);
+  for (std::size_t column = 0; column < columns; column += hn::Lanes(d))
+    sum = hn::MulAdd(hn::LoadU(d, weights + column), hn::LoadU(d, k + column), sum);
+  return hn::GetLane(hn::SumOfLanes(d, sum));
+}
+
+void means_simd(const PosteriorView& view, const double* k, double* sums) {
+  for (std::size_t output = 0; output < view.outputs; ++output)
+    sums[output] = view.mean[output] + weighted_sum(view.weights + output * view.columns, k, view.columns);
+}
+
+double sum_of_norms_simd(const PosteriorView& view, const double* k) {
+  return weighted_sum(view.weights + view.outputs * view.columns, k, view.columns);
 }
 
 void slopes_simd(const PosteriorView& view, const double* x, const double* k, double* jacobian) {
@@ -97,7 +103,8 @@ HWY_AFTER_NAMESPACE();
 namespace sila::detail {
 
 HWY_EXPORT(similarities_simd);
-HWY_EXPORT(weighted_sums_simd);
+HWY_EXPORT(means_simd);
+HWY_EXPORT(sum_of_norms_simd);
 HWY_EXPORT(slopes_simd);
 HWY_EXPORT(explained_variance_simd);
 
@@ -105,8 +112,12 @@ void similarities(const KernelView& view, const double* x, double* k) {
   HWY_DYNAMIC_DISPATCH(similarities_simd)(view, x, k);
 }
 
-void weighted_sums(const PosteriorView& view, const double* k, double* mean) {
-  HWY_DYNAMIC_DISPATCH(weighted_sums_simd)(view, k, mean);
+void means(const PosteriorView& view, const double* k, double* sums) {
+  HWY_DYNAMIC_DISPATCH(means_simd)(view, k, sums);
+}
+
+double sum_of_norms(const PosteriorView& view, const double* k) {
+  return HWY_DYNAMIC_DISPATCH(sum_of_norms_simd)(view, k);
 }
 
 void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian) {

@@ -4,8 +4,8 @@
 
 namespace sila::detail {
 
-/// Rows and columns of tables are padded with zeros to multiples of these, so that loops over vector
-/// registers need no tail: the widest register holds 8 doubles.
+/// Rows and columns of tables are padded with zeros to multiples of these, so that loops over vector registers need no
+/// tail: the widest register holds 8 doubles.
 inline constexpr std::size_t kColumnPadding = 8;
 inline constexpr std::size_t kRowPadding = 16;
 
@@ -17,18 +17,22 @@ struct KernelView {
   double signal_variance = 1.0;
 };
 
-/// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `weights` outputs x columns, row by
-/// row; `reduction` columns x rows, column by column. `rows` is padded.
+/// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs +
+/// 1) x columns, row by row, of which the last are the norms of the columns of `reduction`; this columns x rows, column
+/// by column. `rows` is padded.
 struct PosteriorView : KernelView {
   std::size_t outputs = 0, rows = 0;
+  const double* mean = nullptr;
   const double* weights = nullptr;
   const double* reduction = nullptr;
 };
 
 /// k(points, x). Shapes: x has `inputs` entries, k has room for `columns`.
 void similarities(const KernelView& view, const double* x, double* k);
-/// weights' k. Shapes: mean has room for `outputs`.
-void weighted_sums(const PosteriorView& view, const double* k, double* mean);
+/// mean + weights' k. Shapes: sums has room for `outputs`.
+void means(const PosteriorView& view, const double* k, double* sums);
+/// The sum over the columns of |column of reduction| k.
+double sum_of_norms(const PosteriorView& view, const double* k);
 /// d mean(p) / d x(d) at jacobian[p * inputs + d].
 void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian);
 /// |reduction k|^2.

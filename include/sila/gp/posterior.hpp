@@ -58,24 +58,25 @@ class Posterior {
 
   double signal_variance() const { return signal_variance_; }
   double noise_variance() const { return noise_variance_; }
-  std::size_t inputs() const { return inverse_length_scales_.size(); }
-  std::size_t outputs() const { return mean_.size(); }
+  std::size_t inputs() const { return inputs_; }
+  std::size_t outputs() const { return outputs_; }
 
  private:
+  /// What one vector register holds at most. Rows of tables begin with a line, so that no register is read from two.
+  struct alignas(64) Line {
+    double numbers[8];
+  };
+
   detail::PosteriorView view() const;
   void require_input(std::span<const double> x) const;
   void require_output(std::span<double> mean) const;
   void require_flow(const Eigen::Vector2d& x) const;
-  double most_explained(const detail::PosteriorView& view, const double* k) const;
-  double finish(const detail::PosteriorView& view, const double* k, std::span<double> mean) const;
 
   double signal_variance_ = 1.0;
   double noise_variance_ = 1.0;
-  std::vector<double> mean_;
-  std::vector<double> inverse_length_scales_;
+  std::size_t inputs_ = 0, outputs_ = 0;
   std::size_t columns_ = 0, rows_ = 0;  ///< padded number of pseudo-inputs, and padded rank
-  std::vector<double> pseudo_inputs_, weights_, reduction_;
-  std::vector<double> reduction_norms_;  ///< of its columns
+  std::vector<Line> tables_;            ///< one after another as in the view
 };
 
 }  // namespace sila
