@@ -63,9 +63,8 @@ Eigen::Matrix2d jacobian_at(const detail::PosteriorView& view, const Eigen::Vect
   return jacobian;
 }
 
-double explained_at_most(const detail::PosteriorView& view, const double* k) {
-  const double most = detail::sum_of_norms(view, k);
-  return most * most / view.signal_variance;
+double explained_at_most(const detail::PosteriorView& view, double sum_of_norms) {
+  return sum_of_norms * sum_of_norms / view.signal_variance;
 }
 
 double variance_left(const detail::PosteriorView& view, const double* k) {
@@ -149,7 +148,7 @@ double Posterior::most_explained(std::span<const double> x) const {
   require_input(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  return explained_at_most(tables, k.data());
+  return explained_at_most(tables, detail::sum_of_norms(tables, k.data()));
 }
 
 std::optional<double> Posterior::predict_where_known(std::span<const double> x, std::span<double> mean,
@@ -157,7 +156,7 @@ std::optional<double> Posterior::predict_where_known(std::span<const double> x, 
   require_input(x), require_output(mean);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  if (explained_at_most(tables, k.data()) < kRoundingMargin * share) return std::nullopt;
+  if (explained_at_most(tables, detail::sum_of_norms(tables, k.data())) < kRoundingMargin * share) return std::nullopt;
   detail::means(tables, k.data(), mean.data());
   return variance_left(tables, k.data());
 }
@@ -178,17 +177,18 @@ void Posterior::require_flow(const Eigen::Vector2d& x) const {
 
 FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
-  FlowPrediction flow;
-  flow.variance = predict(std::span(x.data(), 2), std::span(flow.mean.data(), 2));
-  return flow;
+  const detail::PosteriorView tables = view();
+  Similarities k(tables, x.data());
+  return {flow_at(tables, k.data()), variance_left(tables, k.data())};
 }
 
 FlowPrediction Posterior::glance_at_flow(const Eigen::Vector2d& x) const {
   require_flow(x);
   const detail::PosteriorView tables = view();
   Similarities k(tables, x.data());
-  const double least_variance = signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, k.data()));
-  return {flow_at(tables, k.data()), least_variance};
+  std::array<double, 3> sums;
+  detail::means_and_norms(tables, k.data(), sums.data());
+  return {{sums[0], sums[1]}, signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, sums[2]))};
 }
 
 Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {

@@ -33,21 +33,42 @@ void similarities_simd(const KernelView& view, const double* x, double* k) {
   }
 }
 
-double weighted_sum(const double* weights, const double* k, std::size_t columns) {
+/// The first rows of `weights` times k; two rows at a time, for their sums do not wait for one another.
+void weighted_sums(const PosteriorView& view, const double* k, std::size_t rows, double* sums) {
   const Tag d;
-  auto sum = hn::Zero(d);
-  for (std::size_t column = 0; column < columns; column += hn::Lanes(d))
-    sum = hn::MulAdd(hn::LoadU(d, weights + column), hn::LoadU(d, k + column), sum);
-  return hn::GetLane(hn::SumOfLanes(d, sum));
+  for (std::size_t row = 0; row < rows; row += 2) {
+    const bool two = row + 1 < rows;
+    const double* first = view.weights + row * view.columns;
+    const double* second = two ? first + view.columns : first;
+    auto first_sum = hn::Zero(d), second_sum = first_sum;
+    for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d)) {
+      const auto here = hn::LoadU(d, k + column);
+      first_sum = hn::MulAdd(hn::LoadU(d, first + column), here, first_sum);
+      second_sum = hn::MulAdd(hn::LoadU(d, second + column), here, second_sum);
+    }
+    sums[row] = hn::GetLane(hn::SumOfLanes(d, first_sum));
+    if (two) sums[row + 1] = hn::GetLane(hn::SumOfLanes(d, second_sum));
+  }
+}
+
+void add_mean(const PosteriorView& view, double* sums) {
+  for (std::size_t output = 0; output < view.outputs; ++output) sums[output] += view.mean[output];
 }
 
 void means_simd(const PosteriorView& view, const double* k, double* sums) {
-  for (std::size_t output = 0; output < view.outputs; ++output)
-    sums[output] = view.mean[output] + weighted_sum(view.weights + output * view.columns, k, view.columns);
+  weighted_sums(view, k, view.outputs, sums), add_mean(view, sums);
+}
+
+void means_and_norms_simd(const PosteriorView& view, const double* k, double* sums) {
+  weighted_sums(view, k, view.outputs + 1, sums), add_mean(view, sums);
 }
 
 double sum_of_norms_simd(const PosteriorView& view, const double* k) {
-  return weighted_sum(view.weights + view.outputs * view.columns, k, view.columns);
+  PosteriorView norms = view;
+  norms.weights += view.outputs * view.columns;
+  double sum = 0.0;
+  weighted_sums(norms, k, 1, &sum);
+  return sum;
 }
 
 void slopes_simd(const PosteriorView& view, const double* x, const double* k, double* jacobian) {
@@ -104,6 +125,7 @@ namespace sila::detail {
 
 HWY_EXPORT(similarities_simd);
 HWY_EXPORT(means_simd);
+HWY_EXPORT(means_and_norms_simd);
 HWY_EXPORT(sum_of_norms_simd);
 HWY_EXPORT(slopes_simd);
 HWY_EXPORT(explained_variance_simd);
@@ -114,6 +136,10 @@ void similarities(const KernelView& view, const double* x, double* k) {
 
 void means(const PosteriorView& view, const double* k, double* sums) {
   HWY_DYNAMIC_DISPATCH(means_simd)(view, k, sums);
+}
+
+void means_and_norms(const PosteriorView& view, const double* k, double* sums) {
+  HWY_DYNAMIC_DISPATCH(means_and_norms_simd)(view, k, sums);
 }
 
 double sum_of_norms(const PosteriorView& view, const double* k) {

@@ -33,6 +33,8 @@ void similarities(const KernelView& view, const double* x, double* k);
 void means(const PosteriorView& view, const double* k, double* sums);
 /// The sum over the columns of |column of reduction| k.
 double sum_of_norms(const PosteriorView& view, const double* k);
+/// Both, this behind the means. Shapes: sums has room for `outputs` + 1.
+void means_and_norms(const PosteriorView& view, const double* k, double* sums);
 /// d mean(p) / d x(d) at jacobian[p * inputs + d].
 void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian);
 /// |reduction k|^2.
