@@ -27,7 +27,7 @@ struct OutlookConfig {
   double noise_std_mps = 0.33;
   double every_s = 0.8;
   double min_seen_share = 0.75;
-  int max_pseudo_inputs = 60;
+  int max_pseudo_inputs = 120;
   double selection_stop = 0.1;
   int gait_pseudo_inputs = 40;
 };
