@@ -31,12 +31,12 @@ Eigen::MatrixXd covariance(const Kernel& kernel, const Eigen::MatrixXd& a, const
   validate(kernel);
   require_dimension("a", a.rows(), kernel.length_scales.size());
   require_dimension("b", b.rows(), kernel.length_scales.size());
-  const auto size = static_cast<std::size_t>(a.cols());
-  const std::size_t padded = (size + detail::kColumnPadding - 1) / detail::kColumnPadding * detail::kColumnPadding;
-  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(padded), a.rows());
+  // The loops take differences before they scale, so that k(x, x) is exactly the signal variance.
+  const std::size_t rows = detail::padded(static_cast<std::size_t>(a.cols()), detail::kColumnPadding);
+  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows), a.rows());
   points.topRows(a.cols()) = a.transpose();
   const Eigen::VectorXd inverse = kernel.length_scales.cwiseInverse();
-  const detail::KernelView view{static_cast<std::size_t>(a.rows()), padded, points.data(), inverse.data(),
+  const detail::KernelView view{static_cast<std::size_t>(a.rows()), rows, points.data(), inverse.data(),
                                 kernel.signal_variance};
   Eigen::VectorXd column(points.rows());
   Eigen::MatrixXd result(a.cols(), b.cols());

@@ -16,10 +16,6 @@ namespace {
 /// What is hardly below a bound may be above it but for rounding.
 constexpr double kRoundingMargin = 1.0 - 1e-9;
 
-std::size_t padded(std::size_t size, std::size_t multiple) {
-  return (size + multiple - 1) / multiple * multiple;
-}
-
 /// Copies a matrix, column by column, to where columns have so many rows; what is beyond it stays.
 void copy_padded(const Eigen::MatrixXd& matrix, double* to, std::size_t rows) {
   for (Eigen::Index j = 0; j < matrix.cols(); ++j, to += rows) Eigen::VectorXd::Map(to, matrix.rows()) = matrix.col(j);
@@ -30,8 +26,8 @@ struct Layout {
   std::size_t mean, points, weights, reduction, end;
 
   Layout(std::size_t inputs, std::size_t outputs, std::size_t columns, std::size_t rows)
-      : mean(padded(inputs, detail::kColumnPadding)),
-        points(mean + padded(outputs, detail::kColumnPadding)),
+      : mean(detail::padded(inputs, detail::kColumnPadding)),
+        points(mean + detail::padded(outputs, detail::kColumnPadding)),
         weights(points + inputs * columns),
         reduction(weights + (outputs + 1) * columns),
         end(reduction + rows * columns) {}
@@ -99,8 +95,8 @@ Posterior::Posterior(const SparseGp& gp)
   Eigen::MatrixXd weights_and_norms(size, weights.cols() + 1);
   weights_and_norms << weights, reduction.colwise().norm().transpose();
 
-  columns_ = padded(static_cast<std::size_t>(size), detail::kColumnPadding);
-  rows_ = padded(static_cast<std::size_t>(reduction.rows()), detail::kRowPadding);
+  columns_ = detail::padded(static_cast<std::size_t>(size), detail::kColumnPadding);
+  rows_ = detail::padded(static_cast<std::size_t>(reduction.rows()), detail::kRowPadding);
   const Layout layout(inputs_, outputs_, columns_, rows_);
   static_assert(sizeof(Line) == detail::kColumnPadding * sizeof(double));
   tables_.resize(layout.end / detail::kColumnPadding);

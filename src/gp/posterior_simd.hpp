@@ -8,6 +8,9 @@ namespace sila::detail {
 /// tail: the widest register holds 8 doubles.
 inline constexpr std::size_t kColumnPadding = 8;
 inline constexpr std::size_t kRowPadding = 16;
+inline std::size_t padded(std::size_t size, std::size_t multiple) {
+  return (size + multiple - 1) / multiple * multiple;
+}
 
 /// Where the points of one side of a kernel lie. Shapes: `points` inputs x columns, row by row; `columns` is padded.
 struct KernelView {

@@ -205,6 +205,11 @@ std::string range_of(const Field& field) {
 
 }  // namespace
 
+const char* choice_name(std::span<const char* const> names, std::size_t value) {
+  if (value < names.size()) return names[value];
+  throw std::out_of_range("configuration: choice " + std::to_string(value) + " of " + std::to_string(names.size()));
+}
+
 void FieldCollector::add(const char* name, const char* text, std::function<FieldValue()> read,
                          std::function<void(const FieldValue&)> write) {
   list_.push_back({prefix_ + name, "", text, {}, {}, {}, std::move(read), std::move(write)});

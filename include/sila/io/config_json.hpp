@@ -33,6 +33,9 @@ struct Field {
   std::function<void(const FieldValue&)> write;  ///< takes the alternative that `read` gives, already checked
 };
 
+/// Throws: std::out_of_range for a value that none of the names stands for.
+const char* choice_name(std::span<const char* const> names, std::size_t value);
+
 /// The visitor that makes the list of all fields from `fields()`. The fields point into the configuration that was
 /// visited.
 class FieldCollector {
@@ -60,7 +63,8 @@ class FieldCollector {
   template <class Enum>
   void choice(const char* name, Enum& value, std::span<const char* const> names, const char* text) {
     add(
-        name, text, [&value, names] { return FieldValue(std::string(names[static_cast<std::size_t>(value)])); },
+        name, text,
+        [&value, names] { return FieldValue(std::string(choice_name(names, static_cast<std::size_t>(value)))); },
         [&value, names](const FieldValue& given) {
           value = static_cast<Enum>(std::ranges::find(names, std::get<std::string>(given)) - names.begin());
         });
