@@ -42,6 +42,7 @@ struct GivenUp {
     over_limit.primitives += report.given_up.primitives;
     over_limit.transitions += report.given_up.transitions;
     over_limit.count += report.given_up.count;
+    over_limit.narrowed += report.given_up.narrowed;
   }
 };
 
@@ -54,6 +55,7 @@ void tell_episode(int number, const EpisodeReport& report) {
     line << "; over the limit, gave up " << lost.primitives << " primitives and " << lost.transitions
          << " transitions, seen " << std::setprecision(1) << lost.count << " times";
   }
+  if (lost.narrowed > 0) line << "; over the limit, narrowed " << lost.narrowed << " outlooks";
   std::cerr << line.str() << "\n";
 }
 

@@ -15,7 +15,10 @@
 namespace sila::cli {
 
 inline nlohmann::ordered_json to_json(const LimitReport& report) {
-  return {{"primitives", report.primitives}, {"transitions", report.transitions}, {"count", report.count}};
+  return {{"primitives", report.primitives},
+          {"transitions", report.transitions},
+          {"count", report.count},
+          {"narrowed", report.narrowed}};
 }
 
 inline std::int64_t seconds_since_1970() {

@@ -1,6 +1,7 @@
 #include "sila/fuse/limit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -8,6 +9,8 @@
 #include <utility>
 
 #include "coverage.hpp"
+#include "sila/gp/greedy.hpp"
+#include "sila/gp/transfer.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
@@ -15,6 +18,8 @@ namespace {
 
 /// Of a transition whose field is known to others altogether: its outlook goes as well.
 constexpr double kLeastUncovered = 0.25;
+/// Where bytes are short all outlooks are made this narrow [pseudo-inputs], then this, before any transition goes.
+constexpr std::array kNarrower{60, 30};
 
 /// A pseudo-input of a transition.
 struct Place {
@@ -121,10 +126,40 @@ double bytes_of_primitives(const Ledger& ledger, const Model& model) {
   return bytes;
 }
 
-void keep_to_bytes(Ledger& ledger, const Model& model, double most, LimitReport& report) {
+SparseGp narrowed(const SparseGp& outlook, int most) {
+  const Eigen::MatrixXd inputs = select_pseudo_inputs(outlook.kernel, outlook.pseudo_inputs, most, 0.0);
+  return transfer(outlook, empty_gp(outlook.kernel, outlook.noise_variance, inputs, outlook.mean));
+}
+
+/// Makes outlooks narrower, those of transitions that were seen least first, until there is nothing too much.
+void narrow_outlooks(Ledger& ledger, std::vector<Transition>& transitions, double too_much, LimitReport& report) {
+  std::vector<std::size_t> order(transitions.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return transitions[i].count; });
+  for (const int most : kNarrower) {
+    for (const std::size_t i : order) {
+      if (too_much <= 0.0) return;
+      Transition& transition = transitions[i];
+      if (!ledger.kept[i] || transition.outlook.pseudo_inputs.cols() <= most) continue;
+      transition.outlook = narrowed(transition.outlook, most);
+      const double before = std::exchange(ledger.bytes[i], static_cast<double>(packed_bytes(transition)));
+      too_much -= before - ledger.bytes[i];
+      ++report.narrowed;
+    }
+  }
+}
+
+double bytes_of_transitions(const Ledger& ledger) {
+  double bytes = 0.0;
+  for (std::size_t i = 0; i < ledger.kept.size(); ++i) bytes += ledger.kept[i] ? ledger.bytes[i] : 0.0;
+  return bytes;
+}
+
+void keep_to_bytes(Ledger& ledger, Model& model, double most, LimitReport& report) {
   const std::size_t count = model.transitions.size();
-  double transitions = 0.0;
-  for (std::size_t i = 0; i < count; ++i) transitions += ledger.kept[i] ? ledger.bytes[i] : 0.0;
+  narrow_outlooks(ledger, model.transitions, bytes_of_transitions(ledger) + bytes_of_primitives(ledger, model) - most,
+                  report);
+  double transitions = bytes_of_transitions(ledger);
   while (transitions > 0.0 && transitions + bytes_of_primitives(ledger, model) > most) {
     const auto rank = [&](std::size_t i) {
       return std::tuple(worth(ledger, model.transitions, i) / ledger.bytes[i], model.transitions[i].last_episode, i);

@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -29,6 +30,18 @@ inline void append_text(std::string& bytes, std::string_view text) {
   bytes += text;
 }
 
+template <std::unsigned_integral Word>
+Word word_at(const char* bytes) {
+  Word word = 0;
+  if constexpr (std::endian::native == std::endian::little) {
+    std::memcpy(&word, bytes, sizeof(Word));
+  } else {
+    for (std::size_t i = sizeof(Word); i-- > 0;)
+      word = static_cast<Word>(word << 8) | static_cast<unsigned char>(bytes[i]);
+  }
+  return word;
+}
+
 /// Throws: std::invalid_argument unless the bytes are whole words.
 template <std::unsigned_integral Word>
 std::vector<Word> words(std::string_view bytes) {
@@ -36,19 +49,19 @@ std::vector<Word> words(std::string_view bytes) {
     throw std::invalid_argument("a blob has " + std::to_string(bytes.size()) + " bytes, no multiple of " +
                                 std::to_string(sizeof(Word)));
   }
-  std::vector<Word> result(bytes.size() / sizeof(Word), 0);
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const auto byte = static_cast<Word>(static_cast<unsigned char>(bytes[i]));
-    result[i / sizeof(Word)] |= static_cast<Word>(byte << (8 * (i % sizeof(Word))));
-  }
+  std::vector<Word> result(bytes.size() / sizeof(Word));
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = word_at<Word>(bytes.data() + i * sizeof(Word));
   return result;
 }
 
 inline std::string of_numbers(std::span<const double> numbers) {
-  std::string bytes;
-  bytes.reserve(8 * numbers.size());
-  for (const double number : numbers) append(bytes, number);
-  return bytes;
+  if constexpr (std::endian::native == std::endian::little) {
+    return {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()};
+  } else {
+    std::string bytes;
+    for (const double number : numbers) append(bytes, number);
+    return bytes;
+  }
 }
 
 /// Throws: std::invalid_argument unless the bytes are whole numbers of 8 bytes.
@@ -69,7 +82,7 @@ class Reader {
     rest_.remove_prefix(length);
     return taken;
   }
-  std::uint64_t word() { return words<std::uint64_t>(take(8)).front(); }
+  std::uint64_t word() { return word_at<std::uint64_t>(take(8).data()); }
   std::int64_t integer() { return static_cast<std::int64_t>(word()); }
   double number() { return std::bit_cast<double>(word()); }
   std::string text() { return std::string(take(word())); }

@@ -119,10 +119,11 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
   return features;
 }
 
-Observation observation_of(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
+Observation observation_of(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+                           Scratch& scratch) {
   Observation observation{kinematic_features(observed),
                           consult_gait(map, observed, scratch),
-                          ask_outlooks(map, observed, scratch),
+                          ask_outlooks(map, near, observed, scratch),
                           {},
                           map.knows(observed.frame),
                           speed_class(observed)};

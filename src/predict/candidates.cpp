@@ -6,14 +6,11 @@
 #include <numeric>
 #include <optional>
 
-#include "ranking.hpp"
-
 namespace sila {
 namespace {
 
-/// How many transitions are scored on the last sample, and how many of them on the whole window, for each that may be
-/// rolled out.
-constexpr std::size_t kGlancedAtPerCandidate = 8, kLookedAtPerCandidate = 2;
+/// How many transitions are scored on the whole window for each that may be rolled out.
+constexpr std::size_t kLookedAtPerCandidate = 2;
 
 /// Of two independent differences with the same variance.
 double log_normal(double squared_differences, double variance) {
@@ -38,24 +35,6 @@ double log_prior(const FieldMap::Field& field, double variance_here, WeightPrior
 std::size_t first_of_last(std::size_t samples, double seconds, double interval_s) {
   const auto wanted = static_cast<std::size_t>(std::max(1L, std::lround(seconds / interval_s)));
   return samples > wanted ? samples - wanted : 0;
-}
-
-/// Where very many fields may know the place, those of which the mean is farthest from the last sample's velocity, for
-/// what they may know of it, are not asked more. The transitions that are left, in order.
-std::span<const int> worth_a_look(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
-                                  const PredictConfig& config, Scratch& scratch) {
-  const std::size_t most = kGlancedAtPerCandidate * static_cast<std::size_t>(config.max_candidates);
-  if (near.size() <= most) return near;
-  const auto ranked = scratch.array<detail::Ranked>(near.size());
-  std::size_t count = 0;
-  for (const int index : near) {
-    const FieldMap::Field& field = map.field(index);
-    const FlowPrediction least = field.posterior.glance_at_flow(observed.positions.back());
-    if (least.variance >= config.support_ratio * field.signal_variance) continue;
-    const double off = (observed.velocities.back() - least.mean).squaredNorm();
-    ranked[count++] = {log_normal(off, least.variance + field.noise_variance), index};
-  }
-  return detail::best_in_order(ranked.first(count), most, scratch);
 }
 
 /// What one field says of the last sample, if it knows the place.
@@ -116,15 +95,14 @@ std::size_t worth_keeping(std::span<const Candidate> list, const PredictConfig& 
 
 }  // namespace
 
-Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config,
-                           Scratch& scratch) {
+Candidates find_candidates(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+                           const PredictConfig& config, Scratch& scratch) {
   Candidates found;
   const std::size_t samples = observed.positions.size();
   if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
   const auto least_known = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
   std::fill(least_known.begin(), least_known.end(), 1.0);
-  const std::span<const int> near = worth_a_look(map, map.near(observed.positions.back()), observed, config, scratch);
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;
   for (const int index : near) {

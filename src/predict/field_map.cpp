@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "sila/core/buckets.hpp"
@@ -26,23 +27,45 @@ struct Entry {
   std::vector<std::int64_t> buckets;  ///< in which it may know something; in order, each once
 };
 
+/// A transition where many overlap.
+struct Ranked {
+  double score = 0.0;
+  int transition = 0;
+};
+
+/// Buckets of one column, one above the other.
+struct Stretch {
+  std::int64_t column, first_row, last_row;
+  auto operator<=>(const Stretch&) const = default;
+};
+
 /// Adds the buckets of which some point is within the ellipse with these half axes.
-void add_buckets_within(const Vector2& centre, const Vector2& reach, double size, std::vector<std::int64_t>& buckets) {
-  for_each_bucket(centre - reach, centre + reach, size, [&](std::int64_t key, const Vector2& corner) {
-    const Vector2 nearest = centre.cwiseMax(corner).cwiseMin(corner + Vector2::Constant(size));
-    if ((nearest - centre).cwiseQuotient(reach).squaredNorm() <= 1.0) buckets.push_back(key);
-  });
+void add_stretches(const Vector2& centre, const Vector2& reach, double size, std::vector<Stretch>& stretches) {
+  const std::int64_t last = bucket_column(centre.x() + reach.x(), size);
+  for (std::int64_t column = bucket_column(centre.x() - reach.x(), size); column <= last; ++column) {
+    const double left = static_cast<double>(column) * size;
+    const double off = (std::clamp(centre.x(), left, left + size) - centre.x()) / reach.x();
+    const double height = reach.y() * std::sqrt(std::max(0.0, 1.0 - off * off));
+    stretches.push_back({column, bucket_column(centre.y() - height, size), bucket_column(centre.y() + height, size)});
+  }
 }
 
 /// One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
   if (!(count_buckets(-reach, reach, bucket_size) <= kMostBuckets)) return {kEverywhere};
-  std::vector<std::int64_t> buckets;
+  std::vector<Stretch> stretches;
   for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
-    add_buckets_within(gp.pseudo_inputs.col(m), reach, bucket_size, buckets);
-  std::sort(buckets.begin(), buckets.end());
-  buckets.erase(std::unique(buckets.begin(), buckets.end()), buckets.end());
+    add_stretches(gp.pseudo_inputs.col(m), reach, bucket_size, stretches);
+  std::ranges::sort(stretches);
+  std::vector<std::int64_t> buckets;
+  Stretch covered{std::numeric_limits<std::int64_t>::min(), 0, 0};
+  for (const Stretch& stretch : stretches) {
+    const std::int64_t next = stretch.column == covered.column ? covered.last_row + 1 : stretch.first_row;
+    for (std::int64_t row = std::max(next, stretch.first_row); row <= stretch.last_row; ++row)
+      buckets.push_back(bucket_key(stretch.column, row));
+    covered = {stretch.column, stretch.first_row, std::max(stretch.last_row, next - 1)};
+  }
   return buckets;
 }
 
@@ -69,6 +92,12 @@ Entry entry_of(const Transition& transition, double leaving_count, double bucket
   return entry;
 }
 
+FieldMap::Glimpse glimpse_of(const FieldMap::Field& field, const Vector2& middle) {
+  const FlowPrediction flow = field.posterior.glance_at_flow(middle);
+  const double variance = flow.variance + field.noise_variance;
+  return {flow.mean, 0.5 / variance, -std::log(variance)};
+}
+
 }  // namespace
 
 FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
@@ -88,23 +117,60 @@ FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
   for (Entry& entry : entries) {
     const int index = static_cast<int>(fields_.size());
     leaving_[static_cast<std::size_t>(entry.field->from)].push_back(index);
-    for (const std::int64_t bucket : entry.buckets) buckets_[bucket].push_back(index);
+    for (const std::int64_t bucket : entry.buckets) buckets_[bucket].transitions.push_back(index);
     fields_.push_back(std::move(*entry.field));
   }
+  add_wide_fields();
+  add_glimpses();
+}
+
+void FieldMap::add_wide_fields() {
   const auto wide = buckets_.find(kEverywhere);
   if (wide == buckets_.end()) return;
   for (auto& [key, bucket] : buckets_) {
     if (key == kEverywhere) continue;
-    bucket.insert(bucket.end(), wide->second.begin(), wide->second.end());
-    std::sort(bucket.begin(), bucket.end());
+    std::vector<int>& all = bucket.transitions;
+    all.insert(all.end(), wide->second.transitions.begin(), wide->second.transitions.end());
+    std::sort(all.begin(), all.end());
   }
 }
 
-std::span<const int> FieldMap::near(const Vector2& position) const {
-  if (!(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return {};
+void FieldMap::add_glimpses() {
+  std::vector<std::pair<Vector2, Bucket*>> crowded;
+  for (auto& [key, bucket] : buckets_) {
+    if (bucket.transitions.size() > most_near) crowded.emplace_back(bucket_middle(key, bucket_size_), &bucket);
+  }
+  tbb::parallel_for(std::size_t{0}, crowded.size(), [&](std::size_t b) {
+    const auto& [middle, bucket] = crowded[b];
+    bucket->glimpses.reserve(bucket->transitions.size());
+    for (const int index : bucket->transitions) bucket->glimpses.push_back(glimpse_of(field(index), middle));
+  });
+}
+
+const FieldMap::Bucket* FieldMap::bucket_at(const Vector2& position) const {
+  if (!(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return nullptr;
   auto place = buckets_.find(bucket_of(position, bucket_size_));
   if (place == buckets_.end()) place = buckets_.find(kEverywhere);
-  return place == buckets_.end() ? std::span<const int>() : std::span<const int>(place->second);
+  return place == buckets_.end() ? nullptr : &place->second;
+}
+
+std::span<const int> FieldMap::near(const CurbTrajectory& observed, Scratch& scratch) const {
+  const Bucket* bucket = observed.positions.empty() ? nullptr : bucket_at(observed.positions.back());
+  if (!bucket) return {};
+  if (bucket->glimpses.empty()) return bucket->transitions;
+  const auto ranked = scratch.array<Ranked>(bucket->glimpses.size());
+  for (std::size_t k = 0; k < ranked.size(); ++k) {
+    const Glimpse& glimpse = bucket->glimpses[k];
+    const double off = (observed.velocities.back() - glimpse.flow).squaredNorm();
+    ranked[k] = {glimpse.log_scale - glimpse.half_precision * off, bucket->transitions[k]};
+  }
+  std::nth_element(ranked.begin(), ranked.begin() + most_near, ranked.end(), [](const Ranked& a, const Ranked& b) {
+    return a.score != b.score ? a.score > b.score : a.transition < b.transition;
+  });
+  const auto likeliest = scratch.array<int>(most_near);
+  std::ranges::transform(ranked.first(most_near), likeliest.begin(), &Ranked::transition);
+  std::ranges::sort(likeliest);
+  return likeliest;
 }
 
 }  // namespace sila

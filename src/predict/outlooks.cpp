@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ranking.hpp"
 #include "sila/model/gait.hpp"
 #include "sila/model/outlook.hpp"
 
@@ -13,23 +12,6 @@ namespace {
 /// An outlook that explains less than this share of its signal variance is not heard: it would count that much beside
 /// the prior's 1.
 constexpr double kLeastWorthHearing = 1e-3;
-/// Of so many outlooks at most.
-constexpr std::size_t kMostHeard = 64;
-
-/// Transitions of which the outlook may know this state, in order. Where there are very many, those that can be said to
-/// know it least are left out.
-std::span<const int> worth_asking(const FieldMap& map, const OutlookState& state, std::span<const int> near,
-                                  Scratch& scratch) {
-  const bool choose = near.size() > kMostHeard;
-  const auto ranked = scratch.array<detail::Ranked>(near.size());
-  std::size_t count = 0;
-  for (const int index : near) {
-    const FieldMap::Field& field = map.field(index);
-    if (!field.outlook || !field.outlook_reach.contains(state)) continue;
-    ranked[count++] = {choose ? field.outlook->most_explained(std::span(state.data(), kOutlookInputs)) : 0.0, index};
-  }
-  return detail::best_in_order(ranked.first(count), kMostHeard, scratch);
-}
 
 }  // namespace
 
@@ -42,14 +24,16 @@ Vector2 Foresight::parting_mps(double seconds) const {
   return (1.0 - share) * partings_mps[before] + share * partings_mps[after];
 }
 
-std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
+std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, std::span<const int> near,
+                                            const CurbTrajectory& observed, Scratch& scratch) {
   if (map.outlook_knots() == 0 || observed.positions.empty()) return {};
   const OutlookState state = outlook_state(observed);
-  const std::span<const int> experts = worth_asking(map, state, map.near(observed.positions.back()), scratch);
-  const auto opinions = scratch.array<ExpertOpinion>(experts.size());
+  const auto opinions = scratch.array<ExpertOpinion>(near.size());
   std::size_t count = 0;
-  for (const int index : experts) {
-    const Posterior& outlook = *map.field(index).outlook;
+  for (const int index : near) {
+    const FieldMap::Field& field = map.field(index);
+    if (!field.outlook || !field.outlook_reach.contains(state)) continue;
+    const Posterior& outlook = *field.outlook;
     const auto mean = scratch.array<double>(outlook.outputs());
     const auto variance =
         outlook.predict_where_known(std::span(state.data(), kOutlookInputs), mean, kLeastWorthHearing);

@@ -130,12 +130,13 @@ Predictor::Predictor(const Model& model, const PredictConfig& config)
 
 Tracing Predictor::trace(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
   const int decision_steps = steps_in(config_.mode_horizon_s, interval_s_);
-  const Candidates candidates = find_candidates(map_, observed, config_, scratch);
+  const std::span<const int> near = map_.near(observed, scratch);
+  const Candidates candidates = find_candidates(map_, near, observed, config_, scratch);
   Tracing tracing;
   tracing.rollouts = roll_out(map_, candidates, observed, std::max(steps, decision_steps), interval_s_,
                               !blend_.taught(), config_, scratch);
   tracing.groups = group_rollouts(tracing.rollouts, observed.frame, decision_steps, config_, scratch);
-  tracing.seen = observation_of(map_, observed, scratch);
+  tracing.seen = observation_of(map_, near, observed, scratch);
   tracing.raw_novelty = candidates.novelty;
   return tracing;
 }

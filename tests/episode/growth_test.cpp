@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ranges>
 
 #include "sila/episode/episode.hpp"
 #include "sila/eval/episodes.hpp"
@@ -49,6 +50,30 @@ TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
     given_up += episode.report.given_up.transitions;
   });
   EXPECT_GT(given_up, 0);
+}
+
+TEST(Growth, WhereBytesAreShortOutlooksLoseDetailBeforeATransitionGoes) {
+  const Model model = run_episodes({}, testing::corner_walks(100, 6), 20, kConfig, sila_update(kConfig)).model;
+  const auto outlook_inputs = [](const Transition& transition) { return transition.outlook.pseudo_inputs.cols(); };
+  const auto widest = std::ranges::max(model.transitions | std::views::transform(outlook_inputs));
+  ASSERT_GT(widest, 30);
+  Model rest = model;
+  rest.primitives.clear(), rest.transitions.clear();
+  const auto least = static_cast<double>(packed_bytes(rest)), most = static_cast<double>(packed_bytes(model));
+  const double nearly_all = least + 0.95 * (most - least), a_third = least + 0.33 * (most - least);
+  const Limited little = limit(model, {.max_bytes = nearly_all});
+  EXPECT_GT(little.report.narrowed, 0);
+  EXPECT_EQ(little.report.transitions, 0);
+  EXPECT_LE(static_cast<double>(packed_bytes(little.model)), nearly_all);
+  EXPECT_NO_THROW(check(little.model));
+  for (std::size_t i = 0; i < model.transitions.size(); ++i) {
+    const SparseGp &before = model.transitions[i].outlook, &after = little.model.transitions[i].outlook;
+    EXPECT_EQ(after.points, before.points);
+    EXPECT_GE(after.pseudo_inputs.cols(), std::min<Eigen::Index>(before.pseudo_inputs.cols(), 30));
+  }
+  const Limited much = limit(model, {.max_bytes = a_third});
+  EXPECT_GT(much.report.transitions, 0);
+  EXPECT_LE(std::ranges::max(much.model.transitions | std::views::transform(outlook_inputs)), 30);
 }
 
 /// People who come along curb 1 and all turn round the corner, or all walk straight on.

@@ -68,7 +68,8 @@ TEST(Outlooks, OfASingleExpertIsWhatTheExpertSays) {
   const FieldMap map(model);
   for (const Window& window : fresh_windows()) {
     Scratch scratch;
-    const Foresight foresight = combine(map, window.observed, ask_outlooks(map, window.observed, scratch), {}, scratch);
+    const auto opinions = ask_outlooks(map, map.near(window.observed, scratch), window.observed, scratch);
+    const Foresight foresight = combine(map, window.observed, opinions, {}, scratch);
     if (!(foresight.evidence > 0.0)) continue;
     const GpPrediction said = Posterior(only.outlook).predict(Eigen::VectorXd(outlook_state(window.observed)));
     const Vector2 last = velocity_to_world(window.observed.frame, said.mean.tail<2>());

@@ -19,6 +19,12 @@ inline std::int64_t bucket_column(double coordinate, double size) {
   return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / size), -farthest, farthest));
 }
 
+/// Where the bucket with this key is, if it shares the key with no other.
+inline Vector2 bucket_middle(std::int64_t key, double size) {
+  const auto column = key >> 32, row = static_cast<std::int64_t>(static_cast<std::int32_t>(key));
+  return size * (Vector2(static_cast<double>(column), static_cast<double>(row)) + Vector2::Constant(0.5));
+}
+
 inline std::int64_t bucket_of(const Vector2& position, double size) {
   return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
 }

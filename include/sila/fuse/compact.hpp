@@ -20,7 +20,7 @@ struct CompactConfig {
   double agreement_share = 0.8;
   double known_ratio = 0.4;
   double agreement_mps = 0.3;
-  double forget_count = 1.0;
+  double forget_count = 3.0;
   double forget_after_episodes = 10.0;
   double half_life_episodes = std::numeric_limits<double>::infinity();
 };
@@ -61,7 +61,7 @@ struct Compacted {
 };
 
 /// Absorbs rare transitions into those whose fields agree with them (counts add, fields and outlooks are fused), and
-/// those seen once and never again into one that knows their place, whatever it says; forgets what has faded where
+/// those not seen again for long into one that knows their place, whatever it says; forgets what has faded where
 /// nobody else knows the place, and drops primitives that no transition touches. Never grows a model; compacting twice
 /// is compacting once. With `enabled` false the model itself, bit for bit. Throws: std::invalid_argument for a field
 /// out of range.

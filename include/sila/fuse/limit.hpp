@@ -32,6 +32,7 @@ struct LimitReport {
   int primitives = 0;
   int transitions = 0;
   double count = 0.0;  ///< of those transitions: how often somebody was seen there
+  int narrowed = 0;    ///< outlooks that stay with fewer pseudo-inputs; twice narrowed counts twice
 };
 
 /// A model within its limits and how it came about.
@@ -41,7 +42,8 @@ struct Limited {
   std::vector<int> kept;  ///< the primitives that stay, by their old index
 };
 
-/// Gives up the transitions of least worth until the model is within the limits. Worth is how often a transition was
+/// Gives up the transitions of least worth until the model is within the limits; where bytes are short, detail of
+/// outlooks before that. Worth is how often a transition was
 /// seen times the share of its field that no other one knows and agrees with (as `compact` judges that), a quarter at
 /// least because its outlook goes as well; where bytes are short, worth per byte, where primitives are short, the worth
 /// of all transitions that touch one. Throws: std::invalid_argument for a field out of range, or if not even one

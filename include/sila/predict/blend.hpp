@@ -35,7 +35,8 @@ struct Observation {
   bool known_place = true;
   int speed = 0;  ///< class
 };
-Observation observation_of(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch);
+Observation observation_of(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+                           Scratch& scratch);
 
 /// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
 /// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.

@@ -22,9 +22,9 @@ struct Candidates {
   double novelty = 1.0;       ///< mean over the observed samples of var / sigma_f^2 of the field that knows it best
 };
 
-/// The transitions whose fields know the last observed point and enough of those before it, scored by how well they
-/// explain the observed velocities. Source: algorithms 1.11, steps 1 to 3.
-Candidates find_candidates(const FieldMap& map, const CurbTrajectory& observed, const PredictConfig& config,
-                           Scratch& scratch);
+/// Of the transitions nearby those whose fields know the last observed point and enough of those before it, scored by
+/// how well they explain the observed velocities. Source: algorithms 1.11, steps 1 to 3.
+Candidates find_candidates(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+                           const PredictConfig& config, Scratch& scratch);
 
 }  // namespace sila

@@ -6,9 +6,11 @@
 #include <unordered_map>
 #include <vector>
 
+#include "sila/core/trajectory.hpp"
 #include "sila/gp/posterior.hpp"
 #include "sila/model/model.hpp"
 #include "sila/model/outlook.hpp"
+#include "sila/predict/scratch.hpp"
 
 namespace sila {
 
@@ -30,8 +32,10 @@ class FieldMap {
   };
 
   const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
-  /// Transitions whose field may know the place.
-  std::span<const int> near(const Vector2& position) const;
+  /// Transitions whose field may know where the person is now, in order. Where more than `most_near` overlap, those
+  /// whose flow in the middle of the bucket is likeliest to move somebody so.
+  std::span<const int> near(const CurbTrajectory& observed, Scratch& scratch) const;
+  static constexpr std::size_t most_near = 72;
   int outlook_knots() const { return outlook_knots_; }
   double outlook_horizon_s() const { return outlook_horizon_s_; }
   const std::optional<Posterior>& gait() const { return gait_; }
@@ -39,7 +43,24 @@ class FieldMap {
   /// Transitions that leave a primitive, in order.
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
 
+  /// What a field says of one point: log N(v; flow, variance) = log_scale - half_precision |v - flow|², up to a
+  /// constant.
+  struct Glimpse {
+    Vector2 flow = Vector2::Zero();
+    double half_precision = 0.0, log_scale = 0.0;
+  };
+
  private:
+  /// Where a person may be.
+  struct Bucket {
+    std::vector<int> transitions;
+    std::vector<Glimpse> glimpses;  ///< one for each transition where there are more than `most_near`, else none
+  };
+
+  const Bucket* bucket_at(const Vector2& position) const;
+  void add_wide_fields();
+  void add_glimpses();
+
   double bucket_size_ = 1.0;
   int outlook_knots_ = 0;
   double outlook_horizon_s_ = 0.0;
@@ -47,7 +68,7 @@ class FieldMap {
   std::vector<CurbFrame> places_;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;
-  std::unordered_map<std::int64_t, std::vector<int>> buckets_;
+  std::unordered_map<std::int64_t, Bucket> buckets_;
 };
 
 }  // namespace sila

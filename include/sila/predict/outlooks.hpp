@@ -26,7 +26,9 @@ struct ExpertOpinion {
   double evidence = 0.0;                  ///< people who came along alike
   std::span<const double> weighted_mean;  ///< mean times relative precision, curb coordinates
 };
-std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch);
+/// Of the transitions nearby.
+std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, std::span<const int> near,
+                                            const CurbTrajectory& observed, Scratch& scratch);
 
 /// Each transition nearby is an expert that saw other people: their precisions beyond the prior's add up, and each mean
 /// counts by its precision. Those in `excluded` are not heard: they speak for another hypothesis.
