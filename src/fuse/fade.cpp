@@ -16,13 +16,11 @@ double faded(double value, double share) {
   return std::max(value * share, std::numeric_limits<double>::min());
 }
 
-/// The statistics are sums over data points, so that weighting every point is a factor.
 void fade_gp(SparseGp& gp, double share) {
   if (!(gp.points > 0.0)) return;
-  gp.information *= share;
-  gp.response *= share;
-  gp.mean_response *= share;
-  gp.points = faded(gp.points, share);
+  const double points = faded(gp.points, share);
+  gp = weighted(std::move(gp), share);
+  gp.points = points;
 }
 
 }  // namespace

@@ -58,6 +58,14 @@ SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::
   return updated;
 }
 
+SparseGp weighted(SparseGp gp, double share) {
+  gp.information *= share;
+  gp.response *= share;
+  gp.mean_response *= share;
+  gp.points *= share;
+  return gp;
+}
+
 void validate(const SparseGp& gp) {
   validate(gp.kernel);
   const Eigen::Index size = gp.pseudo_inputs.cols();

@@ -1,6 +1,7 @@
 #include "sila/model/gait.hpp"
 
 #include <array>
+#include <utility>
 
 #include "sila/core/kinematics.hpp"
 #include "sila/gp/fuse_gps.hpp"
@@ -9,15 +10,17 @@ namespace sila {
 namespace {
 
 constexpr double kStanding_mps = 1e-6;
-/// Velocities this near are alike [m/s], in the order of the inputs.
-constexpr std::array<double, kGaitInputs> kScales_mps = {0.3, 0.3, 0.3, 0.4, 0.4, 0.5, 0.5};
+/// Velocities this near are alike, in the order of the inputs and in units of `gait_scale_mps`: the longer the window,
+/// the more room.
+constexpr std::array<double, kGaitInputs> kScales = {1.0, 1.0, 1.0, 4.0 / 3.0, 4.0 / 3.0, 5.0 / 3.0, 5.0 / 3.0};
 constexpr double kSelectionStop = 0.03;
 /// How the inputs look in a mirror.
 constexpr std::array<double, kGaitInputs> kMirror = {1, -1, 1, 1, -1, 1, -1};
 
 Hyperparameters gait_hyperparameters(const OutlookConfig& config) {
   const double variance = config.signal_std_mps * config.signal_std_mps;
-  return {{variance, Eigen::Map<const Eigen::VectorXd>(kScales_mps.data(), kGaitInputs)}, variance};
+  const Eigen::Map<const Eigen::VectorXd> scales(kScales.data(), kGaitInputs);
+  return {{variance, config.gait_scale_mps * scales}, variance};
 }
 
 GpConfig gait_gp_config(const OutlookConfig& config) {
@@ -78,6 +81,11 @@ SparseGp fuse_gaits(const SparseGp& a, const SparseGp& b, const OutlookConfig& c
   if (!(b.points > 0.0)) return a;
   const std::array<const SparseGp*, 2> parts = {&a, &b};
   return fuse_gps(parts, {}, gait_gp_config(config));
+}
+
+SparseGp gait_elsewhere(SparseGp gait, double most_examples) {
+  const double share = most_examples / gait.points;
+  return share < 1.0 ? weighted(std::move(gait), share) : gait;
 }
 
 }  // namespace sila

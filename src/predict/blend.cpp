@@ -121,11 +121,12 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 
 Observation observation_of(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
                            Scratch& scratch) {
+  const bool known_place = map.knows(observed.frame);
   Observation observation{kinematic_features(observed),
-                          consult_gait(map, observed, scratch),
+                          consult_gait(map, known_place, observed, scratch),
                           ask_outlooks(map, near, observed, scratch),
                           {},
-                          map.knows(observed.frame),
+                          known_place,
                           speed_class(observed)};
   observation.outlooks = combine(map, observed, observation.opinions, {}, scratch);
   return observation;

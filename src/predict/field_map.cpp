@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sila/core/buckets.hpp"
+#include "sila/model/gait.hpp"
 
 namespace sila {
 namespace {
@@ -100,10 +101,13 @@ FieldMap::Glimpse glimpse_of(const FieldMap::Field& field, const Vector2& middle
 
 }  // namespace
 
-FieldMap::FieldMap(const Model& model) : leaving_(model.primitives.size()) {
+FieldMap::FieldMap(const Model& model, const PredictConfig& config) : leaving_(model.primitives.size()) {
   bucket_size_ = model.conventions.grid.cell;
   outlook_knots_ = model.conventions.outlook_knots, outlook_horizon_s_ = model.conventions.outlook_horizon_s;
-  if (model.gait.points > 0.0) gait_.emplace(model.gait);
+  if (model.gait.points > 0.0) {
+    gait_.emplace(model.gait);
+    gait_elsewhere_.emplace(gait_elsewhere(model.gait, config.gait_examples_elsewhere));
+  }
   places_ = model.places;
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)

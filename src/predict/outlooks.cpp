@@ -67,12 +67,13 @@ Foresight combine(const FieldMap& map, const CurbTrajectory& observed, std::span
   return foresight;
 }
 
-Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch) {
+Foresight consult_gait(const FieldMap& map, bool known_place, const CurbTrajectory& observed, Scratch& scratch) {
   Foresight foresight;
-  if (!map.gait() || observed.positions.empty()) return foresight;
+  const std::optional<Posterior>& gait = map.gait(known_place);
+  if (!gait || observed.positions.empty()) return foresight;
   const GaitState state = gait_state(observed);
-  const auto mean = scratch.array<double>(map.gait()->outputs());
-  map.gait()->predict(std::span(state.data(), kGaitInputs), mean);
+  const auto mean = scratch.array<double>(gait->outputs());
+  gait->predict(std::span(state.data(), kGaitInputs), mean);
   const Matrix2 frame = gait_frame(observed);
   const auto partings = scratch.array<Vector2>(mean.size() / 2);
   for (std::size_t knot = 0; knot < partings.size(); ++knot)

@@ -122,7 +122,7 @@ void sort_by_weight(std::vector<Mode>& modes) {
 Predictor::Predictor(const Model& model, const PredictConfig& config)
     : config_(config),
       interval_s_(model.conventions.sample_interval_s),
-      map_(model),
+      map_(model, config),
       blend_(model.lessons, config),
       calibration_(config.blend ? model.lessons : Lessons{}) {
   validate_fields("predict", config);

@@ -93,6 +93,22 @@ TEST(Gait, AbsorbsEveryExampleOnceItsPseudoInputsAreFull) {
   EXPECT_NO_THROW(validate(gait));
 }
 
+TEST(Gait, CountsElsewhereAsManyExamplesAsIsTrusted) {
+  const Seen seen = seen_on({{5, 1}, {0.5, 1}, {0.5, 20}});
+  const auto example = outlook_example(seen.observed, seen.future_m, conventions_until(5.0, 4), 1.0);
+  ASSERT_TRUE(example);
+  const std::vector<const OutlookExample*> often(50, &*example), twice(2, &*example);
+  const SparseGp gait = learn_gait({}, gait_samples(often), {}), few = learn_gait({}, gait_samples(twice), {});
+  const SparseGp elsewhere = gait_elsewhere(gait, 4.0);
+  EXPECT_EQ(elsewhere.points, 4.0);
+  const Eigen::VectorXd here(gait_state(seen.observed));
+  const double said = Posterior(elsewhere).predict(here).mean(0);
+  EXPECT_NEAR(said, Posterior(few).predict(here).mean(0), 1e-9);
+  EXPECT_LT(std::abs(said), 0.95 * std::abs(Posterior(gait).predict(here).mean(0)));
+  EXPECT_EQ(Posterior(gait_elsewhere(gait, 0.0)).predict(here).mean(0), 0.0);
+  EXPECT_EQ(gait_elsewhere(few, 25.0).points, few.points);
+}
+
 TEST(Place, IsKnownByItsCornerAndCurbs) {
   const CurbFrame corner = testing::square_frame();
   CurbFrame near = corner, turned = corner;

@@ -65,7 +65,7 @@ TEST(Outlooks, OfASingleExpertIsWhatTheExpertSays) {
   for (std::size_t i = 1; i < model.transitions.size(); ++i) model.transitions[i].outlook = {};
   const Transition& only = model.transitions.front();
   ASSERT_GT(only.outlook.points, 0.0);
-  const FieldMap map(model);
+  const FieldMap map(model, {});
   for (const Window& window : fresh_windows()) {
     Scratch scratch;
     const auto opinions = ask_outlooks(map, map.near(window.observed, scratch), window.observed, scratch);

@@ -83,7 +83,7 @@ TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
   const std::vector<PlacedTrack> walks = testing::corner_walks(400, 21);
   const Model fused = run_episodes({}, walks, 20, kConfig, sila_update(kConfig)).model;
   const Model crowded = run_episodes({}, walks, 5, kConfig, accumulate_update(kConfig)).model;
-  const FieldMap map(crowded);
+  const FieldMap map(crowded, {});
   const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
   Scratch scratch;
   const auto many = std::ranges::count_if(

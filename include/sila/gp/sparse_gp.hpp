@@ -50,6 +50,9 @@ SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
 /// Source: algorithms 2.2, 3.2 (lambda = noise + alpha (signal_variance - Q_nn) of 3.3).
 SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha = 1.0);
 
+/// As if every data point had been seen `share` times; exact, since the statistics are sums over points.
+SparseGp weighted(SparseGp gp, double share);
+
 /// Throws: std::invalid_argument naming the first field of wrong shape, not finite, or out of range.
 void validate(const SparseGp& gp);
 

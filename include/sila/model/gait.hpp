@@ -31,4 +31,8 @@ SparseGp learn_gait(const SparseGp& known, const GaitSamples& samples, const Out
 /// One gait of two whose examples are gone.
 SparseGp fuse_gaits(const SparseGp& a, const SparseGp& b, const OutlookConfig& config);
 
+/// What is known of walking where nothing was learnt: the people of one place walk more alike than those of two, so all
+/// examples together count as `most_examples` at most. Source: none in the paper; docs/decisions/0073-gait.md.
+SparseGp gait_elsewhere(SparseGp gait, double most_examples);
+
 }  // namespace sila

@@ -33,6 +33,7 @@ struct PredictConfig {
   double merge_radius_m = 2.0;
   bool blend = true;
   bool known_places_only = true;
+  double gait_examples_elsewhere = 25.0;
   double blend_ridge = 7.0;
   double blend_class_ridge = 50.0;
   int alternatives = 4;
@@ -73,6 +74,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.flag("blend", config.blend, "blend roll-outs with kinematics as past errors taught");
   visit.flag("known_places_only", config.known_places_only,
              "at a corner where nothing was learnt trust only what does not depend on the place");
+  visit.number("gait_examples_elsewhere", config.gait_examples_elsewhere, Range{0.0, 1e9, true}, "-",
+               "at such a corner all that is known of walking counts as so many examples at most");
   visit.number(
       "blend_ridge", config.blend_ridge, Range{0.0, 1e6}, "-",
       "trust in outlooks (where none: constant velocity) against what errors at all speeds taught, in units of their "

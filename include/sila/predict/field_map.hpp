@@ -10,6 +10,7 @@
 #include "sila/gp/posterior.hpp"
 #include "sila/model/model.hpp"
 #include "sila/model/outlook.hpp"
+#include "sila/predict/config.hpp"
 #include "sila/predict/scratch.hpp"
 
 namespace sila {
@@ -18,7 +19,7 @@ namespace sila {
 /// primitives.
 class FieldMap {
  public:
-  explicit FieldMap(const Model& model);
+  FieldMap(const Model& model, const PredictConfig& config);
 
   struct Field {
     int from = 0, to = 0;
@@ -38,7 +39,8 @@ class FieldMap {
   static constexpr std::size_t most_near = 72;
   int outlook_knots() const { return outlook_knots_; }
   double outlook_horizon_s() const { return outlook_horizon_s_; }
-  const std::optional<Posterior>& gait() const { return gait_; }
+  /// How walking goes on, whatever the place; what counts of it where nothing was learnt.
+  const std::optional<Posterior>& gait(bool known_place) const { return known_place ? gait_ : gait_elsewhere_; }
   bool knows(const CurbFrame& place) const { return is_known(places_, place); }
   /// Transitions that leave a primitive, in order.
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
@@ -64,7 +66,7 @@ class FieldMap {
   double bucket_size_ = 1.0;
   int outlook_knots_ = 0;
   double outlook_horizon_s_ = 0.0;
-  std::optional<Posterior> gait_;
+  std::optional<Posterior> gait_, gait_elsewhere_;
   std::vector<CurbFrame> places_;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;

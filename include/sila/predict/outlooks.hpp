@@ -36,7 +36,7 @@ std::span<const ExpertOpinion> ask_outlooks(const FieldMap& map, std::span<const
 Foresight combine(const FieldMap& map, const CurbTrajectory& observed, std::span<const ExpertOpinion> opinions,
                   std::span<const int> excluded, Scratch& scratch);
 
-/// What the gait says, whatever the place.
-Foresight consult_gait(const FieldMap& map, const CurbTrajectory& observed, Scratch& scratch);
+/// What the gait says, whatever the place, at one where something was learnt or not.
+Foresight consult_gait(const FieldMap& map, bool known_place, const CurbTrajectory& observed, Scratch& scratch);
 
 }  // namespace sila
