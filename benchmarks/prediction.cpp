@@ -3,6 +3,7 @@
 //
 //   prediction                                   # simulated
 //   SILA_BENCH_SCENE=SCENE.json SILA_BENCH_DATA=DIR prediction
+//   SILA_BENCH_MODEL=M.sila prediction           # and of a model that `sila learn` made of the simulated crossing
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
@@ -10,9 +11,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <thread>
 
 #include "place.hpp"
+#include "sila/io/model_store.hpp"
 #include "sila/predict/predictor.hpp"
 
 namespace {
@@ -72,6 +75,13 @@ void FrameOf100(benchmark::State& state) {
   predict(state, bench::large_model(), windows, 100);
 }
 
+/// The simulated people asked of the model in a file, one at a time or so many at once.
+void OfAModelFile(benchmark::State& state, std::size_t at_once) {
+  const char* path = std::getenv("SILA_BENCH_MODEL");
+  if (!path) return state.SkipWithError("SILA_BENCH_MODEL names no file");
+  predict(state, sila::load_model(path).model, simulated_windows(), at_once);
+}
+
 void OneWhileLearning(benchmark::State& state) {
   std::atomic<bool> done = false;
   bench::place();
@@ -90,5 +100,7 @@ BENCHMARK(OneAtThePlace)->Unit(benchmark::kMicrosecond)->Repetitions(3);
 BENCHMARK(OneWhileLearning)->Unit(benchmark::kMicrosecond)->Repetitions(3);
 BENCHMARK(OneOfALargeModel)->Unit(benchmark::kMicrosecond)->Repetitions(3);
 BENCHMARK(FrameOf100)->Unit(benchmark::kMicrosecond)->Repetitions(3);
+BENCHMARK_CAPTURE(OfAModelFile, one, 1)->Unit(benchmark::kMicrosecond)->Repetitions(3);
+BENCHMARK_CAPTURE(OfAModelFile, frame of 100, 100)->Unit(benchmark::kMicrosecond)->Repetitions(3);
 
 }  // namespace

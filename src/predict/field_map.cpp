@@ -103,6 +103,7 @@ FieldMap::Glimpse glimpse_of(const FieldMap::Field& field, const Vector2& middle
 
 FieldMap::FieldMap(const Model& model, const PredictConfig& config) : leaving_(model.primitives.size()) {
   bucket_size_ = model.conventions.grid.cell;
+  max_asked_ = static_cast<std::size_t>(config.max_asked);
   outlook_knots_ = model.conventions.outlook_knots, outlook_horizon_s_ = model.conventions.outlook_horizon_s;
   if (model.gait.points > 0.0) {
     gait_.emplace(model.gait);
@@ -142,7 +143,7 @@ void FieldMap::add_wide_fields() {
 void FieldMap::add_glimpses() {
   std::vector<std::pair<Vector2, Bucket*>> crowded;
   for (auto& [key, bucket] : buckets_) {
-    if (bucket.transitions.size() > most_near) crowded.emplace_back(bucket_middle(key, bucket_size_), &bucket);
+    if (bucket.transitions.size() > max_asked_) crowded.emplace_back(bucket_middle(key, bucket_size_), &bucket);
   }
   tbb::parallel_for(std::size_t{0}, crowded.size(), [&](std::size_t b) {
     const auto& [middle, bucket] = crowded[b];
@@ -168,11 +169,12 @@ std::span<const int> FieldMap::near(const CurbTrajectory& observed, Scratch& scr
     const double off = (observed.velocities.back() - glimpse.flow).squaredNorm();
     ranked[k] = {glimpse.log_scale - glimpse.half_precision * off, bucket->transitions[k]};
   }
-  std::nth_element(ranked.begin(), ranked.begin() + most_near, ranked.end(), [](const Ranked& a, const Ranked& b) {
-    return a.score != b.score ? a.score > b.score : a.transition < b.transition;
-  });
-  const auto likeliest = scratch.array<int>(most_near);
-  std::ranges::transform(ranked.first(most_near), likeliest.begin(), &Ranked::transition);
+  std::nth_element(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(max_asked_), ranked.end(),
+                   [](const Ranked& a, const Ranked& b) {
+                     return a.score != b.score ? a.score > b.score : a.transition < b.transition;
+                   });
+  const auto likeliest = scratch.array<int>(max_asked_);
+  std::ranges::transform(ranked.first(max_asked_), likeliest.begin(), &Ranked::transition);
   std::ranges::sort(likeliest);
   return likeliest;
 }

@@ -83,11 +83,13 @@ TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
   const std::vector<PlacedTrack> walks = testing::corner_walks(400, 21);
   const Model fused = run_episodes({}, walks, 20, kConfig, sila_update(kConfig)).model;
   const Model crowded = run_episodes({}, walks, 5, kConfig, accumulate_update(kConfig)).model;
-  const FieldMap map(crowded, {});
+  const PredictConfig config;
+  const FieldMap map(crowded, config);
   const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
   Scratch scratch;
-  const auto many = std::ranges::count_if(
-      windows, [&](const Window& window) { return map.near(window.observed, scratch).size() == FieldMap::most_near; });
+  const auto many = std::ranges::count_if(windows, [&](const Window& window) {
+    return map.near(window.observed, scratch).size() == static_cast<std::size_t>(config.max_asked);
+  });
   EXPECT_GT(many, 20);
   EXPECT_LT(mean_miss_m(crowded, windows), 1.1 * mean_miss_m(fused, windows));
 }

@@ -20,6 +20,7 @@ struct PredictConfig {
   double horizon_s = 5.0;
   double mode_horizon_s = 5.0;
   int max_modes = 6;
+  int max_asked = 32;
   int max_candidates = 8;
   int max_branches = 12;
   double evidence_s = 1.6;
@@ -52,6 +53,8 @@ void fields(Config& config, Visitor&& visit) {
       "mode_horizon_s", config.mode_horizon_s, Range{0.0, 60.0, true}, "s",
       "modes branch and merge by what they do until then, so that a longer horizon_s only adds to a shorter one");
   visit.number("max_modes", config.max_modes, Range{1, 100}, "-", "most modes of a prediction");
+  visit.number("max_asked", config.max_asked, Range{1, 100000}, "-",
+               "most transitions that are asked; where more overlap, those that are likeliest to move somebody so");
   visit.number("max_candidates", config.max_candidates, Range{1, 1000}, "-", "most transitions that are rolled out");
   visit.number("max_branches", config.max_branches, Range{1, 1000}, "-",
                "most open branches while transitions are chained");

@@ -33,10 +33,9 @@ class FieldMap {
   };
 
   const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
-  /// Transitions whose field may know where the person is now, in order. Where more than `most_near` overlap, those
+  /// Transitions whose field may know where the person is now, in order. Where more than `max_asked` overlap, those
   /// whose flow in the middle of the bucket is likeliest to move somebody so.
   std::span<const int> near(const CurbTrajectory& observed, Scratch& scratch) const;
-  static constexpr std::size_t most_near = 72;
   int outlook_knots() const { return outlook_knots_; }
   double outlook_horizon_s() const { return outlook_horizon_s_; }
   /// How walking goes on, whatever the place; what counts of it where nothing was learnt.
@@ -56,7 +55,7 @@ class FieldMap {
   /// Where a person may be.
   struct Bucket {
     std::vector<int> transitions;
-    std::vector<Glimpse> glimpses;  ///< one for each transition where there are more than `most_near`, else none
+    std::vector<Glimpse> glimpses;  ///< one for each transition where there are more than `max_asked`, else none
   };
 
   const Bucket* bucket_at(const Vector2& position) const;
@@ -64,6 +63,7 @@ class FieldMap {
   void add_glimpses();
 
   double bucket_size_ = 1.0;
+  std::size_t max_asked_ = 0;
   int outlook_knots_ = 0;
   double outlook_horizon_s_ = 0.0;
   std::optional<Posterior> gait_, gait_elsewhere_;
