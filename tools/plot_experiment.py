@@ -7,7 +7,7 @@
     DIR/curves.md           the same as a table: after shares of the episodes
     DIR/errors.svg          error of each method at each place, relative to constant velocity, trial by trial
     DIR/reliability.svg     how many truths the stated regions of one method (the first, if none is named) held, by horizon
-    DIR/reliability.csv     the same in numbers, over the moving windows of all trials
+    DIR/reliability.csv     the same in numbers, over the moving windows of all trials, and the deviation between trials
 
 --png writes PNG beside the SVG. A developer's tool; it needs matplotlib (Debian: python3-matplotlib) and nothing else does.
 """
@@ -160,8 +160,8 @@ def draw_errors(rows, styles):
 
 
 def reliability(folder, method):
-    """(place, horizon [s], stated share) -> windows held, windows; moving windows of all trials and orders together."""
-    held = collections.defaultdict(lambda: [0.0, 0])
+    """(place, horizon [s], stated share) -> share held and windows of each trial and order; moving windows."""
+    held = collections.defaultdict(list)
     for path in sorted((folder / "parts").glob("*.json")):
         part = json.loads(path.read_text())
         if part["method"] != method:
@@ -170,18 +170,24 @@ def reliability(folder, method):
             group = judged["evaluation"]["groups"].get("moving")
             for horizon in group["horizons"] if group else []:
                 for level in horizon["model"]["coverage"]:
-                    entry = held[place, horizon["horizon_s"], level["stated"]]
-                    entry[0] += level["observed"] * group["windows"]
-                    entry[1] += group["windows"]
+                    held[place, horizon["horizon_s"], level["stated"]].append((level["observed"], group["windows"]))
     return held
+
+
+def together(trials):
+    """The share held of the windows of all trials together, and their number."""
+    windows = sum(number for _, number in trials)
+    return sum(share * number for share, number in trials) / windows, windows
 
 
 def write_reliability(held, path):
     with open(path, "w", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["place", "horizon_s", "stated", "held", "windows"])
-        for (place, horizon_s, stated), (count, windows) in held.items():
-            rows.writerow([place, horizon_s, stated, round(count / windows, 4), windows])
+        rows.writerow(["place", "horizon_s", "stated", "held", "deviation", "windows"])
+        for (place, horizon_s, stated), trials in held.items():
+            share, windows = together(trials)
+            spread = statistics.stdev(each for each, _ in trials) if len(trials) > 1 else 0.0
+            rows.writerow([place, horizon_s, stated, round(share, 4), round(spread, 4), windows])
 
 
 TOLERANCE = {0.5: 0.05, 0.9: 0.03}  # what sila asks of itself
@@ -199,7 +205,7 @@ def draw_reliability(held, method):
         for stated, width in TOLERANCE.items():
             axis.plot([stated, stated], [stated - width, stated + width], color="#999999", lw=6, alpha=0.35, zorder=0)
         for h, horizon_s in enumerate(horizons):
-            points = [(stated, count / windows) for (where, when, stated), (count, windows) in held.items()
+            points = [(stated, together(trials)[0]) for (where, when, stated), trials in held.items()
                       if where == place and when == horizon_s]
             if points:
                 axis.plot(*zip(*points), "o-", ms=3, lw=1.2, color=shades(0.9 * h / max(1, len(horizons) - 1)), label=f"{horizon_s:g} s")

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "posterior_simd.hpp"
+#include "sila/core/errors.hpp"
 #include "statistics.hpp"
 
 namespace sila {
@@ -15,10 +16,32 @@ namespace {
 
 /// What is hardly below a bound may be above it but for rounding.
 constexpr double kRoundingMargin = 1.0 - 1e-9;
+/// Shares of the signal variance by which a variance may be too small.
+constexpr double least_added = 1e-14, most_added = 1e-3;
 
 /// Copies a matrix, column by column, to where columns have so many rows; what is beyond it stays.
 void copy_padded(const Eigen::MatrixXd& matrix, double* to, std::size_t rows) {
   for (Eigen::Index j = 0; j < matrix.cols(); ++j, to += rows) Eigen::VectorXd::Map(to, matrix.rows()) = matrix.col(j);
+}
+
+/// S, a lower triangle, with S'S = I - B^-1. Of directions in which nothing was seen the difference is rounding, of
+/// either sign; so little is added to the diagonal, and no more, that a factor exists.
+Eigen::MatrixXd factor_of_the_explained(const Eigen::LLT<Eigen::MatrixXd>& seen) {
+  const Eigen::Index size = seen.rows();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(size, size);
+  seen.matrixL().solveInPlace(root);
+  Eigen::MatrixXd explained = Eigen::MatrixXd::Identity(size, size);
+  explained.selfadjointView<Eigen::Upper>().rankUpdate(root.transpose(), -1.0);
+  for (double more = least_added; more <= most_added; more *= 10.0) {
+    // The factors of the matrix read backwards are triangles of the other kind.
+    Eigen::MatrixXd backwards = explained.reverse();
+    backwards.diagonal().array() += more;
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> in_place(backwards);
+    if (in_place.info() != Eigen::Success) continue;
+    backwards.triangularView<Eigen::StrictlyUpper>().setZero();
+    return backwards.transpose().reverse();
+  }
+  throw NumericalError("posterior: what " + std::to_string(size) + " pseudo-inputs explain has no Cholesky factor");
 }
 
 /// Which of the doubles each table begins with.
@@ -78,25 +101,17 @@ Posterior::Posterior(const SparseGp& gp)
   const Eigen::Index size = gp.pseudo_inputs.cols();
   const Eigen::MatrixXd lower = detail::lower_factor(gp, "posterior");
   const auto lower_view = lower.triangularView<Eigen::Lower>();
-  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
-
-  const Eigen::LLT<Eigen::MatrixXd> seen(identity + gp.information);  // B
+  const Eigen::LLT<Eigen::MatrixXd> seen(Eigen::MatrixXd::Identity(size, size) + gp.information);  // B
   const Eigen::MatrixXd weights = lower_view.transpose().solve(seen.solve(gp.response));
 
-  // I - B^-1 = F (I + F'F)^-1 F' with G = F F': no difference of large inverses, and the variance cannot exceed the
-  // prior.
-  const Eigen::MatrixXd factor = detail::semidefinite_factor(gp.information);
-  const Eigen::LLT<Eigen::MatrixXd> inner(Eigen::MatrixXd::Identity(factor.cols(), factor.cols()) +
-                                          factor.transpose() * factor);
-  Eigen::MatrixXd reduction = inner.matrixL().solve(factor.transpose());
-  // Of a prior nothing is known; Eigen must not be asked to solve for no rows.
-  if (reduction.rows() > 0) lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
+  Eigen::MatrixXd reduction = factor_of_the_explained(seen);
+  lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
 
   Eigen::MatrixXd weights_and_norms(size, weights.cols() + 1);
   weights_and_norms << weights, reduction.colwise().norm().transpose();
 
   columns_ = detail::padded(static_cast<std::size_t>(size), detail::kColumnPadding);
-  rows_ = detail::padded(static_cast<std::size_t>(reduction.rows()), detail::kRowPadding);
+  rows_ = detail::padded(static_cast<std::size_t>(size), detail::kRowPadding);
   const Layout layout(inputs_, outputs_, columns_, rows_);
   static_assert(sizeof(Line) == detail::kColumnPadding * sizeof(double));
   tables_.resize(layout.end / detail::kColumnPadding);

@@ -3,6 +3,8 @@
 
 #include "posterior_simd.hpp"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "posterior_simd.cpp"
 // What defines the targets comes first.
@@ -89,7 +91,8 @@ void slopes_simd(const PosteriorView& view, const double* x, const double* k, do
   }
 }
 
-/// Two registers of rows and four columns at a time: eight sums that do not wait for one another.
+/// Two registers of rows and four columns at a time: eight sums that do not wait for one another. Right of the diagonal
+/// nothing is read.
 double explained_variance_simd(const PosteriorView& view, const double* k) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);
@@ -97,8 +100,9 @@ double explained_variance_simd(const PosteriorView& view, const double* k) {
   for (std::size_t row = 0; row < view.rows; row += 2 * lanes) {
     auto low_0 = hn::Zero(d), low_1 = low_0, low_2 = low_0, low_3 = low_0;
     auto high_0 = low_0, high_1 = low_0, high_2 = low_0, high_3 = low_0;
+    const std::size_t last = std::min(view.columns, row + 2 * lanes);
     const double* at = view.reduction + row;
-    for (std::size_t column = 0; column < view.columns; column += 4, at += 4 * view.rows) {
+    for (std::size_t column = 0; column < last; column += 4, at += 4 * view.rows) {
       const double *second = at + view.rows, *third = second + view.rows, *fourth = third + view.rows;
       const auto k_0 = hn::Set(d, k[column]), k_1 = hn::Set(d, k[column + 1]);
       const auto k_2 = hn::Set(d, k[column + 2]), k_3 = hn::Set(d, k[column + 3]);

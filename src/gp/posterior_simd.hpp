@@ -21,8 +21,8 @@ struct KernelView {
 };
 
 /// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs +
-/// 1) x columns, row by row, of which the last are the norms of the columns of `reduction`; this columns x rows, column
-/// by column. `rows` is padded.
+/// 1) x columns, row by row, of which the last are the norms of the columns of `reduction`; this, a lower triangle,
+/// columns x rows, column by column. `rows` is padded.
 struct PosteriorView : KernelView {
   std::size_t outputs = 0, rows = 0;
   const double* mean = nullptr;

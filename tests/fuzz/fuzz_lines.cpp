@@ -1,6 +1,7 @@
 // The lines of the live service: parsed, and heard by the live core.
 
 #include <cmath>
+#include <set>
 #include <variant>
 
 #include "promises.hpp"
@@ -23,6 +24,12 @@ LiveSettings settings() {
 void require_sound(const Detection& row) {
   require(!row.track.empty() && row.track.size() <= 64, "an id has 1 to 64 bytes", row.track);
   require(std::isfinite(row.t_s) && row.position_m.allFinite(), "time and place are finite");
+}
+
+/// What is answered depends on the reason alone, so it is looked at once for each.
+void require_told(Refusal refusal) {
+  static std::set<Refusal> told;
+  if (told.insert(refusal).second) require(!refusal_line(refusal, 1).empty(), "a refusal can be told");
 }
 
 /// Somebody whom the core wants predicted has a path that a predictor takes.
@@ -54,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } else {
       const Refusal refusal = std::get<Refusal>(parsed);
       require(refusal == Refusal::not_json || refusal == Refusal::not_a_detection, "a line is refused for what it is");
-      require(!refusal_line(refusal, 1).empty(), "a refusal can be told");
+      require_told(refusal);
     }
   }
   ask_all(live, made);

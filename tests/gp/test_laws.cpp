@@ -119,6 +119,46 @@ TEST(Posterior, MatchesTheTextbook) {
   }
 }
 
+/// Of these tables half is left out: with as much, less and more seen than there are pseudo-inputs.
+TEST(Posterior, LargeOnesMatchTheTextbookAsWell) {
+  GpConfig config;
+  config.max_pseudo_inputs = 90, config.selection_stop = 0.0;
+  for (const Eigen::Index seen : {50, 70, 90, 400}) {
+    SCOPED_TRACE("points " + std::to_string(seen));
+    Generator make(static_cast<unsigned>(seen));
+    const Hyperparameters theta{{1.3, vector({0.6, 0.9})}, 0.05};
+    const GpData data = make.data(2, 400, 2);
+    const SparseGp known = fit_sparse_gp(data, theta, config);
+    ASSERT_EQ(known.pseudo_inputs.cols(), 90);
+    const SparseGp gp = sila::absorb(prior_on(theta, known.pseudo_inputs, known.mean), data.inputs.leftCols(seen),
+                                     data.outputs.topRows(seen));
+    const Posterior posterior(gp);
+    for (int i = 0; i < 40; ++i) {
+      const Eigen::Vector2d x = make.points(2, 1, 9.0);
+      const GpPrediction wanted = textbook(gp, x), found = posterior.predict(x);
+      EXPECT_NEAR((found.mean - wanted.mean).norm(), 0.0, 1e-8);
+      EXPECT_NEAR(found.variance, std::max(0.0, wanted.variance), 1e-8);
+      EXPECT_GE(posterior.most_explained(std::span(x.data(), 2)),
+                1.0 - found.variance / theta.kernel.signal_variance - 1e-9);
+    }
+  }
+}
+
+TEST(Posterior, KnowsMoreOfWhatWasSeenAHundredMillionTimesAndNothingOfTheRest) {
+  Generator make(4);
+  const Hyperparameters theta{{1.0, vector({1.0, 1.0})}, 0.01};
+  const GpData data = make.data(2, 20, 2);
+  SparseGp gp = absorb(prior_on(theta, make.points(2, 60), vector({0.0, 0.0})), data);
+  const Posterior once(gp);
+  gp.information *= 1e8, gp.response *= 1e8;
+  const Posterior often(gp);
+  for (Eigen::Index i = 0; i < data.inputs.cols(); ++i) {
+    const Eigen::VectorXd x = data.inputs.col(i);
+    EXPECT_LT(often.predict(x).variance, once.predict(x).variance);
+  }
+  EXPECT_NEAR(often.predict(vector({100.0, 100.0})).variance, 1.0, 1e-9);
+}
+
 TEST(Posterior, FlowsWithMorePseudoInputsThanTheStackHoldsAreTheSame) {
   Generator make(3);
   const Hyperparameters theta{{1.0, vector({0.4, 0.4})}, 0.1};

@@ -27,8 +27,8 @@ struct FlowLinearisation {
 
 /// A SparseGp made ready for many predictions: mean(x) = mean + weights' k, variance(x) = signal_variance - |reduction
 /// k|^2 with k = k(Z, x); so the variance is never above the prior's. Immutable; may be used from many threads. Source:
-/// algorithms 2.4. Differs: reduction' reduction = K_uu^-1 - L_u^-T B^-1 L_u^-1 is kept as a factor
-/// (docs/decisions/0012).
+/// algorithms 2.4. Differs: reduction' reduction = K_uu^-1 - L_u^-T B^-1 L_u^-1 is kept as a lower
+/// triangle (docs/decisions/0012).
 class Posterior {
  public:
   /// Predictions do not allocate up to this many pseudo-inputs.

@@ -20,8 +20,8 @@ struct PredictConfig {
   double horizon_s = 5.0;
   double mode_horizon_s = 5.0;
   int max_modes = 6;
-  int max_asked = 32;
-  int max_candidates = 8;
+  int max_asked = 24;
+  int max_candidates = 4;
   int max_branches = 12;
   double evidence_s = 1.6;
   double likelihood_power = 0.25;
