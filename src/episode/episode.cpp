@@ -37,9 +37,10 @@ Batch prepared(std::span<const PlacedTrack> tracks, const Conventions& conventio
 }
 
 /// What the model's errors on tracks that it has not learnt yet teach.
-Lessons taught_by(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config) {
+Lessons taught_by(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                  const Predictor* ready) {
   if (!config.lessons.enabled) return previous.lessons;
-  return add_lessons(previous.lessons, lessons_on(previous, batch, config), config.lessons.decay);
+  return add_lessons(previous.lessons, lessons_on(previous, batch, config, ready), config.lessons.decay);
 }
 
 std::vector<EpisodeId> joined(const std::vector<EpisodeId>& a, const std::vector<EpisodeId>& b) {
@@ -137,11 +138,14 @@ std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const Sampli
   return windows;
 }
 
-Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config) {
+Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config,
+                   const Predictor* ready) {
   if (unseen.empty()) return {};
-  Model seen = model;
-  seen.conventions = conventions_for(model, unseen.front().frame, config);
+  const Conventions conventions = conventions_for(model, unseen.front().frame, config);
   const std::vector<Window> windows = windows_of(unseen, config.sampling, config.predict, config.lessons.every_s);
+  if (ready && conventions == model.conventions) return gather_lessons(*ready, windows);
+  Model seen = model;
+  seen.conventions = conventions;
   return gather_lessons(Predictor(seen, config.predict), windows);
 }
 
@@ -149,7 +153,7 @@ namespace {
 
 /// One episode without the fading that comes before it.
 Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
-                const Update& update) {
+                const Update& update, const Predictor* ready) {
   validate_fields("run_episode", config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
@@ -161,7 +165,7 @@ Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const
     known.report.size_before = known.report.size_after = size(previous);
     return known;
   }
-  Lessons lessons = taught_by(previous, batch, config);
+  Lessons lessons = taught_by(previous, batch, config, ready);
   Updated updated = update(previous, prepared(batch, conventions, config), conventions);
   updated.model.lessons = std::move(lessons);
   Limited limited = limit(std::move(updated.model), config.model, config.compact);
@@ -184,17 +188,18 @@ Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const
 }  // namespace
 
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
-                    const Update& update) {
+                    const Update& update, const Predictor* ready) {
   const double half_life = config.compact.half_life_episodes;
-  if (std::isinf(half_life) || batch.empty()) return take_up(previous, batch, config, update);
+  if (std::isinf(half_life) || batch.empty()) return take_up(previous, batch, config, update, ready);
   validate_fields("run_episode", config);
-  Episode episode = take_up(fade(previous, std::exp2(-1.0 / half_life)), batch, config, update);
+  Episode episode = take_up(fade(previous, std::exp2(-1.0 / half_life)), batch, config, update, nullptr);
   if (episode.report.known) episode.model = previous;
   return episode;
 }
 
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config) {
-  return run_episode(previous, batch, config, sila_update(config));
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                    const Predictor* ready) {
+  return run_episode(previous, batch, config, sila_update(config), ready);
 }
 
 Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -23,6 +25,36 @@ EpisodeConfig plain_config(EpisodeConfig config) {
   config.compact.enabled = false;
   return config;
 }
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Predicts by the model of the last episode, and keeps for the next what stays as it is.
+class Follower {
+ public:
+  /// Nothing if there is nothing to take lessons on, or if all of the model fades before it.
+  const Predictor* follow(const Model& model, const EpisodeConfig& config) {
+    if (!config.lessons.enabled || model.episodes == 0 || std::isfinite(config.compact.half_life_episodes))
+      return nullptr;
+    if (!predictor_) {
+      predictor_.emplace(model, config.predict);
+    } else if (left_behind_) {
+      predictor_ = Predictor(model, config.predict, *left_behind_, *predictor_);
+    }
+    left_behind_.reset();
+    return &*predictor_;
+  }
+
+  /// The model that was followed is now another one.
+  void leave_behind(Model model) {
+    if (predictor_) left_behind_ = std::move(model);
+  }
+
+ private:
+  std::optional<Predictor> predictor_;
+  std::optional<Model> left_behind_;
+};
 
 }  // namespace
 
@@ -51,15 +83,20 @@ Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint
 BatchCounts run_batches(Model& model, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
                         const EpisodeObserver& observer) {
   BatchCounts counts;
+  Follower follower;
   for (std::span<const PlacedTrack> batch = next_batch(); !batch.empty(); batch = next_batch()) {
-    Episode episode = run_episode(model, batch, config, update);
+    const auto start = std::chrono::steady_clock::now();
+    const Predictor* const ready = follower.follow(model, config);
+    const double making_ready_s = seconds_since(start);
+    Episode episode = run_episode(model, batch, config, update, ready);
+    episode.report.seconds += making_ready_s;
     if (episode.report.known) {
       ++counts.known;
       continue;
     }
     ++counts.learnt;
     if (observer) observer(counts.learnt, episode);
-    model = std::move(episode.model);
+    follower.leave_behind(std::exchange(model, std::move(episode.model)));
   }
   return counts;
 }
@@ -94,7 +131,7 @@ Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& conf
     whole.model.lessons = add_lessons(lessons_on(first, tracks.subspan(half), config),
                                       lessons_on(second, tracks.first(half), config), 1.0);
   }
-  whole.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  whole.report.seconds = seconds_since(started);
   return {std::move(whole.model), {whole.report}, 0};
 }
 

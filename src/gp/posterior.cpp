@@ -1,6 +1,5 @@
 #include "sila/gp/posterior.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,9 +9,12 @@
 #include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
 #include "statistics.hpp"
+#include "triangles.hpp"
 
 namespace sila {
 namespace {
+
+using detail::PaddedMatrix;
 
 /// What is hardly below a bound may be above it but for rounding.
 constexpr double kRoundingMargin = 1.0 - 1e-9;
@@ -20,28 +22,40 @@ constexpr double kRoundingMargin = 1.0 - 1e-9;
 constexpr double least_added = 1e-14, most_added = 1e-3;
 
 /// Copies a matrix, column by column, to where columns have so many rows; what is beyond it stays.
-void copy_padded(const Eigen::MatrixXd& matrix, double* to, std::size_t rows) {
+void copy_padded(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double* to, std::size_t rows) {
   for (Eigen::Index j = 0; j < matrix.cols(); ++j, to += rows) Eigen::VectorXd::Map(to, matrix.rows()) = matrix.col(j);
 }
 
-/// S, a lower triangle, with S'S = I - B^-1. Of directions in which nothing was seen the difference is rounding, of
-/// either sign; so little is added to the diagonal, and no more, that a factor exists.
-Eigen::MatrixXd factor_of_the_explained(const Eigen::LLT<Eigen::MatrixXd>& seen) {
-  const Eigen::Index size = seen.rows();
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(size, size);
-  seen.matrixL().solveInPlace(root);
-  Eigen::MatrixXd explained = Eigen::MatrixXd::Identity(size, size);
-  explained.selfadjointView<Eigen::Upper>().rankUpdate(root.transpose(), -1.0);
+/// S, a lower triangle, with S'S = I - B^-1, from the factor of B read backwards: so S read backwards is the transpose
+/// of a Cholesky factor. Of directions in which nothing was seen the difference is rounding, of either sign; so little
+/// is added to the diagonal, and no more, that a factor exists.
+PaddedMatrix factor_of_the_explained(const PaddedMatrix& seen_backwards) {
+  const PaddedMatrix explained = detail::identity_minus_inverse(seen_backwards);
   for (double more = least_added; more <= most_added; more *= 10.0) {
-    // The factors of the matrix read backwards are triangles of the other kind.
-    Eigen::MatrixXd backwards = explained.reverse();
-    backwards.diagonal().array() += more;
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> in_place(backwards);
-    if (in_place.info() != Eigen::Success) continue;
-    backwards.triangularView<Eigen::StrictlyUpper>().setZero();
-    return backwards.transpose().reverse();
+    PaddedMatrix backwards = explained;
+    backwards.matrix().diagonal().array() += more;
+    if (detail::to_cholesky_factor(backwards)) return detail::transposed_backwards(backwards);
   }
-  throw NumericalError("posterior: what " + std::to_string(size) + " pseudo-inputs explain has no Cholesky factor");
+  throw NumericalError("posterior: what " + std::to_string(explained.rows()) +
+                       " pseudo-inputs explain has no Cholesky factor");
+}
+
+/// The factor of B = I + information, read backwards.
+PaddedMatrix factor_of_the_seen(const Eigen::MatrixXd& information) {
+  PaddedMatrix seen = PaddedMatrix::backwards(information);
+  seen.matrix().diagonal().array() += 1.0;
+  if (detail::to_cholesky_factor(seen)) return seen;
+  throw NumericalError("posterior: I + information of " + std::to_string(information.rows()) +
+                       " pseudo-inputs has no Cholesky factor");
+}
+
+/// L_u^-T B^-1 response.
+Eigen::MatrixXd weights_of(const SparseGp& gp, const PaddedMatrix& lower, const PaddedMatrix& seen_backwards) {
+  PaddedMatrix backwards = PaddedMatrix::upside_down(gp.response);
+  detail::divide_vectors(backwards, seen_backwards), detail::divide_vectors_transposed(backwards, seen_backwards);
+  PaddedMatrix weights = PaddedMatrix::upside_down(backwards.matrix());
+  detail::divide_vectors_transposed(weights, lower);
+  return weights.matrix();
 }
 
 /// Which of the doubles each table begins with.
@@ -99,33 +113,31 @@ Posterior::Posterior(const SparseGp& gp)
       outputs_(static_cast<std::size_t>(gp.mean.size())) {
   validate(gp);
   const Eigen::Index size = gp.pseudo_inputs.cols();
-  const Eigen::MatrixXd lower = detail::lower_factor(gp, "posterior");
-  const auto lower_view = lower.triangularView<Eigen::Lower>();
-  const Eigen::LLT<Eigen::MatrixXd> seen(Eigen::MatrixXd::Identity(size, size) + gp.information);  // B
-  const Eigen::MatrixXd weights = lower_view.transpose().solve(seen.solve(gp.response));
+  const PaddedMatrix lower = PaddedMatrix::factor(detail::lower_factor(gp, "posterior"));
+  const PaddedMatrix seen_backwards = factor_of_the_seen(gp.information);
+  PaddedMatrix reduction = factor_of_the_explained(seen_backwards);
+  detail::divide_triangle(reduction, lower);
 
-  Eigen::MatrixXd reduction = factor_of_the_explained(seen);
-  lower_view.solveInPlace<Eigen::OnTheRight>(reduction);
-
-  Eigen::MatrixXd weights_and_norms(size, weights.cols() + 1);
-  weights_and_norms << weights, reduction.colwise().norm().transpose();
+  Eigen::MatrixXd weights_and_norms(size, gp.mean.size() + 1);
+  weights_and_norms << weights_of(gp, lower, seen_backwards), reduction.matrix().colwise().norm().transpose();
 
   columns_ = detail::padded(static_cast<std::size_t>(size), detail::kColumnPadding);
   rows_ = detail::padded(static_cast<std::size_t>(size), detail::kRowPadding);
   const Layout layout(inputs_, outputs_, columns_, rows_);
   static_assert(sizeof(Line) == detail::kColumnPadding * sizeof(double));
-  tables_.resize(layout.end / detail::kColumnPadding);
-  double* const first = tables_.front().numbers;
+  const auto tables = std::make_shared<std::vector<Line>>(layout.end / detail::kColumnPadding);
+  tables_ = tables;
+  double* const first = tables->front().numbers;
   copy_padded(gp.kernel.length_scales.cwiseInverse(), first, layout.mean);
   copy_padded(gp.mean, first + layout.mean, layout.points - layout.mean);
   copy_padded(gp.pseudo_inputs.transpose(), first + layout.points, columns_);
   copy_padded(weights_and_norms, first + layout.weights, columns_);
-  copy_padded(reduction, first + layout.reduction, rows_);
+  copy_padded(reduction.matrix(), first + layout.reduction, rows_);
 }
 
 detail::PosteriorView Posterior::view() const {
   const Layout layout(inputs_, outputs_, columns_, rows_);
-  const double* const first = tables_.front().numbers;
+  const double* const first = tables_->front().numbers;
   return {{inputs_, columns_, first + layout.points, first, signal_variance_},
           outputs_,
           rows_,

@@ -31,7 +31,17 @@ void require_finite(const std::string& name, bool finite) {
   if (!finite) refuse(name + " holds a number that is not finite");
 }
 
+bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && a == b;
+}
+
 }  // namespace
+
+bool operator==(const SparseGp& a, const SparseGp& b) {
+  return a.points == b.points && a.noise_variance == b.noise_variance && a.jitter == b.jitter && a.kernel == b.kernel &&
+         same(a.mean, b.mean) && same(a.mean_response, b.mean_response) && same(a.pseudo_inputs, b.pseudo_inputs) &&
+         same(a.response, b.response) && same(a.information, b.information);
+}
 
 SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
                   const Eigen::VectorXd& mean, double jitter) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "sila/core/errors.hpp"
+#include "triangles.hpp"
 
 namespace sila::detail {
 namespace {
@@ -19,11 +20,10 @@ constexpr double smallest_pivot = 1e-13;  // relative to the signal variance; be
 KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
                                   const std::string& function) {
   for (double trial = jitter; trial <= max_jitter * (1.0 + 1e-9); trial = trial > 0.0 ? trial * 10.0 : 1e-10) {
-    Eigen::MatrixXd jittered = kernel_matrix;
-    jittered.diagonal().array() += trial * signal_variance;
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(jittered);
-    if (cholesky.info() != Eigen::Success) continue;
-    Eigen::MatrixXd lower = cholesky.matrixL();
+    PaddedMatrix jittered(kernel_matrix);
+    jittered.matrix().diagonal().array() += trial * signal_variance;
+    if (!to_cholesky_factor(jittered)) continue;
+    Eigen::MatrixXd lower = jittered.matrix().triangularView<Eigen::Lower>();
     const bool sound = lower.rows() == 0 || (lower.allFinite() && lower.diagonal().array().square().minCoeff() >=
                                                                       smallest_pivot * signal_variance);
     if (sound) return {std::move(lower), trial};
@@ -59,9 +59,10 @@ SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
   return gp;
 }
 
-Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {
-  lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(cross);
-  return cross;
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross) {
+  PaddedMatrix result(cross);
+  divide_by_transposed(result, PaddedMatrix::factor(lower));
+  return result.matrix();
 }
 
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,

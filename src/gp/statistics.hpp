@@ -35,7 +35,7 @@ struct Statistics {
 };
 
 /// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
-Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross);
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross);
 
 /// What data add. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,

@@ -1,11 +1,13 @@
 #include "sila/gp/transfer.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "projection.hpp"
+#include "sila/core/errors.hpp"
+#include "triangles.hpp"
 
 namespace sila {
 namespace detail {
@@ -39,6 +41,37 @@ Statistics about_mean(const SparseGp& from, const Eigen::VectorXd& mean) {
   return shifted;
 }
 
+/// How the pseudo-inputs of two GPs hang together, whitened.
+struct Link {
+  PaddedMatrix basis;     ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
+  PaddedMatrix residual;  ///< E, what `into` leaves unexplained of those of `from`, M_a x M_a
+};
+
+Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower) {
+  const PaddedMatrix own_lower = PaddedMatrix::factor(lower_factor(from, "transfer"));
+  const JointCovariance joint = joint_covariance(from, into);
+  PaddedMatrix basis(joint.cross);
+  divide_by_transposed(basis, PaddedMatrix::factor(lower));
+  PaddedMatrix residual(joint.own);
+  take_product(residual, basis, transposed(basis), Part::lower);
+  mirror_lower(residual);
+  divide_from_left(residual, own_lower), divide_by_transposed(residual, own_lower);
+  divide_from_left(basis, own_lower);
+  return {transposed(basis), std::move(residual)};
+}
+
+/// chol(I + alpha unexplained). Where very much was seen, rounding makes of what is explained whole something that is
+/// not positive; then so much is added that there is a factor: what is passed on is rather too little.
+PaddedMatrix damping_factor(double alpha, PaddedMatrix unexplained) {
+  unexplained.matrix() *= alpha;
+  for (double more = 1.0; std::isfinite(more); more *= 10.0) {
+    PaddedMatrix damping = unexplained;
+    damping.matrix().diagonal().array() += more;
+    if (to_cholesky_factor(damping)) return damping;
+  }
+  throw NumericalError("transfer: what is left unexplained is not finite");
+}
+
 }  // namespace
 
 bool same_basis(const SparseGp& a, const SparseGp& b) {
@@ -49,39 +82,29 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
 Projection project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha) {
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return {stored, 0.0};
-  const auto lower_view = lower.triangularView<Eigen::Lower>();
-  const Eigen::MatrixXd own_lower = lower_factor(from, "transfer");
-  const auto own_view = own_lower.triangularView<Eigen::Lower>();
-  const JointCovariance joint = joint_covariance(from, into);
-
-  Eigen::MatrixXd basis = joint.cross;  // U' = L_a^-1 W', M_a x M_b
-  lower_view.transpose().solveInPlace<Eigen::OnTheRight>(basis);
-  const Eigen::MatrixXd unexplained = joint.own - basis * basis.transpose();
-  own_view.solveInPlace(basis);
-  const Eigen::MatrixXd half = own_view.solve(unexplained);
-  Eigen::MatrixXd residual = own_view.solve(half.transpose());  // E
-  residual = (0.5 * (residual + residual.transpose())).eval();
-
-  const Eigen::MatrixXd factor = semidefinite_factor(stored.information);  // F
-  Eigen::MatrixXd projected = basis.transpose() * factor;                  // U F
-  Statistics result{{}, basis.transpose() * stored.response, basis.transpose() * stored.mean_response};
+  const Link link = link_between(from, into, lower);
+  const PaddedMatrix factor(semidefinite_factor(stored.information));  // F
+  PaddedMatrix projected = product(link.basis, factor);                // U F
+  const PaddedMatrix::ConstView u = link.basis.matrix();
+  Statistics result{{}, u * stored.response, u * stored.mean_response};
   double log_evidence = 0.0;
-  if (alpha > 0.0 && factor.cols() > 0) {
-    const Eigen::MatrixXd seen = residual * factor;  // E F
-    Eigen::MatrixXd damping = alpha * factor.transpose() * seen;
-    damping.diagonal().array() += 1.0;
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(damping);            // of Q
-    cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(projected);  // U F L_Q^-T
-    const Eigen::MatrixXd response_part = cholesky.matrixL().solve(seen.transpose() * stored.response);
-    const Eigen::VectorXd mean_part = cholesky.matrixL().solve(seen.transpose() * stored.mean_response);
-    result.response -= alpha * projected * response_part;
-    result.mean_response -= alpha * projected * mean_part;
+  if (alpha > 0.0 && factor.columns() > 0) {
+    const PaddedMatrix seen = product(link.residual, factor);                                            // E F
+    const PaddedMatrix damping = damping_factor(alpha, product(transposed(factor), seen, Part::lower));  // L_Q
+    divide_by_transposed(projected, damping);                                                            // U F L_Q^-T
+    PaddedMatrix response_part(seen.matrix().transpose() * stored.response);
+    PaddedMatrix mean_part(seen.matrix().transpose() * stored.mean_response);
+    divide_vectors(response_part, damping), divide_vectors(mean_part, damping);
+    result.response -= alpha * projected.matrix() * response_part.matrix();
+    result.mean_response -= alpha * projected.matrix() * mean_part.matrix();
     const double outputs = static_cast<double>(stored.response.cols());
-    const double quadratic = (stored.response.transpose() * residual * stored.response).trace();
-    log_evidence = -outputs * cholesky.matrixLLT().diagonal().array().log().sum() +
-                   0.5 * (quadratic - response_part.squaredNorm());
+    const double quadratic = (stored.response.transpose() * link.residual.matrix() * stored.response).trace();
+    log_evidence = -outputs * damping.matrix().diagonal().array().log().sum() +
+                   0.5 * (quadratic - response_part.matrix().squaredNorm());
   }
-  result.information = projected * projected.transpose();
+  PaddedMatrix information = product(projected, transposed(projected), Part::lower);
+  mirror_lower(information);
+  result.information = information.matrix();
   return {std::move(result), log_evidence};
 }
 

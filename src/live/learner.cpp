@@ -124,7 +124,7 @@ void Learner::run_one(const std::vector<PlacedTrack>& batch) {
       ++learning_.known_episodes;
       return;
     }
-    auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict);
+    auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict, *snapshot());
     const std::lock_guard lock(mutex_);
     snapshot_ = std::move(next);
     ++learning_.episodes;
@@ -142,7 +142,7 @@ void Learner::run_one(const std::vector<PlacedTrack>& batch) {
 std::optional<Episode> Learner::learn_and_keep(const std::vector<PlacedTrack>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(previous->model, batch, episode_);
+    Episode episode = run_episode(previous->model, batch, episode_, &previous->predictor);
     if (episode.report.known) return std::nullopt;
     try {
       commit_(previous->model, episode);

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -70,14 +72,56 @@ std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   return buckets;
 }
 
-void add_outlook(const SparseGp& outlook, FieldMap::Field& field) {
-  field.outlook.emplace(outlook);
+/// The transitions of an earlier model that may be those of this one.
+class Known {
+ public:
+  explicit Known(const FieldMap::Made& earlier) : earlier_(earlier) {
+    if (!earlier.model) return;
+    for (std::size_t i = 0; i < earlier.model->transitions.size(); ++i)
+      by_mark_.emplace(mark_of(earlier.model->transitions[i].field.gp), static_cast<int>(i));
+  }
+
+  Posterior field(const SparseGp& gp) const {
+    for (const int index : marked(gp)) {
+      if (transition(index).field.gp == gp) return earlier_.map->field(index).posterior;
+    }
+    return Posterior(gp);
+  }
+
+  /// An outlook stays with its field, if that stays.
+  Posterior outlook(const SparseGp& field, const SparseGp& gp) const {
+    for (const int index : marked(field)) {
+      const std::optional<Posterior>& made = earlier_.map->field(index).outlook;
+      if (made && transition(index).outlook == gp) return *made;
+    }
+    return Posterior(gp);
+  }
+
+ private:
+  /// Other fields hardly ever have it.
+  static double mark_of(const SparseGp& gp) { return gp.points + gp.mean_response.sum(); }
+
+  const Transition& transition(int index) const { return earlier_.model->transitions[static_cast<std::size_t>(index)]; }
+
+  std::vector<int> marked(const SparseGp& gp) const {
+    std::vector<int> indices;
+    const auto [first, last] = by_mark_.equal_range(mark_of(gp));
+    std::transform(first, last, std::back_inserter(indices), [](const auto& entry) { return entry.second; });
+    return indices;
+  }
+
+  FieldMap::Made earlier_;
+  std::unordered_multimap<double, int> by_mark_;
+};
+
+void add_outlook(const SparseGp& outlook, Posterior posterior, FieldMap::Field& field) {
+  field.outlook = std::move(posterior);
   const Eigen::VectorXd reach = kOutlookReach * outlook.kernel.length_scales;
   field.outlook_reach = {outlook.pseudo_inputs.rowwise().minCoeff() - reach,
                          outlook.pseudo_inputs.rowwise().maxCoeff() + reach};
 }
 
-Entry entry_of(const Transition& transition, double leaving_count, double bucket_size) {
+Entry entry_of(const Transition& transition, const Known& known, double leaving_count, double bucket_size) {
   const SparseGp& gp = transition.field.gp;
   Entry entry{FieldMap::Field{transition.from,
                               transition.to,
@@ -85,11 +129,12 @@ Entry entry_of(const Transition& transition, double leaving_count, double bucket
                               transition.count / leaving_count,
                               gp.kernel.signal_variance,
                               gp.noise_variance,
-                              Posterior(gp),
+                              known.field(gp),
                               {},
                               {}},
               buckets_of(gp, bucket_size)};
-  if (transition.outlook.points > 0.0) add_outlook(transition.outlook, *entry.field);
+  if (transition.outlook.points > 0.0)
+    add_outlook(transition.outlook, known.outlook(gp, transition.outlook), *entry.field);
   return entry;
 }
 
@@ -101,7 +146,8 @@ FieldMap::Glimpse glimpse_of(const FieldMap::Field& field, const Vector2& middle
 
 }  // namespace
 
-FieldMap::FieldMap(const Model& model, const PredictConfig& config) : leaving_(model.primitives.size()) {
+FieldMap::FieldMap(const Model& model, const PredictConfig& config, const Made& earlier)
+    : leaving_(model.primitives.size()) {
   bucket_size_ = model.conventions.grid.cell;
   max_asked_ = static_cast<std::size_t>(config.max_asked);
   outlook_knots_ = model.conventions.outlook_knots, outlook_horizon_s_ = model.conventions.outlook_horizon_s;
@@ -113,10 +159,11 @@ FieldMap::FieldMap(const Model& model, const PredictConfig& config) : leaving_(m
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
     leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
+  const Known known(earlier);
   std::vector<Entry> entries(model.transitions.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
     const Transition& transition = model.transitions[i];
-    entries[i] = entry_of(transition, leaving_count[static_cast<std::size_t>(transition.from)], bucket_size_);
+    entries[i] = entry_of(transition, known, leaving_count[static_cast<std::size_t>(transition.from)], bucket_size_);
   });
   fields_.reserve(entries.size());
   for (Entry& entry : entries) {

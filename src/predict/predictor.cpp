@@ -119,10 +119,15 @@ void sort_by_weight(std::vector<Mode>& modes) {
 
 }  // namespace
 
-Predictor::Predictor(const Model& model, const PredictConfig& config)
+Predictor::Predictor(const Model& model, const PredictConfig& config) : Predictor(model, config, FieldMap::Made{}) {}
+
+Predictor::Predictor(const Model& model, const PredictConfig& config, const Model& earlier, const Predictor& of_earlier)
+    : Predictor(model, config, FieldMap::Made{&earlier, &of_earlier.map_}) {}
+
+Predictor::Predictor(const Model& model, const PredictConfig& config, const FieldMap::Made& earlier)
     : config_(config),
       interval_s_(model.conventions.sample_interval_s),
-      map_(model, config),
+      map_(model, config, earlier),
       blend_(model.lessons, config),
       calibration_(config.blend ? model.lessons : Lessons{}) {
   validate_fields("predict", config);

@@ -129,6 +129,28 @@ TEST(Transfer, ToTheSameBasisAddsExactly) {
   EXPECT_EQ(moved.points, gp.points);
 }
 
+// What the new pseudo-inputs explain whole is then left with rounding, of either sign, times what was seen.
+TEST(Transfer, OfWhatWasSeenVeryOftenIsAGpAtAnyRate) {
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    Generator make(seed);
+    const Hyperparameters theta = make.hyperparameters(2);
+    const GpData data = make.data(2, 80, 2);
+    const Eigen::MatrixXd pseudo_inputs = select_pseudo_inputs(theta.kernel, data.inputs, 30);
+    const SparseGp seen = absorb(empty_gp(theta.kernel, theta.noise_variance, pseudo_inputs, vector({0, 0})), data);
+    Eigen::MatrixXd superset(2, pseudo_inputs.cols() + 2);
+    superset << make.points(2, 2, 12.0), pseudo_inputs.rowwise().reverse();
+    const SparseGp prior = empty_gp(theta.kernel, theta.noise_variance, superset, vector({0, 0}));
+    for (double often = 1.0; often < 1e16; often *= 100.0) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", times " + std::to_string(often));
+      const SparseGp moved = transfer(weighted(seen, often), prior);
+      EXPECT_NO_THROW(validate(moved));
+      if (often <= 1e10) {
+        EXPECT_NO_THROW(Posterior{moved});
+      }
+    }
+  }
+}
+
 TEST(Transfer, ToASupersetLosesNothingInSpiteOfTheJitter) {
   for (unsigned seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -175,6 +175,30 @@ TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
   EXPECT_LT(ours, 0.6 * constant);
 }
 
+// What stayed is not made anew; what changed, however little, is.
+TEST(Predictor, OfALaterModelSaysWhatOneMadeAnewSays) {
+  const Model& earlier = corner_model();
+  ASSERT_GE(earlier.transitions.size(), 4U);
+  Model later = earlier;
+  std::swap(later.transitions.front(), later.transitions.back());
+  later.transitions[1].field.gp.response *= 1.3;
+  later.transitions[2].outlook.response *= 0.7;
+  const Predictor of_earlier(earlier, kConfig.predict);
+  const Predictor anew(later, kConfig.predict), following(later, kConfig.predict, earlier, of_earlier);
+  bool differs = false;
+  for (const Window& window : windows_of(testing::corner_walks(20, 97), kConfig.sampling, kConfig.predict, 1.0)) {
+    const Prediction a = anew.predict(window.observed), b = following.predict(window.observed);
+    ASSERT_EQ(a.modes.size(), b.modes.size());
+    for (std::size_t m = 0; m < a.modes.size(); ++m) {
+      EXPECT_EQ(a.modes[m].weight, b.modes[m].weight);
+      EXPECT_EQ(a.modes[m].path_m, b.modes[m].path_m);
+      EXPECT_EQ(a.modes[m].covariances_m2, b.modes[m].covariances_m2);
+    }
+    differs = differs || a.modes.front().path_m != of_earlier.predict(window.observed).modes.front().path_m;
+  }
+  EXPECT_TRUE(differs);
+}
+
 TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
   SamplingConfig coarse;
   coarse.interval_s = 0.4;

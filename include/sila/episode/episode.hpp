@@ -62,20 +62,24 @@ std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const Sampli
 /// Throws: std::invalid_argument if the configuration contradicts those of the model.
 Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
 
-/// What the errors of a model teach on tracks that it has not learnt.
-Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config);
+/// What the errors of a model teach on tracks that it has not learnt. `ready`, if it is at hand: what predicts by this
+/// very model with config.predict.
+Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config,
+                   const Predictor* ready = nullptr);
 
 /// One episode: forget a little (only with a half-life), predict the batch with what is known so far and learn from the
 /// errors, learn the batch itself, and give up what is over the limits (only if there are any).
 /// A batch that the model has learnt before leaves it as it is.
 /// Throws: std::invalid_argument for a configuration out of range or conventions other than the model's,
 /// limits in which nothing fits.
+/// `ready`, if it is at hand: what predicts by `previous` with config.predict.
 /// Source: SILA paper, Alg. 1. Differs: the lessons; docs/decisions/0005-blend.md.
 Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
-                    const Update& update);
+                    const Update& update, const Predictor* ready = nullptr);
 
 /// The same with SILA's update.
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config);
+Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+                    const Predictor* ready = nullptr);
 
 /// Fuses two finished models, whose tracks are gone: as `fuse`, and the lessons of both add up.
 /// Throws: std::invalid_argument if their conventions or the shape of their lessons differ, or an episode is in both.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,9 +27,9 @@ struct FlowLinearisation {
 };
 
 /// A SparseGp made ready for many predictions: mean(x) = mean + weights' k, variance(x) = signal_variance - |reduction
-/// k|^2 with k = k(Z, x); so the variance is never above the prior's. Immutable; may be used from many threads. Source:
-/// algorithms 2.4. Differs: reduction' reduction = K_uu^-1 - L_u^-T B^-1 L_u^-1 is kept as a lower
-/// triangle (docs/decisions/0012).
+/// k|^2 with k = k(Z, x); so the variance is never above the prior's. Immutable; may be used from many threads; copies
+/// share the tables. Source: algorithms 2.4. Differs: reduction' reduction = K_uu^-1 - L_u^-T B^-1 L_u^-1 is kept as a
+/// lower triangle (docs/decisions/0012).
 class Posterior {
  public:
   /// Predictions do not allocate up to this many pseudo-inputs.
@@ -75,8 +76,8 @@ class Posterior {
   double signal_variance_ = 1.0;
   double noise_variance_ = 1.0;
   std::size_t inputs_ = 0, outputs_ = 0;
-  std::size_t columns_ = 0, rows_ = 0;  ///< padded number of pseudo-inputs, and padded rank
-  std::vector<Line> tables_;            ///< one after another as in the view
+  std::size_t columns_ = 0, rows_ = 0;               ///< padded number of pseudo-inputs, and padded rank
+  std::shared_ptr<const std::vector<Line>> tables_;  ///< one after another as in the view
 };
 
 }  // namespace sila

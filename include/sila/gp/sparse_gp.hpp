@@ -32,6 +32,9 @@ struct SparseGp {
   double jitter = default_jitter;  ///< relative to signal_variance; part of what the statistics are whitened with
 };
 
+/// Exactly the same numbers.
+bool operator==(const SparseGp& a, const SparseGp& b);
+
 /// Mean (P) and variance of the latent function at one point; the variance is common to the outputs.
 struct GpPrediction {
   Eigen::VectorXd mean;

@@ -22,6 +22,9 @@ struct Snapshot {
   Model model;
   Predictor predictor;
   Snapshot(Model made, const PredictConfig& config) : model(std::move(made)), predictor(model, config) {}
+  /// What the model has of an earlier one is taken from there.
+  Snapshot(Model made, const PredictConfig& config, const Snapshot& earlier)
+      : model(std::move(made)), predictor(model, config, earlier.model, earlier.predictor) {}
 };
 
 /// Where learning stands.

@@ -19,7 +19,15 @@ namespace sila {
 /// primitives.
 class FieldMap {
  public:
-  FieldMap(const Model& model, const PredictConfig& config);
+  /// A model and its map, or neither.
+  struct Made {
+    const Model* model = nullptr;
+    const FieldMap* map = nullptr;
+  };
+
+  FieldMap(const Model& model, const PredictConfig& config) : FieldMap(model, config, Made{}) {}
+  /// What the model has of an earlier one is not factorised again.
+  FieldMap(const Model& model, const PredictConfig& config, const Made& earlier);
 
   struct Field {
     int from = 0, to = 0;

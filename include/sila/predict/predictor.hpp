@@ -39,6 +39,8 @@ class Predictor {
  public:
   /// Throws: std::invalid_argument for a configuration out of range.
   Predictor(const Model& model, const PredictConfig& config);
+  /// The same with less work where the model has much of an earlier one, whose predictor is at hand.
+  Predictor(const Model& model, const PredictConfig& config, const Model& earlier, const Predictor& of_earlier);
 
   /// The next seconds of a person as weighted modes; always an answer.
   /// Units: `observed` in sidewalk widths, sampled at the model's interval, ending at t0; the prediction in metres,
@@ -59,6 +61,7 @@ class Predictor {
   const Blend& blend() const { return blend_; }
 
  private:
+  Predictor(const Model& model, const PredictConfig& config, const FieldMap::Made& earlier);
   void add_regions(Prediction& prediction, int speed_class) const;
 
   PredictConfig config_;
