@@ -2,24 +2,16 @@
 
 #include <algorithm>
 
+#include "posterior_simd.hpp"
+
 namespace sila::detail {
-namespace {
-
-/// A cache line of doubles: where columns begin.
-constexpr std::size_t kLine = 8;
-
-std::size_t padded(Eigen::Index size, std::size_t multiple) {
-  return (static_cast<std::size_t>(size) + multiple - 1) / multiple * multiple;
-}
-
-}  // namespace
 
 PaddedMatrix::PaddedMatrix(Eigen::Index rows, Eigen::Index columns)
     : rows_(rows),
       columns_(columns),
-      padded_rows_(padded(rows, kPanel)),
-      padded_columns_(padded(columns, kPanel)),
-      stride_(padded(rows, kLine)),
+      padded_rows_(padded(static_cast<std::size_t>(rows), kPanel)),
+      padded_columns_(padded(static_cast<std::size_t>(columns), kPanel)),
+      stride_(padded(static_cast<std::size_t>(rows), kColumnPadding)),
       numbers_(padded_columns_ * stride_) {}
 
 PaddedMatrix::PaddedMatrix(const Eigen::MatrixXd& matrix) : PaddedMatrix(matrix.rows(), matrix.cols()) {
