@@ -119,16 +119,16 @@ std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
 /// What the fused GP stands on: Z_b, the factor L_u of its covariance, and V' of the data.
 struct Basis {
   Eigen::MatrixXd pseudo_inputs;
-  Eigen::MatrixXd lower;
+  detail::PaddedMatrix lower;
   double jitter = default_jitter;
   Eigen::MatrixXd features;
 };
 
 Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
                  const Kernel& kernel, double jitter) {
-  Basis basis{candidates(Eigen::all, selection.chosen), selection.lower, jitter, {}};
+  Basis basis{candidates(Eigen::all, selection.chosen), detail::PaddedMatrix::factor(selection.lower), jitter, {}};
   if (data.inputs.cols() > 0)
-    basis.features = detail::whitened(selection.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
+    basis.features = detail::whitened(basis.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
   return basis;
 }
 
@@ -171,7 +171,7 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
 
 /// Algorithms 3.1: the posterior mean at the old pseudo-inputs stands for the old data, each point as often as it
 /// takes.
-detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const Eigen::MatrixXd& lower,
+detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const detail::PaddedMatrix& lower,
                                           double alpha) {
   const Eigen::Index size = part.pseudo_inputs.cols();
   const Posterior posterior(part);
@@ -219,7 +219,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   }
 
   Basis basis = fused_basis(known, data, theta.kernel, config);
-  const Eigen::MatrixXd& lower = basis.lower;
+  const detail::PaddedMatrix& lower = basis.lower;
   SparseGp fused = detail::blank_gp(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
                                     fused_mean(known, data, config.constant_mean), basis.jitter);
   for (const SparseGp* part : known) {
@@ -238,7 +238,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
 double log_streaming_evidence(std::span<const SparseGp* const> parts, const GpData& data, const SparseGp& prior) {
   require_parts(parts, data, Hyperparameters{prior.kernel, prior.noise_variance});
   validate(prior);
-  const Eigen::MatrixXd lower = detail::lower_factor(prior, "log_streaming_evidence");
+  const detail::PaddedMatrix lower = detail::lower_factor(prior, "log_streaming_evidence");
   SparseGp joint = prior;
   double evidence = 0.0;
   for (const SparseGp* part : parts) {

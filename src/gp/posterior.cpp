@@ -113,7 +113,7 @@ Posterior::Posterior(const SparseGp& gp)
       outputs_(static_cast<std::size_t>(gp.mean.size())) {
   validate(gp);
   const Eigen::Index size = gp.pseudo_inputs.cols();
-  const PaddedMatrix lower = PaddedMatrix::factor(detail::lower_factor(gp, "posterior"));
+  const PaddedMatrix lower = detail::lower_factor(gp, "posterior");
   const PaddedMatrix seen_backwards = factor_of_the_seen(gp.information);
   PaddedMatrix reduction = factor_of_the_explained(seen_backwards);
   detail::divide_triangle(reduction, lower);

@@ -12,7 +12,7 @@ struct Projection {
 };
 
 /// Shapes: lower = L_u of `into`. `into` gives kernel, pseudo-inputs, mean and jitter; its own statistics play no part.
-Projection project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha);
+Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha);
 
 /// True if statistics of the two can be added as they are.
 bool same_basis(const SparseGp& a, const SparseGp& b);

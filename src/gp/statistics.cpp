@@ -20,12 +20,12 @@ constexpr double smallest_pivot = 1e-13;  // relative to the signal variance; be
 KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
                                   const std::string& function) {
   for (double trial = jitter; trial <= max_jitter * (1.0 + 1e-9); trial = trial > 0.0 ? trial * 10.0 : 1e-10) {
-    PaddedMatrix jittered(kernel_matrix);
-    jittered.matrix().diagonal().array() += trial * signal_variance;
-    if (!to_cholesky_factor(jittered)) continue;
-    Eigen::MatrixXd lower = jittered.matrix().triangularView<Eigen::Lower>();
-    const bool sound = lower.rows() == 0 || (lower.allFinite() && lower.diagonal().array().square().minCoeff() >=
-                                                                      smallest_pivot * signal_variance);
+    PaddedMatrix lower(kernel_matrix);
+    lower.matrix().diagonal().array() += trial * signal_variance;
+    if (!to_cholesky_factor(lower)) continue;
+    const bool sound = lower.rows() == 0 ||
+                       (lower.matrix().allFinite() &&
+                        lower.matrix().diagonal().array().square().minCoeff() >= smallest_pivot * signal_variance);
     if (sound) return {std::move(lower), trial};
   }
   std::ostringstream text;
@@ -34,7 +34,7 @@ KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double s
   throw NumericalError(text.str());
 }
 
-Eigen::MatrixXd lower_factor(const SparseGp& gp, const std::string& function) {
+PaddedMatrix lower_factor(const SparseGp& gp, const std::string& function) {
   KernelFactor factor = factor_kernel_matrix(covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs),
                                              gp.kernel.signal_variance, gp.jitter, function);
   if (factor.jitter == gp.jitter) return std::move(factor.lower);
@@ -59,9 +59,9 @@ SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
   return gp;
 }
 
-Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross) {
+Eigen::MatrixXd whitened(const PaddedMatrix& lower, const Eigen::MatrixXd& cross) {
   PaddedMatrix result(cross);
-  divide_by_transposed(result, PaddedMatrix::factor(lower));
+  divide_by_transposed(result, lower);
   return result.matrix();
 }
 

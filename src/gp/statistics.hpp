@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "padded_matrix.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
@@ -12,7 +13,7 @@ namespace sila::detail {
 
 /// chol(K + jitter * signal_variance * I) and the jitter that it took.
 struct KernelFactor {
-  Eigen::MatrixXd lower;
+  PaddedMatrix lower;
   double jitter = 0.0;
 };
 
@@ -21,7 +22,7 @@ KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double s
                                   const std::string& function);
 
 /// L_u of a GP, under exactly its own jitter. Throws NumericalError.
-Eigen::MatrixXd lower_factor(const SparseGp& gp, const std::string& function);
+PaddedMatrix lower_factor(const SparseGp& gp, const std::string& function);
 
 /// A GP that has seen nothing, unchecked.
 SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
@@ -35,7 +36,7 @@ struct Statistics {
 };
 
 /// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
-Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& cross);
+Eigen::MatrixXd whitened(const PaddedMatrix& lower, const Eigen::MatrixXd& cross);
 
 /// What data add. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,

@@ -47,11 +47,11 @@ struct Link {
   PaddedMatrix residual;  ///< E, what `into` leaves unexplained of those of `from`, M_a x M_a
 };
 
-Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower) {
-  const PaddedMatrix own_lower = PaddedMatrix::factor(lower_factor(from, "transfer"));
+Link link_between(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower) {
+  const PaddedMatrix own_lower = lower_factor(from, "transfer");
   const JointCovariance joint = joint_covariance(from, into);
   PaddedMatrix basis(joint.cross);
-  divide_by_transposed(basis, PaddedMatrix::factor(lower));
+  divide_by_transposed(basis, lower);
   PaddedMatrix residual(joint.own);
   take_product(residual, basis, transposed(basis), Part::lower);
   mirror_lower(residual);
@@ -79,7 +79,7 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
          a.pseudo_inputs == b.pseudo_inputs;
 }
 
-Projection project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha) {
+Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha) {
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return {stored, 0.0};
   const Link link = link_between(from, into, lower);
