@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "posterior_simd.hpp"
 #include "statistics.hpp"
+#include "triangles.hpp"
 
 namespace sila {
 namespace detail {
@@ -23,24 +25,29 @@ Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_varian
   return first;
 }
 
-/// One column of the covariance again and again; points scaled by the length scales, one a row.
+/// One column of the covariance again and again.
 class CovarianceColumns {
  public:
   CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)
-      : signal_variance_(kernel.signal_variance),
-        scaled_(points.transpose() * kernel.length_scales.cwiseInverse().asDiagonal()) {}
+      : points_(points.cols(), points.rows()),
+        inverse_(kernel.length_scales.cwiseInverse()),
+        signal_variance_(kernel.signal_variance) {
+    points_.matrix() = points.transpose();
+  }
 
-  Eigen::ArrayXd with(Eigen::Index point) const {
-    Eigen::ArrayXd squares = (scaled_.col(0).array() - scaled_(point, 0)).square();
-    for (Eigen::Index d = 1; d < scaled_.cols(); ++d) {
-      squares += (scaled_.col(d).array() - scaled_(point, d)).square();
-    }
-    return signal_variance_ * (-0.5 * squares).exp();
+  /// Shapes: column has room for as many rows as a padded column has.
+  void write(const Eigen::VectorXd& point, double* column) const {
+    const auto rows = static_cast<std::size_t>(points_.rows());
+    similarities({static_cast<std::size_t>(inverse_.size()), points_.stride(), points_.column(0), inverse_.data(),
+                  signal_variance_},
+                 point.data(), column);
+    std::fill(column + rows, column + points_.stride(), 0.0);
   }
 
  private:
+  PaddedMatrix points_;  // one a row
+  Eigen::VectorXd inverse_;
   double signal_variance_;
-  Eigen::MatrixXd scaled_;
 };
 
 }  // namespace
@@ -53,7 +60,8 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
   const double least = std::max(stop_fraction, exhausted + 2.0 * jitter);  // a copy of a chosen point keeps the jitter
   const CovarianceColumns columns(kernel, candidates);
   Eigen::ArrayXd variances = Eigen::ArrayXd::Constant(count, signal);
-  Selection selection{{}, Eigen::MatrixXd::Zero(limit, limit), Eigen::MatrixXd(count, limit), 0.0, true};
+  Selection selection{{}, Eigen::MatrixXd::Zero(limit, limit), {}, 0.0, true};
+  PaddedMatrix features(count, limit);
   Eigen::Index m = 0;
   for (; m < limit; ++m) {
     const Eigen::Index pivot = m < given ? m : first_largest(variances, signal);
@@ -62,18 +70,17 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
     selection.chosen.push_back(pivot);
     selection.sound = selection.sound && variance + jitter * signal >= exhausted * signal;
     const double root = std::sqrt(std::max(variance + jitter * signal, exhausted * signal));
-    const Eigen::VectorXd row = selection.features.row(pivot).head(m);
-    auto column = selection.features.col(m);
-    column = columns.with(pivot);
-    column.noalias() -= selection.features.leftCols(m) * row;
+    selection.lower.row(m).head(m) = features.matrix().row(pivot).head(m);
+    selection.lower(m, m) = root;
+    columns.write(candidates.col(pivot), features.column(static_cast<std::size_t>(m)));
+    take_columns_before(features, static_cast<std::size_t>(m), static_cast<std::size_t>(pivot));
+    auto column = features.matrix().col(m);
     column /= root;
     variances = (variances - column.array().square()).max(0.0);
     variances(pivot) = 0.0;
-    selection.lower.row(m).head(m) = row.transpose();
-    selection.lower(m, m) = root;
   }
   selection.lower.conservativeResize(m, m);
-  selection.features.conservativeResize(count, m);
+  selection.features = features.matrix().leftCols(m);
   selection.remaining_variance = count > 0 ? variances.maxCoeff() : 0.0;
   return selection;
 }

@@ -9,9 +9,10 @@
 namespace sila {
 namespace {
 
-void require_positive(const std::string& field, double value) {
+void require_positive(const char* field, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
-  throw std::invalid_argument("kernel: " + field + " = " + std::to_string(value) + ", must be positive and finite");
+  throw std::invalid_argument(std::string("kernel: ") + field + " = " + std::to_string(value) +
+                              ", must be positive and finite");
 }
 
 void require_dimension(const char* name, Eigen::Index rows, Eigen::Index dimension) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
@@ -94,6 +95,30 @@ Eigen::Matrix2d jacobian_at(const detail::PosteriorView& view, const Eigen::Vect
   Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
   detail::slopes(view, x.data(), k, jacobian.data());
   return jacobian;
+}
+
+/// k(Z, x) for each of the values of one input, one after another, with this signal variance.
+class AlongInput {
+ public:
+  AlongInput(const detail::PosteriorView& view, std::size_t input, double signal_variance,
+             std::span<const double> values, std::size_t first)
+      : first_(first), columns_(view.columns), numbers_(values.size() * view.columns) {
+    const detail::KernelView one{1, columns_, view.points + input * columns_, view.inverse_length_scales + input,
+                                 signal_variance};
+    for (std::size_t i = 0; i < values.size(); ++i) detail::similarities(one, &values[i], &numbers_[i * columns_]);
+  }
+  const double* at(std::size_t value) const { return numbers_.data() + (value - first_) * columns_; }
+
+ private:
+  std::size_t first_, columns_;
+  std::vector<double> numbers_;
+};
+
+/// The values between the least and the greatest that places stand at.
+template <std::size_t RasterPlace::*Index>
+std::pair<std::size_t, std::size_t> used(std::span<const RasterPlace> places) {
+  const auto [least, greatest] = std::ranges::minmax(places, {}, Index);
+  return {least.*Index, greatest.*Index + 1 - least.*Index};
 }
 
 double explained_at_most(const detail::PosteriorView& view, double sum_of_norms) {
@@ -205,13 +230,23 @@ FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   return {flow_at(tables, k.data()), variance_left(tables, k.data())};
 }
 
-FlowPrediction Posterior::glance_at_flow(const Eigen::Vector2d& x) const {
-  require_flow(x);
+void Posterior::glance_at_flow(std::span<const double> xs, std::span<const double> ys,
+                               std::span<const RasterPlace> places, std::span<FlowPrediction> glances) const {
+  if (places.empty()) return;
+  const auto [first_x, count_x] = used<&RasterPlace::column>(places);
+  const auto [first_y, count_y] = used<&RasterPlace::row>(places);
+  if (first_x + count_x > xs.size() || first_y + count_y > ys.size() || glances.size() != places.size())
+    throw std::invalid_argument("posterior: a place is beyond the raster, or glances are not as many as places");
+  for (const double x : xs.subspan(first_x, count_x)) require_flow({x, ys[first_y]});
+  for (const double y : ys.subspan(first_y, count_y)) require_flow({xs[first_x], y});
   const detail::PosteriorView tables = view();
-  Similarities k(tables, x.data());
-  std::array<double, 3> sums;
-  detail::means_and_norms(tables, k.data(), sums.data());
-  return {{sums[0], sums[1]}, signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, sums[2]))};
+  const AlongInput along_x(tables, 0, signal_variance_, xs.subspan(first_x, count_x), first_x);
+  const AlongInput along_y(tables, 1, 1.0, ys.subspan(first_y, count_y), first_y);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    std::array<double, 3> sums;
+    detail::means_and_norms_of_product(tables, along_x.at(places[i].column), along_y.at(places[i].row), sums.data());
+    glances[i] = {{sums[0], sums[1]}, signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, sums[2]))};
+  }
 }
 
 Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {

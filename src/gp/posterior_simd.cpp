@@ -23,7 +23,7 @@ using Tag = hn::CappedTag<double, kColumnPadding>;
 void similarities_simd(const KernelView& view, const double* x, double* k) {
   const Tag d;
   const auto signal = hn::Set(d, view.signal_variance), half = hn::Set(d, -0.5);
-  for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d)) {
+  for (std::size_t column = view.first; column < view.columns; column += hn::Lanes(d)) {
     auto squares = hn::Zero(d);
     for (std::size_t input = 0; input < view.inputs; ++input) {
       const auto z = hn::LoadU(d, view.points + input * view.columns + column);
@@ -61,8 +61,19 @@ void means_simd(const PosteriorView& view, const double* k, double* sums) {
   weighted_sums(view, k, view.outputs, sums), add_mean(view, sums);
 }
 
-void means_and_norms_simd(const PosteriorView& view, const double* k, double* sums) {
-  weighted_sums(view, k, view.outputs + 1, sums), add_mean(view, sums);
+void means_and_norms_of_product_simd(const PosteriorView& view, const double* a, const double* b, double* sums) {
+  const Tag d;
+  const double *first = view.weights, *second = first + view.columns, *norms = second + view.columns;
+  auto first_sum = hn::Zero(d), second_sum = first_sum, norms_sum = first_sum;
+  for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d)) {
+    const auto here = hn::Mul(hn::LoadU(d, a + column), hn::LoadU(d, b + column));
+    first_sum = hn::MulAdd(hn::LoadU(d, first + column), here, first_sum);
+    second_sum = hn::MulAdd(hn::LoadU(d, second + column), here, second_sum);
+    norms_sum = hn::MulAdd(hn::LoadU(d, norms + column), here, norms_sum);
+  }
+  sums[0] = hn::GetLane(hn::SumOfLanes(d, first_sum)) + view.mean[0];
+  sums[1] = hn::GetLane(hn::SumOfLanes(d, second_sum)) + view.mean[1];
+  sums[2] = hn::GetLane(hn::SumOfLanes(d, norms_sum));
 }
 
 double sum_of_norms_simd(const PosteriorView& view, const double* k) {
@@ -129,7 +140,7 @@ namespace sila::detail {
 
 HWY_EXPORT(similarities_simd);
 HWY_EXPORT(means_simd);
-HWY_EXPORT(means_and_norms_simd);
+HWY_EXPORT(means_and_norms_of_product_simd);
 HWY_EXPORT(sum_of_norms_simd);
 HWY_EXPORT(slopes_simd);
 HWY_EXPORT(explained_variance_simd);
@@ -142,8 +153,8 @@ void means(const PosteriorView& view, const double* k, double* sums) {
   HWY_DYNAMIC_DISPATCH(means_simd)(view, k, sums);
 }
 
-void means_and_norms(const PosteriorView& view, const double* k, double* sums) {
-  HWY_DYNAMIC_DISPATCH(means_and_norms_simd)(view, k, sums);
+void means_and_norms_of_product(const PosteriorView& view, const double* a, const double* b, double* sums) {
+  HWY_DYNAMIC_DISPATCH(means_and_norms_of_product_simd)(view, a, b, sums);
 }
 
 double sum_of_norms(const PosteriorView& view, const double* k) {

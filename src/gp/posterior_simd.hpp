@@ -18,6 +18,7 @@ struct KernelView {
   const double* points = nullptr;
   const double* inverse_length_scales = nullptr;
   double signal_variance = 1.0;
+  std::size_t first = 0;  ///< columns before this are left out; a multiple of the padding
 };
 
 /// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs +
@@ -36,8 +37,8 @@ void similarities(const KernelView& view, const double* x, double* k);
 void means(const PosteriorView& view, const double* k, double* sums);
 /// The sum over the columns of |column of reduction| k.
 double sum_of_norms(const PosteriorView& view, const double* k);
-/// Both, this behind the means. Shapes: sums has room for `outputs` + 1.
-void means_and_norms(const PosteriorView& view, const double* k, double* sums);
+/// Both of two outputs, this behind the means, with k = a b, entry by entry. Shapes: sums has room for 3.
+void means_and_norms_of_product(const PosteriorView& view, const double* a, const double* b, double* sums);
 /// d mean(p) / d x(d) at jacobian[p * inputs + d].
 void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian);
 /// |reduction k|^2.

@@ -14,21 +14,22 @@ namespace {
   throw std::invalid_argument(what);
 }
 
-void require_shape(const std::string& name, Eigen::Index rows, Eigen::Index columns, Eigen::Index wanted_rows,
-                   Eigen::Index wanted_columns) {
+/// Names are put together where something is refused, for every posterior that is made passes here.
+void require_shape(const char* whose, const char* name, Eigen::Index rows, Eigen::Index columns,
+                   Eigen::Index wanted_rows, Eigen::Index wanted_columns) {
   if (rows == wanted_rows && columns == wanted_columns) return;
-  refuse(name + " is " + std::to_string(rows) + " x " + std::to_string(columns) + ", must be " +
-         std::to_string(wanted_rows) + " x " + std::to_string(wanted_columns));
+  refuse(std::string(whose) + ": " + name + " is " + std::to_string(rows) + " x " + std::to_string(columns) +
+         ", must be " + std::to_string(wanted_rows) + " x " + std::to_string(wanted_columns));
 }
 
-void require_at_least_zero(const std::string& name, double value) {
+void require_at_least_zero(const char* whose, const char* name, double value) {
   if (!(value >= 0.0) || !std::isfinite(value)) {
-    refuse(name + " = " + std::to_string(value) + ", must be finite and not negative");
+    refuse(std::string(whose) + ": " + name + " = " + std::to_string(value) + ", must be finite and not negative");
   }
 }
 
-void require_finite(const std::string& name, bool finite) {
-  if (!finite) refuse(name + " holds a number that is not finite");
+void require_finite(const char* whose, const char* name, bool finite) {
+  if (!finite) refuse(std::string(whose) + ": " + name + " holds a number that is not finite");
 }
 
 bool same(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
@@ -47,7 +48,7 @@ SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
                   const Eigen::VectorXd& mean, double jitter) {
   SparseGp gp = detail::blank_gp(kernel, noise_variance, pseudo_inputs, mean, jitter);
   validate(gp);
-  gp.jitter = detail::factor_kernel_matrix(covariance(kernel, pseudo_inputs, pseudo_inputs), kernel.signal_variance,
+  gp.jitter = detail::factor_kernel_matrix(detail::lower_covariance(kernel, pseudo_inputs), kernel.signal_variance,
                                            jitter, "empty_gp")
                   .jitter;
   return gp;
@@ -82,29 +83,28 @@ void validate(const SparseGp& gp) {
   if (!(gp.noise_variance > 0.0) || !std::isfinite(gp.noise_variance)) {
     refuse("sparse_gp: noise_variance = " + std::to_string(gp.noise_variance) + ", must be positive and finite");
   }
-  require_shape("sparse_gp: pseudo_inputs", gp.pseudo_inputs.rows(), size, gp.kernel.length_scales.size(), size);
-  require_shape("sparse_gp: information", gp.information.rows(), gp.information.cols(), size, size);
-  require_shape("sparse_gp: response", gp.response.rows(), gp.response.cols(), size, gp.mean.size());
-  require_shape("sparse_gp: mean_response", gp.mean_response.rows(), 1, size, 1);
-  require_finite("sparse_gp: pseudo_inputs", gp.pseudo_inputs.allFinite());
-  require_finite("sparse_gp: mean", gp.mean.allFinite());
-  require_finite("sparse_gp: information", gp.information.allFinite());
-  require_finite("sparse_gp: response", gp.response.allFinite());
-  require_finite("sparse_gp: mean_response", gp.mean_response.allFinite());
+  require_shape("sparse_gp", "pseudo_inputs", gp.pseudo_inputs.rows(), size, gp.kernel.length_scales.size(), size);
+  require_shape("sparse_gp", "information", gp.information.rows(), gp.information.cols(), size, size);
+  require_shape("sparse_gp", "response", gp.response.rows(), gp.response.cols(), size, gp.mean.size());
+  require_shape("sparse_gp", "mean_response", gp.mean_response.rows(), 1, size, 1);
+  require_finite("sparse_gp", "pseudo_inputs", gp.pseudo_inputs.allFinite());
+  require_finite("sparse_gp", "mean", gp.mean.allFinite());
+  require_finite("sparse_gp", "information", gp.information.allFinite());
+  require_finite("sparse_gp", "response", gp.response.allFinite());
+  require_finite("sparse_gp", "mean_response", gp.mean_response.allFinite());
   if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9)) {
     refuse("sparse_gp: information has a negative diagonal");
   }
-  require_at_least_zero("sparse_gp: points", gp.points);
-  require_at_least_zero("sparse_gp: jitter", gp.jitter);
+  require_at_least_zero("sparse_gp", "points", gp.points);
+  require_at_least_zero("sparse_gp", "jitter", gp.jitter);
 }
 
 void validate(const char* function, const GpData& data, Eigen::Index input_dimensions, Eigen::Index output_dimensions) {
-  const std::string name = function;
   const Eigen::Index points = data.inputs.cols();
-  require_shape(name + ": inputs", data.inputs.rows(), points, input_dimensions, points);
-  require_shape(name + ": outputs", data.outputs.rows(), data.outputs.cols(), points, output_dimensions);
-  require_finite(name + ": inputs", data.inputs.allFinite());
-  require_finite(name + ": outputs", data.outputs.allFinite());
+  require_shape(function, "inputs", data.inputs.rows(), points, input_dimensions, points);
+  require_shape(function, "outputs", data.outputs.rows(), data.outputs.cols(), points, output_dimensions);
+  require_finite(function, "inputs", data.inputs.allFinite());
+  require_finite(function, "outputs", data.outputs.allFinite());
 }
 
 }  // namespace sila

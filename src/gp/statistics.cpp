@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
 #include "triangles.hpp"
 
@@ -17,10 +18,31 @@ constexpr double smallest_pivot = 1e-13;  // relative to the signal variance; be
 
 }  // namespace
 
-KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
-                                  const std::string& function) {
+PaddedMatrix lower_covariance(const Kernel& kernel, const Eigen::MatrixXd& points) {
+  validate(kernel);
+  const auto size = static_cast<std::size_t>(points.cols());
+  PaddedMatrix inputs(points.cols(), points.rows()), result(points.cols(), points.cols());
+  inputs.matrix() = points.transpose();
+  const Eigen::VectorXd inverse = kernel.length_scales.cwiseInverse();
+  for (std::size_t j = 0; j < size; ++j) {
+    const std::size_t first = j / kColumnPadding * kColumnPadding;
+    const KernelView view{static_cast<std::size_t>(points.rows()),
+                          inputs.stride(),
+                          inputs.column(0),
+                          inverse.data(),
+                          kernel.signal_variance,
+                          first};
+    double* const column = result.column(j);
+    similarities(view, points.col(static_cast<Eigen::Index>(j)).data(), column);
+    std::fill(column + size, column + result.stride(), 0.0);
+  }
+  return result;
+}
+
+KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double signal_variance, double jitter,
+                                  const char* function) {
   for (double trial = jitter; trial <= max_jitter * (1.0 + 1e-9); trial = trial > 0.0 ? trial * 10.0 : 1e-10) {
-    PaddedMatrix lower(kernel_matrix);
+    PaddedMatrix lower = kernel_matrix;
     lower.matrix().diagonal().array() += trial * signal_variance;
     if (!to_cholesky_factor(lower)) continue;
     const bool sound = lower.rows() == 0 ||
@@ -34,9 +56,9 @@ KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double s
   throw NumericalError(text.str());
 }
 
-PaddedMatrix lower_factor(const SparseGp& gp, const std::string& function) {
-  KernelFactor factor = factor_kernel_matrix(covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs),
-                                             gp.kernel.signal_variance, gp.jitter, function);
+PaddedMatrix lower_factor(const SparseGp& gp, const char* function) {
+  KernelFactor factor = factor_kernel_matrix(lower_covariance(gp.kernel, gp.pseudo_inputs), gp.kernel.signal_variance,
+                                             gp.jitter, function);
   if (factor.jitter == gp.jitter) return std::move(factor.lower);
   std::ostringstream text;
   text << function << ": jitter = " << gp.jitter << " is too small for the covariance of " << gp.pseudo_inputs.cols()

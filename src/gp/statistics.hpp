@@ -17,12 +17,16 @@ struct KernelFactor {
   double jitter = 0.0;
 };
 
-/// Tries `jitter`, then ten times as much, up to 1e-2. Throws NumericalError.
-KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
-                                  const std::string& function);
+/// k(points, points), the lower triangle.
+PaddedMatrix lower_covariance(const Kernel& kernel, const Eigen::MatrixXd& points);
+
+/// Tries `jitter`, then ten times as much, up to 1e-2. Of the matrix only the lower triangle counts. Throws
+/// NumericalError.
+KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double signal_variance, double jitter,
+                                  const char* function);
 
 /// L_u of a GP, under exactly its own jitter. Throws NumericalError.
-PaddedMatrix lower_factor(const SparseGp& gp, const std::string& function);
+PaddedMatrix lower_factor(const SparseGp& gp, const char* function);
 
 /// A GP that has seen nothing, unchecked.
 SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,

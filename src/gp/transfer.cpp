@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "projection.hpp"
 #include "sila/core/errors.hpp"
@@ -13,25 +14,24 @@ namespace sila {
 namespace detail {
 namespace {
 
-/// k_b(Z_a, Z_b) and k_b(Z_a, Z_a), where pseudo-inputs that stand in both are one variable of into, jitter included.
-struct JointCovariance {
-  Eigen::MatrixXd cross;  // M_a x M_b
-  Eigen::MatrixXd own;    // M_a x M_a
+/// k_b(Z_a, Z_b), where pseudo-inputs that stand in both are one variable of into, jitter included; and which of those
+/// of `from` do not.
+struct CrossCovariance {
+  Eigen::MatrixXd values;  // M_a x M_b
+  std::vector<Eigen::Index> dropped;
 };
 
-JointCovariance joint_covariance(const SparseGp& from, const SparseGp& into) {
-  JointCovariance joint{covariance(into.kernel, from.pseudo_inputs, into.pseudo_inputs),
-                        covariance(into.kernel, from.pseudo_inputs, from.pseudo_inputs)};
-  const double nugget = into.jitter * into.kernel.signal_variance;
-  for (Eigen::Index i = 0; i < joint.cross.rows(); ++i) {
-    for (Eigen::Index j = 0; j < joint.cross.cols(); ++j) {
-      if (from.pseudo_inputs.col(i) != into.pseudo_inputs.col(j)) continue;
-      joint.cross(i, j) += nugget;
-      joint.own(i, i) += nugget;
-      break;
-    }
+CrossCovariance cross_covariance(const SparseGp& from, const SparseGp& into) {
+  CrossCovariance cross{covariance(into.kernel, from.pseudo_inputs, into.pseudo_inputs), {}};
+  for (Eigen::Index i = 0; i < cross.values.rows(); ++i) {
+    Eigen::Index j = 0;
+    while (j < cross.values.cols() && from.pseudo_inputs.col(i) != into.pseudo_inputs.col(j)) ++j;
+    if (j < cross.values.cols())
+      cross.values(i, j) += into.jitter * into.kernel.signal_variance;
+    else
+      cross.dropped.push_back(i);
   }
-  return joint;
+  return cross;
 }
 
 /// h_a and e_a about the mean of into.
@@ -43,29 +43,43 @@ Statistics about_mean(const SparseGp& from, const Eigen::VectorXd& mean) {
 
 /// How the pseudo-inputs of two GPs hang together, whitened.
 struct Link {
-  PaddedMatrix basis;     ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
-  PaddedMatrix residual;  ///< E, what `into` leaves unexplained of those of `from`, M_a x M_a
+  PaddedMatrix basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
+  PaddedMatrix hidden;  ///< G with E = G G', what `into` leaves unexplained of those of `from`
 };
+
+/// What `into` has of the pseudo-inputs of `from` it explains whole, so that E has the rank of the others at most.
+/// Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.
+PaddedMatrix hidden_factor(const SparseGp& from, const SparseGp& into, const std::vector<Eigen::Index>& dropped,
+                           const PaddedMatrix& explained, const PaddedMatrix& own_lower) {
+  const Eigen::MatrixXd points = from.pseudo_inputs(Eigen::all, dropped);
+  const PaddedMatrix rows(explained.matrix()(dropped, Eigen::all));
+  PaddedMatrix residual(covariance(into.kernel, points, points));
+  take_product(residual, rows, transposed(rows), Part::lower);
+  mirror_lower(residual);
+  const Eigen::MatrixXd factor = semidefinite_factor(residual.matrix());
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(from.pseudo_inputs.cols(), factor.cols());
+  for (std::size_t i = 0; i < dropped.size(); ++i) spread.row(dropped[i]) = factor.row(static_cast<Eigen::Index>(i));
+  PaddedMatrix hidden(spread);
+  divide_from_left(hidden, own_lower);
+  return hidden;
+}
 
 Link link_between(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower) {
   const PaddedMatrix own_lower = lower_factor(from, "transfer");
-  const JointCovariance joint = joint_covariance(from, into);
-  PaddedMatrix basis(joint.cross);
-  divide_by_transposed(basis, lower);
-  PaddedMatrix residual(joint.own);
-  take_product(residual, basis, transposed(basis), Part::lower);
-  mirror_lower(residual);
-  divide_from_left(residual, own_lower), divide_by_transposed(residual, own_lower);
-  divide_from_left(basis, own_lower);
-  return {transposed(basis), std::move(residual)};
+  const CrossCovariance cross = cross_covariance(from, into);
+  PaddedMatrix explained(cross.values);
+  divide_by_transposed(explained, lower);
+  PaddedMatrix hidden = hidden_factor(from, into, cross.dropped, explained, own_lower);
+  divide_from_left(explained, own_lower);
+  return {transposed(explained), std::move(hidden)};
 }
 
-/// chol(I + alpha unexplained). Where very much was seen, rounding makes of what is explained whole something that is
-/// not positive; then so much is added that there is a factor: what is passed on is rather too little.
-PaddedMatrix damping_factor(double alpha, PaddedMatrix unexplained) {
-  unexplained.matrix() *= alpha;
+/// chol(I + alpha seen). Where very much was seen, rounding makes of it something that is not positive; then so much is
+/// added that there is a factor: what is passed on is rather too little.
+PaddedMatrix damping_factor(double alpha, PaddedMatrix seen) {
+  seen.matrix() *= alpha;
   for (double more = 1.0; std::isfinite(more); more *= 10.0) {
-    PaddedMatrix damping = unexplained;
+    PaddedMatrix damping = seen;
     damping.matrix().diagonal().array() += more;
     if (to_cholesky_factor(damping)) return damping;
   }
@@ -83,26 +97,25 @@ Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatri
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return {stored, 0.0};
   const Link link = link_between(from, into, lower);
-  const PaddedMatrix factor(semidefinite_factor(stored.information));  // F
-  PaddedMatrix projected = product(link.basis, factor);                // U F
-  const PaddedMatrix::ConstView u = link.basis.matrix();
+  const PaddedMatrix known = product(link.basis, PaddedMatrix(stored.information));  // U S
+  PaddedMatrix information = product(known, transposed(link.basis), Part::lower);    // U S U'
+  const PaddedMatrix::ConstView u = link.basis.matrix(), g = link.hidden.matrix();
   Statistics result{{}, u * stored.response, u * stored.mean_response};
   double log_evidence = 0.0;
-  if (alpha > 0.0 && factor.columns() > 0) {
-    const PaddedMatrix seen = product(link.residual, factor);                                            // E F
-    const PaddedMatrix damping = damping_factor(alpha, product(transposed(factor), seen, Part::lower));  // L_Q
-    divide_by_transposed(projected, damping);                                                            // U F L_Q^-T
-    PaddedMatrix response_part(seen.matrix().transpose() * stored.response);
-    PaddedMatrix mean_part(seen.matrix().transpose() * stored.mean_response);
+  if (alpha > 0.0 && link.hidden.columns() > 0) {
+    const PaddedMatrix damping = damping_factor(
+        alpha, product(transposed(link.hidden), product(PaddedMatrix(stored.information), link.hidden), Part::lower));
+    PaddedMatrix lost = product(known, link.hidden);  // U S G
+    divide_by_transposed(lost, damping);
+    PaddedMatrix response_part(g.transpose() * stored.response), mean_part(g.transpose() * stored.mean_response);
     divide_vectors(response_part, damping), divide_vectors(mean_part, damping);
-    result.response -= alpha * projected.matrix() * response_part.matrix();
-    result.mean_response -= alpha * projected.matrix() * mean_part.matrix();
-    const double outputs = static_cast<double>(stored.response.cols());
-    const double quadratic = (stored.response.transpose() * link.residual.matrix() * stored.response).trace();
-    log_evidence = -outputs * damping.matrix().diagonal().array().log().sum() +
-                   0.5 * (quadratic - response_part.matrix().squaredNorm());
+    result.response -= alpha * lost.matrix() * response_part.matrix();
+    result.mean_response -= alpha * lost.matrix() * mean_part.matrix();
+    log_evidence = -static_cast<double>(stored.response.cols()) * damping.matrix().diagonal().array().log().sum() +
+                   0.5 * response_part.matrix().squaredNorm();
+    lost.matrix() *= std::sqrt(alpha);
+    take_product(information, lost, transposed(lost), Part::lower);
   }
-  PaddedMatrix information = product(projected, transposed(projected), Part::lower);
   mirror_lower(information);
   result.information = information.matrix();
   return {std::move(result), log_evidence};

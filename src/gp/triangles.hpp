@@ -26,6 +26,9 @@ void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower);
 /// X -> L^-T X, likewise.
 void divide_vectors_transposed(PaddedMatrix& x, const PaddedMatrix& lower);
 
+/// From column j of A the columns before it, each as often as its entry of this row says.
+void take_columns_before(PaddedMatrix& a, std::size_t j, std::size_t row);
+
 /// C -> C - A B, or only its lower triangle.
 void take_product(PaddedMatrix& c, const PaddedMatrix& a, const PaddedMatrix& b, Part part);
 

@@ -159,6 +159,26 @@ void take_product(PaddedMatrix& c, const PaddedMatrix& a, const PaddedMatrix& b,
   }
 }
 
+/// Panels first; the columns left over one by one.
+void take_columns_before(PaddedMatrix& a, std::size_t j, std::size_t row) {
+  const Tag d;
+  double* const to = a.column(j);
+  const std::size_t stride = a.stride(), panels = j / kPanel * kPanel;
+  for (std::size_t panel = 0; panel < panels; panel += kPanel) {
+    const Shares shares = in_row(a, row, panel);
+    const auto s_0 = hn::Set(d, shares.of[0]), s_1 = hn::Set(d, shares.of[1]);
+    const auto s_2 = hn::Set(d, shares.of[2]), s_3 = hn::Set(d, shares.of[3]);
+    const double* const p = a.column(panel);
+    for (std::size_t i = 0; i < a.padded_rows(); i += hn::Lanes(d)) {
+      auto here = hn::NegMulAdd(hn::LoadU(d, p + i), s_0, hn::LoadU(d, to + i));
+      here = hn::NegMulAdd(hn::LoadU(d, p + stride + i), s_1, here);
+      here = hn::NegMulAdd(hn::LoadU(d, p + 2 * stride + i), s_2, here);
+      hn::StoreU(hn::NegMulAdd(hn::LoadU(d, p + 3 * stride + i), s_3, here), d, to + i);
+    }
+  }
+  for (std::size_t k = panels; k < j; ++k) take_column(a.column(k), a.column(k)[row], to, 0, a.padded_rows());
+}
+
 /// x -> L^-1 x. Shapes: x is padded as L is.
 void divide_vector(double* x, const PaddedMatrix& lower) {
   for (std::size_t j = 0; j < lower.padded_rows(); ++j) {
@@ -197,6 +217,7 @@ HWY_EXPORT(divide_rows_transposed);
 HWY_EXPORT(divide_rows);
 HWY_EXPORT(take_square);
 HWY_EXPORT(take_product);
+HWY_EXPORT(take_columns_before);
 HWY_EXPORT(divide_vector);
 HWY_EXPORT(divide_vector_transposed);
 
@@ -236,6 +257,10 @@ void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower) {
 void divide_vectors_transposed(PaddedMatrix& x, const PaddedMatrix& lower) {
   for (Eigen::Index j = 0; j < x.columns(); ++j)
     HWY_DYNAMIC_DISPATCH(divide_vector_transposed)(x.column(static_cast<std::size_t>(j)), lower);
+}
+
+void take_columns_before(PaddedMatrix& a, std::size_t j, std::size_t row) {
+  HWY_DYNAMIC_DISPATCH(take_columns_before)(a, j, row);
 }
 
 void take_product(PaddedMatrix& c, const PaddedMatrix& a, const PaddedMatrix& b, Part part) {

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -234,9 +235,16 @@ TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
       }
       const double most = posterior.most_explained(std::span(x.data(), 2));
       EXPECT_GE(most + 1e-9, 1.0 - flow.variance / theta.kernel.signal_variance);
-      const FlowPrediction glance = posterior.glance_at_flow(x);
-      EXPECT_EQ(glance.mean, flow.mean);
-      EXPECT_LE(glance.variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
+      const std::array<double, 3> xs{x.x() - 1.0, x.x(), x.x() + 1.0};
+      const std::array<double, 2> ys{x.y(), x.y() + 2.0};
+      const std::array<RasterPlace, 2> places{RasterPlace{2, 1}, RasterPlace{1, 0}};
+      std::array<FlowPrediction, 2> glances;
+      posterior.glance_at_flow(xs, ys, places, glances);
+      EXPECT_TRUE(glances[0].mean.isApprox(posterior.flow_mean({xs[2], ys[1]}), 1e-12));
+      EXPECT_TRUE(glances[1].mean.isApprox(flow.mean, 1e-12));
+      EXPECT_LE(glances[1].variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
+      EXPECT_THROW(posterior.glance_at_flow(std::span(xs).first(2), ys, places, glances), std::invalid_argument);
+      EXPECT_THROW(posterior.glance_at_flow(xs, ys, places, std::span(glances).first(1)), std::invalid_argument);
     }
   }
   EXPECT_GT(known, 100);

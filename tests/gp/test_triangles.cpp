@@ -113,6 +113,21 @@ TEST(Triangles, ProductsAreEigens) {
   }
 }
 
+TEST(Triangles, ColumnsTakeTheirSharesOfThoseBefore) {
+  for (const Eigen::Index size : sizes) {
+    const Eigen::MatrixXd a = random_matrix(size + 3, size, 11);
+    for (Eigen::Index j = 0; j < size; j += 1 + j / 4) {
+      SCOPED_TRACE(testing::Message() << size << ", " << j);
+      const Eigen::Index row = (2 * j + 1) % (size + 3);
+      PaddedMatrix taken(a);
+      take_columns_before(taken, static_cast<std::size_t>(j), static_cast<std::size_t>(row));
+      Eigen::MatrixXd wanted = a;
+      wanted.col(j) -= a.leftCols(j) * a.row(row).head(j).transpose();
+      EXPECT_LT((taken.matrix() - wanted).norm(), 1e-12 * static_cast<double>(size));
+    }
+  }
+}
+
 TEST(Triangles, WhatIsTurnedIsTurned) {
   for (const Eigen::Index size : sizes) {
     SCOPED_TRACE(size);

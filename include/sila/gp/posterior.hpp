@@ -26,6 +26,11 @@ struct FlowLinearisation {
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
 };
 
+/// Where a point of a raster is: at which of the raster's x and of its y.
+struct RasterPlace {
+  std::size_t column = 0, row = 0;
+};
+
 /// A SparseGp made ready for many predictions: mean(x) = mean + weights' k, variance(x) = signal_variance - |reduction
 /// k|^2 with k = k(Z, x); so the variance is never above the prior's. Immutable; may be used from many threads; copies
 /// share the tables. Source: algorithms 2.4. Differs: reduction' reduction = K_uu^-1 - L_u^-T B^-1 L_u^-1 is kept as a
@@ -51,8 +56,11 @@ class Posterior {
 
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
-  /// The mean with the least variance that there may be.
-  FlowPrediction glance_at_flow(const Eigen::Vector2d& x) const;
+  /// The mean with the least variance that there may be, at places of a raster: exponentials are found once for each of
+  /// its columns and rows from the first to the last of the places. Shapes: as many glances as places. Throws: as
+  /// `predict_flow`, if a place is beyond the raster, or for numbers of glances and places that differ.
+  void glance_at_flow(std::span<const double> xs, std::span<const double> ys, std::span<const RasterPlace> places,
+                      std::span<FlowPrediction> glances) const;
   Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
   Eigen::Matrix2d mean_jacobian(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
