@@ -138,10 +138,30 @@ Entry entry_of(const Transition& transition, const Known& known, double leaving_
   return entry;
 }
 
-FieldMap::Glimpse glimpse_of(const FieldMap::Field& field, const Vector2& middle) {
-  const FlowPrediction flow = field.posterior.glance_at_flow(middle);
-  const double variance = flow.variance + field.noise_variance;
-  return {flow.mean, 0.5 / variance, -std::log(variance)};
+void sort_and_make_unique(std::vector<double>& values) {
+  std::ranges::sort(values);
+  const auto rest = std::ranges::unique(values);
+  values.erase(rest.begin(), rest.end());
+}
+
+std::size_t index_of(const std::vector<double>& sorted, double value) {
+  return static_cast<std::size_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
+}
+
+/// Where a field is glanced at, and what takes up each glance.
+struct Glances {
+  std::vector<RasterPlace> places;
+  std::vector<FieldMap::Glimpse*> glimpses;
+};
+
+void take_up(const Glances& glances, const FieldMap::Field& field, const std::vector<double>& xs,
+             const std::vector<double>& ys) {
+  std::vector<FlowPrediction> flows(glances.places.size());
+  field.posterior.glance_at_flow(xs, ys, glances.places, flows);
+  for (std::size_t i = 0; i < flows.size(); ++i) {
+    const double variance = flows[i].variance + field.noise_variance;
+    *glances.glimpses[i] = {flows[i].mean, 0.5 / variance, -std::log(variance)};
+  }
 }
 
 }  // namespace
@@ -189,14 +209,24 @@ void FieldMap::add_wide_fields() {
 
 void FieldMap::add_glimpses() {
   std::vector<std::pair<Vector2, Bucket*>> crowded;
+  std::vector<double> xs, ys;
   for (auto& [key, bucket] : buckets_) {
-    if (bucket.transitions.size() > max_asked_) crowded.emplace_back(bucket_middle(key, bucket_size_), &bucket);
+    if (bucket.transitions.size() <= max_asked_) continue;
+    const Vector2 middle = bucket_middle(key, bucket_size_);
+    crowded.emplace_back(middle, &bucket);
+    xs.push_back(middle.x()), ys.push_back(middle.y());
   }
-  tbb::parallel_for(std::size_t{0}, crowded.size(), [&](std::size_t b) {
-    const auto& [middle, bucket] = crowded[b];
-    bucket->glimpses.reserve(bucket->transitions.size());
-    for (const int index : bucket->transitions) bucket->glimpses.push_back(glimpse_of(field(index), middle));
-  });
+  sort_and_make_unique(xs), sort_and_make_unique(ys);
+  std::vector<Glances> glances(fields_.size());
+  for (const auto& [middle, bucket] : crowded) {
+    const RasterPlace place{index_of(xs, middle.x()), index_of(ys, middle.y())};
+    bucket->glimpses.resize(bucket->transitions.size());
+    for (std::size_t k = 0; k < bucket->glimpses.size(); ++k) {
+      Glances& of_field = glances[static_cast<std::size_t>(bucket->transitions[k])];
+      of_field.places.push_back(place), of_field.glimpses.push_back(&bucket->glimpses[k]);
+    }
+  }
+  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { take_up(glances[i], fields_[i], xs, ys); });
 }
 
 const FieldMap::Bucket* FieldMap::bucket_at(const Vector2& position) const {
