@@ -42,15 +42,16 @@ Word word_at(const char* bytes) {
   return word;
 }
 
-/// Throws: std::invalid_argument unless the bytes are whole words.
-template <std::unsigned_integral Word>
-std::vector<Word> words(std::string_view bytes) {
+/// Numbers that are words of so many bits. Throws: std::invalid_argument unless the bytes are whole words.
+template <std::unsigned_integral Word, class Number = Word>
+std::vector<Number> words(std::string_view bytes) {
   if (bytes.size() % sizeof(Word) != 0) {
     throw std::invalid_argument("a blob has " + std::to_string(bytes.size()) + " bytes, no multiple of " +
                                 std::to_string(sizeof(Word)));
   }
-  std::vector<Word> result(bytes.size() / sizeof(Word));
-  for (std::size_t i = 0; i < result.size(); ++i) result[i] = word_at<Word>(bytes.data() + i * sizeof(Word));
+  std::vector<Number> result(bytes.size() / sizeof(Word));
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = std::bit_cast<Number>(word_at<Word>(bytes.data() + i * sizeof(Word)));
   return result;
 }
 
@@ -66,10 +67,7 @@ inline std::string of_numbers(std::span<const double> numbers) {
 
 /// Throws: std::invalid_argument unless the bytes are whole numbers of 8 bytes.
 inline std::vector<double> to_numbers(std::string_view bytes) {
-  std::vector<double> numbers;
-  numbers.reserve(bytes.size() / 8);
-  for (const std::uint64_t word : words<std::uint64_t>(bytes)) numbers.push_back(std::bit_cast<double>(word));
-  return numbers;
+  return words<std::uint64_t, double>(bytes);
 }
 
 /// Takes from the front what `append` put there. Throws: std::invalid_argument where the bytes end too early.

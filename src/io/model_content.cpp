@@ -1,5 +1,6 @@
 #include "model_content.hpp"
 
+#include <tbb/parallel_for.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -106,7 +107,9 @@ Model model_of(const Content& content) {
   model.gait = unpack_gp(to_numbers(content.gait));
   model.places = unpack_places(to_numbers(content.places));
   for (const PrimitiveRow& row : content.primitives) model.primitives.push_back(primitive_of(row));
-  for (const TransitionRow& row : content.transitions) model.transitions.push_back(transition_of(row));
+  model.transitions.resize(content.transitions.size());
+  tbb::parallel_for(std::size_t{0}, content.transitions.size(),
+                    [&](std::size_t i) { model.transitions[i] = transition_of(content.transitions[i]); });
   for (const std::string& id : content.learnt) model.episode_ids.push_back(id_of(id));
   return model;
 }
