@@ -94,11 +94,13 @@ Conventions conventions_for(const Model& previous, const CurbFrame& frame, const
 }
 
 Update sila_update(const EpisodeConfig& config) {
-  return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
+  auto settled = std::make_shared<Settled>();
+  return [config, settled](const Model& previous, const Batch& batch, const Conventions& conventions) {
     const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);  // M'(n)
     Fused fused = fuse(previous, incoming.increment, config.fuse, config.outlook);    // M(n)
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    Compacted small = compact(std::move(fused.model), config.compact, config.fuse, config.outlook);
+    Compacted small = compact(std::move(fused.model), config.compact, config.fuse, config.outlook, *settled);
+    *settled = std::move(small.settled);
     change = without_dropped(std::move(change), small.kept);
     return Updated{std::move(small.model), incoming.report, fused.report, small.report, std::move(change)};
   };

@@ -93,7 +93,8 @@ Model learn_leaf(const Leaf& leaf, EpisodeConfig config) {
   config.lessons.enabled = false;
   Model model = leaf.model.value_or(Model{});
   model.lessons = {};
-  for (const auto& batch : batches_of(leaf)) model = run_episode(model, batch, config).model;
+  const Update update = sila_update(config);
+  for (const auto& batch : batches_of(leaf)) model = run_episode(model, batch, config, update).model;
   return model;
 }
 

@@ -1,6 +1,7 @@
 #include "sila/fuse/compact.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -16,8 +17,21 @@ struct Workbench {
   std::vector<Transition>& transitions;
   detail::FieldIndex index;
   std::vector<bool> kept;
-  std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are looked at
+  std::vector<bool> changed;     ///< in this round or the one before: only pairs with such a one are looked at
+  std::vector<bool> fresh;       ///< changed since an earlier compaction left it
+  std::vector<bool> old_before;  ///< that compaction looked for who speaks for it, and of what it left nobody does
 };
+
+template <class Condition>
+std::vector<bool> marked(const std::vector<Transition>& transitions, Condition&& condition) {
+  std::vector<bool> marks(transitions.size());
+  std::transform(transitions.begin(), transitions.end(), marks.begin(), condition);
+  return marks;
+}
+
+bool seen_long_ago(const Transition& transition, double episodes, const CompactConfig& config) {
+  return episodes - transition.last_episode >= config.forget_after_episodes;
+}
 
 /// Less of a trajectory than this is left of nobody but who has faded (half_life_episodes).
 constexpr double kFaded = 0.5;
@@ -29,10 +43,10 @@ int best_speaker(Workbench& bench, int rare, const std::vector<bool>& news, cons
   const auto at = [&](int i) -> const Transition& { return bench.transitions[static_cast<std::size_t>(i)]; };
   int best = -1;
   double least = 0.0;
-  for (const int other : bench.index.candidates(at(rare), coverage.share)) {
-    const bool looked_at = !news[static_cast<std::size_t>(rare)] && !news[static_cast<std::size_t>(other)];
-    if (other == rare || looked_at || at(other).count < at(rare).count) continue;
-    if (more_often && at(other).count == at(rare).count) continue;
+  std::vector<bool> may_speak = news[static_cast<std::size_t>(rare)] ? bench.kept : news;
+  may_speak[static_cast<std::size_t>(rare)] = false;
+  for (const int other : bench.index.candidates(at(rare), coverage.share, may_speak)) {
+    if (at(other).count < at(rare).count || (more_often && at(other).count == at(rare).count)) continue;
     const auto difference = bench.index.difference(rare, at(rare), other, at(other), coverage);
     if (!difference || (best >= 0 && *difference >= least)) continue;
     best = other;
@@ -56,7 +70,7 @@ void absorb(Workbench& bench, int rare, int into, const FuseConfig& fusing, cons
   bench.kept[static_cast<std::size_t>(rare)] = false;
   bench.index.remove(rare);
   bench.index.replace(into, target);
-  bench.changed[static_cast<std::size_t>(into)] = true;
+  bench.changed[static_cast<std::size_t>(into)] = bench.fresh[static_cast<std::size_t>(into)] = true;
 }
 
 /// Absorbs until nothing agrees any more, for what has grown may agree with what it did not agree with before.
@@ -93,9 +107,9 @@ CompactReport let_go_of_old(Workbench& bench, double episodes, const CompactConf
   const std::vector<bool> all(bench.transitions.size(), true);
   for (std::size_t i = 0; i < bench.transitions.size(); ++i) {
     const Transition& old = bench.transitions[i];
-    const bool long_ago = episodes - old.last_episode >= config.forget_after_episodes;
-    if (!bench.kept[i] || old.count > config.forget_count || !long_ago) continue;
-    const int speaker = best_speaker(bench, static_cast<int>(i), all, coverage, true);
+    if (!bench.kept[i] || old.count > config.forget_count || !seen_long_ago(old, episodes, config)) continue;
+    const int speaker =
+        best_speaker(bench, static_cast<int>(i), bench.old_before[i] ? bench.fresh : all, coverage, true);
     if (speaker >= 0) {
       absorb(bench, static_cast<int>(i), speaker, fusing, outlook);
       ++report.absorbed;
@@ -110,12 +124,29 @@ CompactReport let_go_of_old(Workbench& bench, double episodes, const CompactConf
 
 }  // namespace
 
-Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fusing, const OutlookConfig& outlook) {
+Settled::Settled(const Model& compacted, const CompactConfig& config) {
+  for (const Transition& transition : compacted.transitions)
+    old_before_[mark_of(transition)] = seen_long_ago(transition, compacted.episodes, config);
+}
+
+bool Settled::holds_as_old(const Transition& transition) const {
+  const auto place = old_before_.find(mark_of(transition));
+  return place != old_before_.end() && place->second;
+}
+
+Settled::Mark Settled::mark_of(const Transition& transition) {
+  const SparseGp& gp = transition.field.gp;
+  return {std::bit_cast<std::uint64_t>(transition.count), std::bit_cast<std::uint64_t>(gp.points),
+          std::bit_cast<std::uint64_t>(gp.mean_response.sum()), std::bit_cast<std::uint64_t>(gp.response.sum())};
+}
+
+Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fusing, const OutlookConfig& outlook,
+                  const Settled& before) {
   validate_fields("compact", config);
   Compacted result;
-  const std::size_t before = model.primitives.size();
+  const std::size_t primitives = model.primitives.size();
   if (!config.enabled) {
-    result.kept.resize(before);
+    result.kept.resize(primitives);
     std::iota(result.kept.begin(), result.kept.end(), 0);
     result.model = std::move(model);
     return result;
@@ -124,10 +155,12 @@ Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fu
   Workbench bench{model.transitions,
                   {model.transitions, 2.0 * model.conventions.grid.cell},
                   std::vector<bool>(transitions, true),
-                  std::vector<bool>(transitions, false)};
+                  std::vector<bool>(transitions, false),
+                  marked(model.transitions, [&](const Transition& one) { return !before.holds(one); }),
+                  marked(model.transitions, [&](const Transition& one) { return before.holds_as_old(one); })};
   const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m,
                                   config.agreement_share};
-  std::vector<bool> news(transitions, true);
+  std::vector<bool> news = bench.fresh;
   for (bool goes_on = true; goes_on;) {
     result.report.absorbed += absorb_rare(bench, std::move(news), config.max_count, coverage, fusing, outlook);
     const CompactReport old = let_go_of_old(bench, model.episodes, config, coverage, fusing, outlook);
@@ -136,7 +169,8 @@ Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fu
     goes_on = old.absorbed > 0;  // who took something up may agree with others now
   }
   result.kept = detail::thin_out(model, bench.kept);
-  result.report.primitives = static_cast<int>(before - model.primitives.size());
+  result.report.primitives = static_cast<int>(primitives - model.primitives.size());
+  result.settled = Settled(model, config);
   result.model = std::move(model);
   return result;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "sila/core/buckets.hpp"
 
@@ -45,13 +44,15 @@ void FieldIndex::replace(int transition, const Transition& content) {
   insert(transition, content);
 }
 
-std::vector<int> FieldIndex::candidates(const Transition& of, double share) const {
+std::vector<int> FieldIndex::candidates(const Transition& of, double share, const std::vector<bool>& wanted) const {
   const Eigen::MatrixXd& places = of.field.gp.pseudo_inputs;
-  std::map<int, int> hits;
+  std::vector<int> hits(boxes_.size(), 0);
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
+    const Vector2 place = places.col(m);
     const auto count = [&](const std::vector<int>& list) {
-      for (const int other : list) {
-        if (boxes_[static_cast<std::size_t>(other)].contains(Vector2(places.col(m)))) ++hits[other];
+      for (const int index : list) {
+        const auto other = static_cast<std::size_t>(index);
+        if (wanted[other] && boxes_[other].contains(place)) ++hits[other];
       }
     };
     count(wide_);
@@ -59,8 +60,9 @@ std::vector<int> FieldIndex::candidates(const Transition& of, double share) cons
     if (found != buckets_.end()) count(found->second);
   }
   std::vector<int> result;
-  for (const auto& [other, count] : hits) {
-    if (count >= share * static_cast<double>(places.cols())) result.push_back(other);
+  for (std::size_t other = 0; other < hits.size(); ++other) {
+    if (hits[other] > 0 && hits[other] >= share * static_cast<double>(places.cols()))
+      result.push_back(static_cast<int>(other));
   }
   return result;
 }

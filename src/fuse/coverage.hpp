@@ -23,8 +23,9 @@ class FieldIndex {
  public:
   FieldIndex(const std::vector<Transition>& transitions, double bucket_size);
 
-  /// Transitions whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs of `of`; sorted.
-  std::vector<int> candidates(const Transition& of, double share) const;
+  /// Of the `wanted` transitions those whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs
+  /// of `of`; sorted.
+  std::vector<int> candidates(const Transition& of, double share, const std::vector<bool>& wanted) const;
   const Posterior& posterior(int transition, const Transition& content);
   /// What it says itself at its pseudo-inputs.
   const Eigen::Matrix2Xd& own_means(int transition, const Transition& content);

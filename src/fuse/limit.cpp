@@ -62,7 +62,7 @@ Ledger ledger_of(const Model& model, const CompactConfig& config) {
   const detail::Coverage coverage{config.known_ratio, config.agreement_mps / model.conventions.reference_width_m, 0.0};
   detail::FieldIndex index(transitions, 2.0 * model.conventions.grid.cell);
   for (std::size_t of = 0; of < transitions.size(); ++of) {
-    for (const int by : index.candidates(transitions[of], coverage.share)) {
+    for (const int by : index.candidates(transitions[of], coverage.share, ledger.kept)) {
       const auto other = static_cast<std::size_t>(by);
       if (other != of) note(ledger, index, transitions, of, other, coverage);
     }

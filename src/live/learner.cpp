@@ -34,6 +34,7 @@ Model ready_to_predict(Model model, const EpisodeConfig& config) {
 
 Learner::Learner(Model start, const EpisodeConfig& episode, const LiveConfig& live, Commit commit, Renew renew)
     : episode_(episode),
+      update_(sila_update(episode)),
       live_(live),
       commit_(std::move(commit)),
       renew_(std::move(renew)),
@@ -142,7 +143,7 @@ void Learner::run_one(const std::vector<PlacedTrack>& batch) {
 std::optional<Episode> Learner::learn_and_keep(const std::vector<PlacedTrack>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(previous->model, batch, episode_, &previous->predictor);
+    Episode episode = run_episode(previous->model, batch, episode_, update_, &previous->predictor);
     if (episode.report.known) return std::nullopt;
     try {
       commit_(previous->model, episode);

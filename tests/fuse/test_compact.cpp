@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -108,6 +109,25 @@ TEST(Compact, TwiceIsOnce) {
     EXPECT_TRUE(identical(twice.model, once.model));
     EXPECT_EQ(twice.report.absorbed + twice.report.forgotten + twice.report.primitives, 0);
   });
+}
+
+TEST(Compact, SavesWorkOnWhatIsAsItWasLeftAndChangesNothing) {
+  int absorbed = 0, settled = 0;
+  for_seeds(20, [&](Random& random) {
+    Compacted once = compact(grown_model(random), {});
+    for (int more = 0; more < 4; ++more) {
+      Model model = fuse(once.model, random_increment(random)).model;
+      model.episodes += integer(random, 0, 6);
+      settled += static_cast<int>(std::ranges::count_if(
+          model.transitions, [&](const Transition& transition) { return once.settled.holds(transition); }));
+      Compacted again = compact(model, {}, {}, {}, once.settled);
+      EXPECT_TRUE(identical(again.model, compact(model, {}).model));
+      absorbed += again.report.absorbed;
+      once = std::move(again);
+    }
+  });
+  EXPECT_GT(absorbed, 20);
+  EXPECT_GT(settled, 100);
 }
 
 TEST(Compact, GivesTheSameBytesOnAnyNumberOfThreads) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <concepts>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <type_traits>
 #include <vector>
 
@@ -53,19 +56,40 @@ struct CompactReport {
   int primitives = 0;  ///< that no transition touches any more
 };
 
+/// The transitions of a model that was compacted, as they were left: of two that are still so, neither absorbs the
+/// other, and they need not be compared again.
+class Settled {
+ public:
+  Settled() = default;
+  Settled(const Model& compacted, const CompactConfig& config);
+
+  /// Whether the transition is as it was left.
+  bool holds(const Transition& transition) const { return old_before_.contains(mark_of(transition)); }
+  /// Whether it is, and had not been seen for long even then.
+  bool holds_as_old(const Transition& transition) const;
+
+ private:
+  /// Others hardly ever have it: how often and where it was seen.
+  using Mark = std::array<std::uint64_t, 4>;
+  static Mark mark_of(const Transition& transition);
+
+  std::map<Mark, bool> old_before_;
+};
+
 /// A smaller model and how it came about.
 struct Compacted {
   Model model;
   CompactReport report;
   std::vector<int> kept;  ///< the primitives that stay, by their old index
+  Settled settled;
 };
 
 /// Absorbs rare transitions into those whose fields agree with them (counts add, fields and outlooks are fused), and
 /// those not seen again for long into one that knows their place, whatever it says; forgets what has faded where
 /// nobody else knows the place, and drops primitives that no transition touches. Never grows a model; compacting twice
-/// is compacting once. With `enabled` false the model itself, bit for bit. Throws: std::invalid_argument for a field
-/// out of range.
+/// is compacting once. With `enabled` false the model itself, bit for bit. `before`: what an earlier call with the same
+/// configuration left, which saves work and changes nothing. Throws: std::invalid_argument for a field out of range.
 Compacted compact(Model model, const CompactConfig& config, const FuseConfig& fusing = {},
-                  const OutlookConfig& outlook = {});
+                  const OutlookConfig& outlook = {}, const Settled& before = {});
 
 }  // namespace sila

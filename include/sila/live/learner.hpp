@@ -78,6 +78,7 @@ class Learner {
   bool ready() const;
 
   EpisodeConfig episode_;
+  Update update_;
   LiveConfig live_;
   Commit commit_;
   Renew renew_;
