@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "sampling_simd.hpp"
+
 namespace sila {
 namespace {
 
@@ -30,24 +32,19 @@ MotionState local_line(const Trajectory& track, double time_s, std::size_t known
   const auto begin = track.times_s.begin(), end = begin + static_cast<std::ptrdiff_t>(known);
   const auto from = std::lower_bound(begin, end, time_s - kKernelReach * width_s);
   const auto to = std::upper_bound(from, end, time_s + kKernelReach * width_s);
-  double weight = 0.0, time = 0.0, time_square = 0.0;
-  Vector2 position = Vector2::Zero(), product = Vector2::Zero();
-  for (auto t = from; t != to; ++t) {
-    const double offset = *t - time_s;
-    const double w = std::exp(-0.5 * (offset / width_s) * (offset / width_s));
-    const Vector2& p = track.positions_m[static_cast<std::size_t>(t - begin)];
-    weight += w, time += w * offset, time_square += w * offset * offset;
-    position += w * p, product += w * offset * p;
-  }
-  if (weight < 1e-12) {  // nothing in reach: the nearest known sample, at rest
+  const auto count = static_cast<std::size_t>(to - from);
+  const detail::KernelSums sums = detail::kernel_sums(
+      std::span(from, count), std::span(track.positions_m).subspan(static_cast<std::size_t>(from - begin), count),
+      time_s, width_s);
+  if (sums.weight < 1e-12) {  // nothing in reach: the nearest known sample, at rest
     const auto next = std::min(std::lower_bound(begin, end, time_s), end - 1);
     return {track.positions_m[static_cast<std::size_t>(next - begin)], Vector2::Zero()};
   }
-  const double mean_time = time / weight;
-  const double spread = time_square / weight - mean_time * mean_time;
-  const Vector2 mean = position / weight;
+  const double mean_time = sums.time / sums.weight;
+  const double spread = sums.time_square / sums.weight - mean_time * mean_time;
+  const Vector2 mean = sums.position / sums.weight;
   const Vector2 slope =
-      spread < 1e-12 ? Vector2(Vector2::Zero()) : Vector2((product / weight - mean_time * mean) / spread);
+      spread < 1e-12 ? Vector2(Vector2::Zero()) : Vector2((sums.product / sums.weight - mean_time * mean) / spread);
   return {mean - slope * mean_time, slope};
 }
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
+#include <cmath>
 #include <random>
+#include <span>
 
 #include "support/walks.hpp"
 
@@ -22,6 +25,31 @@ TEST(Sampling, KeepsPositionAndVelocityOfAStraightWalk) {
   for (std::size_t t = 0; t < seen.times_s.size(); ++t) {
     EXPECT_LT((velocity_to_world(seen.frame, seen.velocities[t]) - velocity).norm(), 1e-9);
     EXPECT_LT((to_world(seen.frame, seen.positions[t]) - velocity * seen.times_s[t]).norm(), 1e-9);
+  }
+}
+
+TEST(Sampling, FitsLinesWithGaussianWeights) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> step(0.05, 0.15), metres(-2.0, 2.0);
+  for (std::size_t samples = 2; samples < 25; ++samples) {  // registers full of samples, and what is left over
+    Trajectory track{"a", {}, {}};
+    for (std::size_t i = 0; i < samples; ++i) {
+      track.times_s.push_back(i == 0 ? 3.0 : track.times_s.back() + step(random));
+      track.positions_m.emplace_back(metres(random), metres(random));
+    }
+    SamplingConfig config;
+    config.smoothing_s = 0.9;
+    const double time_s = track.times_s[samples / 2] + 0.01;
+    Eigen::MatrixXd weighted(samples, 2), wanted(samples, 2);  // root of the weight times (1, offset)
+    for (std::size_t i = 0; i < samples; ++i) {
+      const double offset = track.times_s[i] - time_s, root = std::exp(-0.25 * offset * offset / (0.9 * 0.9));
+      weighted.row(static_cast<Eigen::Index>(i)) << root, root * offset;
+      wanted.row(static_cast<Eigen::Index>(i)) = root * track.positions_m[i].transpose();
+    }
+    const Eigen::Matrix2d line = weighted.colPivHouseholderQr().solve(wanted);
+    const MotionState state = smooth(track, std::span(&time_s, 1), samples, config).front();
+    EXPECT_LT((state.position_m.transpose() - line.row(0)).norm(), 1e-9) << samples;
+    EXPECT_LT((state.velocity_mps.transpose() - line.row(1)).norm(), 1e-9) << samples;
   }
 }
 
