@@ -3,26 +3,48 @@
 #include <sqlite3.h>
 
 #include <array>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <memory>
 
 #include "io/made_up_model.hpp"
 #include "numbers.hpp"
 #include "promises.hpp"
+#include "sila/io/output.hpp"
 #include "sila/model/packing.hpp"
+#include "support/scratch.hpp"
 
 namespace sila::fuzz {
 namespace {
+
+struct Close {
+  void operator()(sqlite3* database) const { sqlite3_close(database); }
+};
+
+/// The same file with the smallest pages that there are: half as many bytes, and most are ours instead of SQLite's.
+std::string in_small_pages(const std::string& bytes) {
+  const tests::ScratchFolder folder;
+  const std::string path = (folder / "m.sila").string();
+  write_file(path, bytes);
+  sqlite3* opened = nullptr;
+  const int code = sqlite3_open(path.c_str(), &opened);
+  std::unique_ptr<sqlite3, Close> database(opened);
+  require(code == SQLITE_OK &&
+              sqlite3_exec(opened, "PRAGMA page_size = 512; VACUUM", nullptr, nullptr, nullptr) == SQLITE_OK,
+          "SQLite can make pages small");
+  database.reset();
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 std::string sound_bytes() {
   Model model = random_model(3);
   model.primitives.resize(2), model.transitions.resize(1);
   model.transitions[0].from = model.transitions[0].to = 0;
-  return model_bytes(stored(model));
+  model.lessons = smallest(model.lessons);
+  return in_small_pages(model_bytes(stored(model)));
 }
-
-struct Close {
-  void operator()(sqlite3* database) const { sqlite3_close(database); }
-};
 
 /// The file after some SQL; as it was if SQLite refuses it.
 std::string after(const std::string& bytes, const std::string& sql) {
@@ -31,7 +53,7 @@ std::string after(const std::string& bytes, const std::string& sql) {
   const std::unique_ptr<sqlite3, Close> database(opened);
   const auto size = static_cast<sqlite3_int64>(bytes.size());
   auto* const copy = static_cast<unsigned char*>(sqlite3_malloc64(bytes.size()));
-  std::copy(bytes.begin(), bytes.end(), copy);
+  std::memcpy(copy, bytes.data(), bytes.size());
   if (sqlite3_deserialize(opened, "main", copy, size, size,
                           SQLITE_DESERIALIZE_FREEONCLOSE | SQLITE_DESERIALIZE_RESIZEABLE) != SQLITE_OK)
     return bytes;
@@ -133,7 +155,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   if (size < sound.size() / 2 || random() % 16 == 0) bytes = sound;
   if (random() % 3 == 0) bytes = after(bytes, some_sql(random));
   const std::size_t length = std::min(bytes.size(), max_size);
-  std::copy_n(bytes.begin(), length, data);
+  std::memcpy(data, bytes.data(), length);
   if (random() % 2 == 0) return length;
   // A few bytes at once: a file of pages is seldom helped by what libFuzzer does to all of it.
   const std::size_t window = std::min<std::size_t>(length, 16), at = random() % (length - window + 1);

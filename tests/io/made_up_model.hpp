@@ -116,6 +116,16 @@ inline Model random_model(std::uint64_t seed) {
   return model;
 }
 
+/// Of a step and a class alone.
+inline Lessons smallest(Lessons lessons) {
+  lessons.steps = lessons.classes = 1;
+  for (auto* table : {&lessons.with_map, &lessons.without_map}) table->resize(1);
+  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map, &lessons.residuals_place_free})
+    table->resize(1);
+  lessons.surprises.resize(1);
+  return lessons;
+}
+
 inline EpisodeRecord record(int number) {
   return {number, 20, 0.125, 3, 5, R"({"note": "made up"})"};
 }
