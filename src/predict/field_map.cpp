@@ -140,8 +140,7 @@ Entry entry_of(const Transition& transition, const Known& known, double leaving_
 
 void sort_and_make_unique(std::vector<double>& values) {
   std::ranges::sort(values);
-  const auto rest = std::ranges::unique(values);
-  values.erase(rest.begin(), rest.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
 std::size_t index_of(const std::vector<double>& sorted, double value) {

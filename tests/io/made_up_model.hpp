@@ -116,13 +116,13 @@ inline Model random_model(std::uint64_t seed) {
   return model;
 }
 
-/// Of a step and a class alone.
-inline Lessons smallest(Lessons lessons) {
-  lessons.steps = lessons.classes = 1;
-  for (auto* table : {&lessons.with_map, &lessons.without_map}) table->resize(1);
+inline Lessons of_one_step(Lessons lessons) {
+  const auto cells = static_cast<std::size_t>(lessons.classes);
+  lessons.steps = 1;
+  for (auto* table : {&lessons.with_map, &lessons.without_map}) table->resize(cells);
   for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map, &lessons.residuals_place_free})
-    table->resize(1);
-  lessons.surprises.resize(1);
+    table->resize(cells);
+  lessons.surprises.resize(cells);
   return lessons;
 }
 
