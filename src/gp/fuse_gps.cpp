@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -124,12 +125,18 @@ struct Basis {
   Eigen::MatrixXd features;
 };
 
-Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
-                 const Kernel& kernel, double jitter) {
-  Basis basis{candidates(Eigen::all, selection.chosen), detail::PaddedMatrix::factor(selection.lower), jitter, {}};
+Basis make_basis(Eigen::MatrixXd pseudo_inputs, detail::PaddedMatrix lower, const GpData& data, const Kernel& kernel,
+                 double jitter) {
+  Basis basis{std::move(pseudo_inputs), std::move(lower), jitter, {}};
   if (data.inputs.cols() > 0)
     basis.features = detail::whitened(basis.lower, covariance(kernel, data.inputs, basis.pseudo_inputs));
   return basis;
+}
+
+Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
+                 const Kernel& kernel, double jitter) {
+  return make_basis(candidates(Eigen::all, selection.chosen), detail::PaddedMatrix::factor(selection.lower), data,
+                    kernel, jitter);
 }
 
 /// The parts' one basis, grown by data on new ground; nothing if that makes it too large.
@@ -146,13 +153,28 @@ std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const
   return make_basis(selection, candidates, data, part.kernel, part.jitter);
 }
 
-/// Where all parts stand on one basis it is kept and grows; else all candidates compete, sorted so that the order of
-/// the parts does not matter.
+/// The part that has seen nearly all there is, if it has as many pseudo-inputs as it may.
+const SparseGp* settled_part(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
+  const double points = std::transform_reduce(parts.begin(), parts.end(), static_cast<double>(data.inputs.cols()),
+                                              std::plus<>(), [](const SparseGp* part) { return part->points; });
+  const auto settled = std::find_if(parts.begin(), parts.end(), [&](const SparseGp* part) {
+    return part->points >= config.settled_share * points && part->kernel == kernel &&
+           part->pseudo_inputs.cols() >= config.max_fused_pseudo_inputs;
+  });
+  return settled == parts.end() ? nullptr : *settled;
+}
+
+/// Where all parts stand on one basis it is kept and grows; a settled part keeps its own; else all candidates compete,
+/// sorted so that the order of the parts does not matter.
 Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs, config)
                                                        : Eigen::MatrixXd(kernel.length_scales.size(), 0);
   if (one_basis(parts, kernel)) {
     if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);
+  }
+  if (const SparseGp* settled = settled_part(parts, data, kernel, config)) {
+    return make_basis(settled->pseudo_inputs, detail::lower_factor(*settled, "fuse_gps"), data, kernel,
+                      settled->jitter);
   }
   Eigen::Index count = fresh.cols();
   for (const SparseGp* part : parts) count += part->pseudo_inputs.cols();

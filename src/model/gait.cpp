@@ -28,6 +28,7 @@ GpConfig gait_gp_config(const OutlookConfig& config) {
   gp.constant_mean = ConstantMean::zero;
   gp.max_pseudo_inputs = gp.max_fused_pseudo_inputs = config.gait_pseudo_inputs;
   gp.selection_stop = kSelectionStop;
+  gp.settled_share = config.settled_share;
   return gp;
 }
 

@@ -58,6 +58,7 @@ GpConfig outlook_gp_config(const OutlookConfig& config) {
   gp.constant_mean = ConstantMean::zero;
   gp.max_pseudo_inputs = gp.max_fused_pseudo_inputs = config.max_pseudo_inputs;
   gp.selection_stop = config.selection_stop;
+  gp.settled_share = config.settled_share;
   return gp;
 }
 

@@ -268,6 +268,24 @@ TEST(FuseGps, PartsOfOnePointBringTheirMean) {
   EXPECT_EQ(Posterior(fused).predict_flow({0, 0}).mean, Eigen::Vector2d(1.5, 1.5));
 }
 
+TEST(FuseGps, WhoHasSeenNearlyAllKeepsItsPseudoInputs) {
+  Generator make(3);
+  const Hyperparameters theta{{0.8, vector({0.7, 0.7})}, 0.04};
+  GpConfig config;
+  config.max_pseudo_inputs = config.max_fused_pseudo_inputs = 12;
+  const SparseGp much = fit_sparse_gp(make.data_at(make.points(2, 95, 3.0), 2), theta, config);
+  const SparseGp little = fit_sparse_gp(make.data_at(make.points(2, 5, 3.0), 2), theta, config);
+  ASSERT_EQ(much.pseudo_inputs.cols(), 12);
+  for (const auto& parts : {std::vector{&much, &little}, std::vector{&little, &much}}) {
+    const SparseGp kept = fuse_gps(parts, nothing(), config);
+    EXPECT_EQ(kept.pseudo_inputs, much.pseudo_inputs);
+    EXPECT_TRUE(kept.information.isApprox(transfer(little, much, config.alpha).information, 1e-9));
+  }
+  config.settled_share = 0.96;
+  const SparseGp* const both[] = {&much, &little};
+  EXPECT_NE(fuse_gps(both, nothing(), config).pseudo_inputs, much.pseudo_inputs);
+}
+
 TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
   for (unsigned seed = 0; seed < 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

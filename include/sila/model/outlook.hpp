@@ -29,6 +29,7 @@ struct OutlookConfig {
   double min_seen_share = 0.75;
   int max_pseudo_inputs = 120;
   double selection_stop = 0.1;
+  double settled_share = GpConfig().settled_share;
   double gait_scale_mps = 0.9;
   int gait_pseudo_inputs = 40;
 };
@@ -54,6 +55,9 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_pseudo_inputs", config.max_pseudo_inputs, Range{1, 1000}, "-", "most pseudo-inputs of an outlook");
   visit.number("selection_stop", config.selection_stop, Range{0.0, 1.0}, "of the signal variance",
                "no more pseudo-inputs once every conditional variance is below this");
+  visit.number("settled_share", config.settled_share, Range{0.0, 1.0}, "of the points",
+               "an outlook that has seen so much of all, and has as many pseudo-inputs as it may, keeps them in a "
+               "fusion; 1: none");
   visit.number("gait_scale_mps", config.gait_scale_mps, Range{0.01, 100.0}, "m/s",
                "ways of walking whose velocities of the last 0.8 s are this near are alike, whatever the place");
   visit.number("gait_pseudo_inputs", config.gait_pseudo_inputs, Range{1, 1000}, "-",
