@@ -27,6 +27,24 @@ void copy_padded(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double* to, st
   for (Eigen::Index j = 0; j < matrix.cols(); ++j, to += rows) Eigen::VectorXd::Map(to, matrix.rows()) = matrix.col(j);
 }
 
+/// Copies a lower triangle into panels, as far as its rows and columns go.
+void copy_in_panels(const Eigen::Ref<const Eigen::MatrixXd>& triangle, double* to, std::size_t columns) {
+  const Eigen::Index size = triangle.cols(), panel_rows = detail::kPanelRows;
+  for (Eigen::Index row = 0; row < size; row += panel_rows) {
+    const auto width = static_cast<Eigen::Index>(detail::panel_columns(static_cast<std::size_t>(row), columns));
+    const Eigen::Index rows = std::min(panel_rows, size - row), used = std::min(width, size);
+    Eigen::MatrixXd::Map(to, panel_rows, width).topLeftCorner(rows, used) = triangle.block(row, 0, rows, used);
+    to += width * panel_rows;
+  }
+}
+
+std::size_t numbers_in_panels(std::size_t columns) {
+  std::size_t numbers = 0;
+  for (std::size_t row = 0; row < columns; row += detail::kPanelRows)
+    numbers += detail::panel_columns(row, columns) * detail::kPanelRows;
+  return numbers;
+}
+
 /// S, a lower triangle, with S'S = I - B^-1, from the factor of B read backwards: so S read backwards is the transpose
 /// of a Cholesky factor. Of directions in which nothing was seen the difference is rounding, of either sign; so little
 /// is added to the diagonal, and no more, that a factor exists.
@@ -63,12 +81,12 @@ Eigen::MatrixXd weights_of(const SparseGp& gp, const PaddedMatrix& lower, const 
 struct Layout {
   std::size_t mean, points, weights, reduction, end;
 
-  Layout(std::size_t inputs, std::size_t outputs, std::size_t columns, std::size_t rows)
+  Layout(std::size_t inputs, std::size_t outputs, std::size_t columns)
       : mean(detail::padded(inputs, detail::kColumnPadding)),
         points(mean + detail::padded(outputs, detail::kColumnPadding)),
         weights(points + inputs * columns),
         reduction(weights + (outputs + 1) * columns),
-        end(reduction + rows * columns) {}
+        end(reduction + numbers_in_panels(columns)) {}
 };
 
 /// k(Z, x), on the stack unless there are very many pseudo-inputs.
@@ -147,8 +165,7 @@ Posterior::Posterior(const SparseGp& gp)
   weights_and_norms << weights_of(gp, lower, seen_backwards), reduction.matrix().colwise().norm().transpose();
 
   columns_ = detail::padded(static_cast<std::size_t>(size), detail::kColumnPadding);
-  rows_ = detail::padded(static_cast<std::size_t>(size), detail::kRowPadding);
-  const Layout layout(inputs_, outputs_, columns_, rows_);
+  const Layout layout(inputs_, outputs_, columns_);
   static_assert(sizeof(Line) == detail::kColumnPadding * sizeof(double));
   const auto tables = std::make_shared<std::vector<Line>>(layout.end / detail::kColumnPadding);
   tables_ = tables;
@@ -157,15 +174,14 @@ Posterior::Posterior(const SparseGp& gp)
   copy_padded(gp.mean, first + layout.mean, layout.points - layout.mean);
   copy_padded(gp.pseudo_inputs.transpose(), first + layout.points, columns_);
   copy_padded(weights_and_norms, first + layout.weights, columns_);
-  copy_padded(reduction.matrix(), first + layout.reduction, rows_);
+  copy_in_panels(reduction.matrix(), first + layout.reduction, columns_);
 }
 
 detail::PosteriorView Posterior::view() const {
-  const Layout layout(inputs_, outputs_, columns_, rows_);
+  const Layout layout(inputs_, outputs_, columns_);
   const double* const first = tables_->front().numbers;
   return {{inputs_, columns_, first + layout.points, first, signal_variance_},
           outputs_,
-          rows_,
           first + layout.mean,
           first + layout.weights,
           first + layout.reduction};

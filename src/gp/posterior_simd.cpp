@@ -102,32 +102,36 @@ void slopes_simd(const PosteriorView& view, const double* x, const double* k, do
   }
 }
 
-/// Two registers of rows and four columns at a time: eight sums that do not wait for one another. Right of the diagonal
-/// nothing is read.
+/// Two registers of rows and four columns at a time: eight sums that do not wait for one another. The table is read
+/// from its first number to its last, which is what memory is quickest at.
 double explained_variance_simd(const PosteriorView& view, const double* k) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);
   auto total = hn::Zero(d);
-  for (std::size_t row = 0; row < view.rows; row += 2 * lanes) {
-    auto low_0 = hn::Zero(d), low_1 = low_0, low_2 = low_0, low_3 = low_0;
-    auto high_0 = low_0, high_1 = low_0, high_2 = low_0, high_3 = low_0;
-    const std::size_t last = std::min(view.columns, row + 2 * lanes);
-    const double* at = view.reduction + row;
-    for (std::size_t column = 0; column < last; column += 4, at += 4 * view.rows) {
-      const double *second = at + view.rows, *third = second + view.rows, *fourth = third + view.rows;
-      const auto k_0 = hn::Set(d, k[column]), k_1 = hn::Set(d, k[column + 1]);
-      const auto k_2 = hn::Set(d, k[column + 2]), k_3 = hn::Set(d, k[column + 3]);
-      low_0 = hn::MulAdd(hn::LoadU(d, at), k_0, low_0), high_0 = hn::MulAdd(hn::LoadU(d, at + lanes), k_0, high_0);
-      low_1 = hn::MulAdd(hn::LoadU(d, second), k_1, low_1);
-      high_1 = hn::MulAdd(hn::LoadU(d, second + lanes), k_1, high_1);
-      low_2 = hn::MulAdd(hn::LoadU(d, third), k_2, low_2);
-      high_2 = hn::MulAdd(hn::LoadU(d, third + lanes), k_2, high_2);
-      low_3 = hn::MulAdd(hn::LoadU(d, fourth), k_3, low_3);
-      high_3 = hn::MulAdd(hn::LoadU(d, fourth + lanes), k_3, high_3);
+  const double* panel = view.reduction;
+  for (std::size_t row = 0; row < view.columns; row += kPanelRows) {
+    for (std::size_t of_panel = 0; of_panel < kPanelRows; of_panel += 2 * lanes) {
+      auto low_0 = hn::Zero(d), low_1 = low_0, low_2 = low_0, low_3 = low_0;
+      auto high_0 = low_0, high_1 = low_0, high_2 = low_0, high_3 = low_0;
+      const std::size_t last = std::min(view.columns, row + of_panel + 2 * lanes);
+      const double* at = panel + of_panel;
+      for (std::size_t column = 0; column < last; column += 4, at += 4 * kPanelRows) {
+        const double *second = at + kPanelRows, *third = second + kPanelRows, *fourth = third + kPanelRows;
+        const auto k_0 = hn::Set(d, k[column]), k_1 = hn::Set(d, k[column + 1]);
+        const auto k_2 = hn::Set(d, k[column + 2]), k_3 = hn::Set(d, k[column + 3]);
+        low_0 = hn::MulAdd(hn::LoadU(d, at), k_0, low_0), high_0 = hn::MulAdd(hn::LoadU(d, at + lanes), k_0, high_0);
+        low_1 = hn::MulAdd(hn::LoadU(d, second), k_1, low_1);
+        high_1 = hn::MulAdd(hn::LoadU(d, second + lanes), k_1, high_1);
+        low_2 = hn::MulAdd(hn::LoadU(d, third), k_2, low_2);
+        high_2 = hn::MulAdd(hn::LoadU(d, third + lanes), k_2, high_2);
+        low_3 = hn::MulAdd(hn::LoadU(d, fourth), k_3, low_3);
+        high_3 = hn::MulAdd(hn::LoadU(d, fourth + lanes), k_3, high_3);
+      }
+      const auto low = hn::Add(hn::Add(low_0, low_1), hn::Add(low_2, low_3));
+      const auto high = hn::Add(hn::Add(high_0, high_1), hn::Add(high_2, high_3));
+      total = hn::MulAdd(low, low, hn::MulAdd(high, high, total));
     }
-    const auto low = hn::Add(hn::Add(low_0, low_1), hn::Add(low_2, low_3));
-    const auto high = hn::Add(hn::Add(high_0, high_1), hn::Add(high_2, high_3));
-    total = hn::MulAdd(low, low, hn::MulAdd(high, high, total));
+    panel += panel_columns(row, view.columns) * kPanelRows;
   }
   return hn::GetLane(hn::SumOfLanes(d, total));
 }

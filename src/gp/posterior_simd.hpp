@@ -4,12 +4,19 @@
 
 namespace sila::detail {
 
-/// Rows and columns of tables are padded with zeros to multiples of these, so that loops over vector registers need no
-/// tail: the widest register holds 8 doubles.
+/// Columns of tables are padded with zeros to a multiple of this, so that loops over vector registers need no tail: the
+/// widest register holds 8 doubles.
 inline constexpr std::size_t kColumnPadding = 8;
-inline constexpr std::size_t kRowPadding = 16;
 inline std::size_t padded(std::size_t size, std::size_t multiple) {
   return (size + multiple - 1) / multiple * multiple;
+}
+
+/// A lower triangle is kept in panels of so many rows, one after another; each column by column as far as the triangle
+/// reaches, and padded with zeros where it does not.
+inline constexpr std::size_t kPanelRows = 16;
+/// Of the panel that begins with this row.
+inline std::size_t panel_columns(std::size_t row, std::size_t columns) {
+  return row + kPanelRows < columns ? row + kPanelRows : columns;
 }
 
 /// Where the points of one side of a kernel lie. Shapes: `points` inputs x columns, row by row; `columns` is padded.
@@ -22,10 +29,10 @@ struct KernelView {
 };
 
 /// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs +
-/// 1) x columns, row by row, of which the last are the norms of the columns of `reduction`; this, a lower triangle,
-/// columns x rows, column by column. `rows` is padded.
+/// 1) x columns, row by row, of which the last are the norms of the columns of `reduction`; this is a lower triangle of
+/// `columns` rows and columns, in panels.
 struct PosteriorView : KernelView {
-  std::size_t outputs = 0, rows = 0;
+  std::size_t outputs = 0;
   const double* mean = nullptr;
   const double* weights = nullptr;
   const double* reduction = nullptr;

@@ -20,6 +20,9 @@ namespace {
 
 /// So many length scales from a pseudo-input it explains 1e-4 of what it explains of its own place, or less.
 constexpr double kOutlookReach = 3.1;
+/// A field of which one pseudo-input reaches over more buckets than this is asked everywhere instead: a model of few
+/// bytes would else make very many buckets.
+constexpr double kMostBucketsReached = 1e3;
 /// The bucket of fields that reach everywhere; they stand in every other bucket as well. No place that is looked up has
 /// this key.
 constexpr std::int64_t kEverywhere = std::numeric_limits<std::int64_t>::min();
@@ -56,7 +59,7 @@ void add_stretches(const Vector2& centre, const Vector2& reach, double size, std
 /// One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
-  if (!(count_buckets(-reach, reach, bucket_size) <= kMostBuckets)) return {kEverywhere};
+  if (!(count_buckets(-reach, reach, bucket_size) <= kMostBucketsReached)) return {kEverywhere};
   std::vector<Stretch> stretches;
   for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
     add_stretches(gp.pseudo_inputs.col(m), reach, bucket_size, stretches);

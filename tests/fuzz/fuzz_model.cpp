@@ -40,6 +40,7 @@ Model sound_model() {
     transition.field.extent = Eigen::AlignedBox2d(Vector2(-3.0, -3.0), Vector2(3.0, 3.0));
     model.transitions.push_back(std::move(transition));
   }
+  model.lessons = of_one_step(model.lessons);
   for (RegressionMoments& moments : model.lessons.with_map) moments.features *= moments.features.transpose().eval();
   for (RegressionMoments& moments : model.lessons.without_map) moments.features *= moments.features.transpose().eval();
   model.gait = random_gp(random, kGaitInputs, 4);
@@ -140,7 +141,7 @@ CurbTrajectory observed_by(const Model& model, const Vector2& from, const Vector
 /// A prediction has a future, whatever it says of it.
 void predict_with(const Model& model) {
   PredictConfig config;
-  config.horizon_s = std::min(config.horizon_s, 100.0 * model.conventions.sample_interval_s);
+  config.horizon_s = std::min(config.horizon_s, 10.0 * model.conventions.sample_interval_s);
   config.mode_horizon_s = config.horizon_s;
   try {
     const Predictor predictor(model, config);
@@ -180,7 +181,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   predict_with(model);
-  if (size > 4 && data[4] % 16 == 0) travel(model);
+  if (size > 4 && data[4] % 64 == 0) travel(model);
   return 0;
 }
 

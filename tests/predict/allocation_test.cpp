@@ -119,6 +119,15 @@ TEST(Workspace, TheSameInThePapersProfile) {
   expect_quiet(plain);
 }
 
+TEST(FieldMap, OfFieldsThatReachFarOnAFineGridMakesNoBuckets) {
+  const EpisodeConfig config;
+  Model model = run_episodes({}, testing::corner_walks(20, 21), 20, config, sila_update(config)).model;
+  const double scale = model.transitions.front().field.gp.kernel.length_scales.maxCoeff();
+  model.conventions.grid.cell = scale / 45.0;  // nearly 10,000 cells are within one length scale
+  const Counts counts = counts_of([&] { Predictor(model, config.predict); });
+  EXPECT_LT(counts.allocations, 10000);  // with the buckets 400,000
+}
+
 }  // namespace
 }  // namespace sila
 

@@ -84,7 +84,7 @@ class Posterior {
   double signal_variance_ = 1.0;
   double noise_variance_ = 1.0;
   std::size_t inputs_ = 0, outputs_ = 0;
-  std::size_t columns_ = 0, rows_ = 0;               ///< padded number of pseudo-inputs, and padded rank
+  std::size_t columns_ = 0;                          ///< padded number of pseudo-inputs
   std::shared_ptr<const std::vector<Line>> tables_;  ///< one after another as in the view
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 #include "sila/model/flow_field.hpp"
 
 namespace sila {
@@ -15,5 +17,7 @@ struct Transition {
   int last_episode = 0;   ///< of the model, in which it was last seen; from 1
   int support = 0;        ///< at least so many different tracks showed it, whatever fades; count may count one twice
 };
+
+static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");
 
 }  // namespace sila
