@@ -1,6 +1,7 @@
 // Whole models, behind their checksum: a sound model of which numbers are spoilt. What check() takes must be safe to
 // predict with. An input is a list of changes, 12 bytes each: part, way, index, number.
 
+#include <numeric>
 #include <stdexcept>
 
 #include "io/made_up_model.hpp"
@@ -181,7 +182,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   predict_with(model);
-  if (size > 4 && data[4] % 64 == 0) travel(model);
+  // Some of them only: it takes longer than all else. Single bytes would not do, for most of round numbers are zero.
+  if (std::accumulate(data, data + size, 0u) % 64 == 0) travel(model);
   return 0;
 }
 
