@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sqlite3.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
+#include <tbb/global_control.h>
 
 #include <array>
 #include <bit>
@@ -40,11 +42,20 @@ void run_sql(const fs::path& path, const std::string& sql) {
   sqlite3_close(database);
 }
 
-/// Runs an action in a process of its own, which must end with exit code 0 (or by the signal, if it kills itself).
+/// Tests of several processes. Model files are read by one thread there: a process that forks while another thread of
+/// it holds a lock, as a sanitizer's of its memory, leaves a child for which nobody will ever open that lock.
+class ModelStoreProcesses : public testing::Test {
+ private:
+  tbb::global_control one_thread_{tbb::global_control::max_allowed_parallelism, 1};
+};
+
+/// Runs an action in a process of its own, which must end with exit code 0 (or by the signal, if it kills itself) and
+/// ends with this one, however that ends.
 template <class Action>
 pid_t fork_to(Action&& action) {
   const pid_t child = fork();
   if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     try {
       action();
       _exit(0);
@@ -97,7 +108,7 @@ TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
 }
 
-TEST(ModelStoreDamage, RefusesUnwritablePlacesBeforeAnyLearning) {
+TEST_F(ModelStoreProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(refusal_to_learn(folder / "absent/m.sila"), "absent does not exist"));
   save_model(folder / "m.sila", stored(random_model(1)));
@@ -223,7 +234,7 @@ TEST(ModelStoreDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
   }
 }
 
-TEST(ModelStoreDamage, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
+TEST_F(ModelStoreProcesses, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
   const ScratchFolder folder;
   std::mt19937_64 random(11);
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
@@ -248,7 +259,7 @@ TEST(ModelStoreDamage, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
   }
 }
 
-TEST(ModelStoreDamage, AWriterKilledWithPagesHalfWrittenLeavesTheLastCompleteEpisode) {
+TEST_F(ModelStoreProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastCompleteEpisode) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(12)));
   const std::string whole = content_of(folder / "m.sila");
@@ -270,7 +281,7 @@ TEST(ModelStoreDamage, AWriterKilledWithPagesHalfWrittenLeavesTheLastCompleteEpi
   EXPECT_EQ(content_of(folder / "m.sila"), whole);
 }
 
-TEST(ModelStoreDamage, OthersReadCompleteEpisodesWhileOneLearns) {
+TEST_F(ModelStoreProcesses, OthersReadCompleteEpisodesWhileOneLearns) {
   const ScratchFolder folder;
   ModelFile writer = ModelFile::open_or_create(folder / "m.sila");
   writer.commit(random_model(1), record(1), "{}");
