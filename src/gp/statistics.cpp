@@ -45,9 +45,10 @@ KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double sign
     PaddedMatrix lower = kernel_matrix;
     lower.matrix().diagonal().array() += trial * signal_variance;
     if (!to_cholesky_factor(lower)) continue;
-    const bool sound = lower.rows() == 0 ||
-                       (lower.matrix().allFinite() &&
-                        lower.matrix().diagonal().array().square().minCoeff() >= smallest_pivot * signal_variance);
+    // What is no number off the diagonal would be none on it, in the same row.
+    const auto diagonal = lower.matrix().diagonal().array();
+    const bool sound =
+        lower.rows() == 0 || (diagonal.allFinite() && diagonal.square().minCoeff() >= smallest_pivot * signal_variance);
     if (sound) return {std::move(lower), trial};
   }
   std::ostringstream text;

@@ -32,12 +32,12 @@ struct Shares {
   double of[kPanel];
 };
 
-Shares in_row(const PaddedMatrix& matrix, std::size_t row, std::size_t panel) {
+HWY_INLINE Shares in_row(const PaddedMatrix& matrix, std::size_t row, std::size_t panel) {
   return {{matrix.column(panel)[row], matrix.column(panel + 1)[row], matrix.column(panel + 2)[row],
            matrix.column(panel + 3)[row]}};
 }
 
-Shares in_column(const double* rows) {
+HWY_INLINE Shares in_column(const double* rows) {
   return {{rows[0], rows[1], rows[2], rows[3]}};
 }
 
@@ -63,6 +63,22 @@ HWY_INLINE void take_panel(const PaddedMatrix& from, std::size_t panel, const Sh
   }
 }
 
+/// From one column, rows begin to end, its shares of the columns of a panel.
+HWY_INLINE void take_panel(const PaddedMatrix& from, std::size_t panel, const Shares& shares, double* to,
+                           std::size_t begin, std::size_t end) {
+  const Tag d;
+  const auto s_0 = hn::Set(d, shares.of[0]), s_1 = hn::Set(d, shares.of[1]);
+  const auto s_2 = hn::Set(d, shares.of[2]), s_3 = hn::Set(d, shares.of[3]);
+  const double* const p = from.column(panel);
+  const std::size_t stride = from.stride();
+  for (std::size_t row = begin; row < end; row += hn::Lanes(d)) {
+    auto here = hn::NegMulAdd(hn::LoadU(d, p + row), s_0, hn::LoadU(d, to + row));
+    here = hn::NegMulAdd(hn::LoadU(d, p + stride + row), s_1, here);
+    here = hn::NegMulAdd(hn::LoadU(d, p + 2 * stride + row), s_2, here);
+    hn::StoreU(hn::NegMulAdd(hn::LoadU(d, p + 3 * stride + row), s_3, here), d, to + row);
+  }
+}
+
 /// From one column, rows begin to end, its share of another.
 HWY_INLINE void take_column(const double* column, double share, double* to, std::size_t begin, std::size_t end) {
   const Tag d;
@@ -75,6 +91,46 @@ HWY_INLINE void scale(double* column, double factor, std::size_t begin, std::siz
   const Tag d;
   for (std::size_t row = begin; row < end; row += hn::Lanes(d))
     hn::StoreU(hn::Mul(hn::LoadU(d, column + row), hn::Set(d, factor)), d, column + row);
+}
+
+/// The inverse of the lower triangle where a panel meets the diagonal: who divides by it often multiplies instead, and
+/// no row waits for the division of the one before.
+struct Corner {
+  double column[kPanel][kPanel] = {};
+};
+
+HWY_INLINE Corner inverse_corner(const PaddedMatrix& lower, std::size_t panel) {
+  Corner inverse;
+  for (std::size_t j = 0; j < kPanel; ++j) inverse.column[j][j] = 1.0 / lower.column(panel + j)[panel + j];
+  for (std::size_t j = 0; j < kPanel; ++j) {
+    for (std::size_t row = j + 1; row < kPanel; ++row) {
+      double sum = 0.0;
+      for (std::size_t k = j; k < row; ++k) sum += lower.column(panel + k)[panel + row] * inverse.column[j][k];
+      inverse.column[j][row] = -sum * inverse.column[row][row];
+    }
+  }
+  return inverse;
+}
+
+/// The rows of a panel -> C times these.
+HWY_INLINE void multiply(const Corner& corner, double* rows) {
+  const Tag d;
+  const Shares shares = in_column(rows);
+  for (std::size_t row = 0; row < kPanel; row += hn::Lanes(d)) {
+    auto sum = hn::Mul(hn::LoadU(d, corner.column[0] + row), hn::Set(d, shares.of[0]));
+    sum = hn::MulAdd(hn::LoadU(d, corner.column[1] + row), hn::Set(d, shares.of[1]), sum);
+    sum = hn::MulAdd(hn::LoadU(d, corner.column[2] + row), hn::Set(d, shares.of[2]), sum);
+    hn::StoreU(hn::MulAdd(hn::LoadU(d, corner.column[3] + row), hn::Set(d, shares.of[3]), sum), d, rows + row);
+  }
+}
+
+/// The rows of a panel -> C' times these.
+void multiply_transposed(const Corner& corner, double* rows) {
+  for (std::size_t j = 0; j < kPanel; ++j) {
+    double sum = 0.0;
+    for (std::size_t k = j; k < kPanel; ++k) sum += corner.column[j][k] * rows[k];
+    rows[j] = sum;
+  }
 }
 
 bool cholesky_factor(PaddedMatrix& a) {
@@ -96,13 +152,8 @@ bool cholesky_factor(PaddedMatrix& a) {
 void divide_columns(PaddedMatrix& x, const PaddedMatrix& lower, Part part) {
   for (std::size_t panel = 0; panel < lower.padded_rows(); panel += kPanel) {
     const std::size_t next = panel + kPanel, columns = part == Part::lower ? next : x.padded_columns();
-    for (std::size_t j = 0; j < columns; ++j) {
-      double* const column = x.column(j);
-      for (std::size_t row = panel; row < next; ++row) {
-        for (std::size_t k = panel; k < row; ++k) column[row] -= lower.column(k)[row] * column[k];
-        column[row] /= lower.column(row)[row];
-      }
-    }
+    const Corner corner = inverse_corner(lower, panel);
+    for (std::size_t j = 0; j < columns; ++j) multiply(corner, x.column(j) + panel);
     for (std::size_t j = 0; j < columns; j += 2) {
       take_panel(lower, panel, in_column(x.column(j) + panel), in_column(x.column(j + 1) + panel), x, j, next,
                  lower.padded_rows());
@@ -161,47 +212,52 @@ void take_product(PaddedMatrix& c, const PaddedMatrix& a, const PaddedMatrix& b,
 
 /// Panels first; the columns left over one by one.
 void take_columns_before(PaddedMatrix& a, std::size_t j, std::size_t row) {
-  const Tag d;
-  double* const to = a.column(j);
-  const std::size_t stride = a.stride(), panels = j / kPanel * kPanel;
-  for (std::size_t panel = 0; panel < panels; panel += kPanel) {
-    const Shares shares = in_row(a, row, panel);
-    const auto s_0 = hn::Set(d, shares.of[0]), s_1 = hn::Set(d, shares.of[1]);
-    const auto s_2 = hn::Set(d, shares.of[2]), s_3 = hn::Set(d, shares.of[3]);
-    const double* const p = a.column(panel);
-    for (std::size_t i = 0; i < a.padded_rows(); i += hn::Lanes(d)) {
-      auto here = hn::NegMulAdd(hn::LoadU(d, p + i), s_0, hn::LoadU(d, to + i));
-      here = hn::NegMulAdd(hn::LoadU(d, p + stride + i), s_1, here);
-      here = hn::NegMulAdd(hn::LoadU(d, p + 2 * stride + i), s_2, here);
-      hn::StoreU(hn::NegMulAdd(hn::LoadU(d, p + 3 * stride + i), s_3, here), d, to + i);
+  const std::size_t panels = panel_begin(j);
+  for (std::size_t panel = 0; panel < panels; panel += kPanel)
+    take_panel(a, panel, in_row(a, row, panel), a.column(j), 0, a.padded_rows());
+  for (std::size_t k = panels; k < j; ++k) take_column(a.column(k), a.column(k)[row], a.column(j), 0, a.padded_rows());
+}
+
+/// X -> L^-1 X, one column after another.
+void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower) {
+  const auto columns = static_cast<std::size_t>(x.columns());
+  for (std::size_t panel = 0; panel < lower.padded_rows(); panel += kPanel) {
+    const Corner corner = inverse_corner(lower, panel);
+    for (std::size_t j = 0; j < columns; ++j) {
+      double* const rows = x.column(j);
+      multiply(corner, rows + panel);
+      take_panel(lower, panel, in_column(rows + panel), rows, panel + kPanel, lower.padded_rows());
     }
   }
-  for (std::size_t k = panels; k < j; ++k) take_column(a.column(k), a.column(k)[row], to, 0, a.padded_rows());
 }
 
-/// x -> L^-1 x. Shapes: x is padded as L is.
-void divide_vector(double* x, const PaddedMatrix& lower) {
-  for (std::size_t j = 0; j < lower.padded_rows(); ++j) {
-    const double* const column = lower.column(j);
-    x[j] /= column[j];
-    const std::size_t next = panel_begin(j) + kPanel;
-    for (std::size_t row = j + 1; row < next; ++row) x[row] -= column[row] * x[j];
-    take_column(column, x[j], x, next, lower.padded_rows());
-  }
-}
-
-/// x -> L^-T x. Shapes: x is padded as L is.
-void divide_vector_transposed(double* x, const PaddedMatrix& lower) {
+/// From rows `panel` on of a column, what the columns of a panel of L and the rows below it make.
+HWY_INLINE void take_rows_below(const PaddedMatrix& lower, std::size_t panel, double* x) {
   const Tag d;
-  for (std::size_t j = lower.padded_rows(); j-- > 0;) {
-    const double* const column = lower.column(j);
-    const std::size_t next = panel_begin(j) + kPanel;
-    auto sums = hn::Zero(d);
-    for (std::size_t row = next; row < lower.padded_rows(); row += hn::Lanes(d))
-      sums = hn::MulAdd(hn::LoadU(d, column + row), hn::LoadU(d, x + row), sums);
-    double sum = hn::GetLane(hn::SumOfLanes(d, sums));
-    for (std::size_t row = j + 1; row < next; ++row) sum += column[row] * x[row];
-    x[j] = (x[j] - sum) / column[j];
+  auto sum_0 = hn::Zero(d), sum_1 = sum_0, sum_2 = sum_0, sum_3 = sum_0;
+  const double* const p = lower.column(panel);
+  const std::size_t stride = lower.stride();
+  for (std::size_t row = panel + kPanel; row < lower.padded_rows(); row += hn::Lanes(d)) {
+    const auto here = hn::LoadU(d, x + row);
+    sum_0 = hn::MulAdd(hn::LoadU(d, p + row), here, sum_0);
+    sum_1 = hn::MulAdd(hn::LoadU(d, p + stride + row), here, sum_1);
+    sum_2 = hn::MulAdd(hn::LoadU(d, p + 2 * stride + row), here, sum_2);
+    sum_3 = hn::MulAdd(hn::LoadU(d, p + 3 * stride + row), here, sum_3);
+  }
+  x[panel] -= hn::GetLane(hn::SumOfLanes(d, sum_0)), x[panel + 1] -= hn::GetLane(hn::SumOfLanes(d, sum_1));
+  x[panel + 2] -= hn::GetLane(hn::SumOfLanes(d, sum_2)), x[panel + 3] -= hn::GetLane(hn::SumOfLanes(d, sum_3));
+}
+
+/// X -> L^-T X, one column after another.
+void divide_vectors_transposed(PaddedMatrix& x, const PaddedMatrix& lower) {
+  const auto columns = static_cast<std::size_t>(x.columns());
+  for (std::size_t next = lower.padded_rows(); next > 0; next -= kPanel) {
+    const std::size_t panel = next - kPanel;
+    const Corner corner = inverse_corner(lower, panel);
+    for (std::size_t j = 0; j < columns; ++j) {
+      take_rows_below(lower, panel, x.column(j));
+      multiply_transposed(corner, x.column(j) + panel);
+    }
   }
 }
 
@@ -218,8 +274,8 @@ HWY_EXPORT(divide_rows);
 HWY_EXPORT(take_square);
 HWY_EXPORT(take_product);
 HWY_EXPORT(take_columns_before);
-HWY_EXPORT(divide_vector);
-HWY_EXPORT(divide_vector_transposed);
+HWY_EXPORT(divide_vectors);
+HWY_EXPORT(divide_vectors_transposed);
 
 bool to_cholesky_factor(PaddedMatrix& a) {
   a.set_identity_behind();
@@ -250,13 +306,11 @@ void divide_by_transposed(PaddedMatrix& x, const PaddedMatrix& lower) {
 }
 
 void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower) {
-  for (Eigen::Index j = 0; j < x.columns(); ++j)
-    HWY_DYNAMIC_DISPATCH(divide_vector)(x.column(static_cast<std::size_t>(j)), lower);
+  HWY_DYNAMIC_DISPATCH(divide_vectors)(x, lower);
 }
 
 void divide_vectors_transposed(PaddedMatrix& x, const PaddedMatrix& lower) {
-  for (Eigen::Index j = 0; j < x.columns(); ++j)
-    HWY_DYNAMIC_DISPATCH(divide_vector_transposed)(x.column(static_cast<std::size_t>(j)), lower);
+  HWY_DYNAMIC_DISPATCH(divide_vectors_transposed)(x, lower);
 }
 
 void take_columns_before(PaddedMatrix& a, std::size_t j, std::size_t row) {

@@ -42,7 +42,9 @@ struct Ranked {
 /// Buckets of one column, one above the other.
 struct Stretch {
   std::int64_t column, first_row, last_row;
-  auto operator<=>(const Stretch&) const = default;
+  bool operator<(const Stretch& other) const {
+    return column != other.column ? column < other.column : first_row < other.first_row;
+  }
 };
 
 /// Adds the buckets of which some point is within the ellipse with these half axes.
@@ -63,7 +65,7 @@ std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   std::vector<Stretch> stretches;
   for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
     add_stretches(gp.pseudo_inputs.col(m), reach, bucket_size, stretches);
-  std::ranges::sort(stretches);
+  std::sort(stretches.begin(), stretches.end());
   std::vector<std::int64_t> buckets;
   Stretch covered{std::numeric_limits<std::int64_t>::min(), 0, 0};
   for (const Stretch& stretch : stretches) {
@@ -154,6 +156,8 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
 struct Glances {
   std::vector<RasterPlace> places;
   std::vector<FieldMap::Glimpse*> glimpses;
+
+  void reserve(std::size_t size) { places.reserve(size), glimpses.reserve(size); }
 };
 
 void take_up(const Glances& glances, const FieldMap::Field& field, const std::vector<double>& xs,
@@ -220,6 +224,11 @@ void FieldMap::add_glimpses() {
   }
   sort_and_make_unique(xs), sort_and_make_unique(ys);
   std::vector<Glances> glances(fields_.size());
+  std::vector<std::size_t> times_glanced(fields_.size());
+  for (const auto& [middle, bucket] : crowded) {
+    for (const int transition : bucket->transitions) ++times_glanced[static_cast<std::size_t>(transition)];
+  }
+  for (std::size_t i = 0; i < fields_.size(); ++i) glances[i].reserve(times_glanced[i]);
   for (const auto& [middle, bucket] : crowded) {
     const RasterPlace place{index_of(xs, middle.x()), index_of(ys, middle.y())};
     bucket->glimpses.resize(bucket->transitions.size());
