@@ -71,7 +71,7 @@ PaddedMatrix factor_of_the_seen(const Eigen::MatrixXd& information) {
 /// L_u^-T B^-1 response.
 Eigen::MatrixXd weights_of(const SparseGp& gp, const PaddedMatrix& lower, const PaddedMatrix& seen_backwards) {
   PaddedMatrix backwards = PaddedMatrix::upside_down(gp.response);
-  detail::divide_vectors(backwards, seen_backwards), detail::divide_vectors_transposed(backwards, seen_backwards);
+  detail::divide_from_left(backwards, seen_backwards), detail::divide_vectors_transposed(backwards, seen_backwards);
   PaddedMatrix weights = PaddedMatrix::upside_down(backwards.matrix());
   detail::divide_vectors_transposed(weights, lower);
   return weights.matrix();

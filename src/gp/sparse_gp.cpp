@@ -29,8 +29,11 @@ void require_at_least_zero(const char* whose, const char* name, double value) {
   }
 }
 
-void require_finite(const char* whose, const char* name, bool finite) {
-  if (!finite) refuse(std::string(whose) + ": " + name + " holds a number that is not finite");
+/// Zero times any number is zero, times what is none it is none: asked by vector registers, as `allFinite` is not.
+template <class Matrix>
+void require_finite(const char* whose, const char* name, const Matrix& matrix) {
+  if (!((matrix.array() * 0.0).sum() == 0.0))
+    refuse(std::string(whose) + ": " + name + " holds a number that is not finite");
 }
 
 /// Asked number by number only where not all bits are the same.
@@ -39,12 +42,6 @@ bool same(const Matrix& a, const Matrix& b) {
   if (a.rows() != b.rows() || a.cols() != b.cols()) return false;
   return a.size() == 0 || std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(double)) == 0 ||
          a == b;
-}
-
-/// Zero times any number is zero, times what is none it is none: asked by vector registers, as `allFinite` is not.
-template <class Matrix>
-bool all_finite(const Matrix& matrix) {
-  return (matrix.array() * 0.0).sum() == 0.0;
 }
 
 }  // namespace
@@ -98,11 +95,11 @@ void validate(const SparseGp& gp) {
   require_shape("sparse_gp", "information", gp.information.rows(), gp.information.cols(), size, size);
   require_shape("sparse_gp", "response", gp.response.rows(), gp.response.cols(), size, gp.mean.size());
   require_shape("sparse_gp", "mean_response", gp.mean_response.rows(), 1, size, 1);
-  require_finite("sparse_gp", "pseudo_inputs", all_finite(gp.pseudo_inputs));
-  require_finite("sparse_gp", "mean", all_finite(gp.mean));
-  require_finite("sparse_gp", "information", all_finite(gp.information));
-  require_finite("sparse_gp", "response", all_finite(gp.response));
-  require_finite("sparse_gp", "mean_response", all_finite(gp.mean_response));
+  require_finite("sparse_gp", "pseudo_inputs", gp.pseudo_inputs);
+  require_finite("sparse_gp", "mean", gp.mean);
+  require_finite("sparse_gp", "information", gp.information);
+  require_finite("sparse_gp", "response", gp.response);
+  require_finite("sparse_gp", "mean_response", gp.mean_response);
   if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9)) {
     refuse("sparse_gp: information has a negative diagonal");
   }
@@ -114,8 +111,8 @@ void validate(const char* function, const GpData& data, Eigen::Index input_dimen
   const Eigen::Index points = data.inputs.cols();
   require_shape(function, "inputs", data.inputs.rows(), points, input_dimensions, points);
   require_shape(function, "outputs", data.outputs.rows(), data.outputs.cols(), points, output_dimensions);
-  require_finite(function, "inputs", data.inputs.allFinite());
-  require_finite(function, "outputs", data.outputs.allFinite());
+  require_finite(function, "inputs", data.inputs);
+  require_finite(function, "outputs", data.outputs);
 }
 
 }  // namespace sila

@@ -108,7 +108,7 @@ Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatri
     PaddedMatrix lost = product(known, link.hidden);  // U S G
     divide_by_transposed(lost, damping);
     PaddedMatrix response_part(g.transpose() * stored.response), mean_part(g.transpose() * stored.mean_response);
-    divide_vectors(response_part, damping), divide_vectors(mean_part, damping);
+    divide_from_left(response_part, damping), divide_from_left(mean_part, damping);
     result.response -= alpha * lost.matrix() * response_part.matrix();
     result.mean_response -= alpha * lost.matrix() * mean_part.matrix();
     log_evidence = -static_cast<double>(stored.response.cols()) * damping.matrix().diagonal().array().log().sum() +

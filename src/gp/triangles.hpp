@@ -21,9 +21,7 @@ void divide_triangle(PaddedMatrix& y, const PaddedMatrix& lower);
 void divide_from_left(PaddedMatrix& x, const PaddedMatrix& lower);
 /// X -> X L^-T.
 void divide_by_transposed(PaddedMatrix& x, const PaddedMatrix& lower);
-/// X -> L^-1 X, one column after another: for few columns.
-void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower);
-/// X -> L^-T X, likewise.
+/// X -> L^-T X, each column for itself: for few columns.
 void divide_vectors_transposed(PaddedMatrix& x, const PaddedMatrix& lower);
 
 /// From column j of A the columns before it, each as often as its entry of this row says.

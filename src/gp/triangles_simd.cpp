@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "posterior_simd.hpp"
 #include "triangles.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -148,10 +149,11 @@ bool cholesky_factor(PaddedMatrix& a) {
   return true;
 }
 
-/// X -> L^-1 X. Of a triangle X only so many columns as the row has are not zero.
+/// X -> L^-1 X, two columns at a time. Of a triangle X only so many columns as the row has are not zero.
 void divide_columns(PaddedMatrix& x, const PaddedMatrix& lower, Part part) {
+  const std::size_t all = padded(static_cast<std::size_t>(x.columns()), 2);
   for (std::size_t panel = 0; panel < lower.padded_rows(); panel += kPanel) {
-    const std::size_t next = panel + kPanel, columns = part == Part::lower ? next : x.padded_columns();
+    const std::size_t next = panel + kPanel, columns = part == Part::lower ? next : all;
     const Corner corner = inverse_corner(lower, panel);
     for (std::size_t j = 0; j < columns; ++j) multiply(corner, x.column(j) + panel);
     for (std::size_t j = 0; j < columns; j += 2) {
@@ -218,19 +220,6 @@ void take_columns_before(PaddedMatrix& a, std::size_t j, std::size_t row) {
   for (std::size_t k = panels; k < j; ++k) take_column(a.column(k), a.column(k)[row], a.column(j), 0, a.padded_rows());
 }
 
-/// X -> L^-1 X, one column after another.
-void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower) {
-  const auto columns = static_cast<std::size_t>(x.columns());
-  for (std::size_t panel = 0; panel < lower.padded_rows(); panel += kPanel) {
-    const Corner corner = inverse_corner(lower, panel);
-    for (std::size_t j = 0; j < columns; ++j) {
-      double* const rows = x.column(j);
-      multiply(corner, rows + panel);
-      take_panel(lower, panel, in_column(rows + panel), rows, panel + kPanel, lower.padded_rows());
-    }
-  }
-}
-
 /// From rows `panel` on of a column, what the columns of a panel of L and the rows below it make.
 HWY_INLINE void take_rows_below(const PaddedMatrix& lower, std::size_t panel, double* x) {
   const Tag d;
@@ -274,7 +263,6 @@ HWY_EXPORT(divide_rows);
 HWY_EXPORT(take_square);
 HWY_EXPORT(take_product);
 HWY_EXPORT(take_columns_before);
-HWY_EXPORT(divide_vectors);
 HWY_EXPORT(divide_vectors_transposed);
 
 bool to_cholesky_factor(PaddedMatrix& a) {
@@ -303,10 +291,6 @@ void divide_from_left(PaddedMatrix& x, const PaddedMatrix& lower) {
 
 void divide_by_transposed(PaddedMatrix& x, const PaddedMatrix& lower) {
   HWY_DYNAMIC_DISPATCH(divide_rows_transposed)(x, lower);
-}
-
-void divide_vectors(PaddedMatrix& x, const PaddedMatrix& lower) {
-  HWY_DYNAMIC_DISPATCH(divide_vectors)(x, lower);
 }
 
 void divide_vectors_transposed(PaddedMatrix& x, const PaddedMatrix& lower) {

@@ -87,7 +87,7 @@ TEST(Triangles, DivisionsUndoProducts) {
       const Eigen::MatrixXd columns = random_matrix(size, others, 6), rows = random_matrix(others, size, 7);
       PaddedMatrix left(lower * columns), vectors(lower * columns), transposed_vectors(lower.transpose() * columns);
       PaddedMatrix right(rows * lower.transpose());
-      divide_from_left(left, padded), divide_vectors(vectors, padded);
+      divide_from_left(left, padded), divide_from_left(vectors, padded);
       divide_vectors_transposed(transposed_vectors, padded), divide_by_transposed(right, padded);
       EXPECT_LT((left.matrix() - columns).norm(), 1e-11);
       EXPECT_LT((vectors.matrix() - columns).norm(), 1e-11);
