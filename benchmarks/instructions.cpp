@@ -8,7 +8,7 @@
 #include <iostream>
 
 #include "place.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 
 // Their names are what the count is switched on and off by.
 extern "C" {
@@ -17,7 +17,8 @@ extern "C" {
   for (const sila::Window& window : windows) predictor.predict(window.observed, workspace);
 }
 
-[[gnu::noinline]] std::size_t sila_counted_episode(const sila::Model& model, std::span<const sila::PlacedTrack> batch) {
+[[gnu::noinline]] std::size_t sila_counted_episode(const sila::Model& model,
+                                                   std::span<const sila::FramedTrajectory> batch) {
   return size(sila::run_episode(model, batch, bench::kConfig.episode).model);
 }
 }
@@ -27,11 +28,11 @@ int main() {
   sila::SimulationConfig simulation = bench::kConfig.simulate;
   simulation.tracks = 3 * static_cast<int>(bench::kBatch);
   const sila::Simulation simulated = sila::simulate(simulation);
-  std::vector<sila::PlacedTrack> tracks;
+  std::vector<sila::FramedTrajectory> tracks;
   for (const sila::Trajectory& track : simulated.tracks)
     tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
-  const std::span<const sila::PlacedTrack> seen = std::span(tracks).first(2 * bench::kBatch);
-  const std::span<const sila::PlacedTrack> batch = std::span(tracks).last(bench::kBatch);
+  const std::span<const sila::FramedTrajectory> seen = std::span(tracks).first(2 * bench::kBatch);
+  const std::span<const sila::FramedTrajectory> batch = std::span(tracks).last(bench::kBatch);
   const sila::EpisodeConfig& config = bench::kConfig.episode;
   const sila::Model model = sila::run_episodes({}, seen, bench::kBatch, config, sila::sila_update(config)).model;
   const std::vector<sila::Window> windows = sila::windows_of(batch, config.sampling, config.predict, 4.0);

@@ -13,14 +13,14 @@
 
 #include "place.hpp"
 #include "sila/io/model_store.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace {
 
-void Episode(benchmark::State& state, bool lessons) {
+void Episode(benchmark::State& state, bool error_statistics) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   sila::EpisodeConfig config = bench::kConfig.episode;
-  config.lessons.enabled = lessons;
+  config.error_statistics.enabled = error_statistics;
   std::size_t number = 0;
   bench::place();  // learnt before the clock starts
   for (auto _ : state) {
@@ -46,7 +46,7 @@ const sila::Model& model_of_the_place() {
 }
 
 BENCHMARK_CAPTURE(Episode, learn and fuse, false)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Episode, with lessons, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Episode, with error_statistics, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(OpenModel, one thread, model_of_the_place, 1)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(OpenModel, nothing fused one thread, bench::large_model, 1)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(OpenModel, nothing fused two threads, bench::large_model, 2)

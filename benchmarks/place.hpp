@@ -6,6 +6,7 @@
 
 #include "sila/config.hpp"
 #include "sila/eval/episodes.hpp"
+#include "sila/eval/split.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/sim/simulate.hpp"
 
@@ -15,15 +16,15 @@ inline const sila::Config kConfig;
 inline constexpr std::size_t kBatch = 20;
 
 /// Of the scene that SILA_BENCH_SCENE and SILA_BENCH_DATA name, else simulated.
-inline std::vector<sila::PlacedTrack> all_tracks() {
-  std::vector<sila::PlacedTrack> tracks;
+inline std::vector<sila::FramedTrajectory> all_tracks() {
+  std::vector<sila::FramedTrajectory> tracks;
   if (const char* path = std::getenv("SILA_BENCH_SCENE")) {
     const char* data = std::getenv("SILA_BENCH_DATA");
     const sila::Scene scene = sila::read_scene(path, kConfig.episode.scaling, data ? data : "");
     for (sila::Trajectory& track : sila::read_scene_tracks(scene, kConfig.clean).trajectories) {
       tracks.push_back({std::move(track), scene.corners[scene.primary].frame});
     }
-    return sila::split_tracks(std::move(tracks), 0.0, 1).train;
+    return sila::split_tracks(std::move(tracks), 0.0, 1, sila::SplitBy::track).train;
   }
   sila::SimulationConfig simulation = kConfig.simulate;
   simulation.tracks = 400;
@@ -36,7 +37,7 @@ inline std::vector<sila::PlacedTrack> all_tracks() {
 
 /// A place half learnt, and the next batches.
 struct Place {
-  std::vector<sila::PlacedTrack> tracks = all_tracks();
+  std::vector<sila::FramedTrajectory> tracks = all_tracks();
   std::size_t half = tracks.size() / 2 / kBatch * kBatch;
   sila::Model model =
       sila::run_episodes({}, std::span(tracks).first(half), kBatch, kConfig.episode, sila::sila_update(kConfig.episode))
@@ -44,7 +45,7 @@ struct Place {
   std::vector<sila::Window> windows =
       sila::windows_of(std::span(tracks).subspan(half), kConfig.episode.sampling, kConfig.episode.predict, 1.0);
 
-  std::span<const sila::PlacedTrack> batch(std::size_t number) const {
+  std::span<const sila::FramedTrajectory> batch(std::size_t number) const {
     const std::size_t batches = (tracks.size() - half) / kBatch;
     return std::span(tracks).subspan(half + number % batches * kBatch, kBatch);
   }
@@ -64,7 +65,7 @@ inline const sila::Model& large_model() {
     sila::Model grown;
     const sila::Update update = sila::accumulate_update(kConfig.episode);
     for (std::size_t first = 0; grown.transitions.size() < 1000; first += kBatch) {
-      std::vector<sila::PlacedTrack> batch;
+      std::vector<sila::FramedTrajectory> batch;
       for (std::size_t k = first; k < first + kBatch; ++k)
         batch.push_back({simulated.tracks.at(k), sila::primary_corner(simulated.scene).frame});
       grown = sila::run_episode(grown, batch, kConfig.episode, update).model;

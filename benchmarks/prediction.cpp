@@ -16,7 +16,7 @@
 
 #include "place.hpp"
 #include "sila/io/model_store.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace {
 
@@ -26,7 +26,7 @@ std::vector<sila::Window> simulated_windows() {
   sila::SimulationConfig simulation = bench::kConfig.simulate;
   simulation.tracks = 60, simulation.seed = 77;
   const sila::Simulation simulated = sila::simulate(simulation);
-  std::vector<sila::PlacedTrack> tracks;
+  std::vector<sila::FramedTrajectory> tracks;
   for (const sila::Trajectory& track : simulated.tracks)
     tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
   return sila::windows_of(tracks, bench::kConfig.episode.sampling, bench::kConfig.episode.predict, 1.0);

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "options.hpp"
-#include "sila/eval/episodes.hpp"
 #include "sila/eval/recorded.hpp"
 #include "sila/eval/report.hpp"
+#include "sila/eval/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/io/track_report.hpp"
@@ -31,7 +31,9 @@ void evaluate_model(const EvaluateOptions& options) {
       options.predictions.empty() ? RecordedPredictions{} : read_predictions(options.predictions);
   SceneTracks input = read_placed(options.tracks, config);
   if (options.tracks.hold_out > 0.0) {
-    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).test;
+    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
+                                options.tracks.split)
+                       .test;
   }
   const Evaluation evaluation =
       options.predictions.empty()

@@ -154,7 +154,9 @@ void write_results(const fs::path& out, const ReadExperiment& read, const std::v
   const std::string trials =
       std::to_string(finished) + (finished < config.trials ? " of " + std::to_string(config.trials) : "") + " trials";
   write_file(out / "table.md", "# " + fs::path(file).stem().string() + "\n\nsila " SILA_VERSION ", " + trials +
-                                   ", seed " + std::to_string(config.seed) + ".\n\n" + tables(summaries, comparisons));
+                                   ", seed " + std::to_string(config.seed) + ", split by " +
+                                   kSplitBy[static_cast<std::size_t>(config.split)] + ".\n\n" +
+                                   tables(summaries, comparisons));
 }
 
 void run_experiment(const ExperimentOptions& options) {
@@ -200,6 +202,8 @@ void add_experiment(CLI::App& app) {
       ->type_name("DIR");
   verb->add_option("--trials", options->trials, "how many trials, instead of what the file says")
       ->check(CLI::Range(1, 10000));
+  verb->add_option("--split", options->split, "time or track, instead of what the file says")
+      ->transform(CLI::CheckedTransformer(split_names()));
   verb->add_flag("--redo", options->redo, "make parts anew that another configuration or build has made");
   verb->callback([options] { run_experiment(*options); });
 }

@@ -8,6 +8,7 @@
 #include "sila/core/clean.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
+#include "sila/profile.hpp"
 #include "sila/sim/simulate.hpp"
 
 namespace sila::cli {
@@ -47,9 +48,14 @@ std::string text_at(const Item& item, const char* key) {
   return *found;
 }
 
-template <Configuration Config>
-Config with(Config config, const Item& item, const char* key) {
-  return item.value.contains(key) ? apply_json(config, item.value.at(key), item.file + ", " + item.where) : config;
+template <Configuration Part>
+Part with(Part config, const Item& item, const char* key) {
+  if (!item.value.contains(key)) return config;
+  const std::string source = item.file + ", " + item.where;
+  if constexpr (std::same_as<Part, Config>)
+    return read_config(config, item.value.at(key), source);
+  else
+    return apply_json(config, item.value.at(key), source);
 }
 
 /// The entries of a list that must be there and not empty.
@@ -77,7 +83,7 @@ fs::path found_file(const std::string& name, const ExperimentOptions& options, c
 }
 
 /// Simulated tracks, cleaned as those of a tracker.
-std::vector<PlacedTrack> simulated(const Config& config) {
+std::vector<FramedTrajectory> simulated(const Config& config) {
   const Simulation simulation = simulate(config.simulate);
   Scene scene;
   const double width_m = simulation.scene.sidewalk_width_m;
@@ -93,9 +99,16 @@ std::vector<PlacedTrack> simulated(const Config& config) {
   return placed(clean(std::span(&detections, 1), config.clean).trajectories, scene, config.corners);
 }
 
-std::vector<PlacedTrack> recorded(const std::string& name, const Config& config, const ExperimentOptions& options) {
+std::vector<FramedTrajectory> recorded(const std::string& name, const Config& config,
+                                       const ExperimentOptions& options) {
   const Scene scene = read_scene(found_file(name, options, "the scene file"), config.episode.scaling, options.data_dir);
   return placed(read_scene_tracks(scene, config.clean).trajectories, scene, config.corners);
+}
+
+std::size_t count_recordings(const std::vector<FramedTrajectory>& tracks) {
+  std::size_t count = 0;
+  for (const FramedTrajectory& placed : tracks) count = std::max(count, placed.track.recording + 1);
+  return count;
 }
 
 struct ReadPlace {
@@ -119,7 +132,9 @@ ReadPlace read_place(const Item& item, const Config& base, const ExperimentOptio
   if (item.value.contains("scene")) read.place.tracks = recorded(text_at(item, "scene"), read.config, options);
   for (const json& name : item.value.contains("scenes") ? list_at(item, "scenes") : json::array()) {
     if (!name.is_string()) throw FormatError(item.file, 0, item.where + ", scenes to be texts", name.dump());
-    for (PlacedTrack& track : recorded(name, read.config, options)) {
+    const std::size_t recordings = count_recordings(read.place.tracks);
+    for (FramedTrajectory& track : recorded(name, read.config, options)) {
+      track.track.recording += recordings;
       track.track.id =
           fs::path(name.get<std::string>()).stem().string() + ":" + track.track.id;  // ids are a scene's own
       read.place.tracks.push_back(std::move(track));
@@ -134,8 +149,7 @@ std::string judged_part(const Config& config) {
   const nlohmann::ordered_json all = to_json(config);
   return nlohmann::ordered_json{all.at("clean"),
                                 all.at("corners"),
-                                all.at("scaling"),
-                                all.at("sampling"),
+                                all.at("sampling").at("interval_s"),
                                 all.at("evaluate"),
                                 all.at("predict").at("observe_s"),
                                 all.at("predict").at("horizon_s")}
@@ -152,7 +166,7 @@ MethodKind kind_named(const std::string& name, const Item& item) {
 }
 
 /// One method at every place.
-MethodAtPlaces read_method(const Item& item, const std::vector<ReadPlace>& places, const ExperimentOptions& options) {
+MethodAtPlaces read_method(const Item& item, const std::vector<ReadPlace>& places) {
   Method method;
   const std::string kind = item.value.contains("method") ? text_at(item, "method") : text_at(item, "name");
   method.name = item.value.contains("name") ? text_at(item, "name") : kind;
@@ -162,16 +176,11 @@ MethodAtPlaces read_method(const Item& item, const std::vector<ReadPlace>& place
   method.tree = with(method.tree, item, "tree");
   MethodAtPlaces everywhere;
   for (const ReadPlace& place : places) {
-    Config config = place.config;
-    if (item.value.contains("config_file")) {
-      const fs::path path = found_file(text_at(item, "config_file"), options, "the configuration file");
-      config = apply_json(config, read_json(path), path.string());
-    }
-    config = with(config, item, "config");
+    const Config config = with(place.config, item, "config");
     if (judged_part(config) != judged_part(place.config)) {
       throw FormatError(item.file, 0,
                         item.where +
-                            " to leave clean, corners, scaling, sampling, evaluate, predict.observe_s and "
+                            " to leave clean, corners, sampling.interval_s, evaluate, predict.observe_s and "
                             "predict.horizon_s as the scene has them, so that all are judged alike",
                         "a change of one of them");
     }
@@ -182,17 +191,16 @@ MethodAtPlaces read_method(const Item& item, const std::vector<ReadPlace>& place
 }
 
 /// The methods of an entry: one, or one a similarity threshold.
-std::vector<MethodAtPlaces> read_methods(const Item& item, const std::vector<ReadPlace>& places,
-                                         const ExperimentOptions& options) {
+std::vector<MethodAtPlaces> read_methods(const Item& item, const std::vector<ReadPlace>& places) {
   if (item.value.is_string()) {
     const json whole{{"method", item.value}};
-    return {read_method({whole, item.file, item.where}, places, options)};
+    return {read_method({whole, item.file, item.where}, places)};
   }
-  require_object(item, {"name", "method", "thresholds", "config", "config_file", "memory", "cliff", "tree"});
-  if (!item.value.contains("thresholds")) return {read_method(item, places, options)};
+  require_object(item, {"name", "method", "thresholds", "config", "memory", "cliff", "tree"});
+  if (!item.value.contains("thresholds")) return {read_method(item, places)};
   std::vector<MethodAtPlaces> methods;
   for (const json& threshold : list_at(item, "thresholds")) {
-    MethodAtPlaces everywhere = read_method(item, places, options);
+    MethodAtPlaces everywhere = read_method(item, places);
     const json set{{"similarity_threshold", threshold}};
     for (Method& method : everywhere) {
       method.name += " " + threshold.dump();
@@ -203,14 +211,14 @@ std::vector<MethodAtPlaces> read_methods(const Item& item, const std::vector<Rea
   return methods;
 }
 
-std::string hash_of_tracks(const std::vector<PlacedTrack>& tracks) {
+std::string hash_of_tracks(const std::vector<FramedTrajectory>& tracks) {
   std::string bytes;
   const auto add = [&](double value) {
     char raw[sizeof value];
     std::memcpy(raw, &value, sizeof value);
     bytes.append(raw, sizeof raw);
   };
-  for (const PlacedTrack& placed : tracks) {
+  for (const FramedTrajectory& placed : tracks) {
     bytes += placed.track.id + "\n";
     for (double t : placed.track.times_s) add(t);
     for (const Vector2& p : placed.track.positions_m) add(p.x()), add(p.y());
@@ -287,6 +295,7 @@ ReadExperiment read_experiment(const ExperimentOptions& options) {
   for (const char* key : {"about", "config", "scenes", "methods", "reference"}) values.erase(key);
   config = apply_json(config, values, options.file);
   if (options.trials) config.trials = *options.trials;
+  if (options.split) config.split = *options.split;
   if (options.common.seed) config.seed = *options.common.seed;
   const Config base = with(Config{}, whole, "config");
   std::vector<ReadPlace> places;
@@ -295,8 +304,7 @@ ReadExperiment read_experiment(const ExperimentOptions& options) {
   }
   int number = 0;
   for (const json& item : list_at(whole, "methods")) {
-    for (MethodAtPlaces& method :
-         read_methods({item, options.file, "method " + std::to_string(++number)}, places, options)) {
+    for (MethodAtPlaces& method : read_methods({item, options.file, "method " + std::to_string(++number)}, places)) {
       read.experiment.methods.push_back(std::move(method));
     }
   }

@@ -19,6 +19,7 @@ struct ExperimentOptions {
   std::string out;
   std::string data_dir;
   std::optional<int> trials;
+  std::optional<SplitBy> split;
   bool redo = false;
 };
 

@@ -64,7 +64,7 @@ void fuse_files(const FuseOptions& options) {
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
   const Config base = apply_json(Config{}, nlohmann::json::parse(previous.configuration), options.previous);
   const Config config = configured(options.common, base);
-  const Fused fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.outlook);
+  const Fused fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
   StoredModel result;
   result.model = fused.model;
   result.configuration = to_json(config).dump();

@@ -12,9 +12,10 @@
 #include "options.hpp"
 #include "records.hpp"
 #include "sila/eval/episodes.hpp"
-#include "sila/fuse/share.hpp"
+#include "sila/eval/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
+#include "sila/refine/share.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 
@@ -55,7 +56,7 @@ void tell_episode(int number, const EpisodeReport& report) {
     line << "; over the limit, gave up " << lost.primitives << " primitives and " << lost.transitions
          << " transitions, seen " << std::setprecision(1) << lost.count << " times";
   }
-  if (lost.narrowed > 0) line << "; over the limit, narrowed " << lost.narrowed << " outlooks";
+  if (lost.narrowed > 0) line << "; over the limit, reduced " << lost.narrowed << " residual GPs";
   std::cerr << line.str() << "\n";
 }
 
@@ -65,14 +66,16 @@ class Batches {
   Batches(const LearnOptions& options, const Config& config) : corners_(config.corners), size_(options.batch) {
     if (options.tracks.hold_out > 0.0) {  // who is held back is drawn among all
       SceneTracks input = read_placed(options.tracks, config);
-      waiting_ = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).train;
+      waiting_ = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
+                              options.tracks.split)
+                     .train;
     } else {
       opened_ = open_tracks(options.tracks, config);
     }
   }
 
   /// Empty after the last.
-  std::span<const PlacedTrack> next() {
+  std::span<const FramedTrajectory> next() {
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(handed_out_));
     while (opened_ && waiting_.size() < static_cast<std::size_t>(size_)) {
       if (auto part = opened_->stream.next())
@@ -95,7 +98,7 @@ class Batches {
   CornerChoice corners_;
   int size_;
   std::optional<OpenedTracks> opened_;
-  std::vector<PlacedTrack> waiting_;
+  std::vector<FramedTrajectory> waiting_;
   std::size_t handed_out_ = 0;
   std::size_t tracks_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "sila/io/config_json.hpp"
+#include "sila/profile.hpp"
 
 namespace sila::cli {
 namespace {
@@ -40,6 +41,8 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
   CLI::App* verb = app.add_subcommand(name, what);
   verb->footer("Example:\n  " + example);
   verb->add_option("--config", common.config_file, "JSON file with configuration values")->type_name("FILE");
+  verb->add_option("--profile", common.profile, "default, paper or paper-literal: the values to begin with")
+      ->type_name("NAME");
   verb->add_option("--set", common.sets,
                    "set one configuration value, e.g. fuse.similarity_threshold=0.5; see `sila config`")
       ->type_name("PATH=VALUE");
@@ -65,11 +68,22 @@ void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required) {
   verb.add_option("--hold-out", options.hold_out,
                   "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` judges them alone")
       ->check(CLI::Range(0.0, 0.99));
+  verb.add_option("--split", options.split,
+                  "how --hold-out chooses: a block of time with an embargo, or by track [time]")
+      ->transform(CLI::CheckedTransformer(split_names()));
+}
+
+std::map<std::string, SplitBy> split_names() {
+  return {{"time", SplitBy::time}, {"track", SplitBy::track}};
 }
 
 Config configured(const CommonOptions& common, Config base) {
-  Config config = base;
-  if (!common.config_file.empty()) config = apply_json(config, read_json(common.config_file), common.config_file);
+  Config config = common.profile.empty() ? base : with_profile(base, common.profile);
+  if (!common.config_file.empty()) {
+    nlohmann::json file = read_json(common.config_file);
+    if (!common.profile.empty() && file.is_object()) file.erase("profile");
+    config = read_config(config, file, common.config_file);
+  }
   for (const std::string& assignment : common.sets) config = set_field(config, assignment);
   if (common.seed) config.simulate.seed = *common.seed;
   validate_fields("config", config);

@@ -5,12 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sila/config.hpp"
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
+#include "sila/eval/split.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_stream.hpp"
@@ -19,6 +21,7 @@ namespace sila::cli {
 
 /// Told to every verb.
 struct CommonOptions {
+  std::string profile;  ///< before everything else; instead of that in the configuration file
   std::string config_file;
   std::vector<std::string> sets;
   int threads = 0;  ///< 0: as many as there are processors
@@ -34,12 +37,13 @@ struct TrackOptions {
   std::string format;
   ReadOptions read;
   double hold_out = 0.0;
+  SplitBy split = SplitBy::time;
 };
 
 /// What is read: the scene, its tracks in their frames, and what became of the rows.
 struct SceneTracks {
   Scene scene;
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   std::vector<std::string> input_ids;  ///< of each track, as its rows had them
   TrackReport report;
 };
@@ -50,11 +54,14 @@ struct ReadTracks {
   CleanTracks tracks;
 };
 
+/// Names of the ways to hold people back, for --split.
+std::map<std::string, SplitBy> split_names();
+
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required = true);
 
-/// `base` with the configuration file, then the --set assignments, applied.
+/// `base` with the profile, the configuration file, then the --set assignments, applied.
 Config configured(const CommonOptions& common, Config base = {});
 
 /// Reads tracks and tells what became of their rows on stderr.

@@ -7,8 +7,8 @@
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/io/output.hpp"
-#include "sila/predict/prediction_json.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/prediction_json.hpp"
+#include "sila/refine/predictor.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 
@@ -34,8 +34,8 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
 }
 
 /// One line a prediction, in the order of the tracks.
-std::vector<std::string> lines_of(const PlacedTrack& placed, const std::string& input_id, const Predictor& predictor,
-                                  const Config& config, const PredictOptions& options) {
+std::vector<std::string> lines_of(const FramedTrajectory& placed, const std::string& input_id,
+                                  const Predictor& predictor, const Config& config, const PredictOptions& options) {
   std::vector<std::string> lines;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, options.every_s)) {
     const CurbTrajectory observed =

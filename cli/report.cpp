@@ -6,7 +6,7 @@
 
 #include "options.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/eval/episodes.hpp"
+#include "sila/eval/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/json.hpp"
 #include "sila/io/output.hpp"
@@ -55,9 +55,11 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.input_ids = std::move(read.input_ids);
   input.tracks = std::move(read.tracks);
   if (options.tracks.hold_out > 0.0) {
-    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1)).test;
+    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
+                                options.tracks.split)
+                       .test;
     input.input_ids.clear();
-    for (const PlacedTrack& placed : input.tracks) input.input_ids.push_back(placed.track.id);
+    for (const FramedTrajectory& placed : input.tracks) input.input_ids.push_back(placed.track.id);
   }
   return report_data(input);
 }

@@ -9,8 +9,8 @@
 #include "records.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
+#include "sila/serve/online_calibration_json.hpp"
 #include "sila/serve/server.hpp"
-#include "sila/serve/tuning_json.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 
@@ -33,9 +33,9 @@ void tell(const std::string& text) {
 }
 
 /// What must not be lost between the engine, which learns it, and the learner's commits, which keep it.
-struct SharedTuning {
+struct SharedCalibration {
   std::mutex mutex;
-  Tuning tuning;
+  OnlineCalibration online_calibration;
 };
 
 struct Kept {
@@ -58,11 +58,12 @@ Kept open_model(const ServeVerb& options) {
   return kept;
 }
 
-/// Commits an episode with the tuning of the moment, and says so once it is safe.
-void commit(Kept& kept, int number, const Model& previous, const Episode& episode, const Tuning& tuning) {
+/// Commits an episode with the online calibration of the moment, and says so once it is safe.
+void commit(Kept& kept, int number, const Model& previous, const Episode& episode,
+            const OnlineCalibration& online_calibration) {
   EpisodeRecord record = record_of(number, previous, episode);
   nlohmann::ordered_json statistics = nlohmann::ordered_json::parse(record.statistics);
-  statistics["tuning"] = to_json(tuning);
+  statistics["online_calibration"] = to_json(online_calibration);
   record.statistics = statistics.dump();
   kept.file.commit(episode.model, record, to_json(kept.config).dump());
   tell("episode " + std::to_string(number) + " is kept: " + std::to_string(episode.report.tracks) + " tracks, size " +
@@ -90,24 +91,24 @@ void serve(const ServeVerb& options) {
   const CornerChoice corners = kept.config.corners;
   LiveSettings settings{kept.config.live, kept.config.clean, kept.config.episode, kept.config.evaluate,
                         [&](const Trajectory& track) { return frame_for(scene, track, corners); }};
-  SharedTuning shared{{}, last_tuning(kept.stored.episodes)};
+  SharedCalibration shared{{}, last_calibration(kept.stored.episodes)};
   int number = static_cast<int>(kept.stored.episodes.size());
   Learner learner(
       kept.stored.model, kept.config.episode, kept.config.live,
       [&](const Model& previous, const Episode& episode) {
         std::unique_lock lock(shared.mutex);
-        const Tuning tuning = shared.tuning;
+        const OnlineCalibration online_calibration = shared.online_calibration;
         lock.unlock();
-        commit(kept, number + 1, previous, episode, tuning);
+        commit(kept, number + 1, previous, episode, online_calibration);
         ++number;
       },
       [&] { return renewed(kept, options.model, number); });
   {
     Server server(
-        listening, scene, settings, learner, shared.tuning,
-        [&](const Tuning& tuning) {
+        listening, scene, settings, learner, shared.online_calibration,
+        [&](const OnlineCalibration& online_calibration) {
           const std::lock_guard lock(shared.mutex);
-          shared.tuning = tuning;
+          shared.online_calibration = online_calibration;
         },
         tell);
     tell(options.model + ": " + std::to_string(kept.stored.model.episodes) + " episodes; serving");

@@ -4,14 +4,14 @@
 
 #include "sila/episode/episode.hpp"
 #include "sila/eval/episodes.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 #include "sila/sim/simulate.hpp"
 
 int main() {
   sila::SimulationConfig place;
   place.tracks = 120;
   const sila::Simulation simulated = sila::simulate(place);
-  std::vector<sila::PlacedTrack> tracks;
+  std::vector<sila::FramedTrajectory> tracks;
   for (const sila::Trajectory& track : simulated.tracks)
     tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
 
@@ -24,8 +24,8 @@ int main() {
                 model.transitions.size());
   }
 
-  // Somebody the model has not seen, 3.2 s after they came into view.
-  const sila::PlacedTrack& unseen = tracks.back();
+  // A pedestrian the model has not seen, 3.2 s after they came into view.
+  const sila::FramedTrajectory& unseen = tracks.back();
   const auto due = sila::prediction_samples(unseen.track, config.predict.observe_s, 1.0);
   if (due.empty()) return 1;
   const sila::CurbTrajectory observed =

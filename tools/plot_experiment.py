@@ -5,8 +5,9 @@
 
     DIR/curves_PLACE.svg    error, size and seconds after every episode (mean and deviation over trials and orders)
     DIR/curves.md           the same as a table: after shares of the episodes
+    DIR/tradeoff.svg        accuracy against size, each method at each place: (1 / MHD) over the largest, as in the paper
     DIR/errors.svg          error of each method at each place, relative to constant velocity, trial by trial
-    DIR/reliability.svg     how many truths the stated regions of one method (the first, if none is named) held, by horizon
+    DIR/reliability.svg     how many truths the nominal regions of one method (the first, if none is named) held, by horizon
     DIR/reliability.csv     the same in numbers, over the moving windows of all trials, and the deviation between trials
 
 --png writes PNG beside the SVG. A developer's tool; it needs matplotlib (Debian: python3-matplotlib) and nothing else does.
@@ -92,7 +93,7 @@ def draw_curves(rows, place, styles):
             axis.set_ylim(bottom=0)
     largest = [max((v for m in methods for v in series([r for r in rows if r["method"] == m], PANELS[2][2])[1][-1:]), default=0),
                min((v for m in methods for v in series([r for r in rows if r["method"] == m], PANELS[2][2])[1][-1:]), default=0)]
-    if largest[1] > 0 and largest[0] > 20 * largest[1]:  # who relearns everything would hide the others
+    if largest[1] > 0 and largest[0] > 20 * largest[1]:  # who retrains everything would hide the others
         axes[2].set_ylim(bottom=largest[1] / 3)
         axes[2].set_yscale("log")
         axes[2].set_title("seconds an episode (log)", loc="left", fontsize=10)
@@ -159,8 +160,38 @@ def draw_errors(rows, styles):
     return figure
 
 
+def draw_tradeoff(rows, styles):
+    """Mean over trials and orders; the largest 1 / MHD of a place is 1. None where no method has a size of its own."""
+    rows = [row for row in rows if row["weighted_mhd_m"] and float(row["size"]) > 0]
+    places = first_seen(rows, "place")
+    if not places or len({row["size"] for row in rows}) < 2:
+        return None
+    columns = min(3, len(places))
+    lines = -(-len(places) // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(4.2 * columns, 3.6 * lines), constrained_layout=True, squeeze=False)
+    for axis in axes.flat[len(places):]:
+        axis.set_visible(False)
+    for axis, place in zip(axes.flat, places):
+        points = {}
+        for method in styles:
+            here = [row for row in rows if row["place"] == place and row["method"] == method]
+            if here:
+                points[method] = (statistics.fmean(float(row["size"]) for row in here),
+                                  1.0 / statistics.fmean(float(row["weighted_mhd_m"]) for row in here))
+        best = max(accuracy for _, accuracy in points.values())
+        for method, (size, accuracy) in points.items():
+            axis.plot([size], [accuracy / best], styles[method][1], color=styles[method][0], ms=7, label=method)
+        axis.set_title(place, loc="left", fontsize=10)
+        axis.set_xlim(left=0)
+        axis.set_xlabel("primitives and transitions")
+        axis.set_ylabel("(1 / MHD) / largest")
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=min(6, len(labels)))
+    return figure
+
+
 def reliability(folder, method):
-    """(place, horizon [s], stated share) -> share held and windows of each trial and order; moving windows."""
+    """(place, horizon [s], nominal share) -> share held and windows of each trial and order; moving windows."""
     held = collections.defaultdict(list)
     for path in sorted((folder / "parts").glob("*.json")):
         part = json.loads(path.read_text())
@@ -170,7 +201,7 @@ def reliability(folder, method):
             group = judged["evaluation"]["groups"].get("moving")
             for horizon in group["horizons"] if group else []:
                 for level in horizon["model"]["coverage"]:
-                    held[place, horizon["horizon_s"], level["stated"]].append((level["observed"], group["windows"]))
+                    held[place, horizon["horizon_s"], level["nominal"]].append((level["observed"], group["windows"]))
     return held
 
 
@@ -183,11 +214,11 @@ def together(trials):
 def write_reliability(held, path):
     with open(path, "w", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["place", "horizon_s", "stated", "held", "deviation", "windows"])
-        for (place, horizon_s, stated), trials in held.items():
+        rows.writerow(["place", "horizon_s", "nominal", "held", "deviation", "windows"])
+        for (place, horizon_s, nominal), trials in held.items():
             share, windows = together(trials)
             spread = statistics.stdev(each for each, _ in trials) if len(trials) > 1 else 0.0
-            rows.writerow([place, horizon_s, stated, round(share, 4), round(spread, 4), windows])
+            rows.writerow([place, horizon_s, nominal, round(share, 4), round(spread, 4), windows])
 
 
 TOLERANCE = {0.5: 0.05, 0.9: 0.03}  # what sila asks of itself
@@ -202,10 +233,10 @@ def draw_reliability(held, method):
     shades = plt.get_cmap("viridis")
     for axis, place in zip(grid.flat, places):
         axis.plot([0, 1], [0, 1], color="#999999", lw=1, ls="--", zorder=0)
-        for stated, width in TOLERANCE.items():
-            axis.plot([stated, stated], [stated - width, stated + width], color="#999999", lw=6, alpha=0.35, zorder=0)
+        for nominal, width in TOLERANCE.items():
+            axis.plot([nominal, nominal], [nominal - width, nominal + width], color="#999999", lw=6, alpha=0.35, zorder=0)
         for h, horizon_s in enumerate(horizons):
-            points = [(stated, together(trials)[0]) for (where, when, stated), trials in held.items()
+            points = [(nominal, together(trials)[0]) for (where, when, nominal), trials in held.items()
                       if where == place and when == horizon_s]
             if points:
                 axis.plot(*zip(*points), "o-", ms=3, lw=1.2, color=shades(0.9 * h / max(1, len(horizons) - 1)), label=f"{horizon_s:g} s")
@@ -213,7 +244,7 @@ def draw_reliability(held, method):
         axis.set_aspect("equal")
     for axis in list(grid.flat)[len(places):]:
         axis.set_visible(False)
-    figure.supxlabel("stated share of a region", fontsize=10)
+    figure.supxlabel("nominal share of a region", fontsize=10)
     figure.supylabel("share of truths that it held", fontsize=10)
     handles = {label: handle for axis in grid.flat for handle, label in zip(*axis.get_legend_handles_labels())}
     figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), ncol=len(horizons),
@@ -237,7 +268,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=pathlib.Path, metavar="DIR")
     parser.add_argument("--png", action="store_true", help="write PNG beside the SVG")
-    parser.add_argument("--method", metavar="NAME", help="whose stated regions are drawn")
+    parser.add_argument("--method", metavar="NAME", help="whose nominal regions are drawn")
     options = parser.parse_args()
     curves, results = read(options.folder / "curves.csv"), read(options.folder / "results.csv")
     styles = style_of(first_seen(results, "method"))
@@ -249,6 +280,9 @@ def main():
     if table:
         (options.folder / "curves.md").write_text(table)
     save(draw_errors(results, styles), options.folder / "errors.svg", options.png)
+    figure = draw_tradeoff(results, styles)
+    if figure:
+        save(figure, options.folder / "tradeoff.svg", options.png)
     method = options.method or next(iter(styles))
     if method not in styles:
         parser.error(f"--method: expected one of {', '.join(styles)}, found {method}")

@@ -15,6 +15,7 @@
 #include "../gp_data.hpp"
 #include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
+#include "sila/episode/episode.hpp"
 #include "sila/gp/greedy.hpp"
 #include "sila/gp/train.hpp"
 #include "sila/learn/dictionary.hpp"
@@ -48,7 +49,7 @@ struct GpCase {
 struct DictionaryCase {
   sila::Config config;
   std::vector<sila::GridVector> vectors;
-  sila::Conventions conventions;
+  sila::ModelSettings settings;
   std::vector<sila::CellKey> cells;
 
   DictionaryCase() {
@@ -56,11 +57,10 @@ struct DictionaryCase {
     simulation.tracks = kTracks;
     const sila::Simulation simulated = sila::simulate(simulation);
     const sila::CurbFrame frame = sila::primary_corner(simulated.scene).frame;
-    conventions = sila::begin_conventions(frame.sidewalk_width_m, config.episode.scaling,
-                                          config.episode.sampling.interval_s, config.episode.learn.grid);
+    settings = sila::settings_for({}, frame, config.episode);
     std::set<sila::CellKey> seen;
     for (const sila::Trajectory& track : simulated.tracks) {
-      vectors.push_back(sila::to_grid_vector(sila::resample(track, frame, config.episode.sampling), conventions.grid,
+      vectors.push_back(sila::to_grid_vector(sila::resample(track, frame, config.episode.sampling), settings.grid,
                                              config.episode.learn.dictionary.min_speed_mps));
       seen.insert(vectors.back().path.begin(), vectors.back().path.end());
     }
@@ -154,7 +154,7 @@ ordered_json solve_dictionary(int times, const std::string& name, const sila::Di
   const double cell_m = problem.config.episode.learn.grid.cell_m;
   for (int k = 0; k < times; ++k) {
     each.push_back(seconds([&] {
-      dictionary = sila::learn_dictionary(problem.vectors, problem.conventions.grid, config.gain_m / cell_m,
+      dictionary = sila::learn_dictionary(problem.vectors, problem.settings.grid, config.gain_m / cell_m,
                                           config.run_m / cell_m, config);
     }));
   }

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "sila/config.hpp"
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 #include "sila/io/scene.hpp"
 
 namespace sila::python {
@@ -33,7 +33,7 @@ struct Track {
 
 /// A scene as each way of scaling sees it: which one holds is only known when a configuration is.
 struct ScaledScene {
-  std::array<Scene, 2> by_scaling;                                  ///< indexed by CurbScaling
+  std::array<Scene, kCurbScalings.size()> by_scaling;               ///< indexed by CurbScaling
   std::map<std::string, std::vector<std::vector<Vector2>>> layers;  ///< polygons to draw, by name
 
   const Scene& as(CurbScaling scaling) const { return by_scaling[static_cast<std::size_t>(scaling)]; }
@@ -61,6 +61,6 @@ CurbFrame frame_in(const FrameState& state);
 Config config_of(const std::string& json);
 
 /// Each track in the frame of its corner, as `config.corners` wants it.
-std::vector<PlacedTrack> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config);
+std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config);
 
 }  // namespace sila::python

@@ -92,8 +92,9 @@ auto mapped(const char* argument) {
   nb::sig("def " name "(self, " argument ": numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]")
 
 void bind_frame(nb::module_& module) {
-  nb::class_<CurbFrame>(module, "CurbFrame",
-                        "The common curbside frame of a corner: coordinates along its two curbs, in sidewalk widths.")
+  nb::class_<CurbFrame>(
+      module, "CurbFrame",
+      "The common curbside frame of a corner: coordinates along its two curbs, in metres or in sidewalk widths.")
       .def_prop_ro(
           "origin_m", [](const CurbFrame& f) { return array_of_pair(f.origin_m); }, nb::rv_policy::automatic,
           "Shape (2,), metres: where the two straight curbs meet.")
@@ -108,9 +109,9 @@ void bind_frame(nb::module_& module) {
           "Shape (2,): metres along each axis of one unit of the curb coordinates.")
       .def_ro("sidewalk_width_m", &CurbFrame::sidewalk_width_m)
       .def("to_curb", mapped<to_curb>("points_m"), "points_m"_a, SILA_MAP_SIGNATURE("to_curb", "points_m"),
-           "World positions (n, 2) [m] to curb coordinates (n, 2) [sidewalk widths].")
+           "World positions (n, 2) [m] to curb coordinates (n, 2) [curb units].")
       .def("to_world", mapped<to_world>("points"), "points"_a, SILA_MAP_SIGNATURE("to_world", "points"),
-           "Curb coordinates (n, 2) [sidewalk widths] to world positions (n, 2) [m].")
+           "Curb coordinates (n, 2) [curb units] to world positions (n, 2) [m].")
       .def("velocity_to_curb", mapped<velocity_to_curb>("velocities_mps"), "velocities_mps"_a,
            SILA_MAP_SIGNATURE("velocity_to_curb", "velocities_mps"), "Velocities (n, 2) [m/s] to (n, 2) [widths/s].")
       .def("velocity_to_world", mapped<velocity_to_world>("velocities"), "velocities"_a,

@@ -5,6 +5,7 @@
 #include "bindings.hpp"
 #include "records.hpp"
 #include "sila/eval/episodes.hpp"
+#include "sila/eval/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/fusion_case.hpp"
 #include "threads.hpp"
@@ -20,7 +21,7 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
   const nb::gil_scoped_release release;
   const cli::ThreadLimit limit(threads);
   const Config config = config_of(config_json);
-  const std::vector<PlacedTrack> input = placed(tracks, scene, config);
+  const std::vector<FramedTrajectory> input = placed(tracks, scene, config);
   StoredModel result = start;
   result.configuration = to_json(config).dump();
   const auto episodes = batch == 0 ? 0 : (input.size() + batch - 1) / batch;
@@ -40,7 +41,7 @@ StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene
                       int threads) {
   const cli::ThreadLimit limit(threads);
   const Config config = config_of(config_json);
-  const Run run = learn_at_once(placed(tracks, scene, config), config.episode);
+  const Run run = train_batch(placed(tracks, scene, config), config.episode);
   StoredModel result;
   result.model = run.model;
   result.configuration = to_json(config).dump();
@@ -54,7 +55,7 @@ StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming
   const cli::ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   StoredModel result;
-  result.model = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.outlook).model;
+  result.model = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual).model;
   result.configuration = to_json(config).dump();
   result.episodes = cli::joined(previous.episodes, incoming.episodes);
   return result;
@@ -69,22 +70,25 @@ std::string explain(const StoredModel& previous, const StoredModel& incoming, co
 
 /// Indices into `tracks` of those to learn from and those held back.
 std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>& tracks, double test_share,
-                                                        std::uint64_t seed) {
+                                                        std::uint64_t seed, const std::string& by) {
   std::map<std::string, std::string> input_ids;
-  std::vector<PlacedTrack> anywhere;
+  std::vector<FramedTrajectory> anywhere;
   for (const Track& track : tracks) {
     input_ids[track.trajectory.id] = track.input_id;
     anywhere.push_back({track.trajectory, {}});
   }
-  const auto as_tracks = [&](std::vector<PlacedTrack> side) {
+  const auto as_tracks = [&](std::vector<FramedTrajectory> side) {
     std::vector<Track> result;
-    for (PlacedTrack& entry : side) {
+    for (FramedTrajectory& entry : side) {
       std::string input_id = input_ids[entry.track.id];
       result.push_back({std::move(entry.track), std::move(input_id)});
     }
     return result;
   };
-  Split parts = split_tracks(std::move(anywhere), test_share, seed);
+  const auto found = std::ranges::find(kSplitBy, by);
+  if (found == std::end(kSplitBy))
+    throw std::invalid_argument("split_tracks: by = \"" + by + "\" is not one of time, track");
+  Split parts = split_tracks(std::move(anywhere), test_share, seed, static_cast<SplitBy>(found - std::begin(kSplitBy)));
   return {as_tracks(std::move(parts.train)), as_tracks(std::move(parts.test))};
 }
 
@@ -93,13 +97,14 @@ std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>
 void bind_episode(nb::module_& module) {
   module.def("learn", &learn_tracks, "start"_a, "tracks"_a, "scene"_a, "config"_a, "batch"_a, "threads"_a,
              "on_episode"_a.none());
-  module.def("learn_at_once", &learn_all, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
+  module.def("train_batch", &learn_all, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a, "name"_a,
              nb::call_guard<nb::gil_scoped_release>());
-  module.def("split_tracks", &split, "tracks"_a, "test_share"_a, "seed"_a, nb::call_guard<nb::gil_scoped_release>());
+  module.def("split_tracks", &split, "tracks"_a, "test_share"_a, "seed"_a, "by"_a,
+             nb::call_guard<nb::gil_scoped_release>());
 }
 
 }  // namespace sila::python

@@ -15,7 +15,7 @@
 namespace sila::python {
 namespace {
 
-using PythonValue = std::variant<std::monostate, StoredModel, Lessons>;
+using PythonValue = std::variant<std::monostate, StoredModel, SiteErrorStatistics>;
 using PythonTask = std::tuple<std::string, int, std::vector<int>>;
 
 std::vector<std::string> texts_of(const std::vector<EpisodeId>& ids) {
@@ -35,17 +35,29 @@ Leaf leaf_of(const std::vector<Track>& tracks, const ScaledScene& scene, std::si
   return {placed(tracks, scene, config), batch, ids_in(left_out), {}};
 }
 
-std::vector<std::string> episodes_of_tracks(const std::vector<Track>& tracks, const ScaledScene& scene,
-                                            std::size_t batch, const std::string& config) {
-  return texts_of(episodes_of(leaf_of(tracks, scene, batch, {}, config_of(config))));
+/// The episodes of a leaf and the site of its first track.
+std::pair<std::vector<std::string>, FrameState> content_of_tracks(const std::vector<Track>& tracks,
+                                                                  const ScaledScene& scene, std::size_t batch,
+                                                                  const std::string& config) {
+  const Leaf leaf = leaf_of(tracks, scene, batch, {}, config_of(config));
+  return {texts_of(episodes_of(leaf)), state_of(site_of(leaf))};
+}
+
+std::pair<std::vector<std::string>, FrameState> content_of_model(const StoredModel& stored) {
+  Leaf leaf;
+  leaf.model = stored.model;
+  return {texts_of(episodes_of(leaf)), state_of(site_of(leaf))};
 }
 
 std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
-    const std::vector<std::vector<std::string>>& episodes, const std::vector<std::string>& known) {
+    const std::vector<std::vector<std::string>>& episodes, const std::vector<FrameState>& sites,
+    const std::vector<std::string>& known) {
+  std::vector<CurbFrame> frames;
+  for (const FrameState& site : sites) frames.push_back(frame_in(site));
   std::vector<std::vector<EpisodeId>> ids;
   for (const auto& of_leaf : episodes) ids.push_back(ids_in(of_leaf));
   std::vector<std::pair<std::size_t, std::vector<std::string>>> result;
-  for (const ChosenLeaf& choice : choose_leaves(ids, ids_in(known)))
+  for (const ChosenLeaf& choice : choose_leaves(ids, frames, ids_in(known)))
     result.emplace_back(choice.leaf, texts_of(choice.left_out));
   return result;
 }
@@ -65,7 +77,7 @@ FleetStep step_named(const std::string& name) {
 
 FleetValue without_file(PythonValue value) {
   if (auto* stored = std::get_if<StoredModel>(&value)) return std::move(stored->model);
-  if (auto* lessons = std::get_if<Lessons>(&value)) return std::move(*lessons);
+  if (auto* error_statistics = std::get_if<SiteErrorStatistics>(&value)) return std::move(*error_statistics);
   return {};
 }
 
@@ -90,7 +102,7 @@ PythonValue run(const std::string& step, const Leaf& leaf, std::vector<PythonVal
   std::vector<const FleetValue*> pointers;
   for (const FleetValue& value : values) pointers.push_back(&value);
   FleetValue result = run_task(what, leaf, pointers, config.episode);
-  if (auto* lessons = std::get_if<Lessons>(&result)) return std::move(*lessons);
+  if (auto* error_statistics = std::get_if<SiteErrorStatistics>(&result)) return std::move(*error_statistics);
   Model& model = std::get<Model>(result);
   if (what == FleetStep::finish) return recorded(std::move(model), before, config);
   return StoredModel{std::move(model), to_json(config).dump(), {}, {}, 0};
@@ -111,44 +123,54 @@ PythonValue run_on_model(const std::string& step, const std::optional<StoredMode
 }
 
 /// Whether a model may be fused with those that learn under this configuration; says what differs.
-void require_conventions(const StoredModel& stored, const ScaledScene& scene, const std::string& config_json) {
+void require_settings(const StoredModel& stored, const ScaledScene& scene, const std::string& config_json) {
   const Config config = config_of(config_json);
   const Scene& scaled = scene.as(config.episode.scaling);
-  (void)conventions_for(stored.model, scaled.corners.at(scaled.primary).frame, config.episode);
+  (void)settings_for(stored.model, scaled.corners.at(scaled.primary).frame, config.episode);
 }
 
 }  // namespace
 
 void bind_fleet(nb::module_& module) {
-  nb::class_<Lessons>(module, "Lessons", "What the errors of a model teach; sums that do not grow.")
+  nb::class_<SiteErrorStatistics>(module, "ErrorStatistics",
+                                  "What the errors of a model teach, by site; sums that do not grow.")
       .def("__getstate__",
-           [](const Lessons& lessons) {
-             const std::vector<double> numbers = pack(lessons);
-             return nb::make_tuple(nb::bytes(reinterpret_cast<const char*>(numbers.data()), 8 * numbers.size()));
+           [](const SiteErrorStatistics& error_statistics) {
+             std::vector<std::tuple<FrameState, nb::bytes>> sites;
+             for (const Site& site : error_statistics.sites) {
+               const std::vector<double> numbers = pack(site.error_statistics);
+               sites.emplace_back(state_of(site.frame),
+                                  nb::bytes(reinterpret_cast<const char*>(numbers.data()), 8 * numbers.size()));
+             }
+             return nb::make_tuple(sites);
            })
       .def("__setstate__",
-           [](Lessons& lessons, const nb::tuple& state) {
-             const auto bytes = nb::cast<nb::bytes>(state[0]);
-             std::vector<double> numbers(bytes.size() / 8);
-             std::memcpy(numbers.data(), bytes.c_str(), 8 * numbers.size());
-             new (&lessons) Lessons(unpack_lessons(numbers));
+           [](SiteErrorStatistics& error_statistics, const nb::tuple& state) {
+             SiteErrorStatistics read;
+             for (const auto& [frame, bytes] : nb::cast<std::vector<std::tuple<FrameState, nb::bytes>>>(state[0])) {
+               std::vector<double> numbers(bytes.size() / 8);
+               std::memcpy(numbers.data(), bytes.c_str(), 8 * numbers.size());
+               read.sites.push_back({frame_in(frame), 0, 0, unpack_error_statistics(numbers), {}});
+             }
+             new (&error_statistics) SiteErrorStatistics(std::move(read));
            })
-      .def("__repr__", [](const Lessons& lessons) {
-        return nb::str("Lessons({} steps, {} speed classes)").format(lessons.steps, lessons.classes);
+      .def("__repr__", [](const SiteErrorStatistics& error_statistics) {
+        return nb::str("Error statistics({} sites)").format(error_statistics.sites.size());
       });
   module.def("agreed_width_m", &agreed_width_m, "widths_m"_a, "The width that a fleet of several places begins with.");
   module.attr("FLEET_START") = kFleetStart;
   module.attr("FLEET_NOTHING") = kFleetNothing;
-  module.def("episode_ids", &episodes_of_tracks, "tracks"_a, "scene"_a, "batch"_a, "config"_a,
-             nb::call_guard<nb::gil_scoped_release>(), "The ids of the episodes that a leaf would learn, sorted.");
-  module.def("choose_leaves", &chosen, "episodes"_a, "known"_a,
+  module.def("content_of_tracks", &content_of_tracks, "tracks"_a, "scene"_a, "batch"_a, "config"_a,
+             nb::call_guard<nb::gil_scoped_release>(), "The episodes of a leaf, and the frame of its first track.");
+  module.def("content_of_model", &content_of_model, "model"_a, "The same of a leaf that is a model.");
+  module.def("choose_leaves", &chosen, "episodes"_a, "sites"_a, "known"_a,
              "Indices of the leaves in canonical order, and which of their episodes are left out.");
   module.def("plan_fleet", &plan, "leaves"_a, "goes_on"_a, "config"_a, "(step, leaf, inputs) of every task, in order.");
   module.def("run_task", &run_on_tracks, "step"_a, "tracks"_a, "scene"_a, "batch"_a, "left_out"_a, "inputs"_a,
              "config"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>(), "Does a task on a leaf of tracks.");
   module.def("run_task_on_model", &run_on_model, "step"_a, "model"_a.none(), "inputs"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>(), "Does a task on a leaf that is a model, or on none.");
-  module.def("require_conventions", &require_conventions, "model"_a, "scene"_a, "config"_a,
+  module.def("require_settings", &require_settings, "model"_a, "scene"_a, "config"_a,
              "Refuses a model that cannot be fused with what is learnt under this configuration.");
 }
 

@@ -6,12 +6,13 @@
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_report.hpp"
 #include "sila/io/write_tracks.hpp"
+#include "sila/profile.hpp"
 
 namespace sila::python {
 namespace {
 
 std::string merged_config(const std::string& base, const std::string& changes, const std::string& source) {
-  const Config config = apply_json(config_of(base), nlohmann::json::parse(changes), source);
+  const Config config = read_config(config_of(base), nlohmann::json::parse(changes), source);
   validate_fields("config", config);
   return to_json(config).dump();
 }
@@ -61,7 +62,7 @@ void write_csv(const std::filesystem::path& path, const std::vector<Track>& trac
 }  // namespace
 
 Config config_of(const std::string& json) {
-  return apply_json(Config{}, nlohmann::json::parse(json), "config");
+  return read_config(Config{}, nlohmann::json::parse(json), "config");
 }
 
 void bind_io(nb::module_& module) {

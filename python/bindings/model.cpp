@@ -21,19 +21,39 @@ struct TransitionSummary {
   int from = 0;
   int to = 0;
   double count = 0.0;
+  std::map<int, double> sites;  ///< its count by site
 };
+
+/// What of a site is for users.
+struct SiteSummary {
+  CurbFrame frame;
+  int episodes = 0;
+  long tracks = 0;
+};
+
+std::vector<SiteSummary> sites_of(const StoredModel& stored) {
+  std::vector<SiteSummary> sites;
+  for (const Site& site : stored.model.sites) sites.push_back({site.frame, site.episodes, site.tracks});
+  return sites;
+}
 
 std::vector<Primitive> primitives_of(const StoredModel& stored) {
   std::vector<Primitive> primitives;
   for (const MotionPrimitive& primitive : stored.model.primitives)
-    primitives.push_back({primitive, stored.model.conventions.grid});
+    primitives.push_back({primitive, stored.model.settings.grid});
   return primitives;
+}
+
+std::map<int, double> by_site(const Transition& transition) {
+  std::map<int, double> counts;
+  for (const SiteCount& part : transition.sites) counts[part.site] = part.count;
+  return counts;
 }
 
 std::vector<TransitionSummary> transitions_of(const StoredModel& stored) {
   std::vector<TransitionSummary> transitions;
   for (const Transition& transition : stored.model.transitions)
-    transitions.push_back({transition.from, transition.to, transition.count});
+    transitions.push_back({transition.from, transition.to, transition.count, by_site(transition)});
   return transitions;
 }
 
@@ -87,7 +107,7 @@ void bind_parts(nb::module_& module) {
                    "Shape (n, 2), int32: integer coordinates of the cells.")
       .def_prop_ro(
           "centres", [](const Primitive& p) { return array_of_points(centres_of(p)); }, nb::rv_policy::automatic,
-          "Shape (n, 2), curb coordinates [sidewalk widths] of the cells' centres.")
+          "Shape (n, 2), curb coordinates of the cells' centres.")
       .def_prop_ro(
           "velocities", [](const Primitive& p) { return array_of_points(velocities_of(p)); }, nb::rv_policy::automatic,
           "Shape (n, 2): the arrows, of length at most 1.")
@@ -101,9 +121,16 @@ void bind_parts(nb::module_& module) {
       .def_ro("from_primitive", &TransitionSummary::from, "Index of a primitive.")
       .def_ro("to_primitive", &TransitionSummary::to, "Index of a primitive.")
       .def_ro("count", &TransitionSummary::count, "Trajectories that showed it.")
+      .def_ro("sites", &TransitionSummary::sites, "The count by site, as an index into Model.sites.")
       .def("__repr__", [](const TransitionSummary& t) {
         return nb::str("Transition({} -> {}, count={:g})").format(t.from, t.to, t.count);
       });
+  nb::class_<SiteSummary>(module, "Site", "A place where a model was trained.")
+      .def_ro("frame", &SiteSummary::frame, "The curb frame that it is known by.")
+      .def_ro("episodes", &SiteSummary::episodes, "Batches that had tracks of it.")
+      .def_ro("tracks", &SiteSummary::tracks, "Its tracks learnt from.")
+      .def("__repr__",
+           [](const SiteSummary& s) { return nb::str("Site({} tracks in {} episodes)").format(s.tracks, s.episodes); });
 }
 
 }  // namespace
@@ -112,7 +139,7 @@ void bind_model(nb::module_& module) {
   bind_parts(module);
   nb::class_<StoredModel>(
       module, "Model",
-      "What was learnt of a place, with the configuration that it was learnt with and its episodes.\n\n"
+      "What was learnt of one or several sites, with the configuration that it was learnt with and its episodes.\n\n"
       "Model() knows nothing. Values do not change: `learn` and `fuse` give new models.")
       .def(nb::init<>())
       .def_static("load", &load_model, "path"_a, nb::call_guard<nb::gil_scoped_release>(), "Reads a model file.")
@@ -136,15 +163,16 @@ void bind_model(nb::module_& module) {
           },
           "What was learnt, by its content, sorted: an episode that is among them is not learnt again.")
       .def_prop_ro(
-          "reference_width_m", [](const StoredModel& stored) { return stored.model.conventions.reference_width_m; },
-          "Sidewalk width by which metres became widths [m]; models that are fused have one.")
+          "reference_width_m", [](const StoredModel& stored) { return stored.model.settings.reference_width_m; },
+          "Metres of one curb unit; models that are fused have one.")
+      .def_prop_ro("sites", &sites_of, "Where it was trained.")
       .def_prop_ro("primitives", &primitives_of)
       .def_prop_ro("transitions", &transitions_of)
       .def_prop_ro(
-          "cell_widths", [](const StoredModel& stored) { return stored.model.conventions.grid.cell; },
-          "Side of a grid cell [sidewalk widths].")
+          "cell_widths", [](const StoredModel& stored) { return stored.model.settings.grid.cell; },
+          "Side of a grid cell in curb units.")
       .def_prop_ro("sample_interval_s",
-                   [](const StoredModel& stored) { return stored.model.conventions.sample_interval_s; })
+                   [](const StoredModel& stored) { return stored.model.settings.sample_interval_s; })
       .def_prop_ro("config_json", [](const StoredModel& stored) { return stored.configuration; })
       .def_prop_ro(
           "config", [](const StoredModel& stored) { return in_python(stored.configuration); },

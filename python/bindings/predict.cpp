@@ -3,8 +3,8 @@
 #include "arrays.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_store.hpp"
-#include "sila/predict/prediction_json.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/prediction_json.hpp"
+#include "sila/refine/predictor.hpp"
 #include "threads.hpp"
 
 namespace sila::python {
@@ -31,7 +31,7 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
   if (!(every_s > 0.0))
     throw std::invalid_argument("predict: every_s = " + std::to_string(every_s) + ", must be positive");
   const cli::ThreadLimit limit(threads);
-  const std::vector<PlacedTrack> input = placed(tracks, scene, made.config);
+  const std::vector<FramedTrajectory> input = placed(tracks, scene, made.config);
   const double observe_s = made.config.episode.predict.observe_s;
   std::vector<std::vector<Value>> of_track(input.size());
   tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
@@ -67,7 +67,7 @@ std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::
 }
 
 /// How surprising a path is, point by point.
-auto surprises(const TrackPrediction& prediction, nb::handle given) {
+auto scores(const TrackPrediction& prediction, nb::handle given) {
   const std::vector<Vector2> path = points_from("path_m", given);
   if (path.size() > prediction.content.times_s.size()) {
     throw std::invalid_argument("path_m: expected at most " + std::to_string(prediction.content.times_s.size()) +
@@ -75,7 +75,7 @@ auto surprises(const TrackPrediction& prediction, nb::handle given) {
   }
   std::vector<double> found;
   for (std::size_t step = 0; step < path.size(); ++step)
-    found.push_back(surprise(prediction.content, step, path[step]));
+    found.push_back(nonconformity(prediction.content, step, path[step]));
   const std::size_t steps = found.size();
   return array_of(std::move(found), {steps});
 }
@@ -125,7 +125,7 @@ PredictionState state_of(const TrackPrediction& prediction) {
     for (const Vector2& point : mode.path_m) path.insert(path.end(), {point.x(), point.y()});
     for (const Matrix2& m : mode.covariances_m2) append(covariances, m);
     modes.push_back({mode.weight, std::move(path), std::move(covariances), mode.primitives,
-                     static_cast<int>(mode.manner), mode.source});
+                     static_cast<int>(mode.variant), mode.source});
   }
   const Prediction& content = prediction.content;
   std::vector<RegionState> regions;
@@ -138,8 +138,8 @@ TrackPrediction prediction_in(const PredictionState& state) {
   const auto& [track, piece, t0_s, times_s, fallback, novelty, modes, regions] = state;
   TrackPrediction prediction{track, piece, {t0_s, times_s, {}, {}, fallback, novelty}};
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
-  for (const auto& [weight, path, covariances, primitives, manner, source] : modes) {
-    Mode mode{weight, {}, {}, primitives, static_cast<Manner>(manner), source};
+  for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
+    Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
     for (std::size_t i = 0; i + 1 < path.size(); i += 2) mode.path_m.emplace_back(path[i], path[i + 1]);
     for (std::size_t i = 0; i + 3 < covariances.size(); i += 4) {
       Matrix2 matrix;
@@ -161,7 +161,7 @@ void bind_mode(nb::module_& module) {
                    "Shape (t, 2, 2), square metres: of the position.")
       .def_ro("primitives", &Mode::primitives, "Visited, in order; empty for constant velocity.")
       .def_prop_ro(
-          "manner", [](const Mode& mode) { return kManners[static_cast<std::size_t>(mode.manner)]; },
+          "variant", [](const Mode& mode) { return kVariantKinds[static_cast<std::size_t>(mode.variant)]; },
           "expected, or how it differs: slower, faster, left, right.")
       .def("__repr__", [](const Mode& mode) {
         return nb::str("Mode(weight={:.3f}, {} steps, primitives={})")
@@ -195,10 +195,11 @@ void bind_prediction(nb::module_& module) {
           },
           "(probability, levels of shape (t,)): with that probability the person will be where the density of the "
           "modes is "
-          "at least exp(-level) of its peak; none from a model that no error has taught yet.")
+          "at least exp(-level) of its peak; none from a model that no error has fitted yet.")
       .def(
-          "surprises", &surprises, "path_m"_a, nb::rv_policy::automatic,
-          nb::sig("def surprises(self, path_m: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+          "nonconformity_scores", &scores, "path_m"_a, nb::rv_policy::automatic,
+          nb::sig(
+              "def nonconformity_scores(self, path_m: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
           "path_m: (n, 2), n at most t, metres, at the times of the prediction. Shape (n,): log(peak / density) there; "
           "a point lies in a region where that is at most the region's level.")
       .def_prop_ro("modes", [](const TrackPrediction& p) { return p.content.modes; })
@@ -217,7 +218,7 @@ void bind_prediction(nb::module_& module) {
       .def(
           "to_frame", [](nb::handle p) { return nb::module_::import_("sila._predictions").attr("frame_of")(p); },
           nb::sig("def to_frame(self) -> pandas.DataFrame"),
-          "One row a mode and time: track_id, t0, fallback, novelty, mode, weight, manner, t, x, y, cov_xx, cov_xy, "
+          "One row a mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y, cov_xx, cov_xy, "
           "cov_yy.")
       .def("__eq__", [](const TrackPrediction& a, const TrackPrediction& b) { return state_of(a) == state_of(b); })
       .def("__eq__", [](const TrackPrediction&, nb::handle) { return false; })

@@ -1,5 +1,6 @@
 #include "sila/io/scene.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "arrays.hpp"
@@ -7,7 +8,7 @@
 namespace sila::python {
 namespace {
 
-constexpr CurbScaling kScalings[] = {CurbScaling::mean_width, CurbScaling::strip_widths};
+constexpr CurbScaling kScalings[] = {CurbScaling::metres, CurbScaling::mean_width, CurbScaling::strip_widths};
 
 ScaledScene load_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
   ScaledScene scene;
@@ -100,13 +101,17 @@ nb::tuple state_of(const ScaledScene& scene) {
       for (const Vector2& point : polygon) points.emplace_back(point.x(), point.y());
     }
   }
-  return nb::make_tuple(state_of(scene.by_scaling[0]), state_of(scene.by_scaling[1]), layers);
+  nb::list scaled;
+  for (const Scene& one : scene.by_scaling) scaled.append(state_of(one));
+  return nb::make_tuple(scaled, layers);
 }
 
 ScaledScene scaled_scene_in(const nb::tuple& state) {
   ScaledScene scene;
-  scene.by_scaling = {scene_in(nb::cast<nb::tuple>(state[0])), scene_in(nb::cast<nb::tuple>(state[1]))};
-  for (const auto& [name, polygons] : nb::cast<std::map<std::string, std::vector<PolygonState>>>(state[2])) {
+  const auto scaled = nb::cast<nb::list>(state[0]);
+  for (std::size_t i = 0; i < scene.by_scaling.size(); ++i)
+    scene.by_scaling[i] = scene_in(nb::cast<nb::tuple>(scaled[i]));
+  for (const auto& [name, polygons] : nb::cast<std::map<std::string, std::vector<PolygonState>>>(state[1])) {
     for (const PolygonState& points : polygons) {
       std::vector<Vector2>& polygon = scene.layers[name].emplace_back();
       for (const auto& [x, y] : points) polygon.emplace_back(x, y);
@@ -130,10 +135,11 @@ std::vector<std::string> corner_names(const ScaledScene& scene) {
 }
 
 CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, const std::string& scaling) {
-  const bool by_mean = scaling == kCurbScalings[0];
-  if (!by_mean && scaling != kCurbScalings[1])
-    throw std::invalid_argument("frame: scaling = \"" + scaling + "\" is not one of mean_width, strip_widths");
-  const Scene& scaled = scene.as(by_mean ? CurbScaling::mean_width : CurbScaling::strip_widths);
+  const auto named = std::ranges::find(kCurbScalings, scaling);
+  if (named == kCurbScalings.end()) {
+    throw std::invalid_argument("frame: scaling = \"" + scaling + "\" is not one of metres, mean_width, strip_widths");
+  }
+  const Scene& scaled = scene.by_scaling[static_cast<std::size_t>(named - kCurbScalings.begin())];
   const std::size_t index = corner.value_or(scaled.primary);
   if (index >= scaled.corners.size()) {
     throw std::invalid_argument("frame: corner = " + std::to_string(index) + ", the scene has " +
@@ -144,9 +150,9 @@ CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, 
 
 }  // namespace
 
-std::vector<PlacedTrack> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config) {
+std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config) {
   const Scene& scaled = scene.as(config.episode.scaling);
-  std::vector<PlacedTrack> result;
+  std::vector<FramedTrajectory> result;
   for (const Track& track : tracks)
     result.push_back({track.trajectory, frame_for(scaled, track.trajectory, config.corners)});
   return result;

@@ -8,7 +8,7 @@ namespace {
 ScaledScene scene_of(const IntersectionScene& simulated) {
   const double width_m = simulated.sidewalk_width_m;
   ScaledScene scene;
-  for (const CurbScaling scaling : {CurbScaling::mean_width, CurbScaling::strip_widths}) {
+  for (const CurbScaling scaling : {CurbScaling::metres, CurbScaling::mean_width, CurbScaling::strip_widths}) {
     Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
     scaled.name = "simulated " + simulated.name;
     const SidewalkWidths widths{width_m, width_m, width_m};

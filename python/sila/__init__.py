@@ -16,13 +16,14 @@ from ._sila import (
     Prediction,
     Primitive,
     Scene,
+    Site,
     Track,
     Transition,
     modified_hausdorff_m,
 )
 from ._sila import version as __version__
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
-from ._verbs import Simulation, evaluate, explain, explain_fusion, fuse, learn, learn_at_once, predict, simulate
+from ._verbs import Simulation, evaluate, explain, explain_fusion, fuse, learn, predict, simulate, train_batch
 from .errors import FormatError, NumericalError
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "Primitive",
     "Scene",
     "Simulation",
+    "Site",
     "Track",
     "Tracks",
     "Transition",
@@ -52,7 +54,7 @@ __all__ = [
     "fields",
     "fuse",
     "learn",
-    "learn_at_once",
+    "train_batch",
     "modified_hausdorff_m",
     "predict",
     "read_tracks",

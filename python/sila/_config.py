@@ -11,7 +11,8 @@ from typing import Any, Union
 
 from . import _sila
 
-#: A nested (or dotted) dictionary of fields, or the path of a JSON file with one.
+#: A nested (or dotted) dictionary of fields, or the path of a JSON file with one. The key "profile" ("default",
+#: "paper" or "paper-literal") gives the values to begin with.
 ConfigLike = Union[Mapping[str, Any], str, "os.PathLike[str]", None]
 
 

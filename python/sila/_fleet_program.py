@@ -49,7 +49,7 @@ def run(arguments: list[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="sila fleet",
-        description="Learn many sources side by side on dask.distributed and fuse what they taught into one model.",
+        description="Learn many sources side by side on dask.distributed and fuse what they learnt into one model.",
         epilog=EXAMPLE,
     )
     add = parser.add_argument

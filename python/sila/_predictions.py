@@ -48,7 +48,7 @@ class Predictions(Sequence[Prediction]):
         return Predictions(prediction for prediction in self if prediction.track == track)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a mode and time: track_id, t0, fallback, novelty, mode, weight, manner, t, x, y, cov_xx, cov_xy,
+        """One row a mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y, cov_xx, cov_xy,
         cov_yy."""
         import pandas
 
@@ -70,7 +70,7 @@ _COLUMNS = (
     "novelty",
     "mode",
     "weight",
-    "manner",
+    "variant",
     "t",
     "x",
     "y",
@@ -94,7 +94,7 @@ def frame_of(prediction: Prediction) -> pandas.DataFrame:
             "novelty": prediction.novelty,
             "mode": np.repeat(np.arange(modes), steps),
             "weight": np.repeat(prediction.weights, steps),
-            "manner": np.repeat([mode.manner for mode in prediction.modes], steps),
+            "variant": np.repeat([mode.variant for mode in prediction.modes], steps),
             "t": np.tile(prediction.times_s, modes),
             "x": paths[..., 0].ravel(),
             "y": paths[..., 1].ravel(),

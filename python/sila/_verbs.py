@@ -46,12 +46,12 @@ def learn(
         return _sila.learn(start, list(given), as_scene(scene), settings, batch, _threads(threads), on_episode)
 
 
-def learn_at_once(tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0) -> Model:
-    """The batch-learning baseline: all tracks in one episode. Its lessons come from models of one half that predict the
+def train_batch(tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0) -> Model:
+    """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
     other half, so that no window teaches that was learnt."""
     settings = merged("{}", config)
     given = as_tracks(tracks, config=json.loads(settings))
-    return _sila.learn_at_once(list(given), as_scene(scene), settings, _threads(threads))
+    return _sila.train_batch(list(given), as_scene(scene), settings, _threads(threads))
 
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:

@@ -76,7 +76,7 @@ def learn(
     strict: bool = False,
     progress: bool | None = None,
 ) -> Outcome:
-    """Learns sources side by side, `leaf` tracks a task and `batch` of them an episode, and fuses what they taught.
+    """Learns sources side by side, `leaf` tracks a task and `batch` of them an episode, and fuses what they learnt.
 
     `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them; `scene` holds for all of
     them, or a dictionary says which for each. Without, the scene beside a track file (tracks.scene.json for tracks.csv,
@@ -97,7 +97,7 @@ def learn(
     settings = _agreed(merged(start.config_json, config), start, found)
     for source in found:
         if source.model is not None:
-            _named(source.path, lambda s=source: _sila.require_conventions(s.model, s.scene, settings))
+            _named(source.path, lambda s=source: _sila.require_settings(s.model, s.scene, settings))
     with _connected(client) as cluster:
         run = _Run(cluster, settings, batch, max(batch, leaf // batch * batch), progress)
         return run.learn(found, unread, start, strict, began)
@@ -121,11 +121,11 @@ class _Run:
 
     def learn(self, found: list[_Source], unread: dict[str, str], start: Model, strict: bool, began: float) -> Outcome:
         sources = len(found) + len(unread)
-        leaves, episodes = self.read(found, unread)
+        leaves, episodes, sites = self.read(found, unread)
         if unread and (strict or not leaves):
             path, reason = next(iter(unread.items()))
             raise FormatError(path, 0, f"a source that can be read ({len(unread)} of {sources} cannot)", reason)
-        chosen = _sila.choose_leaves(episodes, start.episode_ids)
+        chosen = _sila.choose_leaves(episodes, sites, start.episode_ids)
         known = sum(map(len, episodes)) - sum(len(episodes[i]) - len(out) for i, out in chosen)
         if any(out for i, out in chosen if leaves[i][1]):
             shared = next(leaves[i][2] for i, out in chosen if out and leaves[i][1])
@@ -136,22 +136,26 @@ class _Run:
         learnt = result.tracks - start.tracks
         return Outcome(result, unread, sources, len(chosen), known, learnt, time.monotonic() - began)
 
-    def read(self, found: list[_Source], unread: dict[str, str]) -> tuple[list[tuple[Any, bool, str]], list[list[str]]]:
-        """Leaves as futures (with whether they are models, and their source), and the episodes of each."""
+    def read(
+        self, found: list[_Source], unread: dict[str, str]
+    ) -> tuple[list[tuple[Any, bool, str]], list[list[str]], list[Any]]:
+        """Leaves as futures (with whether they are models, and their source), the episodes and the site of each."""
         reads = [self.submit(f"read-{i}", _read, source, self.leaf, self.common) for i, source in enumerate(found)]
         contents = [self.submit(f"content-{i}", _episodes_in, future, self.common) for i, future in enumerate(reads)]
         leaves: list[tuple[Any, bool, str]] = []
         episodes: list[list[str]] = []
+        sites: list[Any] = []
         for i, content in enumerate(self.finished(contents, "reading", "source")):
             path = found[i].path
             if isinstance(content, str):
                 unread[path] = content
                 continue
-            for j, ids in enumerate(content):
+            for j, (ids, site) in enumerate(content):
                 leaf = self.submit(f"leaf-{i}-{j}", _part, reads[i], j)
                 leaves.append((leaf, found[i].model is not None, path))
                 episodes.append(ids)
-        return leaves, episodes
+                sites.append(site)
+        return leaves, episodes, sites
 
     def carry_out(self, leaves: list[tuple[Any, list[str]]], start: Model) -> Model:
         """Every task of the plan, as soon as what it needs is there."""
@@ -210,16 +214,16 @@ def _read(source: _Source, leaf: int, common: tuple[str, int]) -> list[Any] | st
     return [(tracks[i : i + leaf], source.scene) for i in range(0, len(tracks), leaf)]
 
 
-def _episodes_in(parts: list[Any] | str, common: tuple[str, int]) -> list[list[str]] | str:
+def _episodes_in(parts: list[Any] | str, common: tuple[str, int]) -> list[tuple[list[str], Any]] | str:
     if isinstance(parts, str):
         return parts
     settings, batch = common
     found = []
     for content, scene in parts:
         if isinstance(content, Model):
-            found.append(content.episode_ids)
+            found.append(_sila.content_of_model(content))
         else:
-            found.append(_sila.episode_ids(content, scene, batch, settings))
+            found.append(_sila.content_of_tracks(content, scene, batch, settings))
     return found
 
 
@@ -291,15 +295,18 @@ def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene]) -> S
 
 
 def _any_scene(model: Model) -> Scene:
-    """For a fleet of models alone, whose places are their own: only the width is looked at."""
+    """For a fleet of models alone, whose sites are their own: only the width is looked at."""
     return Scene(origin=[0, 0], axis_1=[1, 0], axis_2=[0, 1], sidewalk_width_m=model.reference_width_m)
 
 
 def _agreed(settings: str, start: Model, found: list[_Source]) -> str:
-    """The settings with one width by which all of them count."""
+    """The settings with one width by which all of them count, where curb coordinates are scaled by width."""
     config = json.loads(settings)
     if start.episodes > 0:
-        _sila.require_conventions(start, found[0].scene if found else _any_scene(start), settings)
+        _sila.require_settings(start, found[0].scene if found else _any_scene(start), settings)
+    if config["scaling"] == "metres":
+        return settings
+    if start.episodes > 0:
         width = start.reference_width_m
     elif config["reference_width_m"] > 0.0:
         return settings

@@ -100,7 +100,7 @@ def primitives(model: Model, *, scene: SceneLike, ax: Axes | None = None) -> Axe
     """Motion primitives as arrows in the cells of the grid, one colour each; brought to the scene's primary corner."""
     place = as_scene(scene)
     ax = _place(place, ax)
-    frame = place.frame(scaling=model.config.get("scaling", "mean_width"))
+    frame = place.frame(scaling=model.config.get("scaling", "metres"))
     for index, primitive in enumerate(model.primitives):
         at = frame.to_world(primitive.centres)
         arrows = frame.velocity_to_world(primitive.velocities * 0.8 * model.cell_widths)
@@ -115,7 +115,7 @@ def primitive_graph(model: Model, *, scene: SceneLike, min_count: float = 0.0, a
     the more of them; the size of a node says how many walks stayed in it. Rarer ones than `min_count` are left out."""
     place = as_scene(scene)
     ax = _place(place, ax)
-    frame = place.frame(scaling=model.config.get("scaling", "mean_width"))
+    frame = place.frame(scaling=model.config.get("scaling", "metres"))
     middles = [frame.to_world(primitive.centres).mean(axis=0) for primitive in model.primitives]
     shown = [t for t in model.transitions if t.count >= min_count]
     most = max((t.count for t in shown), default=1.0)
@@ -252,7 +252,7 @@ def _legend(some: Predictions, modes: int, coverage: str, with_tracks: bool) -> 
         name = f"mode {number + 1}"
         if one is not None:
             mode = one.modes[number]
-            name += f"{'' if mode.manner == 'expected' else f' ({mode.manner})'}: {100 * mode.weight:.0f} %"
+            name += f"{'' if mode.variant == 'expected' else f' ({mode.variant})'}: {100 * mode.weight:.0f} %"
         handles.append(Line2D([], [], color=_MODE_COLOURS[number % len(_MODE_COLOURS)], linewidth=2.2, label=name))
     handles.append(
         Line2D(

@@ -37,3 +37,14 @@ def test_a_value_out_of_range_or_of_another_type_is_refused():
         sila.config({"predict": {"horizon_s": float("nan")}})
     with pytest.raises(TypeError, match="config: expected a dictionary or the path of a JSON file, found list"):
         sila.config([1])
+
+
+def test_a_profile_is_that_of_the_program_and_yields_to_fields_beside_it():
+    for name in ("default", "paper", "paper-literal"):
+        command = [PROGRAM, "config", "--profile", name, "--json"]
+        printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        assert sila.config({"profile": name}) == json.loads(printed)
+    beside = sila.config({"profile": "paper", "predict.merge_radius_m": 1.5})["predict"]
+    assert beside["merge_radius_m"] == 1.5 and beside["own_deviation"]
+    with pytest.raises(sila.FormatError, match="the nearest is paper-literal"):
+        sila.config({"profile": "paper-literall"})

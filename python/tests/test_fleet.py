@@ -47,6 +47,11 @@ def saved(model, tmp_path, name):
     return (tmp_path / name).read_bytes()
 
 
+def tracks_at(sites, site):
+    folder = sites / str(site)
+    return sum(len(sila.read_tracks(file, scene=folder / "scene.json")) for file in folder.glob("*.csv"))
+
+
 def test_every_track_of_every_source_is_learnt(outcome, sites):
     files = sorted(sites.rglob("*.csv"))
     tracks = sum(len(sila.read_tracks(file, scene=file.parent / "scene.json")) for file in files)
@@ -57,7 +62,7 @@ def test_every_track_of_every_source_is_learnt(outcome, sites):
     )
     assert outcome.unread == {}
     assert len(outcome.model.episode_ids) == outcome.model.episodes
-    assert outcome.model.reference_width_m == 2.0, "the median of the sources' widths"
+    assert {site.tracks for site in outcome.model.sites} == {tracks_at(sites, 1), tracks_at(sites, 2)}
     assert len(outcome.model.history) == 1
 
 
@@ -121,10 +126,9 @@ def test_it_goes_on_with_what_is_new(client, outcome, sites, tmp_path):
 
 
 def test_models_that_were_learnt_elsewhere_are_sources_too(client, outcome, sites, tmp_path):
-    width = {"reference_width_m": outcome.model.reference_width_m}
     made = sila.simulate(layout="obtuse", tracks=30, seed=5)
-    sila.learn(made.tracks, scene=made.scene, config=width).save(tmp_path / "elsewhere.sila")
-    both = sila.fleet.learn([sites, tmp_path], client=client, batch=10, leaf=LEAF, config=width)
+    sila.learn(made.tracks, scene=made.scene).save(tmp_path / "elsewhere.sila")
+    both = sila.fleet.learn([sites, tmp_path], client=client, batch=10, leaf=LEAF)
     assert both.model.tracks == outcome.model.tracks + len(made.tracks)
     alone = sila.fleet.learn(tmp_path / "elsewhere.sila", client=client)
     assert alone.model == sila.Model.load(tmp_path / "elsewhere.sila")
@@ -161,17 +165,19 @@ def test_a_source_without_a_scene_is_refused_before_any_work(sites, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
+        ({"scaling": "metres", "reference_width_m": 0.0}, "scaling"),
         ({"reference_width_m": 2.9}, "reference_width_m"),
-        ({"reference_width_m": 2.0, "learn": {"grid": {"cell_m": 2.2}}}, "cell_m"),
-        ({"reference_width_m": 2.0, "sampling": {"interval_s": 0.1}}, "interval_s"),
-        ({"reference_width_m": 2.0, "predict": {"horizon_s": 4.0}}, "horizon_s"),
+        ({"learn": {"grid": {"cell_m": 2.2}}}, "cell_m"),
+        ({"sampling": {"interval_s": 0.1}}, "interval_s"),
+        ({"predict": {"horizon_s": 4.0}}, "horizon_s"),
     ],
 )
 def test_models_of_another_grid_are_refused_before_any_work(sites, tmp_path, changes, named):
     made = sila.simulate(tracks=20, seed=5)
-    sila.learn(made.tracks, scene=made.scene, config=changes).save(tmp_path / "other.sila")
+    by_width = {"scaling": "mean_width", "reference_width_m": 2.0}
+    sila.learn(made.tracks, scene=made.scene, config=by_width | changes).save(tmp_path / "other.sila")
     with pytest.raises(sila.FormatError, match=rf"other.sila: .*{named}"):
-        sila.fleet.learn([sites, tmp_path], client=NoClient(), config={"reference_width_m": 2.0})
+        sila.fleet.learn([sites, tmp_path], client=NoClient(), config=by_width)
 
 
 def test_models_of_another_schema_are_refused_before_any_work(sites, model, tmp_path):
@@ -194,11 +200,11 @@ def test_arguments_are_checked(sites):
         sila.fleet.learn(sites, client=NoClient(), model="m.sila")
 
 
-def test_lessons_travel_bit_for_bit(place):
+def test_error_statistics_travel_bit_for_bit(place):
     settings = sila._sila.merged_config("{}", "{}", "config")
     tracks = list(place.tracks)
-    lessons = sila._sila.run_task("teach", tracks, place.scene, 20, [], [None, None], settings, 1)
-    assert pickle.dumps(pickle.loads(pickle.dumps(lessons))) == pickle.dumps(lessons)
+    error_statistics = sila._sila.run_task("teach", tracks, place.scene, 20, [], [None, None], settings, 1)
+    assert pickle.dumps(pickle.loads(pickle.dumps(error_statistics))) == pickle.dumps(error_statistics)
 
 
 def program(*arguments):

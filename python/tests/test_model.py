@@ -36,6 +36,11 @@ def test_a_model_tells_what_it_holds(model, place):
         assert 0 <= transition.from_primitive < len(model.primitives)
         assert 0 <= transition.to_primitive < len(model.primitives)
         assert transition.count > 0
+        assert transition.sites == {0: transition.count}
+    (site,) = model.sites
+    assert (site.episodes, site.tracks) == (model.episodes, model.tracks)
+    assert site.frame == place.scene.frame()
+    assert model.inspect()["sites"][0]["tracks"] == model.tracks
 
 
 def test_a_model_comes_back_from_its_file_and_from_a_pickle(tmp_path, model):
@@ -57,7 +62,7 @@ def test_an_empty_model_pickles():
 
 def test_a_file_that_is_no_model_is_refused_and_left(tmp_path, model):
     path = tmp_path / "notes.txt"
-    path.write_text("not a model, but somebody's notes about the weather of the last weeks\n" * 20)
+    path.write_text("not a model, but a pedestrian's notes about the weather of the last weeks\n" * 20)
     with pytest.raises(sila.FormatError, match="notes.txt"):
         sila.Model.load(path)
     with pytest.raises(sila.FormatError):
@@ -76,12 +81,12 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
     assert why["expect"] and why["reasons"]
 
 
-def test_batch_learning_is_one_episode_with_lessons(place, unseen):
-    at_once = sila.learn_at_once(place.tracks, scene=place.scene)
+def test_batch_learning_is_one_episode_with_error_statistics(place, unseen):
+    at_once = sila.train_batch(place.tracks, scene=place.scene)
     together = {"compact": {"enabled": False}}  # as batch learning has it
-    untaught = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config=together)
-    assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), untaught.size)
-    errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, untaught)]
+    unfitted = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config=together)
+    assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), unfitted.size)
+    errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, unfitted)]
     assert errors[0] < errors[1]
 
 
@@ -139,8 +144,8 @@ def test_bad_arguments_are_named(place, model):
 def test_evaluation_is_a_table(model, unseen):
     found = sila.evaluate(model, unseen.tracks, scene=unseen.scene)
     frame = found.to_frame()
-    assert set(frame["group"]) == {"all", "moving", "turning"}
-    assert len(frame) == 3 * 2 * len(found.horizons_s)
+    assert set(frame["group"]) == {"all", "moving", "standing", "turning"}
+    assert len(frame) == 4 * 2 * len(found.horizons_s)
     assert found.metric("ade_m", group="all", of="constant_velocity") > 0.0
     assert found.groups["all"]["windows"] > 0
     assert "constant velocity" in str(found)

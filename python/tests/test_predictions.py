@@ -49,23 +49,23 @@ def test_a_region_says_of_each_point_whether_it_is_inside(predictions):
     levels = np.array([levels for _, levels in prediction.regions])
     assert levels.shape == (len(probabilities), len(prediction.times_s))
     assert np.all(np.diff(levels, axis=0) >= 0.0), "a region of more probability is no smaller"
-    at_centre = prediction.surprises(prediction.paths_m[0])
-    far_away = prediction.surprises(prediction.paths_m[0] + 1000.0)
+    at_centre = prediction.nonconformity_scores(prediction.paths_m[0])
+    far_away = prediction.nonconformity_scores(prediction.paths_m[0] + 1000.0)
     assert at_centre.shape == far_away.shape == prediction.times_s.shape
     assert np.all(far_away > levels[-1])
-    assert np.all(prediction.surprises(prediction.paths_m[0][:3]) == at_centre[:3])
+    assert np.all(prediction.nonconformity_scores(prediction.paths_m[0][:3]) == at_centre[:3])
     with pytest.raises(ValueError, match="path_m: expected at most"):
-        prediction.surprises(np.zeros((len(prediction.times_s) + 1, 2)))
+        prediction.nonconformity_scores(np.zeros((len(prediction.times_s) + 1, 2)))
     with pytest.raises(ValueError, match=r"path_m: expected shape \(n, 2\)"):
-        prediction.surprises(np.zeros((3, 3)))
+        prediction.nonconformity_scores(np.zeros((3, 3)))
 
 
 def test_manners_and_novelty_are_said_of_every_prediction(predictions):
     for prediction in predictions:
         assert 0.0 <= prediction.novelty <= 1.0
-        assert {mode.manner for mode in prediction.modes} <= {"expected", "slower", "faster", "left", "right"}
+        assert {mode.variant for mode in prediction.modes} <= {"expected", "slower", "faster", "left", "right"}
     frame = predictions.to_frame()
-    assert {"expected", "slower"} <= set(frame["manner"])
+    assert {"expected", "slower"} <= set(frame["variant"])
 
 
 def test_explaining_says_why(model, unseen, predictions):
@@ -114,6 +114,6 @@ def test_at_the_end_there_is_one_prediction_a_track(model, unseen):
     assert [prediction.t0_s for prediction in found] == [track.times_s[-1] for track in unseen.tracks]
 
 
-def test_an_untaught_model_still_answers(unseen):
+def test_an_unfitted_model_still_answers(unseen):
     found = sila.predict(sila.Model(), unseen.tracks, scene=unseen.scene)
     assert all(prediction.fallback for prediction in found)

@@ -8,17 +8,18 @@ import sila
 OBLIQUE = {"origin": [3.0, -2.0], "axis_1": [3.0, 4.0], "axis_2": [-1.0, 0.5], "sidewalk_width_m": 2.5}
 
 
-def test_curb_coordinates_are_those_of_the_definition():
-    """q solves p = origin + width * (q1 axis_1 + q2 axis_2): on three points and an oblique corner."""
-    frame = sila.Scene(**OBLIQUE).frame()
+@pytest.mark.parametrize(("scaling", "unit_m"), [("metres", 1.0), ("mean_width", 2.5)])
+def test_curb_coordinates_are_those_of_the_definition(scaling, unit_m):
+    """q solves p = origin + unit * (q1 axis_1 + q2 axis_2): on three points and an oblique corner."""
+    frame = sila.Scene(**OBLIQUE).frame(scaling=scaling)
     q = np.array([[1.0, 0.0], [0.25, -2.0], [-3.0, 0.5]])
     axes = np.array([OBLIQUE["axis_1"], OBLIQUE["axis_2"]])
     axes /= np.linalg.norm(axes, axis=1)[:, None]
-    expected = np.array(OBLIQUE["origin"]) + 2.5 * q @ axes
+    expected = np.array(OBLIQUE["origin"]) + unit_m * q @ axes
     np.testing.assert_allclose(frame.to_world(q), expected, rtol=0, atol=1e-12)
     np.testing.assert_allclose(frame.to_curb(expected), q, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(frame.velocity_to_world(q), 2.5 * q @ axes, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(frame.velocity_to_curb(2.5 * q @ axes), q, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(frame.velocity_to_world(q), unit_m * q @ axes, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(frame.velocity_to_curb(unit_m * q @ axes), q, rtol=0, atol=1e-12)
     np.testing.assert_allclose(frame.axes, axes, rtol=0, atol=1e-15)
 
 
@@ -49,8 +50,10 @@ def test_a_scene_comes_back_from_its_file(tmp_path, place):
 
 def test_the_scaling_of_a_frame_can_be_chosen():
     scene = sila.Scene(**OBLIQUE, sidewalk_width_1_m=2.0, sidewalk_width_2_m=3.0)
-    assert scene.frame().unit_m.tolist() == [2.5, 2.5]
+    assert scene.frame().unit_m.tolist() == [1.0, 1.0]
+    assert scene.frame(scaling="mean_width").unit_m.tolist() == [2.5, 2.5]
     assert scene.frame().origin_m.tolist() == OBLIQUE["origin"]
+    assert scene.frame() == scene.frame(scaling="metres")
     assert scene.frame(scaling="strip_widths") != scene.frame()
     with pytest.raises(ValueError, match="scaling"):
         scene.frame(scaling="feet")

@@ -153,8 +153,16 @@ def test_what_is_no_track_is_refused_by_its_type():
 
 
 def test_a_split_holds_back_a_share_and_keeps_people_together(place):
-    train, test = sila.split_tracks(place.tracks, test_share=0.25, seed=3)
+    train, test = sila.split_tracks(place.tracks, test_share=0.25, seed=3, by="track")
     assert len({track.input_id for track in test}) == 15  # of 60 people
     assert not {track.input_id for track in test} & {track.input_id for track in train}
     assert sorted(track.id for track in train + test) == sorted(track.id for track in place.tracks)
-    assert sila.split_tracks(place.tracks, test_share=0.25, seed=3)[1] == test
+    assert sila.split_tracks(place.tracks, test_share=0.25, seed=3, by="track")[1] == test
+
+
+def test_a_split_by_time_learns_from_no_companion(place):
+    train, test = sila.split_tracks(place.tracks, test_share=0.25, seed=3)
+    assert len({track.input_id for track in test}) == 15
+    assert train
+    for held in test:
+        assert all(t.times_s[0] > held.times_s[-1] + 5 or t.times_s[-1] < held.times_s[0] - 5 for t in train)

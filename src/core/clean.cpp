@@ -265,15 +265,20 @@ CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::
   validate(config);
   CleanTracks result;
   Ledger ledger;
+  std::size_t recordings = 0;
   for (std::size_t s = 0; s < sources.size(); ++s) {
     ledger.report.rows_read += sources[s].rows_read;
+    std::map<std::string, std::size_t> recording_of;  // where there is more than one in a source
     for (CleanedTrack& track : clean_source(sources[s], prefix[s], config, ledger)) {
       ledger.report.rows_kept += track.trajectory.times_s.size();
       if (extent_m(track.trajectory) < config.standing_extent_m) ++ledger.report.standing_tracks;
       result.trajectories.push_back(std::move(track.trajectory));
+      const std::string clock = sources[s].own_clocks ? track.input_id : "";
+      result.trajectories.back().recording =
+          recording_of.try_emplace(clock, recordings + recording_of.size()).first->second;
       result.input_ids.push_back(std::move(track.input_id));
-      result.source.push_back(s);
     }
+    recordings += std::max<std::size_t>(1, recording_of.size());
   }
   ledger.report.sources = sources.size();
   ledger.report.tracks_kept = result.trajectories.size();

@@ -43,9 +43,8 @@ CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const 
   frame.axis_2 = unit_axis("axis_2", axis_2);
   frame.sidewalk_width_m = widths.mean_m;
   require_positive("sidewalk_width_m", widths.mean_m);
-  if (scaling == CurbScaling::mean_width) {
-    frame.unit_m = Vector2::Constant(widths.mean_m);
-  } else {
+  if (scaling == CurbScaling::mean_width) frame.unit_m = Vector2::Constant(widths.mean_m);
+  if (scaling == CurbScaling::strip_widths) {
     require_positive("sidewalk_width_1_m", widths.width_1_m);
     require_positive("sidewalk_width_2_m", widths.width_2_m);
     // The strip along curb 1 is `width_1` wide across, so width_1 / |sin| long along axis_2, and the other way round.
@@ -53,6 +52,12 @@ CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const 
     if (sine >= kSmallestSine) frame.unit_m = Vector2(widths.width_2_m, widths.width_1_m) / sine;
   }
   validate(frame);
+  return frame;
+}
+
+CurbFrame rescaled(CurbFrame frame, CurbScaling scaling) {
+  if (scaling == CurbScaling::metres) frame.unit_m = Vector2::Ones();
+  if (scaling == CurbScaling::mean_width) frame.unit_m = Vector2::Constant(frame.sidewalk_width_m);
   return frame;
 }
 

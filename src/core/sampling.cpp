@@ -48,6 +48,28 @@ MotionState local_line(const Trajectory& track, double time_s, std::size_t known
   return {mean - slope * mean_time, slope};
 }
 
+/// On the straight line between the samples around `time_s`; the first or last sample outside them.
+Vector2 raw_position_m(const Trajectory& track, double time_s) {
+  const auto after = std::lower_bound(track.times_s.begin(), track.times_s.end(), time_s);
+  if (after == track.times_s.begin()) return track.positions_m.front();
+  if (after == track.times_s.end()) return track.positions_m.back();
+  const auto next = static_cast<std::size_t>(after - track.times_s.begin());
+  const double before_s = track.times_s[next - 1];
+  const double share = (time_s - before_s) / (track.times_s[next] - before_s);
+  return (1.0 - share) * track.positions_m[next - 1] + share * track.positions_m[next];
+}
+
+/// The times of `observe`, the last one exactly that of sample `last`.
+std::vector<double> observed_times_s(const Trajectory& track, std::size_t last, double observe_s, double interval_s) {
+  const double t0_s = track.times_s.at(last);
+  std::vector<double> times_s;
+  for (long k = std::max(std::lround(observe_s / interval_s), 1L) - 1; k >= 0; --k) {
+    const double time_s = t0_s - static_cast<double>(k) * interval_s;
+    if (time_s >= track.times_s.front() - kTimeSlack_s) times_s.push_back(time_s);
+  }
+  return times_s;
+}
+
 CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::vector<double> times_s,
                         const std::vector<MotionState>& states) {
   CurbTrajectory result{track.id, frame, std::move(times_s), {}, {}};
@@ -75,19 +97,9 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
   return states;
 }
 
-double smoothing_reach_s(const Trajectory& track, const SamplingConfig& config) {
-  return kKernelReach * kernel_width_s(track.times_s, config);
-}
-
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {
-  const double t0 = track.times_s.at(last);
-  const auto wanted = static_cast<long>(std::lround(observe_s / config.interval_s));
-  std::vector<double> times_s;
-  for (long k = std::max(wanted, 1L) - 1; k >= 0; --k) {
-    const double t = t0 - static_cast<double>(k) * config.interval_s;
-    if (t >= track.times_s.front() - kTimeSlack_s) times_s.push_back(t);
-  }
+  std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
   const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
   return in_frame(track, frame, std::move(times_s), states);
 }
@@ -103,18 +115,22 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
   return in_frame(track, frame, std::move(times_s), states);
 }
 
+std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config) {
+  std::vector<Vector2> path_m;
+  for (const double time_s : observed_times_s(track, last, observe_s, config.interval_s))
+    path_m.push_back(raw_position_m(track, time_s));
+  return path_m;
+}
+
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps,
                             const SamplingConfig& config) {
-  std::vector<double> times_s;
+  std::vector<Vector2> path_m;
   for (std::size_t j = 1; j <= steps; ++j) {
-    const double t = track.times_s.at(last) + static_cast<double>(j) * config.interval_s;
-    if (t > track.times_s.back() + kTimeSlack_s) break;
-    times_s.push_back(t);
+    const double time_s = track.times_s.at(last) + static_cast<double>(j) * config.interval_s;
+    if (time_s > track.times_s.back() + kTimeSlack_s) break;
+    path_m.push_back(raw_position_m(track, time_s));
   }
-  std::vector<Vector2> path;
-  for (const MotionState& state : smooth(track, times_s, track.times_s.size(), config))
-    path.push_back(state.position_m);
-  return path;
+  return path_m;
 }
 
 std::optional<double> next_due_s(double due_s, double time_s, double every_s) {

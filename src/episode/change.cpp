@@ -86,7 +86,7 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
   return change;
 }
 
-ModelChange change_by_relearning(const Model& previous, const Model& updated) {
+ModelChange change_by_retraining(const Model& previous, const Model& updated) {
   ModelChange change;
   change.primitives_before = static_cast<int>(previous.primitives.size());
   change.primitives_after = static_cast<int>(updated.primitives.size());

@@ -5,42 +5,67 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "sila/core/steps.hpp"
-#include "sila/fuse/fade.hpp"
+#include "sila/refine/fade.hpp"
 
 namespace sila {
 namespace {
 
-/// The moments of one track that teach outlooks.
-std::vector<OutlookExample> examples_of(const PlacedTrack& track, const Conventions& conventions,
+/// The moments of one track that teach residual GPs.
+std::vector<ResidualSample> examples_of(const FramedTrajectory& track, const ModelSettings& settings,
                                         const EpisodeConfig& config) {
-  std::vector<OutlookExample> examples;
+  std::vector<ResidualSample> examples;
   for (const Window& window :
-       windows_of(std::span(&track, 1), config.sampling, config.predict, config.outlook.every_s)) {
-    auto example = outlook_example(window.observed, window.future_m, conventions, config.outlook.min_seen_share);
+       windows_of(std::span(&track, 1), config.sampling, config.predict, config.residual.every_s)) {
+    auto example = residual_sample(window.observed, window.future_m, settings, config.residual.min_seen_share);
     if (example) examples.push_back(*std::move(example));
   }
   return examples;
 }
 
 /// The tracks as they are learnt from.
-Batch prepared(std::span<const PlacedTrack> tracks, const Conventions& conventions, const EpisodeConfig& config) {
+Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& settings, const EpisodeConfig& config) {
   Batch batch;
-  for (const PlacedTrack& placed : tracks) {
+  for (const FramedTrajectory& placed : tracks) {
     batch.tracks.push_back(resample(placed.track, placed.frame, config.sampling));
-    if (config.outlook.enabled) batch.outlooks.push_back(examples_of(placed, conventions, config));
+    if (config.residual.enabled) batch.residuals.push_back(examples_of(placed, settings, config));
   }
   return batch;
 }
 
-/// What the model's errors on tracks that it has not learnt yet teach.
-Lessons taught_by(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
-                  const Predictor* ready) {
-  if (!config.lessons.enabled) return previous.lessons;
-  return add_lessons(previous.lessons, lessons_on(previous, batch, config, ready), config.lessons.decay);
+/// Gives each site what its own past errors show and what `recent` ones teach; a site without recent ones stays as it
+/// was.
+void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
+                          double decay) {
+  const auto error_statistics_in = [](const std::vector<Site>& of, const CurbFrame& frame) {
+    const auto site = find_site(of, frame);
+    return site ? of[static_cast<std::size_t>(*site)].error_statistics : ErrorStatistics{};
+  };
+  for (Site& site : sites) {
+    site.error_statistics =
+        add_error_statistics(error_statistics_in(previous, site.frame), error_statistics_in(recent, site.frame), decay);
+  }
+  require_one_shape(sites);
+}
+
+/// The sites of a model that a batch shows.
+std::vector<int> sites_in(const Model& model, std::span<const FramedTrajectory> batch) {
+  std::set<int> sites;
+  for (const FramedTrajectory& track : batch) {
+    if (const auto site = find_site(model.sites, track.frame)) sites.insert(*site);
+  }
+  return {sites.begin(), sites.end()};
+}
+
+/// M'(n): each site by itself, or all in one.
+Learnt increment_of(const Batch& batch, const ModelSettings& settings, const EpisodeConfig& config) {
+  if (config.fuse.sites == SiteSharing::apart) return learn_apart(batch, settings, config.learn, config.residual);
+  return learn(batch, settings, config.learn, config.residual);
 }
 
 std::vector<EpisodeId> joined(const std::vector<EpisodeId>& a, const std::vector<EpisodeId>& b) {
@@ -60,13 +85,23 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
 
 }  // namespace
 
-Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
+ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
+  const bool metres = config.scaling == CurbScaling::metres;
+  if (metres && config.reference_width_m > 0.0) {
+    throw std::invalid_argument("run_episode: reference_width_m = " + std::to_string(config.reference_width_m) +
+                                " has no meaning with scaling = metres; leave it 0, or choose scaling = mean_width");
+  }
+  if (metres && frame.unit_m != Vector2::Ones()) {
+    throw std::invalid_argument("run_episode: frame.unit_m = " + std::to_string(frame.unit_m.x()) +
+                                ", with scaling = metres it must be 1; make the frame with that scaling");
+  }
+  require_separable("run_episode", previous, config.fuse.sites);
   const double width_m = config.reference_width_m > 0.0 ? config.reference_width_m : frame.sidewalk_width_m;
-  const Conventions fresh =
-      with_outlooks(begin_conventions(width_m, config.scaling, config.sampling.interval_s, config.learn.grid),
-                    config.predict.horizon_s, config.outlook);
+  const ModelSettings fresh = with_residuals(
+      begin_settings(metres ? 1.0 : width_m, config.scaling, config.sampling.interval_s, config.learn.grid),
+      config.predict.horizon_s, config.residual);
   if (previous.episodes == 0) return fresh;
-  const Conventions& kept = previous.conventions;
+  const ModelSettings& kept = previous.settings;
   if (fresh.scaling != kept.scaling)
     throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
   if (fresh.sample_interval_s != kept.sample_interval_s) {
@@ -84,22 +119,22 @@ Conventions conventions_for(const Model& previous, const CurbFrame& frame, const
         "run_episode: learn.grid is not the grid that the model began with (cell_m = " + std::to_string(kept_cell_m) +
         ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
   }
-  if (fresh.outlook_horizon_s != kept.outlook_horizon_s || fresh.outlook_knots != kept.outlook_knots) {
+  if (fresh.residual_horizon_s != kept.residual_horizon_s || fresh.residual_knots != kept.residual_knots) {
     throw std::invalid_argument(
-        "run_episode: outlooks with " + std::to_string(fresh.outlook_knots) + " knots until " +
-        std::to_string(fresh.outlook_horizon_s) + " s, the model began with " + std::to_string(kept.outlook_knots) +
-        " until " + std::to_string(kept.outlook_horizon_s) + " s; keep outlook and predict.horizon_s as they were");
+        "run_episode: residual GPs with " + std::to_string(fresh.residual_knots) + " knots until " +
+        std::to_string(fresh.residual_horizon_s) + " s, the model began with " + std::to_string(kept.residual_knots) +
+        " until " + std::to_string(kept.residual_horizon_s) + " s; keep residual.* and predict.horizon_s as they were");
   }
   return kept;
 }
 
 Update sila_update(const EpisodeConfig& config) {
   auto settled = std::make_shared<Settled>();
-  return [config, settled](const Model& previous, const Batch& batch, const Conventions& conventions) {
-    const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);  // M'(n)
-    Fused fused = fuse(previous, incoming.increment, config.fuse, config.outlook);    // M(n)
+  return [config, settled](const Model& previous, const Batch& batch, const ModelSettings& settings) {
+    const Learnt incoming = increment_of(batch, settings, config);                   // M'(n)
+    Fused fused = fuse(previous, incoming.increment, config.fuse, config.residual);  // M(n)
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    Compacted small = compact(std::move(fused.model), config.compact, config.fuse, config.outlook, *settled);
+    Compacted small = compact(std::move(fused.model), config.compact, config.fuse, config.residual, *settled);
     *settled = std::move(small.settled);
     change = without_dropped(std::move(change), small.kept);
     return Updated{std::move(small.model), incoming.report, fused.report, small.report, std::move(change)};
@@ -107,59 +142,73 @@ Update sila_update(const EpisodeConfig& config) {
 }
 
 Update accumulate_update(const EpisodeConfig& config) {
-  return [config](const Model& previous, const Batch& batch, const Conventions& conventions) {
-    const Learnt incoming = learn(batch, conventions, config.learn, config.outlook);
-    Fused sum = accumulate(previous, incoming.increment);
+  return [config](const Model& previous, const Batch& batch, const ModelSettings& settings) {
+    const Learnt incoming = increment_of(batch, settings, config);
+    Fused sum = accumulate(previous, incoming.increment, config.residual);
     ModelChange change = change_by(sum.plan, previous, sum.model);
     return Updated{std::move(sum.model), incoming.report, sum.report, {}, std::move(change)};
   };
 }
 
-Update relearn_update(const EpisodeConfig& config) {
+Update retrain_update(const EpisodeConfig& config) {
   auto seen = std::make_shared<Batch>();
-  return [config, seen](const Model& previous, const Batch& batch, const Conventions& conventions) {
+  return [config, seen](const Model& previous, const Batch& batch, const ModelSettings& settings) {
     seen->tracks.insert(seen->tracks.end(), batch.tracks.begin(), batch.tracks.end());
-    seen->outlooks.insert(seen->outlooks.end(), batch.outlooks.begin(), batch.outlooks.end());
-    Learnt learnt = learn(*seen, conventions, config.learn, config.outlook);
+    seen->residuals.insert(seen->residuals.end(), batch.residuals.begin(), batch.residuals.end());
+    Learnt learnt = increment_of(*seen, settings, config);
     learnt.increment.model.episodes = previous.episodes + 1;
-    ModelChange change = change_by_relearning(previous, learnt.increment.model);
+    ModelChange change = change_by_retraining(previous, learnt.increment.model);
     return Updated{std::move(learnt.increment.model), learnt.report, {}, {}, std::move(change)};
   };
 }
 
-std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling,
+std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
                                const PredictConfig& predict, double every_s) {
   const auto steps = static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s));
   std::vector<Window> windows;
-  for (const PlacedTrack& placed : tracks) {
+  for (const FramedTrajectory& placed : tracks) {
     for (std::size_t last : prediction_samples(placed.track, predict.observe_s, every_s)) {
       windows.push_back({observe(placed.track, last, placed.frame, predict.observe_s, sampling),
+                         past(placed.track, last, predict.observe_s, sampling),
                          future(placed.track, last, steps, sampling)});
     }
   }
   return windows;
 }
 
-Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config,
-                   const Predictor* ready) {
+std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
+                                      const EpisodeConfig& config, const Predictor* ready) {
   if (unseen.empty()) return {};
-  const Conventions conventions = conventions_for(model, unseen.front().frame, config);
-  const std::vector<Window> windows = windows_of(unseen, config.sampling, config.predict, config.lessons.every_s);
-  if (ready && conventions == model.conventions) return gather_lessons(*ready, windows);
-  Model seen = model;
-  seen.conventions = conventions;
-  return gather_lessons(Predictor(seen, config.predict), windows);
+  const ModelSettings settings = settings_for(model, unseen.front().frame, config);
+  std::optional<Predictor> made;
+  if (!ready || !(settings == model.settings)) {
+    Model seen = model;
+    seen.settings = settings;
+    ready = &made.emplace(seen, config.predict);
+  }
+  std::vector<Site> sites;
+  std::vector<std::vector<FramedTrajectory>> tracks;
+  for (const FramedTrajectory& track : unseen) {
+    const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
+    tracks.resize(sites.size());
+    tracks[site].push_back(track);
+  }
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    sites[i].error_statistics = gather_error_statistics(
+        *ready, windows_of(tracks[i], config.sampling, config.predict, config.error_statistics.every_s));
+  }
+  return sites;
 }
 
 namespace {
 
 /// One episode without the fading that comes before it.
-Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+Episode take_up(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                 const Update& update, const Predictor* ready) {
   validate_fields("run_episode", config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
-  const Conventions conventions = conventions_for(previous, batch.front().frame, config);
+  const ModelSettings settings = settings_for(previous, batch.front().frame, config);
   const EpisodeId id = episode_id(batch);
   if (std::ranges::binary_search(previous.episode_ids, id)) {
     Episode known{previous, {}};
@@ -167,9 +216,11 @@ Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const
     known.report.size_before = known.report.size_after = size(previous);
     return known;
   }
-  Lessons lessons = taught_by(previous, batch, config, ready);
-  Updated updated = update(previous, prepared(batch, conventions, config), conventions);
-  updated.model.lessons = std::move(lessons);
+  std::vector<Site> recent;
+  if (config.error_statistics.enabled) recent = error_statistics_on(previous, batch, config, ready);
+  Updated updated = update(previous, prepared(batch, settings, config), settings);
+  set_error_statistics(updated.model.sites, previous.sites, recent, config.error_statistics.decay);
+  updated.model.sharing = config.fuse.sites;
   Limited limited = limit(std::move(updated.model), config.model, config.compact);
   updated.model = std::move(limited.model);
   updated.change = without_dropped(std::move(updated.change), limited.kept);
@@ -189,33 +240,35 @@ Episode take_up(const Model& previous, std::span<const PlacedTrack> batch, const
 
 }  // namespace
 
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update, const Predictor* ready) {
   const double half_life = config.compact.half_life_episodes;
   if (std::isinf(half_life) || batch.empty()) return take_up(previous, batch, config, update, ready);
   validate_fields("run_episode", config);
-  Episode episode = take_up(fade(previous, std::exp2(-1.0 / half_life)), batch, config, update, nullptr);
+  const Model faded = fade(previous, std::exp2(-1.0 / half_life), sites_in(previous, batch));
+  Episode episode = take_up(faded, batch, config, update, nullptr);
   if (episode.report.known) episode.model = previous;
   return episode;
 }
 
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Predictor* ready) {
   return run_episode(previous, batch, config, sila_update(config), ready);
 }
 
 Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
-                  const OutlookConfig& outlook) {
+                  const ResidualConfig& residual) {
   require_nothing_shared(previous, incoming);
-  const double ours_m = previous.conventions.reference_width_m, theirs_m = incoming.conventions.reference_width_m;
-  if (previous.episodes > 0 && incoming.episodes > 0 && ours_m != theirs_m) {
+  const double ours_m = previous.settings.reference_width_m, theirs_m = incoming.settings.reference_width_m;
+  const bool by_width =
+      previous.settings.scaling != CurbScaling::metres && previous.settings.scaling == incoming.settings.scaling;
+  if (by_width && previous.episodes > 0 && incoming.episodes > 0 && ours_m != theirs_m) {
     throw std::invalid_argument("fuse_models: previous began with a sidewalk width of " + std::to_string(ours_m) +
                                 " m, incoming with " + std::to_string(theirs_m) +
                                 " m; models that are to be fused must begin with one reference_width_m");
   }
-  Fused fused = fuse(previous, {incoming, {}}, config, outlook);
+  Fused fused = fuse(previous, {incoming, {}}, config, residual);
   fused.model.episode_ids = joined(previous.episode_ids, incoming.episode_ids);
-  fused.model.lessons = add_lessons(previous.lessons, incoming.lessons, 1.0);
   return fused;
 }
 

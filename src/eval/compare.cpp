@@ -11,7 +11,7 @@
 #include "sila/eval/evaluate.hpp"
 #include "sila/eval/metrics.hpp"
 #include "sila/fuse/similarity.hpp"
-#include "sila/gp/posterior.hpp"
+#include "sila/gp/flow_posterior.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
@@ -62,7 +62,7 @@ std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double th
 }
 
 bool same_content(const Transition& a, const Transition& b) {
-  return a.count == b.count && pack(a.field) == pack(b.field) && pack(a.outlook) == pack(b.outlook);
+  return a.count == b.count && pack(a.field) == pack(b.field) && pack(a.residual) == pack(b.residual);
 }
 
 void compare_transitions(const Model& a, const Model& b, const std::vector<int>& likes, ModelComparison& comparison) {
@@ -99,16 +99,10 @@ CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, cons
   return path;
 }
 
-CurbFrame frame_of(const Model& model) {
-  if (!model.places.empty()) return model.places.front();
-  const double width_m = model.conventions.reference_width_m;
-  return make_curb_frame({0, 0}, {1, 0}, {0, 1}, {width_m, width_m, width_m}, CurbScaling::mean_width);
-}
-
 }  // namespace
 
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold) {
-  if (!(a.conventions == b.conventions)) {
+  if (!(a.settings == b.settings)) {
     throw std::invalid_argument(
         "compare: the models have different conventions (grid, frame, interval or knots), they must be equal");
   }
@@ -132,15 +126,15 @@ ModelComparison compare(const Model& a, const Model& b, double similarity_thresh
 }
 
 std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, std::size_t most) {
-  const CurbFrame frame = frame_of(model);
   std::vector<CurbTrajectory> paths;
   for (const Transition& transition : model.transitions) {
-    const Posterior posterior(transition.field.gp);
+    const CurbFrame& frame = model.sites.at(static_cast<std::size_t>(transition.sites.at(0).site)).frame;
+    const FlowPosterior posterior(transition.field.gp, transition.field.second());
     const Eigen::MatrixXd& places = transition.field.gp.pseudo_inputs;
     for (Eigen::Index m = 0; m < places.cols(); ++m) {
-      const Vector2 velocity = posterior.predict(places.col(m)).mean;
+      const Vector2 velocity = posterior.mean(places.col(m));
       if (velocity_to_world(frame, velocity).norm() < kStanding_mps) continue;
-      paths.push_back(straight_path(places.col(m), velocity, frame, observe_s, model.conventions.sample_interval_s));
+      paths.push_back(straight_path(places.col(m), velocity, frame, observe_s, model.settings.sample_interval_s));
     }
   }
   const std::size_t step = std::max<std::size_t>(1, (paths.size() + most - 1) / std::max<std::size_t>(1, most));

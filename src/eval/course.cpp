@@ -14,7 +14,7 @@
 namespace sila {
 namespace {
 
-using Tracks = std::span<const PlacedTrack>;
+using Tracks = std::span<const FramedTrajectory>;
 
 /// Something that learns batch by batch and can be asked at any time.
 struct Learner {
@@ -25,12 +25,10 @@ struct Learner {
 
 /// Keeps nothing of the tracks; the episode around it still learns from the errors of kinematics.
 Update kinematics_update() {
-  return [](const Model& previous, const Batch& batch, const Conventions& conventions) {
+  return [](const Model& previous, const Batch& batch, const ModelSettings& settings) {
     Updated updated;
-    updated.model.conventions = conventions;
-    updated.model.places = previous.places;
-    for (const CurbTrajectory& track : batch.tracks)
-      updated.model.places = with_places(std::move(updated.model.places), {track.frame});
+    updated.model.settings = settings;
+    updated.model.sites = join_sites(previous.sites, sites_of(batch.tracks)).sites;
     updated.model.episodes = previous.episodes + 1;
     updated.model.tracks = previous.tracks + static_cast<long>(batch.tracks.size());
     return updated;
@@ -41,8 +39,8 @@ Update update_of(const Method& method) {
   switch (method.kind) {
     case MethodKind::accumulate:
       return accumulate_update(method.config);
-    case MethodKind::relearn:
-      return relearn_update(method.config);
+    case MethodKind::retrain:
+      return retrain_update(method.config);
     case MethodKind::kinematics:
       return kinematics_update();
     default:
@@ -61,8 +59,7 @@ Learner model_learner(const Method& method) {
   auto model = std::make_shared<Model>();
   const bool at_once = method.kind == MethodKind::batch;
   return {[model, config = method.config, update = update_of(method), at_once](Tracks batch) {
-            Run run =
-                at_once ? learn_at_once(batch, config) : run_episodes(*model, batch, batch.size(), config, update);
+            Run run = at_once ? train_batch(batch, config) : run_episodes(*model, batch, batch.size(), config, update);
             *model = std::move(run.model);
           },
           forecast_of(model, method.config.predict), [model] { return size(*model); }};
@@ -73,9 +70,17 @@ Learner tree_learner(const Method& method, std::size_t batch) {
   const std::size_t leaf_tracks = batch * static_cast<std::size_t>(method.tree.leaf_episodes);
   return {[=, config = method.config](Tracks tracks) {
             std::vector<Leaf> leaves;
-            for (std::size_t i = 0; i < tracks.size(); i += leaf_tracks) {
-              const Tracks some = tracks.subspan(i, std::min(leaf_tracks, tracks.size() - i));
-              leaves.push_back({{some.begin(), some.end()}, batch, {}, {}});
+            std::vector<Site> sites;
+            std::vector<std::size_t> filling;  // of each site the leaf that has room, as a fleet's sources are sites
+            for (const FramedTrajectory& track : tracks) {
+              const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
+              const bool first = site == filling.size();
+              if (first) filling.push_back(0);
+              if (first || leaves[filling[site]].tracks.size() == leaf_tracks) {
+                filling[site] = leaves.size();
+                leaves.push_back({{}, batch, {}, {}});
+              }
+              leaves[filling[site]].tracks.push_back(track);
             }
             *model = learn_fleet(*model, std::move(leaves), config);
           },
@@ -117,9 +122,9 @@ Learner learner_of(const Method& method, std::size_t batch) {
 }
 
 /// The batches of a course, each of one place; all in one for a method that learns all at once.
-std::vector<std::vector<PlacedTrack>> batches_of(const Course& course, bool at_once) {
-  std::vector<std::vector<PlacedTrack>> batches;
-  for (const std::vector<PlacedTrack>& stage : course.stages) {
+std::vector<std::vector<FramedTrajectory>> batches_of(const Course& course, bool at_once) {
+  std::vector<std::vector<FramedTrajectory>> batches;
+  for (const std::vector<FramedTrajectory>& stage : course.stages) {
     for (std::size_t i = 0; i < stage.size(); ++i) {
       if (batches.empty() || (!at_once && i % course.batch == 0)) batches.emplace_back();
       batches.back().push_back(stage[i]);
@@ -136,7 +141,7 @@ std::vector<Milestone> run_course(const Course& course, const Method& method) {
   if (batches.empty()) throw std::invalid_argument("run_course: stages hold no track, must have at least one");
   const Learner learner = learner_of(method, course.batch);
   std::vector<Milestone> milestones;
-  for (const std::vector<PlacedTrack>& batch : batches) {
+  for (const std::vector<FramedTrajectory>& batch : batches) {
     Milestone milestone;
     milestone.episode = static_cast<int>(milestones.size()) + 1;
     milestone.tracks = (milestones.empty() ? 0 : milestones.back().tracks) + batch.size();

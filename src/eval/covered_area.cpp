@@ -15,11 +15,11 @@ std::pair<int, int> cell_at(double cell_m, const Vector2& position_m) {
 
 }  // namespace
 
-CoveredArea covered_area(std::span<const PlacedTrack> tracks, double cell_m) {
+CoveredArea covered_area(std::span<const FramedTrajectory> tracks, double cell_m) {
   if (!(cell_m > 0.0))
     throw std::invalid_argument("covered_area: cell_m = " + std::to_string(cell_m) + ", must be positive");
   std::set<std::pair<int, int>> touched, covered;
-  for (const PlacedTrack& placed : tracks) {
+  for (const FramedTrajectory& placed : tracks) {
     for (const Vector2& position_m : placed.track.positions_m) touched.insert(cell_at(cell_m, position_m));
   }
   for (const auto& [x, y] : touched) {

@@ -3,25 +3,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <optional>
-#include <random>
 #include <stdexcept>
 #include <utility>
 
 namespace sila {
 namespace {
 
-/// Fisher-Yates on raw bits: std::shuffle gives other orders with other standard libraries.
-template <class T>
-void shuffle(std::vector<T>& items, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
-}
-
-/// Batch learning takes no lessons on the way and has no growth to stop.
+/// Batch learning takes no error statistics on the way and has no growth to stop.
 EpisodeConfig plain_config(EpisodeConfig config) {
-  config.lessons.enabled = false;
+  config.error_statistics.enabled = false;
   config.compact.enabled = false;
   return config;
 }
@@ -33,9 +24,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 /// Predicts by the model of the last episode, and keeps for the next what stays as it is.
 class Follower {
  public:
-  /// Nothing if there is nothing to take lessons on, or if all of the model fades before it.
+  /// Nothing if there is nothing to take error statistics on, or if all of the model fades before it.
   const Predictor* follow(const Model& model, const EpisodeConfig& config) {
-    if (!config.lessons.enabled || model.episodes == 0 || std::isfinite(config.compact.half_life_episodes))
+    if (!config.error_statistics.enabled || model.episodes == 0 || std::isfinite(config.compact.half_life_episodes))
       return nullptr;
     if (!predictor_) {
       predictor_.emplace(model, config.predict);
@@ -58,33 +49,11 @@ class Follower {
 
 }  // namespace
 
-std::string person_of(const std::string& id) {
-  return id.substr(0, id.find('#'));
-}
-
-Split split_tracks(std::vector<PlacedTrack> tracks, double test_share, std::uint64_t seed) {
-  if (!(test_share >= 0.0 && test_share < 1.0)) {
-    throw std::invalid_argument("split_tracks: test_share = " + std::to_string(test_share) + " is outside [0, 1)");
-  }
-  std::map<std::string, std::vector<PlacedTrack>> by_person;
-  for (PlacedTrack& track : tracks) by_person[person_of(track.track.id)].push_back(std::move(track));
-  std::vector<std::vector<PlacedTrack>> people;
-  for (auto& [id, pieces] : by_person) people.push_back(std::move(pieces));
-  shuffle(people, seed);
-  const auto held = static_cast<std::size_t>(test_share * static_cast<double>(people.size()));
-  Split split;
-  for (std::size_t i = 0; i < people.size(); ++i) {
-    std::vector<PlacedTrack>& side = i < held ? split.test : split.train;
-    std::move(people[i].begin(), people[i].end(), std::back_inserter(side));
-  }
-  return split;
-}
-
 BatchCounts run_batches(Model& model, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
                         const EpisodeObserver& observer) {
   BatchCounts counts;
   Follower follower;
-  for (std::span<const PlacedTrack> batch = next_batch(); !batch.empty(); batch = next_batch()) {
+  for (std::span<const FramedTrajectory> batch = next_batch(); !batch.empty(); batch = next_batch()) {
     const auto start = std::chrono::steady_clock::now();
     const Predictor* const ready = follower.follow(model, config);
     const double making_ready_s = seconds_since(start);
@@ -101,7 +70,7 @@ BatchCounts run_batches(Model& model, const BatchSource& next_batch, const Episo
   return counts;
 }
 
-Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::size_t batch_size,
+Run run_episodes(const Model& start, std::span<const FramedTrajectory> tracks, std::size_t batch_size,
                  const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer) {
   if (batch_size == 0) throw std::invalid_argument("run_episodes: batch_size = 0, must be at least 1");
   Run run{start, {}, 0};
@@ -118,18 +87,20 @@ Run run_episodes(const Model& start, std::span<const PlacedTrack> tracks, std::s
   return run;
 }
 
-Run learn_at_once(std::span<const PlacedTrack> tracks, const EpisodeConfig& config) {
+Run train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config) {
   const auto started = std::chrono::steady_clock::now();
   const auto half = tracks.size() / 2;
   const EpisodeConfig plain = plain_config(config);
-  const auto learn_all = [&](std::span<const PlacedTrack> some) {
+  const auto learn_all = [&](std::span<const FramedTrajectory> some) {
     return run_episode(Model{}, some, plain, sila_update(plain));
   };
   Episode whole = learn_all(tracks);
-  if (config.lessons.enabled && half > 0) {
+  if (config.error_statistics.enabled && half > 0) {
     const Model first = learn_all(tracks.first(half)).model, second = learn_all(tracks.subspan(half)).model;
-    whole.model.lessons = add_lessons(lessons_on(first, tracks.subspan(half), config),
-                                      lessons_on(second, tracks.first(half), config), 1.0);
+    whole.model.sites =
+        join_sites(std::move(whole.model.sites), error_statistics_on(first, tracks.subspan(half), config)).sites;
+    whole.model.sites =
+        join_sites(std::move(whole.model.sites), error_statistics_on(second, tracks.first(half), config)).sites;
   }
   whole.report.seconds = seconds_since(started);
   return {std::move(whole.model), {whole.report}, 0};

@@ -25,7 +25,7 @@ struct Judged {
   std::vector<SkippedTracks> skipped;
 };
 
-Judged windows_with_future(std::span<const PlacedTrack> tracks, const EpisodeConfig& config, double every_s,
+Judged windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double every_s,
                            std::size_t steps) {
   Judged judged;
   std::map<std::string, std::size_t> skipped;
@@ -45,56 +45,38 @@ Judged windows_with_future(std::span<const PlacedTrack> tracks, const EpisodeCon
 }
 
 std::vector<Vector2> whole_path(const Window& window) {
-  std::vector<Vector2> path;
-  for (const Vector2& position : window.observed.positions) path.push_back(to_world(window.observed.frame, position));
+  std::vector<Vector2> path = window.past_m;
   path.insert(path.end(), window.future_m.begin(), window.future_m.end());
   return path;
 }
 
-Prediction constant_prediction(const Window& window, int steps, double interval_s,
-                               const std::vector<double>& variances_m2) {
-  Prediction prediction;
-  Mode mode{1.0, constant_velocity(window.observed, steps, interval_s), {}, {}};
-  for (double variance : variances_m2) mode.covariances_m2.emplace_back(Matrix2::Identity() * variance);
-  prediction.modes.push_back(std::move(mode));
-  return prediction;
+std::vector<LinearReference> references_on(std::span<const JudgedWindow> windows, std::size_t steps, double interval_s,
+                                           auto belongs) {
+  std::vector<const Window*> chosen;
+  for (const JudgedWindow& judged : windows) {
+    if (belongs(judged.window)) chosen.push_back(&judged.window);
+  }
+  return fit_references(chosen, steps, interval_s);
 }
 
-/// The variance per axis and step with which a Gaussian round constant velocity suits the windows best.
-std::vector<double> constant_variances(std::span<const JudgedWindow> windows, int steps, double interval_s,
-                                       auto belongs) {
-  std::vector<double> variances(static_cast<std::size_t>(steps), 0.0);
-  std::size_t count = 0;
-  for (const JudgedWindow& judged : windows) {
-    if (!belongs(judged.window)) continue;
-    ++count;
-    const std::vector<Vector2> path = constant_velocity(judged.window.observed, steps, interval_s);
-    for (std::size_t j = 0; j < path.size(); ++j)
-      variances[j] += 0.5 * (path[j] - judged.window.future_m[j]).squaredNorm();
-  }
-  for (double& variance : variances)
-    variance = std::max(1e-4, variance / static_cast<double>(std::max<std::size_t>(1, count)));
-  return variances;
+void add(std::vector<Metrics>& sums, const std::vector<Metrics>& more) {
+  sums.resize(std::max(sums.size(), more.size()));
+  for (std::size_t i = 0; i < more.size(); ++i) sums[i] = sums[i] + more[i];
 }
 
 GroupScore group(const std::string& name, std::span<const WindowScore> windows, std::size_t horizons, auto belongs) {
-  GroupScore score{name, 0, 0.0, 0.0, std::vector<Metrics>(horizons), std::vector<Metrics>(horizons)};
+  GroupScore score{name, 0, 0.0, 0.0, std::vector<Metrics>(horizons), std::vector<Metrics>(horizons), {}};
   for (const WindowScore& window : windows) {
     if (!belongs(window)) continue;
     ++score.windows;
     score.fallback_rate += window.fallback ? 1.0 : 0.0;
     score.modes += static_cast<double>(window.modes);
-    for (std::size_t h = 0; h < horizons; ++h) {
-      score.model[h] = score.model[h] + window.model[h];
-      score.constant[h] = score.constant[h] + window.constant[h];
-    }
+    add(score.model, window.model), add(score.constant, window.constant), add(score.references, window.references);
   }
-  if (score.windows == 0) return score;
-  const double share = 1.0 / static_cast<double>(score.windows);
+  const double share = 1.0 / static_cast<double>(std::max<std::size_t>(1, score.windows));
   score.fallback_rate *= share, score.modes *= share;
-  for (std::size_t h = 0; h < horizons; ++h) {
-    score.model[h] = share * score.model[h];
-    score.constant[h] = share * score.constant[h];
+  for (std::vector<Metrics>* sums : {&score.model, &score.constant, &score.references}) {
+    for (Metrics& sum : *sums) sum = share * sum;
   }
   return score;
 }
@@ -104,16 +86,19 @@ int steps_of(const EpisodeConfig& config) {
 }
 
 /// No mode: there was no forecast for this window.
-WindowScore judge(const Forecast& forecast, const Window& window, const std::vector<double>& own_variances_m2,
+WindowScore judge(const Forecast& forecast, const Window& window, std::span<const LinearReference> own,
                   const EpisodeConfig& config, const EvaluateConfig& judged, const Background* background) {
   const Prediction prediction = forecast(window.observed);
   if (prediction.modes.empty()) return {};
-  if (background == nullptr) return score_window(prediction, window, own_variances_m2, config, judged);
-  const bool moving = is_moving(window.observed, judged);
-  WindowScore score = score_window(
-      prediction, window, moving ? background->moving_variances_m2 : background->standing_variances_m2, config, judged);
-  const auto constant_m = constant_velocity(window.observed, steps_of(config), config.sampling.interval_s);
+  if (background == nullptr) return score_window(prediction, window, own, config, judged);
+  const bool moving = is_moving(window, judged);
+  WindowScore score =
+      score_window(prediction, window, moving ? background->moving : background->standing, config, judged);
+  const auto constant_m = constant_velocity(window.past_m, steps_of(config), config.sampling.interval_s);
   score.inside = contains(background->area, constant_m.back());
+  const std::vector<Way> ways = ways_on(background->passages, window, config.sampling.interval_s);
+  if (const auto probability = probability_of_way_taken(prediction, window, ways))
+    score.way_log_probability = std::log(*probability);
   return score;
 }
 
@@ -123,6 +108,7 @@ void add_groups(Evaluation& evaluation, bool with_area) {
   };
   add("all", [](const WindowScore&) { return true; });
   add("moving", [](const WindowScore& w) { return w.moving; });
+  add("standing", [](const WindowScore& w) { return !w.moving; });
   add("turning", [](const WindowScore& w) { return w.turning; });
   if (!with_area) return;
   add("inside", [](const WindowScore& w) { return w.moving && w.inside; });
@@ -131,26 +117,28 @@ void add_groups(Evaluation& evaluation, bool with_area) {
 
 }  // namespace
 
-bool is_moving(const CurbTrajectory& observed, const EvaluateConfig& judged) {
-  const Vector2 moved = observed.positions.back() - observed.positions.front();
-  return velocity_to_world(observed.frame, moved).norm() >= judged.moving_m;
+bool is_moving(const Window& window, const EvaluateConfig& judged) {
+  return (window.past_m.back() - window.past_m.front()).norm() >= judged.moving_m;
 }
 
 WindowScore score_window(const Prediction& prediction, const Window& window,
-                         const std::vector<double>& constant_variances_m2, const EpisodeConfig& config,
+                         std::span<const LinearReference> references, const EpisodeConfig& config,
                          const EvaluateConfig& judged) {
   const double interval_s = config.sampling.interval_s;
   WindowScore score;
-  score.moving = is_moving(window.observed, judged);
+  score.moving = is_moving(window, judged);
   score.turning = score.moving && heading_change_rad(whole_path(window)) > judged.turning_rad;
   score.track = window.observed.id, score.t0_s = prediction.t0_s;
   score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
-  const Prediction constant = constant_prediction(window, steps_of(config), interval_s, constant_variances_m2);
+  const Prediction constant = references.front().predict(window.past_m, interval_s);
   for (double horizon_s : horizons_until(config.predict.horizon_s)) {
     const auto count = static_cast<std::size_t>(steps_in(horizon_s, interval_s));
     score.model.push_back(measure(prediction, window.future_m, count));
     score.constant.push_back(measure(constant, window.future_m, count));
   }
+  const auto steps = static_cast<std::size_t>(steps_of(config));
+  for (const LinearReference& reference : references)
+    score.references.push_back(measure(reference.predict(window.past_m, interval_s), window.future_m, steps));
   return score;
 }
 
@@ -171,39 +159,41 @@ double heading_change_rad(std::span<const Vector2> path_m) {
   return std::abs(std::atan2(first.x() * last.y() - first.y() * last.x(), first.dot(last)));
 }
 
-Background background_of(std::span<const PlacedTrack> train, const EpisodeConfig& config,
+Background background_of(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                          const EvaluateConfig& judged) {
-  const int steps = steps_of(config);
-  const std::vector<JudgedWindow> windows =
-      windows_with_future(train, config, judged.every_s, static_cast<std::size_t>(steps)).windows;
-  const auto variances = [&](bool moving) {
-    return constant_variances(windows, steps, config.sampling.interval_s,
-                              [&](const Window& window) { return is_moving(window.observed, judged) == moving; });
+  const auto steps = static_cast<std::size_t>(steps_of(config));
+  const std::vector<JudgedWindow> windows = windows_with_future(train, config, judged.every_s, steps).windows;
+  const auto references = [&](bool moving) {
+    return references_on(windows, steps, config.sampling.interval_s,
+                         [&](const Window& window) { return is_moving(window, judged) == moving; });
   };
-  return {covered_area(train), variances(true), variances(false)};
+  std::vector<const Window*> all;
+  for (const JudgedWindow& judged_window : windows) all.push_back(&judged_window.window);
+  return {covered_area(train), references(true), references(false), passages_of(all, config.sampling.interval_s)};
 }
 
-Evaluation evaluate_forecast(const Forecast& forecast, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
-                             const EvaluateConfig& judged_config, const Background* background) {
+Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
+                             const EpisodeConfig& config, const EvaluateConfig& judged_config,
+                             const Background* background) {
   validate_fields("evaluate", judged_config);
-  const int steps = steps_of(config);
-  const Judged judged = windows_with_future(tracks, config, judged_config.every_s, static_cast<std::size_t>(steps));
-  const std::vector<double> own_variances_m2 =
-      constant_variances(judged.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
+  const auto steps = static_cast<std::size_t>(steps_of(config));
+  const Judged judged = windows_with_future(tracks, config, judged_config.every_s, steps);
+  std::vector<LinearReference> own =
+      references_on(judged.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
+  own.resize(2);  // the paths of the others would be fitted to what they are judged by
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);
   evaluation.skipped = judged.skipped;
   evaluation.windows.resize(judged.windows.size());
   tbb::parallel_for(std::size_t{0}, judged.windows.size(), [&](std::size_t i) {
-    evaluation.windows[i] =
-        judge(forecast, judged.windows[i].window, own_variances_m2, config, judged_config, background);
+    evaluation.windows[i] = judge(forecast, judged.windows[i].window, own, config, judged_config, background);
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, background != nullptr);
   return evaluation;
 }
 
-Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                     const EvaluateConfig& judged) {
   const Predictor predictor(model, config.predict);
   return evaluate_forecast([&](const CurbTrajectory& observed) { return predictor.predict(observed); }, tracks, config,

@@ -7,14 +7,14 @@
 #include <set>
 #include <stdexcept>
 
-#include "sila/eval/episodes.hpp"
+#include "sila/eval/split.hpp"
 
 namespace sila {
 namespace {
 
-std::vector<PlacedTrack> long_enough(const Place& place, double min_track_s) {
-  std::vector<PlacedTrack> tracks;
-  for (const PlacedTrack& placed : place.tracks) {
+std::vector<FramedTrajectory> long_enough(const Place& place, double min_track_s) {
+  std::vector<FramedTrajectory> tracks;
+  for (const FramedTrajectory& placed : place.tracks) {
     if (placed.track.times_s.back() - placed.track.times_s.front() >= min_track_s) tracks.push_back(placed);
   }
   return tracks;
@@ -38,21 +38,6 @@ Counts counts_for(std::size_t tracks, const ExperimentConfig& config) {
   return counts;
 }
 
-/// The first `test` tracks and those that follow, nobody on both sides.
-Split split_by_counts(const std::vector<PlacedTrack>& shuffled, const Counts& counts) {
-  Split split;
-  std::string last;
-  for (const PlacedTrack& track : shuffled) {
-    const std::string person = person_of(track.track.id);
-    if (split.test.size() < counts.test || (split.train.empty() && person == last))
-      split.test.push_back(track);
-    else if (split.train.size() < counts.train)
-      split.train.push_back(track);
-    last = person;
-  }
-  return split;
-}
-
 void check_place(const Place& place, const ExperimentConfig& config) {
   const std::size_t tracks = long_enough(place, config.min_track_s).size();
   const auto refuse = [&](const std::string& rule) {
@@ -66,11 +51,27 @@ void check_place(const Place& place, const ExperimentConfig& config) {
     refuse("fewer than test_tracks = " + std::to_string(config.test_tracks) + " and train_tracks = " +
            std::to_string(config.train_tracks) + " together; ask for fewer, or set take_fewer");
   }
-  const Split split = split_place(place, config, 1);
-  if (split.test.empty() || split.train.empty()) {
-    refuse("of which " + std::to_string(split.test.size()) + " would be held back and " +
-           std::to_string(split.train.size()) + " learnt; both need at least 1");
+  Split split;
+  try {
+    split = split_place(place, config, 1);
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
   }
+  const auto least = static_cast<std::size_t>(config.take_fewer ? 1 : std::max(1, config.train_tracks));
+  if (split.test.empty() || split.train.size() < least) {
+    refuse(
+        "of which " + std::to_string(split.test.size()) + " would be held back and " +
+        std::to_string(split.train.size()) + " learnt from, must be at least 1 and " + std::to_string(least) +
+        (config.split == SplitBy::time ? "; the embargo leaves out those who were there with held-back people" : ""));
+  }
+}
+
+/// The tracks in the units of a method.
+Split rescaled(Split split, CurbScaling scaling) {
+  for (std::vector<FramedTrajectory>* side : {&split.train, &split.test}) {
+    for (FramedTrajectory& placed : *side) placed.frame = sila::rescaled(placed.frame, scaling);
+  }
+  return split;
 }
 
 JudgedPlace judged_place(const Place& place, Split split, const EpisodeConfig& config) {
@@ -93,10 +94,12 @@ std::vector<std::vector<std::size_t>> orders_of(std::size_t places, int orders, 
 
 Split split_place(const Place& place, const ExperimentConfig& config, int trial) {
   const std::uint64_t seed = config.seed + static_cast<std::uint64_t>(trial - 1);
-  std::vector<PlacedTrack> tracks = long_enough(place, config.min_track_s);
-  if (config.test_tracks == 0) return split_tracks(std::move(tracks), config.test_share, seed);
+  std::vector<FramedTrajectory> tracks = long_enough(place, config.min_track_s);
+  if (config.test_tracks == 0) return split_tracks(std::move(tracks), config.test_share, seed, config.split);
   const Counts counts = counts_for(tracks.size(), config);
-  return split_by_counts(split_tracks(std::move(tracks), 0.0, seed).train, counts);
+  Split split = split_people(std::move(tracks), counts.test, seed, config.split);
+  if (split.train.size() > counts.train) split.train.resize(counts.train);
+  return split;
 }
 
 void check(const Experiment& experiment) {
@@ -155,22 +158,25 @@ const Method& method_of(const Experiment& experiment, const Job& job) {
 Course course_of(const Experiment& experiment, const Job& job) {
   const ExperimentConfig& config = experiment.config;
   const EpisodeConfig& episode = method_of(experiment, job).config;
+  const auto split_at = [&](std::size_t place) {
+    return rescaled(split_place(experiment.places.at(place), config, job.trial), episode.scaling);
+  };
   Course course;
   course.batch = static_cast<std::size_t>(config.batch);
   course.judge_every_episode = config.every_episode;
   if (config.kind == ExperimentKind::places) {
     const auto orders = orders_of(experiment.places.size(), config.orders, config.seed);
     for (std::size_t p : orders.at(static_cast<std::size_t>(job.order - 1))) {
-      Split split = split_place(experiment.places[p], config, job.trial);
+      Split split = split_at(p);
       course.stages.push_back(split.train);
       course.judged.push_back(judged_place(experiment.places[p], std::move(split), episode));
     }
     return course;
   }
-  Split here = split_place(experiment.places.at(job.place), config, job.trial);
+  Split here = split_at(job.place);
   if (job.here) course.stages.push_back(here.train);
   for (std::size_t p = 0; !job.here && p < experiment.places.size(); ++p) {
-    if (p != job.place) course.stages.push_back(split_place(experiment.places[p], config, job.trial).train);
+    if (p != job.place) course.stages.push_back(split_at(p).train);
   }
   course.judged.push_back(judged_place(experiment.places[job.place], std::move(here), episode));
   return course;

@@ -31,7 +31,7 @@ std::string shortest(double value) {
 /// Values whose spread over trials tells something.
 bool has_spread(const RowValue& value) {
   const std::string name = value.name;
-  return name.ends_with("ratio") || name == "nll" || name == "size";
+  return name == "ratio" || name == "ade_ratio" || name == "nll" || name == "size";
 }
 
 std::string cell(const RowValue& value, const Spread& spread) {
@@ -41,9 +41,15 @@ std::string cell(const RowValue& value, const Spread& spread) {
   return text;
 }
 
+bool is_in_tables(const RowValue& value) {
+  return value.title[0] != '\0';
+}
+
 std::string header(const std::string& first) {
   std::string text = "| " + first + " |", rule = "|---|";
-  for (const RowValue& value : row_values()) text += std::string(" ") + value.title + " |", rule += "---|";
+  for (const RowValue& value : row_values()) {
+    if (is_in_tables(value)) text += std::string(" ") + value.title + " |", rule += "---|";
+  }
   return text + "\n" + rule + "\n";
 }
 
@@ -59,8 +65,10 @@ Spread mean_over(const std::vector<const MethodSummary*>& summaries, std::size_t
   std::vector<double> means;
   for (const MethodSummary* summary : summaries) {
     if (summary->values[v].count == 0) continue;
-    const Spread& turning = summary->values[index_of("turning_windows")];
-    if (name == "turning_ratio" && turning.mean * static_cast<double>(turning.count) < 50.0) continue;
+    if (name.starts_with("turning_r") || name.starts_with("standing_r") || name.starts_with("standing_a")) {
+      const Spread& windows = summary->values[index_of(name.substr(0, name.find('_')) + "_windows")];
+      if (windows.mean * static_cast<double>(windows.count) < 50.0) continue;
+    }
     means.push_back(name == "size" ? std::log(std::max(1.0, summary->values[v].mean)) : summary->values[v].mean);
   }
   Spread spread = spread_of(means);
@@ -79,8 +87,8 @@ std::vector<std::string> names(std::span<const T> items, std::string T::*member)
 
 std::string means_table(std::span<const MethodSummary> summaries) {
   std::string text =
-      "## Mean over the places\n\n± is the deviation between places; size: geometric mean; turning: places with at "
-      "least 50 such windows in all trials.\n\n" +
+      "## Mean over the places\n\n± is the deviation between places; size: geometric mean; turning and "
+      "standing: places with at least 50 such windows in all trials.\n\n" +
       header("method");
   for (const std::string& method : names(summaries, &MethodSummary::method)) {
     std::vector<const MethodSummary*> own;
@@ -89,6 +97,7 @@ std::string means_table(std::span<const MethodSummary> summaries) {
     }
     text += "| " + method + " |";
     for (std::size_t v = 0; v < row_values().size(); ++v) {
+      if (!is_in_tables(row_values()[v])) continue;
       Spread spread = mean_over(own, v);
       if (std::string(row_values()[v].name) == "size") spread.count = std::min<std::size_t>(spread.count, 1);
       text += " " + cell(row_values()[v], spread) + " |";
@@ -131,8 +140,7 @@ std::string rows_csv(std::span<const PartRow> rows) {
 std::string curves_csv(std::span<const json> parts) {
   std::string text =
       "scene,place,method,trial,order,episode,tracks,size,seconds,windows,weighted_mhd_m,mean_path_mhd_m,best_mhd_m,"
-      "nll,"
-      "constant_mhd_m\n";
+      "mean_path_ade_m,nll,constant_mhd_m,constant_ade_m\n";
   for (const json& part : parts) {
     for (const json& milestone : part.at("milestones")) {
       const std::string what = quoted(part.at("scene")) + ",";
@@ -140,16 +148,17 @@ std::string curves_csv(std::span<const json> parts) {
                               part.at("order").dump() + "," + milestone.at("episode").dump() + "," +
                               milestone.at("tracks").dump() + "," + milestone.at("size").dump() + "," +
                               milestone.at("seconds").dump() + ",";
-      if (!milestone.contains("places")) text += what + "," + how + ",,,,,\n";
+      if (!milestone.contains("places")) text += what + "," + how + ",,,,,,,\n";
       const json places = milestone.value("places", json::object());
       for (const auto& [place, groups] : places.items()) {
         if (!groups.contains("moving")) continue;
         const json& model = groups.at("moving").at("model");
         text += what + quoted(place) + "," + how + groups.at("moving").at("windows").dump();
-        for (const char* name : {"weighted_mhd_m", "mean_path_mhd_m", "best_mhd_m", "nll"}) {
+        for (const char* name : {"weighted_mhd_m", "mean_path_mhd_m", "best_mhd_m", "mean_path_ade_m", "nll"}) {
           text += "," + model.at(name).dump();
         }
-        text += "," + groups.at("moving").at("constant_velocity").at("weighted_mhd_m").dump() + "\n";
+        const json& constant = groups.at("moving").at("constant_velocity");
+        text += "," + constant.at("weighted_mhd_m").dump() + "," + constant.at("mean_path_ade_m").dump() + "\n";
       }
     }
   }
@@ -202,8 +211,9 @@ std::string tables(std::span<const MethodSummary> summaries, std::span<const Com
     for (const MethodSummary& summary : summaries) {
       if (summary.place != place) continue;
       text += "| " + summary.method + " |";
-      for (std::size_t v = 0; v < row_values().size(); ++v)
-        text += " " + cell(row_values()[v], summary.values[v]) + " |";
+      for (std::size_t v = 0; v < row_values().size(); ++v) {
+        if (is_in_tables(row_values()[v])) text += " " + cell(row_values()[v], summary.values[v]) + " |";
+      }
       text += "\n";
     }
     text += "\n";

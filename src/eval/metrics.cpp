@@ -49,11 +49,15 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
     metrics.best_ade_m = std::min(metrics.best_ade_m, ade_m);
     metrics.best_fde_m = std::min(metrics.best_fde_m, fde_m);
     if (m == 0)
-      metrics.likeliest_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
+      metrics.most_likely_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
   }
-  metrics.mean_path_mhd_m = modified_hausdorff_m(mean_path(prediction, steps), truth);
-  metrics.nll = negative_log_likelihood(prediction, steps - 1, truth.back());
-  const double found = surprise(prediction, steps - 1, truth.back());
+  const std::vector<Vector2> mean_m = mean_path(prediction, steps);
+  metrics.mean_path_mhd_m = modified_hausdorff_m(mean_m, truth);
+  metrics.mean_path_ade_m = mean_distance_m(mean_m, truth);
+  metrics.mean_path_fde_m = (mean_m.back() - truth.back()).norm();
+  for (std::size_t j = 0; j < steps; ++j)
+    metrics.nll += negative_log_likelihood(prediction, j, truth[j]) / static_cast<double>(steps);
+  const double found = nonconformity(prediction, steps - 1, truth.back());
   for (std::size_t p = 0; p < metrics.coverage.size(); ++p) {
     const double level =
         prediction.regions.empty() ? -std::log1p(-kRegionProbabilities[p]) : prediction.regions[p].levels[steps - 1];
@@ -64,9 +68,11 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
 
 Metrics operator+(const Metrics& a, const Metrics& b) {
   Metrics sum{a.weighted_mhd_m + b.weighted_mhd_m,
-              a.likeliest_mhd_m + b.likeliest_mhd_m,
+              a.most_likely_mhd_m + b.most_likely_mhd_m,
               a.best_mhd_m + b.best_mhd_m,
               a.mean_path_mhd_m + b.mean_path_mhd_m,
+              a.mean_path_ade_m + b.mean_path_ade_m,
+              a.mean_path_fde_m + b.mean_path_fde_m,
               a.ade_m + b.ade_m,
               a.fde_m + b.fde_m,
               a.best_ade_m + b.best_ade_m,
@@ -78,16 +84,9 @@ Metrics operator+(const Metrics& a, const Metrics& b) {
 }
 
 Metrics operator*(double f, const Metrics& a) {
-  Metrics scaled{f * a.weighted_mhd_m,
-                 f * a.likeliest_mhd_m,
-                 f * a.best_mhd_m,
-                 f * a.mean_path_mhd_m,
-                 f * a.ade_m,
-                 f * a.fde_m,
-                 f * a.best_ade_m,
-                 f * a.best_fde_m,
-                 f * a.nll,
-                 a.coverage};
+  Metrics scaled{f * a.weighted_mhd_m,  f * a.most_likely_mhd_m, f * a.best_mhd_m, f * a.mean_path_mhd_m,
+                 f * a.mean_path_ade_m, f * a.mean_path_fde_m,   f * a.ade_m,      f * a.fde_m,
+                 f * a.best_ade_m,      f * a.best_fde_m,        f * a.nll,        a.coverage};
   for (double& share : scaled.coverage) share *= f;
   return scaled;
 }

@@ -1,7 +1,9 @@
 #include "sila/eval/part.hpp"
 
-#include "sila/eval/episodes.hpp"
+#include <iterator>
+
 #include "sila/eval/report.hpp"
+#include "sila/eval/split.hpp"
 
 namespace sila {
 namespace {
@@ -9,40 +11,70 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
+constexpr double GroupSums::*kSums[] = {
+    &GroupSums::windows,        &GroupSums::mhd_m,          &GroupSums::mean_path_mhd_m,    &GroupSums::best_mhd_m,
+    &GroupSums::ade_m,          &GroupSums::fde_m,          &GroupSums::best_ade_m,         &GroupSums::nll,
+    &GroupSums::fallbacks,      &GroupSums::inside_50,      &GroupSums::inside_90,          &GroupSums::constant_mhd_m,
+    &GroupSums::constant_ade_m, &GroupSums::constant_fde_m, &GroupSums::constant_nll,       &GroupSums::stays_mhd_m,
+    &GroupSums::stays_ade_m,    &GroupSums::damped_mhd_m,   &GroupSums::damped_ade_m,       &GroupSums::linear_mhd_m,
+    &GroupSums::linear_ade_m,   &GroupSums::linear_nll,     &GroupSums::way_log_probability};
+static_assert(sizeof(GroupSums) == std::size(kSums) * sizeof(double), "each sum is added and written");
+
 GroupSums sums_of(const WindowScore& window) {
-  const Metrics &model = window.model.back(), &constant = window.constant.back();
+  const Metrics& model = window.model.back();
+  const auto of = [&](Reference reference) { return window.references.at(static_cast<std::size_t>(reference)); };
+  const Metrics constant = of(Reference::constant_velocity), stays = of(Reference::stays);
+  const Metrics damped = of(Reference::damped_velocity), linear = of(Reference::linear);
   static_assert(kRegionProbabilities[1] == 0.5 && kRegionProbabilities[3] == 0.9);
-  return {1.0,
-          model.weighted_mhd_m,
-          model.mean_path_mhd_m,
-          model.best_mhd_m,
-          model.nll,
-          constant.weighted_mhd_m,
-          constant.nll,
-          window.fallback ? 1.0 : 0.0,
-          model.coverage[1],
-          model.coverage[3]};
+  return {.windows = 1.0,
+          .mhd_m = model.weighted_mhd_m,
+          .mean_path_mhd_m = model.mean_path_mhd_m,
+          .best_mhd_m = model.best_mhd_m,
+          .ade_m = model.mean_path_ade_m,
+          .fde_m = model.mean_path_fde_m,
+          .best_ade_m = model.best_ade_m,
+          .nll = model.nll,
+          .fallbacks = window.fallback ? 1.0 : 0.0,
+          .inside_50 = model.coverage[1],
+          .inside_90 = model.coverage[3],
+          .constant_mhd_m = constant.weighted_mhd_m,
+          .constant_ade_m = constant.mean_path_ade_m,
+          .constant_fde_m = constant.mean_path_fde_m,
+          .constant_nll = constant.nll,
+          .stays_mhd_m = stays.weighted_mhd_m,
+          .stays_ade_m = stays.mean_path_ade_m,
+          .damped_mhd_m = damped.weighted_mhd_m,
+          .damped_ade_m = damped.mean_path_ade_m,
+          .linear_mhd_m = linear.weighted_mhd_m,
+          .linear_ade_m = linear.mean_path_ade_m,
+          .linear_nll = linear.nll,
+          .way_log_probability = window.way_log_probability.value_or(0.0)};
 }
 
-ordered_json to_json(const GroupSums& s) {
-  return {s.windows,        s.mhd_m,        s.mean_path_mhd_m, s.best_mhd_m, s.nll,
-          s.constant_mhd_m, s.constant_nll, s.fallbacks,       s.inside_50,  s.inside_90};
+ordered_json to_json(const GroupSums& sums) {
+  ordered_json list = ordered_json::array();
+  for (const auto member : kSums) list.push_back(sums.*member);
+  return list;
 }
 
-GroupSums sums_from(const json& j) {
-  return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5), j.at(6), j.at(7), j.at(8), j.at(9)};
+GroupSums sums_from(const json& list) {
+  GroupSums sums;
+  for (std::size_t i = 0; i < std::size(kSums); ++i) sums.*kSums[i] = list.at(i);
+  return sums;
 }
 
 /// The sums of the groups and of each person's moving windows.
 ordered_json sums_json(const Evaluation& evaluation) {
   std::map<std::string, GroupSums> groups, people;
-  for (const char* name : {"moving", "turning", "inside", "outside"}) groups[name] = {};
+  for (const char* name : {"all", "moving", "standing", "turning", "forks", "inside", "outside"}) groups[name] = {};
   for (const WindowScore& window : evaluation.windows) {
-    if (!window.moving) continue;
     const GroupSums sums = sums_of(window);
     const auto add = [&](GroupSums& to) { to = to + sums; };
-    add(groups["moving"]), add(groups[window.inside ? "inside" : "outside"]);
+    add(groups["all"]), add(groups[window.moving ? "moving" : "standing"]);
+    if (!window.moving) continue;
+    add(groups[window.inside ? "inside" : "outside"]);
     if (window.turning) add(groups["turning"]);
+    if (window.way_log_probability) add(groups["forks"]);
     add(people[person_of(window.track)]);
   }
   ordered_json result;
@@ -59,7 +91,7 @@ ordered_json milestone_json(const Milestone& milestone) {
                       {"seconds", milestone.seconds}};
   for (const PlaceEvaluation& place : milestone.places) {
     for (const GroupScore& group : place.evaluation.groups) {
-      if (group.windows == 0 || group.name == "all") continue;
+      if (group.windows == 0) continue;
       result["places"][place.place][group.name] = {{"windows", group.windows},
                                                    {"model", to_json(group.model.back())},
                                                    {"constant_velocity", to_json(group.constant.back())}};
@@ -71,16 +103,9 @@ ordered_json milestone_json(const Milestone& milestone) {
 }  // namespace
 
 GroupSums operator+(const GroupSums& a, const GroupSums& b) {
-  return {a.windows + b.windows,
-          a.mhd_m + b.mhd_m,
-          a.mean_path_mhd_m + b.mean_path_mhd_m,
-          a.best_mhd_m + b.best_mhd_m,
-          a.nll + b.nll,
-          a.constant_mhd_m + b.constant_mhd_m,
-          a.constant_nll + b.constant_nll,
-          a.fallbacks + b.fallbacks,
-          a.inside_50 + b.inside_50,
-          a.inside_90 + b.inside_90};
+  GroupSums sum = a;
+  for (const auto member : kSums) sum.*member += b.*member;
+  return sum;
 }
 
 ordered_json part_json(const Job& job, std::span<const Milestone> milestones) {

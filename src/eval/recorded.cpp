@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sila/core/errors.hpp"
-#include "sila/eval/episodes.hpp"
+#include "sila/eval/split.hpp"
 
 namespace sila {
 namespace {

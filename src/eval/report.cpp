@@ -5,11 +5,11 @@
 namespace sila {
 namespace {
 
-/// Share of windows whose true position lies in the region of each stated probability.
+/// Share of windows whose true position lies in the region of each nominal probability.
 nlohmann::ordered_json coverage_json(const Metrics& m) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t p = 0; p < m.coverage.size(); ++p)
-    list.push_back({{"stated", kRegionProbabilities[p]}, {"observed", m.coverage[p]}});
+    list.push_back({{"nominal", kRegionProbabilities[p]}, {"observed", m.coverage[p]}});
   return list;
 }
 
@@ -22,6 +22,8 @@ nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double
                                 {"model", to_json(group.model[h])},
                                 {"constant_velocity", to_json(group.constant[h])}});
   }
+  for (std::size_t r = 0; r < group.references.size(); ++r)
+    json["references"][kReferences[r]] = to_json(group.references[r]);
   return json;
 }
 
@@ -29,12 +31,12 @@ std::string row(const GroupScore& group, double horizon_s, const Metrics& m, con
   char text[200];
   std::snprintf(text, sizeof text,
                 "%-8s %7zu %5.1f  %6.3f %6.3f %6.3f  %6.3f %6.3f %6.3f %6.3f %7.2f | %6.3f %6.3f %6.3f %7.2f\n",
-                group.name.c_str(), group.windows, horizon_s, m.weighted_mhd_m, m.likeliest_mhd_m, m.best_mhd_m,
+                group.name.c_str(), group.windows, horizon_s, m.weighted_mhd_m, m.most_likely_mhd_m, m.best_mhd_m,
                 m.ade_m, m.fde_m, m.best_ade_m, m.best_fde_m, m.nll, c.weighted_mhd_m, c.ade_m, c.fde_m, c.nll);
   return text;
 }
 
-/// How much of the truth the stated regions hold at the whole horizon.
+/// How much of the truth the nominal regions hold at the whole horizon.
 std::string coverage_row(const GroupScore& group) {
   std::string text = group.name + ": inside the";
   for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
@@ -50,9 +52,11 @@ std::string coverage_row(const GroupScore& group) {
 
 nlohmann::ordered_json to_json(const Metrics& m) {
   return {{"weighted_mhd_m", m.weighted_mhd_m},
-          {"likeliest_mhd_m", m.likeliest_mhd_m},
+          {"most_likely_mhd_m", m.most_likely_mhd_m},
           {"best_mhd_m", m.best_mhd_m},
           {"mean_path_mhd_m", m.mean_path_mhd_m},
+          {"mean_path_ade_m", m.mean_path_ade_m},
+          {"mean_path_fde_m", m.mean_path_fde_m},
           {"ade_m", m.ade_m},
           {"fde_m", m.fde_m},
           {"best_ade_m", m.best_ade_m},

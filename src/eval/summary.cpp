@@ -11,51 +11,85 @@ namespace {
 constexpr const char* kConstantVelocity = "constant velocity";
 constexpr const char* kMeanOfPlaces = "mean";
 
-std::optional<double> ratio(const PartRow& row, const char* group, double GroupSums::*member) {
-  const auto found = row.groups.find(group);
-  if (found == row.groups.end() || !(found->second.constant_mhd_m > 0.0)) return std::nullopt;
-  return found->second.*member / found->second.constant_mhd_m;
+using Member = double GroupSums::*;
+
+const GroupSums* group_of(const PartRow& row, const char* name) {
+  const auto found = row.groups.find(name);
+  return found == row.groups.end() || !(found->second.windows > 0.0) ? nullptr : &found->second;
 }
 
-std::optional<double> per_window(const PartRow& row, double GroupSums::*member) {
-  const auto found = row.groups.find("moving");
-  if (found == row.groups.end() || !(found->second.windows > 0.0)) return std::nullopt;
-  return found->second.*member / found->second.windows;
+/// A sum over a group, relative to another sum over it.
+std::optional<double> ratio(const PartRow& row, const char* group, Member member,
+                            Member to = &GroupSums::constant_mhd_m) {
+  const GroupSums* sums = group_of(row, group);
+  return sums && sums->*to > 0.0 ? std::optional(sums->*member / (sums->*to)) : std::nullopt;
+}
+
+std::optional<double> per_window(const PartRow& row, Member member) {
+  return ratio(row, "moving", member, &GroupSums::windows);
 }
 
 std::optional<double> windows(const PartRow& row, const char* group) {
-  const auto found = row.groups.find(group);
-  return found == row.groups.end() ? 0.0 : found->second.windows;
+  const GroupSums* sums = group_of(row, group);
+  return sums ? sums->windows : 0.0;
 }
 
-std::optional<double> share_outside(const PartRow& row) {
-  const double moving = *windows(row, "moving");
-  return moving > 0.0 ? std::optional<double>(*windows(row, "outside") / moving) : std::nullopt;
+/// Of standing windows: relative to the better of constant velocity and "stays".
+std::optional<double> standing(const PartRow& row, Member member, Member constant, Member stays) {
+  const std::optional<double> a = ratio(row, "standing", member, constant), b = ratio(row, "standing", member, stays);
+  return a && b ? std::optional(std::max(*a, *b)) : a ? a : b;
 }
 
-constexpr std::array<RowValue, 19> kRowValues{{
+constexpr std::array<RowValue, 34> kRowValues{{
     {"windows", "moving windows", 0, [](const PartRow& r) { return windows(r, "moving"); }},
     {"weighted_mhd_m", "wMHD [m]", 3, [](const PartRow& r) { return per_window(r, &GroupSums::mhd_m); }},
     {"constant_mhd_m", "CV [m]", 3, [](const PartRow& r) { return per_window(r, &GroupSums::constant_mhd_m); }},
     {"ratio", "wMHD / CV", 3, [](const PartRow& r) { return ratio(r, "moving", &GroupSums::mhd_m); }},
-    {"turning_windows", "turning windows", 0, [](const PartRow& r) { return windows(r, "turning"); }},
+    {"ade_m", "ADE [m]", 3, [](const PartRow& r) { return per_window(r, &GroupSums::ade_m); }},
+    {"ade_ratio", "ADE / CV", 3,
+     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::ade_m, &GroupSums::constant_ade_m); }},
+    {"fde_m", "FDE [m]", 3, [](const PartRow& r) { return per_window(r, &GroupSums::fde_m); }},
+    {"fde_ratio", "FDE / CV", 3,
+     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::fde_m, &GroupSums::constant_fde_m); }},
+    {"linear_ratio", "linear: wMHD / CV", 3,
+     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::linear_mhd_m); }},
+    {"linear_ade_ratio", "", 3,
+     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::linear_ade_m, &GroupSums::constant_ade_m); }},
+    {"damped_ratio", "damped: wMHD / CV", 3,
+     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::damped_mhd_m); }},
+    {"all_ratio", "all / CV", 3, [](const PartRow& r) { return ratio(r, "all", &GroupSums::mhd_m); }},
+    {"turning_windows", "", 0, [](const PartRow& r) { return windows(r, "turning"); }},
     {"turning_ratio", "turning / CV", 3, [](const PartRow& r) { return ratio(r, "turning", &GroupSums::mhd_m); }},
-    {"inside_ratio", "inside / CV", 3, [](const PartRow& r) { return ratio(r, "inside", &GroupSums::mhd_m); }},
-    {"outside_ratio", "outside / CV", 3, [](const PartRow& r) { return ratio(r, "outside", &GroupSums::mhd_m); }},
-    {"outside_share", "outside", 2, share_outside},
-    {"mean_path_ratio", "mean path / CV", 3,
-     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::mean_path_mhd_m); }},
-    {"best_ratio", "best / CV", 3, [](const PartRow& r) { return ratio(r, "moving", &GroupSums::best_mhd_m); }},
+    {"standing_windows", "", 0, [](const PartRow& r) { return windows(r, "standing"); }},
+    {"standing_ratio", "standing / better of CV and stays", 3,
+     [](const PartRow& r) {
+       return standing(r, &GroupSums::mhd_m, &GroupSums::constant_mhd_m, &GroupSums::stays_mhd_m);
+     }},
+    {"standing_ade_ratio", "standing: ADE / better", 3,
+     [](const PartRow& r) {
+       return standing(r, &GroupSums::ade_m, &GroupSums::constant_ade_m, &GroupSums::stays_ade_m);
+     }},
+    {"fork_windows", "windows at forks", 0, [](const PartRow& r) { return windows(r, "forks"); }},
+    {"fork_log_probability", "forks: log p of the way taken", 3,
+     [](const PartRow& r) { return ratio(r, "forks", &GroupSums::way_log_probability, &GroupSums::windows); }},
+    {"fork_ade_ratio", "forks: ADE / CV", 3,
+     [](const PartRow& r) { return ratio(r, "forks", &GroupSums::ade_m, &GroupSums::constant_ade_m); }},
+    {"inside_ratio", "", 3, [](const PartRow& r) { return ratio(r, "inside", &GroupSums::mhd_m); }},
+    {"outside_windows", "", 0, [](const PartRow& r) { return windows(r, "outside"); }},
+    {"mean_path_ratio", "", 3, [](const PartRow& r) { return ratio(r, "moving", &GroupSums::mean_path_mhd_m); }},
+    {"best_ratio", "", 3, [](const PartRow& r) { return ratio(r, "moving", &GroupSums::best_mhd_m); }},
+    {"best_ade_ratio", "best ADE / CV", 3,
+     [](const PartRow& r) { return ratio(r, "moving", &GroupSums::best_ade_m, &GroupSums::constant_ade_m); }},
     {"nll", "NLL", 2, [](const PartRow& r) { return per_window(r, &GroupSums::nll); }},
+    {"linear_nll", "NLL of linear", 2, [](const PartRow& r) { return per_window(r, &GroupSums::linear_nll); }},
     {"constant_nll", "NLL of CV", 2, [](const PartRow& r) { return per_window(r, &GroupSums::constant_nll); }},
     {"inside_50", "in 50 %", 2, [](const PartRow& r) { return per_window(r, &GroupSums::inside_50); }},
     {"inside_90", "in 90 %", 2, [](const PartRow& r) { return per_window(r, &GroupSums::inside_90); }},
-    {"fallback", "fallback", 3, [](const PartRow& r) { return per_window(r, &GroupSums::fallbacks); }},
+    {"fallback", "", 3, [](const PartRow& r) { return per_window(r, &GroupSums::fallbacks); }},
     {"size", "size", 0, [](const PartRow& r) { return std::optional<double>(static_cast<double>(r.size)); }},
     {"seconds_per_episode", "s per episode", 3,
      [](const PartRow& r) { return std::optional<double>(r.seconds_per_episode); }},
-    {"people", "people", 0,
-     [](const PartRow& r) { return std::optional<double>(static_cast<double>(r.by_person.size())); }},
+    {"people", "", 0, [](const PartRow& r) { return std::optional<double>(static_cast<double>(r.by_person.size())); }},
 }};
 
 /// A method's and another's errors on one person, and constant velocity's.

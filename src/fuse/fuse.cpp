@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
-#include "fuse_fields.hpp"
+#include "sila/fuse/fuse_fields.hpp"
 #include "sila/fuse/mean.hpp"
 #include "sila/fuse/reindex.hpp"
 #include "sila/fuse/similarity.hpp"
@@ -15,24 +16,29 @@
 namespace sila {
 namespace {
 
-std::string describe(const Conventions& conventions) {
-  const Grid& grid = conventions.grid;
+std::string describe(const ModelSettings& settings) {
+  const Grid& grid = settings.grid;
   std::ostringstream text;
   text << "{cell " << grid.cell << ", origin (" << grid.origin.x() << ", " << grid.origin.y() << "), tile_cells "
-       << grid.tile_cells << ", scaling "
-       << (conventions.scaling == CurbScaling::mean_width ? "mean_width" : "strip_widths") << ", sample_interval_s "
-       << conventions.sample_interval_s << ", reference_width_m " << conventions.reference_width_m
-       << ", outlook_horizon_s " << conventions.outlook_horizon_s << ", outlook_knots " << conventions.outlook_knots
+       << grid.tile_cells << ", scaling " << kCurbScalings[static_cast<std::size_t>(settings.scaling)]
+       << ", sample_interval_s " << settings.sample_interval_s << ", reference_width_m " << settings.reference_width_m
+       << ", residual_horizon_s " << settings.residual_horizon_s << ", residual_knots " << settings.residual_knots
        << "}";
   return text.str();
 }
 
 void require_compatible(const std::string& function, const Model& previous, const Increment& incoming) {
-  const Conventions& ours = previous.conventions;
-  const Conventions& theirs = incoming.model.conventions;
+  const ModelSettings& ours = previous.settings;
+  const ModelSettings& theirs = incoming.model.settings;
   if (!previous.empty() && !incoming.model.empty() && !(ours == theirs)) {
     throw std::invalid_argument(function + ": conventions of previous = " + describe(ours) +
                                 ", those of incoming = " + describe(theirs) + ", they must be equal");
+  }
+  if (!previous.transitions.empty() && !incoming.model.transitions.empty() &&
+      previous.transitions.front().field.independent() != incoming.model.transitions.front().field.independent()) {
+    throw std::invalid_argument(function +
+                                ": learn.field.outputs is shared in one model and independent in the other, they must "
+                                "be equal");
   }
   const std::size_t transitions = incoming.model.transitions.size();
   if (!incoming.samples.empty() && incoming.samples.size() != transitions) {
@@ -66,9 +72,58 @@ FusionProblem joint_problem(const Model& previous, const Model& incoming) {
   return problem;
 }
 
+/// The counts of a transition of the incoming model, by the sites of the fused one.
+std::vector<SiteCount> joint_counts(const Transition& transition, const Model& previous, const JoinedSites& joined) {
+  std::vector<SiteCount> counts;
+  for (SiteCount part : transition.sites) {
+    const auto site = static_cast<std::size_t>(joined.of_second.at(static_cast<std::size_t>(part.site)));
+    if (site < previous.sites.size()) part.last_episode += previous.sites[site].episodes;
+    part.site = static_cast<int>(site);
+    add_count(counts, part);
+  }
+  return counts;
+}
+
+/// The sites of all joint transitions, in their order in `joint_problem`.
+std::vector<std::vector<SiteCount>> all_counts(const Model& previous, const Model& incoming,
+                                               const JoinedSites& joined) {
+  std::vector<std::vector<SiteCount>> counts;
+  for (const Transition& transition : previous.transitions) counts.push_back(transition.sites);
+  for (const Transition& transition : incoming.transitions)
+    counts.push_back(joint_counts(transition, previous, joined));
+  return counts;
+}
+
+/// Removes the edges between primitives that have no site in common. A primitive that no transition touches yet counts
+/// to all sites of its model.
+void keep_sites_apart(SimilarityGraph& graph, const FusionProblem& problem, const JoinedSites& joined,
+                      const std::vector<std::vector<SiteCount>>& counts, std::size_t previous_sites) {
+  std::vector<std::set<int>> sites(static_cast<std::size_t>(problem.primitives()));
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    for (const int p : {problem.transitions[t].from, problem.transitions[t].to}) {
+      for (const SiteCount& part : counts[t]) sites[static_cast<std::size_t>(p)].insert(part.site);
+    }
+  }
+  for (std::size_t p = 0; p < sites.size(); ++p) {
+    if (!sites[p].empty()) continue;
+    if (static_cast<int>(p) >= problem.previous_primitives)
+      sites[p].insert(joined.of_second.begin(), joined.of_second.end());
+    else
+      for (std::size_t site = 0; site < previous_sites; ++site) sites[p].insert(static_cast<int>(site));
+  }
+  std::erase_if(graph.edges, [&](const Similarity& edge) {
+    const std::set<int>&a = sites[static_cast<std::size_t>(edge.first)],
+          &b = sites[static_cast<std::size_t>(edge.second)];
+    return std::ranges::none_of(a, [&](int site) { return b.contains(site); });
+  });
+}
+
 /// The edges of the similarity graph and what case 2 may ask for.
-std::vector<Similarity> similarities_of(const Model& previous, const Model& incoming, double threshold) {
-  const SimilarityGraph graph = similarity_graph(previous, incoming, threshold);
+std::vector<Similarity> similarities_of(const Model& previous, const Model& incoming, const FusionProblem& problem,
+                                        const JoinedSites& joined, const FuseConfig& config) {
+  SimilarityGraph graph = similarity_graph(previous, incoming, config.similarity_threshold);
+  if (config.sites == SiteSharing::apart && joined.sites.size() > 1)
+    keep_sites_apart(graph, problem, joined, all_counts(previous, incoming, joined), previous.sites.size());
   std::vector<Similarity> all = leaf_similarities(graph, previous, incoming);
   all.insert(all.end(), graph.edges.begin(), graph.edges.end());
   return all;
@@ -113,40 +168,40 @@ std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model
   return result;
 }
 
-const Transition& transition_at(const Model& model, std::pair<int, int> edge) {
-  return *std::lower_bound(model.transitions.begin(), model.transitions.end(), edge,
-                           [](const Transition& transition, const std::pair<int, int>& wanted) {
-                             return std::pair(transition.from, transition.to) < wanted;
-                           });
-}
-
-detail::FieldSources sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming) {
-  const int shift = static_cast<int>(previous.primitives.size());
-  detail::FieldSources sources;
-  for (const auto& [from, to] : group.sources) {
-    if (from < shift) {
-      sources.stored.push_back(&transition_at(previous, {from, to}));
-      continue;
+/// How many walked through a split primitive: of those who came and those who left the larger number, by site.
+std::vector<SiteCount> flow_through(int primitive, const FusionProblem& problem,
+                                    const std::vector<std::vector<SiteCount>>& counts) {
+  std::vector<SiteCount> came, left;
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    const TransitionCount& edge = problem.transitions[t];
+    if (edge.from == edge.to) continue;
+    for (const SiteCount& part : counts[t]) {
+      if (edge.to == primitive) add_count(came, part);
+      if (edge.from == primitive) add_count(left, part);
     }
-    const Transition& transition = transition_at(incoming.model, {from - shift, to - shift});
-    const auto index = static_cast<std::size_t>(&transition - incoming.model.transitions.data());
-    const bool has_samples = !incoming.samples.empty() && incoming.samples[index].positions.cols() > 0;
-    (has_samples ? sources.fresh : sources.stored).push_back(&transition);
-    if (has_samples) sources.samples.push_back(&incoming.samples[index]);
   }
-  return sources;
+  return total_count(came) >= total_count(left) ? came : left;
 }
 
-/// The episode of the fused model in which somebody last walked any of the transitions that become one.
-int last_episode_of(const TransitionGroup& group, const Model& previous, const Model& incoming) {
-  const int shift = static_cast<int>(previous.primitives.size());
-  int last = 0;
-  for (const auto& [from, to] : group.sources) {
-    last = std::max(last, from < shift
-                              ? transition_at(previous, {from, to}).last_episode
-                              : previous.episodes + transition_at(incoming, {from - shift, to - shift}).last_episode);
+/// The count of each group by site: that of its sources, and the credit for splits.
+std::vector<std::vector<SiteCount>> counts_of_groups(const FusionProblem& problem, const FusionPlan& plan,
+                                                     const std::vector<std::vector<SiteCount>>& counts,
+                                                     bool split_credit) {
+  std::map<std::pair<int, int>, std::size_t> joint;
+  for (std::size_t t = 0; t < problem.transitions.size(); ++t)
+    joint[{problem.transitions[t].from, problem.transitions[t].to}] = t;
+  std::vector<std::vector<SiteCount>> sums(plan.groups.size());
+  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+    const TransitionGroup& group = plan.groups[g];
+    for (const auto& source : group.sources) {
+      for (const SiteCount& part : counts[joint.at(source)]) add_count(sums[g], part);
+    }
+    for (const PrimitiveSplit& split : plan.splits) {
+      if (!split_credit || split.first != group.from || split.second != group.to) continue;
+      for (const SiteCount& part : flow_through(split.primitive, problem, counts)) add_count(sums[g], part);
+    }
   }
-  return last;
+  return sums;
 }
 
 int support_of(const TransitionGroup& group, const Model& previous, const Model& incoming) {
@@ -162,8 +217,8 @@ int support_of(const TransitionGroup& group, const Model& previous, const Model&
 }
 
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
-std::vector<Transition> fused_transitions(const std::vector<detail::FieldSources>& sources, const FusionPlan& plan,
-                                          const GpConfig& config, const GpConfig& outlook_config) {
+std::vector<Transition> fused_transitions(const std::vector<FieldSources>& sources, const FusionPlan& plan,
+                                          const GpConfig& config) {
   std::vector<int> place(plan.in.size(), -1);  // compact indices, at the very end
   for (std::size_t k = 0; k < plan.kept.size(); ++k)
     place[static_cast<std::size_t>(plan.kept[k])] = static_cast<int>(k);
@@ -171,7 +226,7 @@ std::vector<Transition> fused_transitions(const std::vector<detail::FieldSources
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     const TransitionGroup& group = plan.groups[g];
     result[g] = {place[static_cast<std::size_t>(group.from)], place[static_cast<std::size_t>(group.to)], group.count,
-                 detail::fuse_fields(sources[g], config), detail::fuse_outlooks(sources[g], outlook_config)};
+                 fuse_fields(sources[g], config)};
   });
   return result;
 }
@@ -197,17 +252,17 @@ void count_decision(FusionReason reason, FuseReport& report) {
   }
 }
 
-FuseReport report_of(const FusionPlan& plan, const std::vector<detail::FieldSources>& sources) {
+FuseReport report_of(const FusionPlan& plan, const std::vector<FieldSources>& sources) {
   FuseReport report;
   for (const FusionComponent& component : plan.components) {
     report.relaxed += static_cast<int>(component.relaxed.size());
     for (const FusionDecision& decision : component.decisions) count_decision(decision.reason, report);
   }
-  for (const detail::FieldSources& group : sources) {
-    const detail::FieldOrigin origin = origin_of(group);
-    report.copied += origin == detail::FieldOrigin::copied;
-    report.refitted += origin == detail::FieldOrigin::refitted;
-    report.fused += origin == detail::FieldOrigin::fused;
+  for (const FieldSources& group : sources) {
+    const FieldOrigin origin = origin_of(group);
+    report.copied += origin == FieldOrigin::copied;
+    report.refitted += origin == FieldOrigin::refitted;
+    report.fused += origin == FieldOrigin::fused;
   }
   for (const TransitionGroup& group : plan.groups) report.split_credit += group.credit;
   return report;
@@ -215,21 +270,21 @@ FuseReport report_of(const FusionPlan& plan, const std::vector<detail::FieldSour
 
 /// Alg. 2: the model that a plan describes.
 Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
-                const FuseConfig& config, const OutlookConfig& outlook) {
-  std::vector<detail::FieldSources> sources;
+                JoinedSites joined, const FuseConfig& config) {
+  std::vector<FieldSources> sources;
   for (const TransitionGroup& group : plan.groups) sources.push_back(sources_of(group, previous, incoming));
   Model model;
-  model.conventions = previous.empty() ? incoming.model.conventions : previous.conventions;
+  model.settings = previous.empty() ? incoming.model.settings : previous.settings;
   model.primitives = fused_primitives(previous, incoming.model, plan, config);
-  model.transitions = fused_transitions(sources, plan, config.gp, outlook_gp_config(outlook));
+  model.transitions = fused_transitions(sources, plan, config.gp);
+  std::vector<std::vector<SiteCount>> counts =
+      counts_of_groups(problem, plan, all_counts(previous, incoming.model, joined), config.split_credit);
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
-    model.transitions[g].last_episode = last_episode_of(plan.groups[g], previous, incoming.model);
+    model.transitions[g].sites = std::move(counts[g]);
     model.transitions[g].support = support_of(plan.groups[g], previous, incoming.model);
   }
-  model.lessons = previous.lessons.empty() ? incoming.model.lessons : previous.lessons;
-  model.gait = incoming.gait.inputs.cols() > 0 ? learn_gait(previous.gait, incoming.gait, outlook)
-                                               : fuse_gaits(previous.gait, incoming.model.gait, outlook);
-  model.places = with_places(previous.places, incoming.model.places);
+  model.sites = std::move(joined.sites);
+  model.sharing = config.sites;
   model.episodes = previous.episodes + incoming.model.episodes;
   model.tracks = previous.tracks + incoming.model.tracks;
   const FuseReport report = report_of(plan, sources);
@@ -242,21 +297,27 @@ void validate(const FuseConfig& config) {
   validate_fields("fuse", config);
 }
 
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config, const OutlookConfig& outlook) {
+Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config) {
   validate(config);
   require_compatible("fuse", previous, incoming);
+  require_separable("fuse", previous, config.sites), require_separable("fuse", incoming.model, config.sites);
+  JoinedSites joined = join_sites(previous.sites, incoming.model.sites);
   FusionProblem problem = joint_problem(previous, incoming.model);  // M^(n), line 4
   problem.similarity_threshold = config.similarity_threshold;
-  problem.similarities = similarities_of(previous, incoming.model, config.similarity_threshold);  // Eq. 1, 2
-  FusionPlan plan = plan_fusion(problem, config);                                                 // cases 1, 2, 3
-  return carry_out(std::move(problem), std::move(plan), previous, incoming, config, outlook);     // Alg. 2
+  problem.similarities = similarities_of(previous, incoming.model, problem, joined, config);  // Eq. 1, 2
+  FusionPlan plan = plan_fusion(problem, config);                                             // cases 1, 2, 3
+  return carry_out(std::move(problem), std::move(plan), previous, incoming, std::move(joined), config);  // Alg. 2
 }
 
 Fused accumulate(const Model& previous, const Increment& incoming) {
   require_compatible("accumulate", previous, incoming);
   FusionProblem problem = joint_problem(previous, incoming.model);  // no similarities: nothing can match
   FusionPlan plan = plan_fusion(problem);
-  return carry_out(std::move(problem), std::move(plan), previous, incoming, FuseConfig{}, OutlookConfig{});
+  FuseConfig config;
+  if (previous.sharing == SiteSharing::shared || incoming.model.sharing == SiteSharing::shared)
+    config.sites = SiteSharing::shared;
+  return carry_out(std::move(problem), std::move(plan), previous, incoming,
+                   join_sites(previous.sites, incoming.model.sites), config);
 }
 
 }  // namespace sila

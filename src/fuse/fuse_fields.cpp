@@ -1,22 +1,65 @@
-#include "fuse_fields.hpp"
+#include "sila/fuse/fuse_fields.hpp"
 
 #include <algorithm>
 
 #include "sila/gp/fuse_gps.hpp"
 #include "sila/gp/train.hpp"
 
-namespace sila::detail {
+namespace sila {
 namespace {
 
 using Gps = std::vector<const SparseGp*>;
 
-Gps gps_of(const std::vector<const Transition*>& transitions) {
+/// What one GP of a field stands for.
+enum class Part { both, x, y };
+
+Gps gps_of(const std::vector<const Transition*>& transitions, Part part) {
   Gps gps;
-  for (const Transition* transition : transitions) gps.push_back(&transition->field.gp);
+  for (const Transition* transition : transitions)
+    gps.push_back(part == Part::y ? transition->field.second() : &transition->field.gp);
   return gps;
 }
 
-/// Columns of `inputs` and rows of `outputs` of all samples.
+GpData pooled_fields(const std::vector<const TransitionSamples*>& samples, Part part) {
+  GpData data = pooled(samples, &TransitionSamples::positions, &TransitionSamples::velocities);
+  if (part != Part::both) data.outputs = data.outputs.col(part == Part::y ? 1 : 0).eval();
+  return data;
+}
+
+SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config, Part part) {
+  if (sources.fresh.empty()) return fuse_gps(gps_of(sources.stored, part), {}, config);
+  const Hyperparameters of_data = common_hyperparameters(gps_of(sources.fresh, part), config);
+  const GpData data = pooled_fields(sources.samples, part);
+  if (sources.stored.empty()) return fit_sparse_gp(data, of_data, config);
+  return fuse_gps(gps_of(sources.stored, part), data, config, of_data);
+}
+
+}  // namespace
+
+const Transition& transition_at(const Model& model, std::pair<int, int> edge) {
+  return *std::lower_bound(model.transitions.begin(), model.transitions.end(), edge,
+                           [](const Transition& transition, const std::pair<int, int>& wanted) {
+                             return std::pair(transition.from, transition.to) < wanted;
+                           });
+}
+
+FieldSources sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming) {
+  const int shift = static_cast<int>(previous.primitives.size());
+  FieldSources sources;
+  for (const auto& [from, to] : group.sources) {
+    if (from < shift) {
+      sources.stored.push_back(&transition_at(previous, {from, to}));
+      continue;
+    }
+    const Transition& transition = transition_at(incoming.model, {from - shift, to - shift});
+    const auto index = static_cast<std::size_t>(&transition - incoming.model.transitions.data());
+    const bool has_samples = !incoming.samples.empty() && incoming.samples[index].positions.cols() > 0;
+    (has_samples ? sources.fresh : sources.stored).push_back(&transition);
+    if (has_samples) sources.samples.push_back(&incoming.samples[index]);
+  }
+  return sources;
+}
+
 GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::MatrixXd TransitionSamples::*inputs,
               Eigen::MatrixXd TransitionSamples::*outputs) {
   Eigen::Index points = 0;
@@ -34,8 +77,7 @@ GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::Matri
   return data;
 }
 
-/// Kernel and noise of GPs: theirs if they agree, otherwise the mean that their fusion takes.
-Hyperparameters common_hyperparameters(const Gps& gps, const GpConfig& config) {
+Hyperparameters common_hyperparameters(const std::vector<const SparseGp*>& gps, const GpConfig& config) {
   const SparseGp& first = *gps.front();
   const bool agree = std::all_of(gps.begin(), gps.end(), [&first](const SparseGp* gp) {
     return gp->kernel == first.kernel && gp->noise_variance == first.noise_variance;
@@ -44,23 +86,6 @@ Hyperparameters common_hyperparameters(const Gps& gps, const GpConfig& config) {
   const SparseGp fused = fuse_gps(gps, {}, config);
   return {fused.kernel, fused.noise_variance};
 }
-
-GpData pooled_fields(const std::vector<const TransitionSamples*>& samples) {
-  return pooled(samples, &TransitionSamples::positions, &TransitionSamples::velocities);
-}
-
-GpData pooled_outlooks(const std::vector<const TransitionSamples*>& samples) {
-  return pooled(samples, &TransitionSamples::states, &TransitionSamples::partings);
-}
-
-SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config) {
-  if (sources.fresh.empty()) return fuse_gps(gps_of(sources.stored), {}, config);
-  const Hyperparameters of_data = common_hyperparameters(gps_of(sources.fresh), config);
-  if (sources.stored.empty()) return fit_sparse_gp(pooled_fields(sources.samples), of_data, config);
-  return fuse_gps(gps_of(sources.stored), pooled_fields(sources.samples), config, of_data);
-}
-
-}  // namespace
 
 FieldOrigin origin_of(const FieldSources& sources) {
   if (sources.stored.size() + sources.fresh.size() == 1) return FieldOrigin::copied;
@@ -71,26 +96,11 @@ FlowField fuse_fields(const FieldSources& sources, const GpConfig& config) {
   std::vector<const Transition*> all = sources.stored;
   all.insert(all.end(), sources.fresh.begin(), sources.fresh.end());
   if (all.size() == 1) return all.front()->field;
-  FlowField field{fuse_sources(sources, config), all.front()->field.extent};
+  const bool independent = all.front()->field.independent();
+  FlowField field{fuse_sources(sources, config, independent ? Part::x : Part::both), all.front()->field.extent};
+  if (independent) field.gp_y = fuse_sources(sources, config, Part::y);
   for (const Transition* transition : all) field.extent.extend(transition->field.extent);
   return field;
 }
 
-SparseGp fuse_outlooks(const FieldSources& sources, const GpConfig& config) {
-  Gps stored, fresh;
-  std::vector<const TransitionSamples*> samples;
-  for (const Transition* transition : sources.stored) {
-    if (transition->outlook.points > 0.0) stored.push_back(&transition->outlook);
-  }
-  for (std::size_t i = 0; i < sources.fresh.size(); ++i) {
-    if (!(sources.fresh[i]->outlook.points > 0.0)) continue;
-    fresh.push_back(&sources.fresh[i]->outlook);
-    samples.push_back(sources.samples[i]);
-  }
-  if (stored.size() + fresh.size() == 0) return {};
-  if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
-  if (fresh.empty()) return fuse_gps(stored, {}, config);
-  return fuse_gps(stored, pooled_outlooks(samples), config, common_hyperparameters(fresh, config));
-}
-
-}  // namespace sila::detail
+}  // namespace sila

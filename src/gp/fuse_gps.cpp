@@ -158,7 +158,7 @@ const SparseGp* settled_part(const Parts& parts, const GpData& data, const Kerne
   const double points = std::transform_reduce(parts.begin(), parts.end(), static_cast<double>(data.inputs.cols()),
                                               std::plus<>(), [](const SparseGp* part) { return part->points; });
   const auto settled = std::find_if(parts.begin(), parts.end(), [&](const SparseGp* part) {
-    return part->points >= config.settled_share * points && part->kernel == kernel &&
+    return part->points >= config.keep_pseudo_inputs_share * points && part->kernel == kernel &&
            part->pseudo_inputs.cols() >= config.max_fused_pseudo_inputs;
   });
   return settled == parts.end() ? nullptr : *settled;

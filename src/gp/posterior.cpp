@@ -246,13 +246,13 @@ FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   return {flow_at(tables, k.data()), variance_left(tables, k.data())};
 }
 
-void Posterior::glance_at_flow(std::span<const double> xs, std::span<const double> ys,
-                               std::span<const RasterPlace> places, std::span<FlowPrediction> glances) const {
+void Posterior::score_flow(std::span<const double> xs, std::span<const double> ys, std::span<const RasterPlace> places,
+                           std::span<FlowPrediction> summaries) const {
   if (places.empty()) return;
   const auto [first_x, count_x] = used<&RasterPlace::column>(places);
   const auto [first_y, count_y] = used<&RasterPlace::row>(places);
-  if (first_x + count_x > xs.size() || first_y + count_y > ys.size() || glances.size() != places.size())
-    throw std::invalid_argument("posterior: a place is beyond the raster, or glances are not as many as places");
+  if (first_x + count_x > xs.size() || first_y + count_y > ys.size() || summaries.size() != places.size())
+    throw std::invalid_argument("posterior: a place is beyond the raster, or scores are not as many as places");
   for (const double x : xs.subspan(first_x, count_x)) require_flow({x, ys[first_y]});
   for (const double y : ys.subspan(first_y, count_y)) require_flow({xs[first_x], y});
   const detail::PosteriorView tables = view();
@@ -261,7 +261,7 @@ void Posterior::glance_at_flow(std::span<const double> xs, std::span<const doubl
   for (std::size_t i = 0; i < places.size(); ++i) {
     std::array<double, 3> sums;
     detail::means_and_norms_of_product(tables, along_x.at(places[i].column), along_y.at(places[i].row), sums.data());
-    glances[i] = {{sums[0], sums[1]}, signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, sums[2]))};
+    summaries[i] = {{sums[0], sums[1]}, signal_variance_ * std::max(0.0, 1.0 - explained_at_most(tables, sums[2]))};
   }
 }
 

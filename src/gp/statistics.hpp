@@ -71,7 +71,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& points, Eigen::Index max_count);
 
 /// Where pseudo-inputs may stand for data at `points`: the points of a lattice nearest to them, each once in the order
-/// of the data, thinned. A pseudo-input is kept in the model, and so must not be a point of somebody's track
+/// of the data, thinned. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
 /// (docs/decisions/0094-pseudo-inputs-on-a-lattice.md).
 Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points, const GpConfig& config);
 

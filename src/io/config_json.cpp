@@ -65,10 +65,47 @@ std::size_t nearest_word(std::string_view name, const std::vector<std::string_vi
   return static_cast<std::size_t>(std::ranges::min_element(distances) - distances.begin());
 }
 
+/// Earlier names of fields and groups, and those that they have now.
+constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
+    {"outlook", "residual"},
+    {"gait_scale_mps", "global_scale_mps"},
+    {"gait_pseudo_inputs", "global_pseudo_inputs"},
+    {"gait_examples_elsewhere", "max_effective_samples"},
+    {"settled_share", "keep_pseudo_inputs_share"},
+    {"lessons", "error_statistics"},
+    {"lesson_rounds", "warm_up_rounds"},
+    {"blend", "stacking"},
+    {"blend_ridge", "stacking_ridge"},
+    {"blend_class_ridge", "stacking_class_ridge"},
+    {"alternatives", "mode_variants"},
+    {"alternative_weight", "variant_weight"},
+    {"alternative_reach", "variant_reach"},
+    {"max_asked", "max_shortlisted"},
+    {"known_places_only", "trained_sites_only"},
+    {"tuning_step", "calibration_step"},
+};
+
+/// A path with the present name of each of its parts.
+std::string renamed(std::string_view path) {
+  std::string result;
+  while (!path.empty()) {
+    const std::size_t dot = std::min(path.find('.'), path.size());
+    const std::string_view part = path.substr(0, dot);
+    const auto* const found = std::ranges::find(kRenamed, part, &std::pair<std::string_view, std::string_view>::first);
+    result += (result.empty() ? "" : ".") + std::string(found == std::end(kRenamed) ? part : found->second);
+    path.remove_prefix(std::min(dot + 1, path.size()));
+  }
+  return result;
+}
+
 const Field& find_field(std::span<const Field> list, std::string_view path) {
   if (list.empty()) throw std::invalid_argument("configuration: it has no fields");
   const auto known = std::ranges::find(list, path, &Field::path);
   if (known != list.end()) return *known;
+  const std::string now = renamed(path);
+  const auto has_new_name = [&](const Field& field) { return (field.path + ".").starts_with(now + "."); };
+  if (now != path && std::ranges::any_of(list, has_new_name))
+    throw Refusal{now + " (the new name of this field)", excerpt(path)};
   std::vector<std::string_view> names;  // the whole path, and its last name alone: people forget the group
   for (const Field& field : list) {
     names.push_back(field.path);

@@ -29,14 +29,45 @@ Facts facts_of(const StoredModel& stored) {
   facts.cells = covered.size();
   for (const Transition& transition : stored.model.transitions) {
     facts.pseudo_inputs += transition.field.gp.pseudo_inputs.cols();
+    facts.pseudo_inputs += transition.field.gp_y.pseudo_inputs.cols();
     facts.points += transition.field.gp.points;
   }
   for (const EpisodeRecord& episode : stored.episodes) facts.seconds += episode.seconds;
   return facts;
 }
 
-const char* name_of(CurbScaling scaling) {
-  return scaling == CurbScaling::mean_width ? "mean width" : "strip widths";
+/// How many transitions a site has shown.
+std::ptrdiff_t transitions_of(const Model& model, std::size_t site) {
+  return std::ranges::count_if(model.transitions, [&](const Transition& transition) {
+    return std::ranges::binary_search(transition.sites, static_cast<int>(site), {}, &SiteCount::site);
+  });
+}
+
+/// Which share of all that was counted was seen at this site.
+double share_of(const Model& model, std::size_t site) {
+  double all = 0.0, here = 0.0;
+  for (const Transition& transition : model.transitions) {
+    all += transition.count;
+    for (const SiteCount& part : transition.sites) here += part.site == static_cast<int>(site) ? part.count : 0.0;
+  }
+  return all > 0.0 ? here / all : 0.0;
+}
+
+nlohmann::ordered_json sites_json(const Model& model) {
+  nlohmann::ordered_json sites = nlohmann::ordered_json::array();
+  const auto pair = [](const Vector2& v) { return nlohmann::ordered_json{v.x(), v.y()}; };
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const auto& [frame, episodes, tracks, error_statistics, global_residual] = model.sites[i];
+    sites.push_back({{"origin", pair(frame.origin_m)},
+                     {"axis_1", pair(frame.axis_1)},
+                     {"axis_2", pair(frame.axis_2)},
+                     {"sidewalk_width_m", frame.sidewalk_width_m},
+                     {"episodes", episodes},
+                     {"tracks", tracks},
+                     {"transitions", transitions_of(model, i)},
+                     {"share", share_of(model, i)}});
+  }
+  return sites;
 }
 
 std::string busiest_transitions(const Model& model, std::size_t how_many) {
@@ -68,17 +99,17 @@ std::string describe(const StoredModel& stored) {
   line("primitives") << facts.arrows << " arrows in " << facts.cells << " cells";
   line("transitions") << facts.pseudo_inputs << " pseudo-inputs, " << facts.points << " samples absorbed";
   line("busiest") << busiest_transitions(model, 5);
-  line("grid") << "cells of " << model.conventions.grid.cell << " sidewalk widths, tiles of "
-               << model.conventions.grid.tile_cells << " cells";
-  line("frame") << "in sidewalk widths by " << name_of(model.conventions.scaling) << "; began where they are "
-                << model.conventions.reference_width_m << " m";
-  line("samples") << "every " << model.conventions.sample_interval_s << " s";
-  line("lessons");
-  if (model.lessons.empty()) {
-    text << "none yet";
-  } else {
-    text << model.lessons.steps << " steps, " << model.lessons.classes << " speed classes";
+  line("grid") << "cells of " << model.settings.grid.cell * model.settings.reference_width_m << " m, tiles of "
+               << model.settings.grid.tile_cells << " cells";
+  line("frame") << "scaled by " << kCurbScalings[static_cast<std::size_t>(model.settings.scaling)] << ", a unit is "
+                << model.settings.reference_width_m << " m";
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const Site& site = model.sites[i];
+    line("site") << "(" << site.frame.origin_m.x() << ", " << site.frame.origin_m.y() << ") m: " << site.tracks
+                 << " tracks in " << site.episodes << " episodes, " << transitions_of(model, i) << " transitions, "
+                 << (site.error_statistics.empty() ? "not calibrated" : "calibrated");
   }
+  line("samples") << "every " << model.settings.sample_interval_s << " s";
   line("time") << facts.seconds << " s in " << stored.episodes.size() << " recorded episodes";
   if (!stored.episodes.empty()) {
     const EpisodeRecord& last = stored.episodes.back();
@@ -117,12 +148,14 @@ nlohmann::ordered_json inspect_json(const StoredModel& stored) {
           {"points", facts.points},
           {"seconds", facts.seconds},
           {"grid",
-           {{"cell", model.conventions.grid.cell},
-            {"origin", {model.conventions.grid.origin.x(), model.conventions.grid.origin.y()}},
-            {"tile_cells", model.conventions.grid.tile_cells}}},
-          {"scaling", name_of(model.conventions.scaling)},
-          {"sample_interval_s", model.conventions.sample_interval_s},
-          {"reference_width_m", model.conventions.reference_width_m},
+           {{"cell", model.settings.grid.cell},
+            {"origin", {model.settings.grid.origin.x(), model.settings.grid.origin.y()}},
+            {"tile_cells", model.settings.grid.tile_cells}}},
+          {"scaling", kCurbScalings[static_cast<std::size_t>(model.settings.scaling)]},
+          {"sharing", kSiteSharings[static_cast<std::size_t>(model.sharing)]},
+          {"sites", sites_json(model)},
+          {"sample_interval_s", model.settings.sample_interval_s},
+          {"reference_width_m", model.settings.reference_width_m},
           {"configuration", nlohmann::ordered_json::parse(stored.configuration, nullptr, false)},
           {"records", std::move(episodes)}};
 }

@@ -55,9 +55,15 @@ Transition transition_of(const TransitionRow& row) {
           count_of<int>(row.to),
           row.count,
           unpack_flow_field(to_numbers(row.field)),
-          unpack_gp(to_numbers(row.outlook)),
-          count_of<int>(row.last_episode),
+          unpack_gp(to_numbers(row.residual)),
+          unpack_site_counts(to_numbers(row.sites)),
           count_of<int>(row.support)};
+}
+
+SiteSharing sharing_of(std::int64_t number) {
+  if (number < 0 || number >= static_cast<std::int64_t>(kSiteSharings.size()))
+    throw std::invalid_argument(std::to_string(number) + " is no sharing of sites");
+  return static_cast<SiteSharing>(number);
 }
 
 std::string bytes_of(const EpisodeId& id) {
@@ -85,14 +91,18 @@ Content content_of(const Model& model, const std::string& configuration) {
   content.episodes = model.episodes;
   content.tracks = model.tracks;
   content.configuration = configuration;
-  content.conventions = of_numbers(pack(model.conventions));
-  content.lessons = of_numbers(pack(model.lessons));
-  content.gait = of_numbers(pack(model.gait));
-  content.places = of_numbers(pack(model.places));
+  content.settings = of_numbers(pack(model.settings));
+  content.sharing = static_cast<std::int64_t>(model.sharing);
+  content.global_residual = of_numbers(pack(model.global_residual));
+  for (const Site& site : model.sites) {
+    content.sites.push_back({of_numbers(pack(site.frame)), site.episodes, site.tracks,
+                             of_numbers(pack(site.error_statistics)), of_numbers(pack(site.global_residual))});
+  }
   for (const MotionPrimitive& primitive : model.primitives) content.primitives.push_back(row_of(primitive));
   for (const Transition& transition : model.transitions) {
     content.transitions.push_back({transition.from, transition.to, transition.count, of_numbers(pack(transition.field)),
-                                   of_numbers(pack(transition.outlook)), transition.last_episode, transition.support});
+                                   of_numbers(pack(transition.residual)), of_numbers(pack(transition.sites)),
+                                   transition.support});
   }
   for (const EpisodeId& id : model.episode_ids) content.learnt.push_back(bytes_of(id));
   return content;
@@ -102,10 +112,14 @@ Model model_of(const Content& content) {
   Model model;
   model.episodes = count_of<int>(content.episodes);
   model.tracks = count_of<long>(content.tracks);
-  model.conventions = unpack_conventions(to_numbers(content.conventions));
-  model.lessons = unpack_lessons(to_numbers(content.lessons));
-  model.gait = unpack_gp(to_numbers(content.gait));
-  model.places = unpack_places(to_numbers(content.places));
+  model.settings = unpack_settings(to_numbers(content.settings));
+  model.sharing = sharing_of(content.sharing);
+  model.global_residual = unpack_gp(to_numbers(content.global_residual));
+  for (const SiteRow& row : content.sites) {
+    model.sites.push_back({unpack_frame(to_numbers(row.frame)), count_of<int>(row.episodes), count_of<long>(row.tracks),
+                           unpack_error_statistics(to_numbers(row.error_statistics)),
+                           unpack_gp(to_numbers(row.global_residual))});
+  }
   for (const PrimitiveRow& row : content.primitives) model.primitives.push_back(primitive_of(row));
   model.transitions.resize(content.transitions.size());
   tbb::parallel_for(std::size_t{0}, content.transitions.size(),
@@ -124,25 +138,29 @@ std::int64_t crc(std::string_view bytes, std::int64_t before) {
   return static_cast<std::int64_t>(crc32_z(static_cast<uLong>(before), start, bytes.size()));
 }
 
-std::int64_t checksum(const Content& content, bool with_support) {
+std::int64_t checksum(const Content& content) {
   std::int64_t sum = 0;
   const auto add = [&](std::string_view bytes) { sum = crc(bytes, sum); };
   const auto add_number = [&](std::int64_t number) { add(number_bytes(number)); };
-  add(content.conventions);
+  add(content.settings);
   for (const PrimitiveRow& row : content.primitives) {
     add(row.cells);
     add(row.velocities);
     add(of_numbers({&row.weight, 1}));
-    if (with_support) add_number(row.support);
+    add_number(row.support);
   }
   for (const TransitionRow& row : content.transitions) {
     add_number(row.from), add_number(row.to);
     add(of_numbers({&row.count, 1}));
-    add_number(row.last_episode);
-    if (with_support) add_number(row.support);
-    add(row.field), add(row.outlook);
+    add(row.sites);
+    add_number(row.support);
+    add(row.field), add(row.residual);
   }
-  add(content.lessons), add(content.gait), add(content.places);
+  add_number(content.sharing), add(content.global_residual);
+  for (const SiteRow& row : content.sites) {
+    add(row.frame), add(row.error_statistics), add(row.global_residual);
+    add_number(row.episodes), add_number(row.tracks);
+  }
   add_number(content.episodes), add_number(content.tracks);
   add(content.configuration);
   for (const std::string& id : content.learnt) add(id);

@@ -23,18 +23,29 @@ struct TransitionRow {
   std::int64_t from = 0;
   std::int64_t to = 0;
   double count = 0.0;
-  std::string field;    ///< doubles: the sparse GP and its extent
-  std::string outlook;  ///< doubles: the sparse GP
-  std::int64_t last_episode = 0;
+  std::string field;     ///< doubles: the sparse GP and its extent
+  std::string residual;  ///< doubles: the sparse GP
+  std::string sites;     ///< doubles: site, count and last episode of each
   std::int64_t support = 0;
   bool operator==(const TransitionRow&) const = default;
+};
+
+struct SiteRow {
+  std::string frame;  ///< doubles
+  std::int64_t episodes = 0;
+  std::int64_t tracks = 0;
+  std::string error_statistics;  ///< doubles
+  std::string global_residual;   ///< doubles: the sparse GP
+  bool operator==(const SiteRow&) const = default;
 };
 
 struct Content {
   std::int64_t episodes = 0;
   std::int64_t tracks = 0;
   std::string configuration;
-  std::string conventions, lessons, gait, places;  ///< doubles
+  std::int64_t sharing = 0;               ///< SiteSharing
+  std::string settings, global_residual;  ///< doubles
+  std::vector<SiteRow> sites;
   std::vector<PrimitiveRow> primitives;
   std::vector<TransitionRow> transitions;
   std::vector<std::string> learnt;  ///< 16 bytes each, in the order of the ids
@@ -53,7 +64,6 @@ void sort_learnt(std::vector<std::string>& learnt);
 std::int64_t crc(std::string_view bytes, std::int64_t before = 0);
 
 /// Over everything a flipped bit of which would go unnoticed: SQLite has no checksums of its own.
-/// Up to schema 3 nothing was known of support.
-std::int64_t checksum(const Content& content, bool with_support = true);
+std::int64_t checksum(const Content& content);
 
 }  // namespace sila::rows

@@ -17,13 +17,20 @@ CREATE TABLE meta (          -- one row
   episodes INTEGER NOT NULL,     -- that made the model
   tracks INTEGER NOT NULL,       -- learnt from
   configuration TEXT NOT NULL,   -- JSON
-  conventions BLOB NOT NULL,     -- doubles: see sila/model/packing.hpp, as for all blobs of doubles, little endian
-  lessons BLOB NOT NULL,         -- doubles
-  gait BLOB NOT NULL,            -- doubles: the sparse GP
-  places BLOB NOT NULL,          -- doubles: the frames of the corners where it was learnt
+  settings BLOB NOT NULL,        -- doubles: see sila/model/packing.hpp, as for all blobs of doubles, little endian
+  sharing INTEGER NOT NULL,      -- of its sites: 0 apart, 1 shared
+  global_residual BLOB NOT NULL, -- doubles: the sparse GP of all sites
   checksum INTEGER NOT NULL,     -- CRC-32 of the model and the configuration
   undo_kept INTEGER NOT NULL,    -- how many episodes can be taken back at most
   log_checksum INTEGER NOT NULL  -- CRC-32 of the rest of this row and of the checksums of all episodes
+);
+CREATE TABLE sites (
+  id INTEGER PRIMARY KEY,        -- 0, 1, 2, ...
+  frame BLOB NOT NULL,           -- doubles: of the corner
+  episodes INTEGER NOT NULL,     -- that had tracks of this site
+  tracks INTEGER NOT NULL,       -- of this site learnt from
+  error_statistics BLOB NOT NULL, -- doubles: error statistics of predictions at this site
+  global_residual BLOB NOT NULL  -- doubles: the sparse GP
 );
 CREATE TABLE primitives (
   id INTEGER PRIMARY KEY,        -- 0, 1, 2, ...
@@ -37,8 +44,8 @@ CREATE TABLE transitions (
   to_primitive INTEGER NOT NULL,
   count REAL NOT NULL,
   field BLOB NOT NULL,           -- doubles: the sparse GP and its extent
-  outlook BLOB NOT NULL,         -- doubles: the sparse GP
-  last_episode INTEGER NOT NULL, -- in which it was last seen
+  residual BLOB NOT NULL,        -- doubles: the sparse GP
+  sites BLOB NOT NULL,           -- doubles: id, count and last episode (of the site) of each site that showed it
   support INTEGER NOT NULL,      -- at least so many different tracks showed it
   PRIMARY KEY (from_primitive, to_primitive)
 );
@@ -107,9 +114,23 @@ void write_transitions(sqlite::Database& database, const std::vector<TransitionR
   database.execute("DELETE FROM transitions");
   sqlite::Statement insert = database.prepare("INSERT INTO transitions VALUES (?, ?, ?, ?, ?, ?, ?)");
   for (const TransitionRow& row : transitions) {
-    insert.bind(row.from).bind(row.to).bind(row.count).bind_blob(row.field).bind_blob(row.outlook);
-    insert.bind(row.last_episode).bind(row.support).step();
+    insert.bind(row.from).bind(row.to).bind(row.count).bind_blob(row.field).bind_blob(row.residual);
+    insert.bind_blob(row.sites).bind(row.support).step();
   }
+}
+
+void write_sites(sqlite::Database& database, const std::vector<SiteRow>& sites) {
+  database.execute("DELETE FROM sites");
+  sqlite::Statement insert = database.prepare("INSERT INTO sites VALUES (?, ?, ?, ?, ?, ?)");
+  std::int64_t id = 0;
+  for (const SiteRow& row : sites)
+    insert.bind(id++)
+        .bind_blob(row.frame)
+        .bind(row.episodes)
+        .bind(row.tracks)
+        .bind_blob(row.error_statistics)
+        .bind_blob(row.global_residual)
+        .step();
 }
 
 void write_learnt(sqlite::Database& database, const std::vector<std::string>& ids) {
@@ -120,17 +141,25 @@ void write_learnt(sqlite::Database& database, const std::vector<std::string>& id
 
 void write_facts(sqlite::Database& database, const Content& content, const FileFacts& facts) {
   database.execute("DELETE FROM meta");
-  sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  sqlite::Statement insert = database.prepare("INSERT INTO meta VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   insert.bind(facts.revision).bind(std::string_view(facts.sila_version)).bind(content.episodes).bind(content.tracks);
-  insert.bind(std::string_view(content.configuration)).bind_blob(content.conventions).bind_blob(content.lessons);
-  insert.bind_blob(content.gait).bind_blob(content.places).bind(checksum(content)).bind(std::int64_t{facts.undo_kept});
+  insert.bind(std::string_view(content.configuration)).bind_blob(content.settings).bind(content.sharing);
+  insert.bind_blob(content.global_residual).bind(checksum(content)).bind(std::int64_t{facts.undo_kept});
   insert.bind(log_checksum(database, facts)).step();
 }
 
-void read_primitives(sqlite::Database& database, Content& content, bool with_support) {
+void read_sites(sqlite::Database& database, Content& content) {
   sqlite::Statement row =
-      database.prepare(with_support ? "SELECT id, weight, cells, velocities, support FROM primitives ORDER BY id"
-                                    : "SELECT id, weight, cells, velocities, 0 FROM primitives ORDER BY id");
+      database.prepare("SELECT id, frame, episodes, tracks, error_statistics, global_residual FROM sites ORDER BY id");
+  while (row.step()) {
+    if (row.integer(0) != static_cast<std::int64_t>(content.sites.size()))
+      throw std::invalid_argument("a site is missing");
+    content.sites.push_back({row.blob(1), row.integer(2), row.integer(3), row.blob(4), row.blob(5)});
+  }
+}
+
+void read_primitives(sqlite::Database& database, Content& content) {
+  sqlite::Statement row = database.prepare("SELECT id, weight, cells, velocities, support FROM primitives ORDER BY id");
   while (row.step()) {
     if (row.integer(0) != static_cast<std::int64_t>(content.primitives.size()))
       throw std::invalid_argument("a primitive is missing");
@@ -138,27 +167,26 @@ void read_primitives(sqlite::Database& database, Content& content, bool with_sup
   }
 }
 
-void read_transitions(sqlite::Database& database, Content& content, bool with_support) {
-  const std::string support = with_support ? "support" : "0";
-  sqlite::Statement row =
-      database.prepare("SELECT from_primitive, to_primitive, count, field, outlook, last_episode, " + support +
-                       " FROM transitions ORDER BY from_primitive, to_primitive");
+void read_transitions(sqlite::Database& database, Content& content) {
+  sqlite::Statement row = database.prepare(
+      "SELECT from_primitive, to_primitive, count, field, residual, sites, support FROM transitions ORDER BY "
+      "from_primitive, to_primitive");
   while (row.step()) {
     content.transitions.push_back(
-        {row.integer(0), row.integer(1), row.real(2), row.blob(3), row.blob(4), row.integer(5), row.integer(6)});
+        {row.integer(0), row.integer(1), row.real(2), row.blob(3), row.blob(4), row.blob(5), row.integer(6)});
   }
 }
 
-std::vector<EpisodeRecord> select_episodes(sqlite::Database& database, std::int64_t schema, const std::string& which) {
+std::vector<EpisodeRecord> select_episodes(sqlite::Database& database, const std::string& which) {
   std::vector<EpisodeRecord> episodes;
-  const std::string news = schema < kSchema ? "0, 0" : "committed_s, checksum";
-  sqlite::Statement row = database.prepare("SELECT number, tracks, seconds, size_before, size_after, statistics, " +
-                                           news + " FROM episodes " + which);
+  sqlite::Statement row = database.prepare(
+      "SELECT number, tracks, seconds, size_before, size_after, statistics, committed_s, checksum FROM episodes " +
+      which);
   while (row.step()) {
     episodes.push_back({count_of<int>(row.integer(0)), count_of<long>(row.integer(1)), row.real(2),
                         count_of<std::size_t>(row.integer(3)), count_of<std::size_t>(row.integer(4)), row.text(5),
                         row.integer(6)});
-    if (schema == kSchema && row.integer(7) != checksum_of(episodes.back())) {
+    if (row.integer(7) != checksum_of(episodes.back())) {
       throw std::invalid_argument("the checksum of the record of episode " + std::to_string(episodes.back().number) +
                                   " does not agree");
     }
@@ -173,68 +201,51 @@ void create(sqlite::Database& database) {
                    "; PRAGMA user_version = " + std::to_string(kSchema) + ";" + kTables);
 }
 
-void migrate(sqlite::Database& database, std::int64_t schema) {
-  if (schema == kSchema) return;
-  const Content content = read_content(database, schema);
-  const std::vector<EpisodeRecord> episodes = read_episodes(database, schema);
-  const FileFacts facts = read_facts(database, schema);
-  for (const char* table : {"meta", "primitives", "transitions", "episodes", "learnt"})
-    database.execute(std::string("DROP TABLE ") + table);
-  create(database);
-  for (const EpisodeRecord& episode : episodes) write_episode(database, episode);
-  write_content(database, content, facts);
-}
-
 std::int64_t revision(sqlite::Database& database) {
   return database.integer("SELECT revision FROM meta");
 }
 
-FileFacts read_facts(sqlite::Database& database, std::int64_t schema) {
-  sqlite::Statement row =
-      database.prepare(schema < kSchema ? "SELECT revision, sila_version FROM meta"
-                                        : "SELECT revision, sila_version, undo_kept, log_checksum FROM meta");
+FileFacts read_facts(sqlite::Database& database) {
+  sqlite::Statement row = database.prepare("SELECT revision, sila_version, undo_kept, log_checksum FROM meta");
   if (!row.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
-  FileFacts facts{row.integer(0), row.text(1)};
-  if (schema < kSchema) return facts;
-  facts.undo_kept = count_of<int>(row.integer(2));
+  const FileFacts facts{row.integer(0), row.text(1), count_of<int>(row.integer(2))};
   if (row.integer(3) != log_checksum(database, facts))
     throw std::invalid_argument("the checksum of the episodes does not agree");
   return facts;
 }
 
-Content read_content(sqlite::Database& database, std::int64_t schema) {
+Content read_content(sqlite::Database& database) {
   Content content;
-  const bool with_support = schema == kSchema;
   sqlite::Statement meta = database.prepare(
-      "SELECT episodes, tracks, configuration, conventions, lessons, gait, places, checksum FROM meta");
+      "SELECT episodes, tracks, configuration, settings, sharing, global_residual, checksum FROM meta");
   if (!meta.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
   content.episodes = meta.integer(0);
   content.tracks = meta.integer(1);
   content.configuration = meta.text(2);
-  content.conventions = meta.blob(3);
-  content.lessons = meta.blob(4);
-  content.gait = meta.blob(5);
-  content.places = meta.blob(6);
-  read_primitives(database, content, with_support);
-  read_transitions(database, content, with_support);
+  content.settings = meta.blob(3);
+  content.sharing = meta.integer(4);
+  content.global_residual = meta.blob(5);
+  read_sites(database, content);
+  read_primitives(database, content);
+  read_transitions(database, content);
   sqlite::Statement learnt = database.prepare("SELECT episode FROM learnt");
   while (learnt.step()) content.learnt.push_back(learnt.blob(0));
   sort_learnt(content.learnt);
-  if (meta.integer(7) != checksum(content, with_support)) throw std::invalid_argument("the checksum does not agree");
+  if (meta.integer(6) != checksum(content)) throw std::invalid_argument("the checksum does not agree");
   return content;
 }
 
-std::vector<EpisodeRecord> read_episodes(sqlite::Database& database, std::int64_t schema) {
-  return select_episodes(database, schema, "ORDER BY number");
+std::vector<EpisodeRecord> read_episodes(sqlite::Database& database) {
+  return select_episodes(database, "ORDER BY number");
 }
 
 std::vector<EpisodeRecord> detailed_episodes(sqlite::Database& database, int last) {
-  return select_episodes(
-      database, kSchema,
-      "WHERE number <= " + std::to_string(last) + R"( AND instr(statistics, '"change"') > 0 ORDER BY number)");
+  return select_episodes(database, "WHERE number <= " + std::to_string(last) +
+                                       R"( AND instr(statistics, '"change"') > 0 ORDER BY number)");
 }
 
 void write_content(sqlite::Database& database, const Content& content, const FileFacts& facts) {
+  write_sites(database, content.sites);
   write_primitives(database, content.primitives);
   write_transitions(database, content.transitions);
   write_learnt(database, content.learnt);

@@ -13,15 +13,11 @@
 namespace sila::rows {
 
 constexpr std::int64_t kApplicationId = 0x53494C41;  // "SILA"
-constexpr std::int64_t kSchema = 4;
-/// The oldest schema that can be read, and is made a present one by the next write.
-constexpr std::int64_t kOldestSchema = 3;
+constexpr std::int64_t kSchema = 5;
 
 /// Makes the tables, with the number of the schema. SQLite keeps the text with its comments in the file: `sqlite3
 /// M.sila .schema` explains the file.
 void create(sqlite::Database& database);
-/// Makes a file of an older schema one of the present.
-void migrate(sqlite::Database& database, std::int64_t schema);
 
 /// How often the file was changed.
 std::int64_t revision(sqlite::Database& database);
@@ -32,12 +28,12 @@ struct FileFacts {
   std::string sila_version;
   int undo_kept = kUndoKept;
 };
-FileFacts read_facts(sqlite::Database& database, std::int64_t schema = kSchema);
+FileFacts read_facts(sqlite::Database& database);
 
 /// Throws: sqlite::Error for missing rows or columns of another type, std::invalid_argument for what does not agree
 /// with its checksum.
-Content read_content(sqlite::Database& database, std::int64_t schema = kSchema);
-std::vector<EpisodeRecord> read_episodes(sqlite::Database& database, std::int64_t schema = kSchema);
+Content read_content(sqlite::Database& database);
+std::vector<EpisodeRecord> read_episodes(sqlite::Database& database);
 
 /// Puts the content in the place of the present one. To be called last: it sums up the episodes.
 void write_content(sqlite::Database& database, const Content& content, const FileFacts& facts);

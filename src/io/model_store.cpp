@@ -33,21 +33,21 @@ auto naming(const fs::path& path, Action&& action) {
   }
 }
 
-/// The schema of a database that is one of ours and has a model; 0 if it has nothing at all.
-std::int64_t identify(const fs::path& path, sqlite::Database& database) {
+/// Whether a database that is one of ours has a model; false if it has nothing at all.
+bool has_model(const fs::path& path, sqlite::Database& database) {
   const std::int64_t application = database.integer("PRAGMA application_id");
   const std::int64_t schema = database.integer("PRAGMA user_version");
-  if (application == 0 && schema == 0 && database.integer("SELECT count(*) FROM sqlite_master") == 0) return 0;
+  if (application == 0 && schema == 0 && database.integer("SELECT count(*) FROM sqlite_master") == 0) return false;
   if (application != rows::kApplicationId) refuse(path, "an SQLite database of another program; choose another path");
   const std::string found = "schema " + std::to_string(schema) + " of ", ours = std::to_string(rows::kSchema);
   if (schema > rows::kSchema) refuse(path, found + "a newer sila (this one writes " + ours + "); update sila");
-  if (schema < rows::kOldestSchema) {
-    refuse(path, found + "an older sila (this one writes " + ours + " and reads " +
-                     std::to_string(rows::kOldestSchema) + "); learn the model anew by `sila learn TRACKS --model " +
-                     "NEW.sila`");
+  if (schema < rows::kSchema) {
+    refuse(path, found + "an older sila (this one writes " + ours +
+                     "); learn the model anew by `sila learn TRACKS --model NEW.sila`, or open it with the sila that " +
+                     "wrote it");
   }
   rows::require_plain(database);
-  return schema;
+  return true;
 }
 
 /// Whoever uses a model parses what it was learnt with and what is told of its episodes.
@@ -61,14 +61,14 @@ void require_object(const std::string& name, const std::string& text) {
 }
 
 /// What identify found to be a model.
-StoredModel stored_in(sqlite::Database& database, std::int64_t schema) {
+StoredModel stored_in(sqlite::Database& database) {
   rows::require_intact(database);
   StoredModel stored;
-  stored.sila_version = rows::read_facts(database, schema).sila_version;
-  rows::Content content = rows::read_content(database, schema);
+  stored.sila_version = rows::read_facts(database).sila_version;
+  rows::Content content = rows::read_content(database);
   stored.model = rows::model_of(content);
   stored.configuration = std::move(content.configuration);
-  stored.episodes = rows::read_episodes(database, schema);
+  stored.episodes = rows::read_episodes(database);
   check(stored.model);
   require_object("configuration", stored.configuration);
   for (const EpisodeRecord& episode : stored.episodes) require_object("statistics", episode.statistics);
@@ -149,13 +149,11 @@ struct ModelFile::State {
   void open() {
     naming(path, [&] {
       database = open_database(path, 0);
-      if (identify(path, *database) != 0) revision = rows::revision(*database);
+      if (has_model(path, *database)) revision = rows::revision(*database);
     });
   }
 
-  static std::int64_t revision_in(sqlite::Database& database, std::int64_t schema) {
-    return schema != 0 ? rows::revision(database) : 0;
-  }
+  std::int64_t revision_now() { return has_model(path, *database) ? rows::revision(*database) : 0; }
 
   /// One transaction that puts `write(database, facts)` between the check for a rival and the new revision. `write`
   /// finds the tables of the present schema, and the facts as they are to be; it ends with rows::write_content.
@@ -164,13 +162,12 @@ struct ModelFile::State {
     naming(path, [&] {
       if (!database) database = open_database(path, SQLITE_OPEN_CREATE);
       sqlite::Transaction transaction(*database, "BEGIN IMMEDIATE");
-      const std::int64_t schema = identify(path, *database);
-      if (revision_in(*database, schema) != revision) {
+      const bool is_model = has_model(path, *database);
+      if ((is_model ? rows::revision(*database) : 0) != revision) {
         refuse_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
       }
-      if (schema == 0) rows::create(*database);
-      if (schema != 0) rows::migrate(*database, schema);
-      rows::FileFacts facts = schema != 0 ? rows::read_facts(*database) : rows::FileFacts{};
+      if (!is_model) rows::create(*database);
+      rows::FileFacts facts = is_model ? rows::read_facts(*database) : rows::FileFacts{};
       facts.revision = revision + 1;
       facts.sila_version = SILA_VERSION;
       write(*database, facts);
@@ -179,15 +176,14 @@ struct ModelFile::State {
     });
   }
 
-  /// Runs `look(database, schema)` on all tables as one commit left them.
+  /// Runs `look(database)` on all tables as one commit left them.
   template <class Look>
   auto look(Look&& look) {
     if (!database) refuse(path, "no file yet; `sila learn` makes one");
     return naming(path, [&] {
       const sqlite::Transaction snapshot(*database, "BEGIN");
-      const std::int64_t schema = identify(path, *database);
-      if (schema == 0) refuse(path, "an empty file; `sila learn` makes a model of it");
-      return look(*database, schema);
+      if (!has_model(path, *database)) refuse(path, "an empty file; `sila learn` makes a model of it");
+      return look(*database);
     });
   }
 };
@@ -228,14 +224,13 @@ bool ModelFile::changed_elsewhere() {
   return naming(state.path, [&] {
     if (!state.database) state.database = open_database(state.path, 0);
     const sqlite::Transaction snapshot(*state.database, "BEGIN");
-    const std::int64_t schema = identify(state.path, *state.database);
-    return state.revision_in(*state.database, schema) != state.revision;
+    return state.revision_now() != state.revision;
   });
 }
 
 StoredModel ModelFile::read() {
-  return state_->look([&](sqlite::Database& database, std::int64_t schema) {
-    StoredModel stored = stored_in(database, schema);
+  return state_->look([&](sqlite::Database& database) {
+    StoredModel stored = stored_in(database);
     state_->revision = rows::revision(database);
     std::error_code error;
     stored.bytes = fs::file_size(state_->path, error);
@@ -272,11 +267,7 @@ void ModelFile::replace(const StoredModel& stored) {
 }
 
 int ModelFile::oldest_rollback() {
-  return state_->look([&](sqlite::Database& database, std::int64_t schema) {
-    if (schema == rows::kSchema) return WayBack(database).oldest();
-    const std::vector<EpisodeRecord> episodes = rows::read_episodes(database, schema);
-    return episodes.empty() ? 0 : episodes.back().number;
-  });
+  return state_->look([&](sqlite::Database& database) { return WayBack(database).oldest(); });
 }
 
 void ModelFile::rollback(int episode) {
@@ -314,12 +305,11 @@ void ModelFile::keep_undo(int episodes) {
 }
 
 Verified ModelFile::verify() {
-  return state_->look([&](sqlite::Database& database, std::int64_t schema) {
+  return state_->look([&](sqlite::Database& database) {
     Verified verified;
     verified.pages = database.integer("PRAGMA page_count");
-    const StoredModel stored = stored_in(database, schema);
+    const StoredModel stored = stored_in(database);
     verified.episodes = stored.episodes.size();
-    if (schema < rows::kSchema) return verified;
     rows::require_all_intact(database);
     try {
       WayBack way(database);
@@ -360,9 +350,8 @@ StoredModel model_of_bytes(std::string_view bytes) {
   const fs::path name = "the bytes of a model";
   return naming(name, [&] {
     sqlite::Database database = sqlite::Database::of_bytes(bytes);
-    const std::int64_t schema = identify(name, database);
-    if (schema == 0) refuse(name, "no bytes");
-    StoredModel stored = stored_in(database, schema);
+    if (!has_model(name, database)) refuse(name, "no bytes");
+    StoredModel stored = stored_in(database);
     stored.bytes = bytes.size();
     return stored;
   });

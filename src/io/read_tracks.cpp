@@ -67,6 +67,7 @@ TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& op
     throw FormatError(folder.string(), 0, "a file of format " + std::string(name_of(*options.format)), "a folder");
   }
   TrackFile result{{folder.string(), {}}, TrackFormat::vru, "time stamps of each track's file"};
+  result.detections.own_clocks = true;
   std::vector<std::string> skipped;
   std::size_t tracks = 0;
   for (const auto& path : files_below(folder)) {

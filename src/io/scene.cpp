@@ -213,8 +213,8 @@ const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerCh
   return scene.corners.at(corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary).frame;
 }
 
-std::vector<PlacedTrack> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners) {
-  std::vector<PlacedTrack> result;
+std::vector<FramedTrajectory> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners) {
+  std::vector<FramedTrajectory> result;
   for (Trajectory& track : tracks) {
     const CurbFrame& frame = frame_for(scene, track, corners);
     result.push_back({std::move(track), frame});

@@ -163,12 +163,21 @@ struct TrackStream::State {
   CleanConfig config;
   StreamLimits limits;
   std::size_t source = 0;
+  std::size_t first_recording = 0, next_recording = 1;  ///< of this source, of the next one
   std::optional<LargeFile> large;
   TrackReport report;
 
+  void go_on() {
+    ++source;
+    first_recording = std::exchange(next_recording, next_recording + 1);
+  }
+
   CleanTracks cleaned(const Detections& rows, bool begins) {
     CleanTracks tracks = clean(rows, prefixes[source], config);
-    std::ranges::fill(tracks.source, source);
+    for (Trajectory& track : tracks.trajectories) {
+      track.recording += first_recording;
+      next_recording = std::max(next_recording, track.recording + 1);
+    }
     const TrackReport& part = tracks.report;
     report.sources += begins ? 1 : 0;
     report.rows_read += part.rows_read, report.rows_kept += part.rows_kept;
@@ -204,13 +213,13 @@ TrackStream::~TrackStream() = default;
 
 std::optional<CleanTracks> TrackStream::next() {
   State& state = *state_;
-  for (; state.source < state.sources.size(); ++state.source) {
+  for (; state.source < state.sources.size(); state.go_on()) {
     const TrackSource& source = state.sources[state.source];
     auto& reader = state.readers[state.source];
     if (!reader && !state.large) {
       const Detections rows = in_scene(read_detections(source.path, source.options).detections, source.to_scene);
       CleanTracks tracks = state.cleaned(rows, true);
-      ++state.source;
+      state.go_on();
       return tracks;
     }
     const bool begins = !state.large;

@@ -11,13 +11,15 @@
 #include "bytes.hpp"
 
 // A step (numbers have 8 bytes, a text is its length and itself):
-//   checksum of the earlier content, its episodes and tracks;
-//   configuration, conventions, lessons, gait, places: each 1 if it is that of the newer content, else 0 and the text;
+//   checksum of the earlier content, its episodes, tracks and sharing of sites;
+//   configuration, conventions, global residual GP: each 1 if it is that of the newer content, else 0 and the text;
+//   how many sites, each: episodes, tracks, frame, error statistics, global residual GP;
 //   how many primitives, each: weight, support, cells, velocities;
-//   how many transitions, each: from, to, count, last_episode, support, field, outlook;
+//   how many transitions, each: from, to, count, support, field, residual GP, sites;
 //   how many ids that the newer content has and the earlier has not, and they; the other way round;
 //   how many shortened records, each: number, statistics.
-// Cells, velocities, field, outlook: 1 + the index of a row of the newer content that has the same, or 0 and the text.
+// Frame, error statistics, global residual GP, cells, velocities, field, residual GP, sites: 1 + the index of a row of
+// the newer content that has the same, or 0 and the text.
 namespace sila::rows {
 namespace {
 
@@ -51,8 +53,7 @@ class Column {
   std::unordered_map<std::string_view, std::size_t> places_;
 };
 
-constexpr std::string Content::*kWholes[] = {&Content::configuration, &Content::conventions, &Content::lessons,
-                                             &Content::gait, &Content::places};
+constexpr std::string Content::*kWholes[] = {&Content::configuration, &Content::settings, &Content::global_residual};
 
 void write_ids(std::string& bytes, const std::vector<std::string>& have, const std::vector<std::string>& have_not) {
   std::vector<std::string> sorted = have, others = have_not, rest;
@@ -84,14 +85,24 @@ std::string make_undo(const Earlier& earlier, const Content& next) {
   const Content& content = earlier.content;
   std::string bytes;
   append(bytes, checksum(content)), append(bytes, content.episodes), append(bytes, content.tracks);
+  append(bytes, content.sharing);
   for (const auto whole : kWholes) {
     const bool same = content.*whole == next.*whole;
     append(bytes, std::uint64_t{same});
     if (!same) append_text(bytes, content.*whole);
   }
+  Column frames(next.sites, &SiteRow::frame), error_statistics(next.sites, &SiteRow::error_statistics);
+  Column global_residuals(next.sites, &SiteRow::global_residual);
+  frames.index(), error_statistics.index(), global_residuals.index();
+  append(bytes, std::uint64_t{content.sites.size()});
+  for (const SiteRow& row : content.sites) {
+    append(bytes, row.episodes), append(bytes, row.tracks);
+    frames.write(bytes, row), error_statistics.write(bytes, row), global_residuals.write(bytes, row);
+  }
   Column cells(next.primitives, &PrimitiveRow::cells), velocities(next.primitives, &PrimitiveRow::velocities);
-  Column fields(next.transitions, &TransitionRow::field), outlooks(next.transitions, &TransitionRow::outlook);
-  cells.index(), velocities.index(), fields.index(), outlooks.index();
+  Column fields(next.transitions, &TransitionRow::field), residuals(next.transitions, &TransitionRow::residual);
+  Column sites(next.transitions, &TransitionRow::sites);
+  cells.index(), velocities.index(), fields.index(), residuals.index(), sites.index();
   append(bytes, std::uint64_t{content.primitives.size()});
   for (const PrimitiveRow& row : content.primitives) {
     append(bytes, row.weight), append(bytes, row.support);
@@ -100,8 +111,8 @@ std::string make_undo(const Earlier& earlier, const Content& next) {
   append(bytes, std::uint64_t{content.transitions.size()});
   for (const TransitionRow& row : content.transitions) {
     append(bytes, row.from), append(bytes, row.to), append(bytes, row.count);
-    append(bytes, row.last_episode), append(bytes, row.support);
-    fields.write(bytes, row), outlooks.write(bytes, row);
+    append(bytes, row.support);
+    fields.write(bytes, row), residuals.write(bytes, row), sites.write(bytes, row);
   }
   write_ids(bytes, next.learnt, content.learnt), write_ids(bytes, content.learnt, next.learnt);
   append(bytes, std::uint64_t{earlier.statistics.size()});
@@ -116,9 +127,19 @@ Earlier apply_undo(const Content& next, const std::string& step) {
   Content& content = earlier.content;
   const std::int64_t wanted = reader.integer();
   content.episodes = reader.integer(), content.tracks = reader.integer();
+  content.sharing = reader.integer();
   for (const auto whole : kWholes) content.*whole = reader.word() == 1 ? next.*whole : reader.text();
+  const Column frames(next.sites, &SiteRow::frame), error_statistics(next.sites, &SiteRow::error_statistics);
+  const Column global_residuals(next.sites, &SiteRow::global_residual);
+  each(reader, [&] {
+    SiteRow& row = content.sites.emplace_back();
+    row.episodes = reader.integer(), row.tracks = reader.integer();
+    row.frame = frames.read(reader), row.error_statistics = error_statistics.read(reader),
+    row.global_residual = global_residuals.read(reader);
+  });
   const Column cells(next.primitives, &PrimitiveRow::cells), velocities(next.primitives, &PrimitiveRow::velocities);
-  const Column fields(next.transitions, &TransitionRow::field), outlooks(next.transitions, &TransitionRow::outlook);
+  const Column fields(next.transitions, &TransitionRow::field), residuals(next.transitions, &TransitionRow::residual);
+  const Column sites(next.transitions, &TransitionRow::sites);
   each(reader, [&] {
     PrimitiveRow& row = content.primitives.emplace_back();
     row.weight = reader.number(), row.support = reader.integer();
@@ -127,8 +148,8 @@ Earlier apply_undo(const Content& next, const std::string& step) {
   each(reader, [&] {
     TransitionRow& row = content.transitions.emplace_back();
     row.from = reader.integer(), row.to = reader.integer(), row.count = reader.number();
-    row.last_episode = reader.integer(), row.support = reader.integer();
-    row.field = fields.read(reader), row.outlook = outlooks.read(reader);
+    row.support = reader.integer();
+    row.field = fields.read(reader), row.residual = residuals.read(reader), row.sites = sites.read(reader);
   });
   content.learnt = earlier_ids(reader, next.learnt);
   each(reader, [&] {

@@ -2,7 +2,10 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -18,10 +21,14 @@ namespace {
 
 using Observed = std::map<TransitionKey, ObservedTransition>;
 
-std::vector<GpData> gp_data(const Observed& observed) {
+/// The data of one component of each field's velocity, or of both.
+std::vector<GpData> gp_data(const Observed& observed, std::optional<Eigen::Index> component) {
   std::vector<GpData> data;
-  for (const auto& [key, transition] : observed)
-    data.push_back({transition.samples.positions, transition.samples.velocities});
+  for (const auto& [key, transition] : observed) {
+    const TransitionSamples& samples = transition.samples;
+    data.push_back({samples.positions, samples.velocities});
+    if (component) data.back().outputs = samples.velocities.col(*component);
+  }
   return data;
 }
 
@@ -38,48 +45,79 @@ Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2
   return {Vector2(step * (least / step).floor()), Vector2(step * (most / step).ceil())};
 }
 
-/// One field a transition, fitted side by side; the result does not depend on the number of threads.
-std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start,
-                                        const GpConfig& config) {
-  const std::vector<GpData> data = gp_data(observed);
+/// One GP a transition, fitted side by side; the result does not depend on the number of threads.
+std::vector<SparseGp> fit_gps(const std::vector<GpData>& data, const Hyperparameters& start, const GpConfig& config) {
   const Hyperparameters pooled =
       config.hyperparameters == HyperparameterChoice::pooled ? pool_hyperparameters(data, start, config) : start;
+  std::vector<SparseGp> gps(data.size());
+  tbb::parallel_for(std::size_t{0}, data.size(),
+                    [&](std::size_t i) { gps[i] = fit_sparse_gp(data[i], pooled, config); });
+  return gps;
+}
+
+std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, FieldOutputs outputs,
+                                        const GpConfig& config) {
+  const bool independent = outputs == FieldOutputs::independent;
+  const auto fitted = [&](std::optional<Eigen::Index> component) {
+    return fit_gps(gp_data(observed, component), start, config);
+  };
+  std::vector<SparseGp> first = fitted(independent ? std::optional<Eigen::Index>(0) : std::nullopt), second;
+  if (independent) second = fitted(1);
   std::vector<Transition> transitions;
-  for (const auto& [key, transition] : observed) {
-    Transition& fitted = transitions.emplace_back();
-    fitted.from = key.first, fitted.to = key.second, fitted.count = transition.count;
-    fitted.last_episode = 1;
-    fitted.support = static_cast<int>(transition.count);  // of one batch: each track once
+  for (const auto& [key, observation] : observed) {
+    const std::size_t i = transitions.size();
+    Transition& transition = transitions.emplace_back();
+    transition.from = key.first, transition.to = key.second, transition.sites = observation.sites;
+    transition.count = total_count(transition.sites);
+    transition.support = static_cast<int>(transition.count);  // of one batch: each track once
+    transition.field.extent =
+        box_of(observation.samples.positions, config.lattice_step * first[i].kernel.length_scales);
+    transition.field.gp = std::move(first[i]);
+    if (independent) transition.field.gp_y = std::move(second[i]);
   }
-  tbb::parallel_for(std::size_t{0}, data.size(), [&](std::size_t i) {
-    FlowField& field = transitions[i].field;
-    field.gp = fit_sparse_gp(data[i], pooled, config);
-    field.extent = box_of(data[i].inputs, config.lattice_step * field.gp.kernel.length_scales);
-  });
   return transitions;
 }
 
-/// The outlook of each transition that has examples, and its samples beside those of its field.
-void add_outlooks(std::map<TransitionKey, OutlookSamples> outlooks, const Hyperparameters& hyperparameters,
-                  const GpConfig& config, Increment& increment) {
-  std::vector<Transition>& transitions = increment.model.transitions;
-  tbb::parallel_for(std::size_t{0}, transitions.size(), [&](std::size_t i) {
-    const auto found = outlooks.find({transitions[i].from, transitions[i].to});
-    if (found == outlooks.end()) return;
-    OutlookSamples& samples = found->second;
-    transitions[i].outlook = fuse_gps({}, {samples.states, samples.partings}, config, hyperparameters);
-    increment.samples[i].states = std::move(samples.states);
-    increment.samples[i].partings = std::move(samples.partings);
-  });
+/// The tracks of one site, and their numbers in the batch.
+struct SitePart {
+  Batch batch;
+  std::vector<std::size_t> tracks;
+};
+
+/// The tracks of each site, in the order in which sites first come.
+std::vector<SitePart> by_site(const Batch& batch) {
+  std::vector<Site> sites;
+  std::vector<SitePart> parts;
+  for (std::size_t i = 0; i < batch.tracks.size(); ++i) {
+    const auto site = static_cast<std::size_t>(find_or_add_site(sites, batch.tracks[i].frame));
+    if (site == parts.size()) parts.emplace_back();
+    parts[site].batch.tracks.push_back(batch.tracks[i]);
+    parts[site].tracks.push_back(i);
+  }
+  return parts;
 }
 
-/// Every moment of the batch, whatever transition it belongs to.
-std::vector<const OutlookExample*> all_examples(const Batch& batch) {
-  std::vector<const OutlookExample*> examples;
-  for (const auto& of_track : batch.outlooks) {
-    for (const OutlookExample& example : of_track) examples.push_back(&example);
+/// Adds the increment of another site, side by side.
+void append(Learnt& all, Learnt more, const std::vector<std::size_t>& tracks) {
+  Model& model = all.increment.model;
+  const auto shift = static_cast<int>(model.primitives.size()), site = static_cast<int>(model.sites.size());
+  for (Transition& transition : more.increment.model.transitions) {
+    transition.from += shift, transition.to += shift;
+    for (SiteCount& part : transition.sites) part.site += site;
+    model.transitions.push_back(std::move(transition));
   }
-  return examples;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    for (Segment& run : more.segments[i]) run.primitive += shift;
+    all.segments[tracks[i]] = std::move(more.segments[i]);
+  }
+  std::ranges::move(more.increment.model.primitives, std::back_inserter(model.primitives));
+  std::ranges::move(more.increment.model.sites, std::back_inserter(model.sites));
+  std::ranges::move(more.increment.samples, std::back_inserter(all.increment.samples));
+  model.tracks += more.increment.model.tracks;
+  LearnReport& report = all.report;
+  report.tracks += more.report.tracks, report.standing += more.report.standing;
+  report.unexplained += more.report.unexplained, report.objective += more.report.objective;
+  report.primitives += more.report.primitives, report.transitions += more.report.transitions;
 }
 
 /// Notes how many tracks show each primitive.
@@ -109,64 +147,67 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
 
 }  // namespace
 
-Conventions begin_conventions(double reference_width_m, CurbScaling scaling, double sample_interval_s,
-                              const GridConfig& config) {
-  Conventions conventions;
-  conventions.grid = {config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
-  conventions.scaling = scaling;
-  conventions.sample_interval_s = sample_interval_s;
-  conventions.reference_width_m = reference_width_m;
-  return conventions;
+ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
+                             const GridConfig& config) {
+  ModelSettings settings;
+  settings.grid = {config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
+  settings.scaling = scaling;
+  settings.sample_interval_s = sample_interval_s;
+  settings.reference_width_m = reference_width_m;
+  return settings;
 }
 
-Hyperparameters starting_hyperparameters(const Conventions& conventions, const FieldConfig& config) {
-  const double width_m = conventions.reference_width_m;
+Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config) {
+  const double width_m = settings.reference_width_m;
   const double signal = config.signal_std_mps / width_m, noise = config.noise_std_mps / width_m;
   return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
 }
 
-Conventions with_outlooks(Conventions conventions, double horizon_s, const OutlookConfig& config) {
-  if (config.enabled) conventions.outlook_horizon_s = horizon_s, conventions.outlook_knots = config.knots;
-  return conventions;
-}
-
-Learnt learn(const Batch& batch, const Conventions& conventions, const LearnConfig& config,
-             const OutlookConfig& outlook) {
+Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
   validate_fields("learn", config);
   const std::vector<CurbTrajectory>& tracks = batch.tracks;
   const double min_speed_mps = config.dictionary.min_speed_mps;
-  const double cell_m = conventions.grid.cell * conventions.reference_width_m;
+  const double cell_m = settings.grid.cell * settings.reference_width_m;
   std::vector<GridVector> vectors;  // tr_i
   for (const CurbTrajectory& track : tracks) {
     validate(track);
-    vectors.push_back(to_grid_vector(track, conventions.grid, min_speed_mps));
+    vectors.push_back(to_grid_vector(track, settings.grid, min_speed_mps));
   }
-  Dictionary dictionary = learn_dictionary(vectors, conventions.grid, config.dictionary.gain_m / cell_m,
+  Dictionary dictionary = learn_dictionary(vectors, settings.grid, config.dictionary.gain_m / cell_m,
                                            config.dictionary.run_m / cell_m, config.dictionary);  // D, by ASNSC
   std::vector<std::vector<Segment>> segments;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, conventions.grid, min_speed_mps,
+    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, settings.grid, min_speed_mps,
                                config.segmentation));
   }
-  Observed observed = observe_transitions(tracks, segments);  // T(i, j) and its samples
   Model model;
-  model.conventions = conventions;
-  model.transitions = fit_transitions(observed, starting_hyperparameters(conventions, config.field),
-                                      in_widths(config.field.gp, conventions.reference_width_m));
+  model.settings = settings;
+  model.sites = sites_of(tracks);
+  std::vector<int> sites;
+  for (const CurbTrajectory& track : tracks) sites.push_back(find_or_add_site(model.sites, track.frame));
+  Observed observed = observe_transitions(tracks, segments, sites, config.field.stride_s);  // T(i, j), samples
+  model.transitions = fit_transitions(observed, starting_hyperparameters(settings, config.field), config.field.outputs,
+                                      in_widths(config.field.gp, settings.reference_width_m));
   model.primitives = std::move(dictionary.primitives);
   count_support(segments, model.primitives);
   model.episodes = 1;
   model.tracks = static_cast<long>(tracks.size());
   const LearnReport report = report_of(vectors, segments, dictionary, model);
-  Learnt learnt{{std::move(model), {}}, report};
+  Learnt learnt{{std::move(model), {}}, report, std::move(segments)};
   for (auto& [key, transition] : observed) learnt.increment.samples.push_back(std::move(transition.samples));
-  add_outlooks(observe_outlooks(batch, segments), outlook_hyperparameters(conventions, outlook),
-               outlook_gp_config(outlook), learnt.increment);
-  learnt.increment.gait = gait_samples(all_examples(batch));
-  learnt.increment.model.gait = learn_gait({}, learnt.increment.gait, outlook);
-  for (const CurbTrajectory& track : tracks)
-    learnt.increment.model.places = with_places(std::move(learnt.increment.model.places), {track.frame});
   return learnt;
+}
+
+Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
+  const std::vector<SitePart> parts = by_site(batch);
+  if (parts.size() < 2) return learn(batch, settings, config);
+  Learnt all = learn(parts.front().batch, settings, config);
+  std::vector<std::vector<Segment>> first = std::exchange(all.segments, {});
+  all.segments.resize(batch.tracks.size());
+  for (std::size_t i = 0; i < first.size(); ++i) all.segments[parts.front().tracks[i]] = std::move(first[i]);
+  for (std::size_t site = 1; site < parts.size(); ++site)
+    append(all, learn(parts[site].batch, settings, config), parts[site].tracks);
+  return all;
 }
 
 }  // namespace sila

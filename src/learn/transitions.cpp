@@ -1,6 +1,7 @@
 #include "sila/learn/transitions.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sila {
 namespace {
@@ -10,72 +11,54 @@ struct Stretch {
   std::size_t track = 0, begin = 0, end = 0;
 };
 
-TransitionSamples gather(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches) {
-  std::size_t count = 0;
-  for (const Stretch& stretch : stretches) count += stretch.end - stretch.begin;
-  const auto rows = static_cast<Eigen::Index>(count);
-  TransitionSamples samples{Eigen::MatrixXd(2, rows), Eigen::MatrixXd(rows, 2)};
-  Eigen::Index row = 0;
+/// A sample of a track.
+struct SampleOf {
+  std::size_t track = 0, sample = 0;
+};
+
+std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
+  if (track.times_s.size() < 2) return 1;
+  return static_cast<std::size_t>(std::max(1L, std::lround(stride_s / (track.times_s[1] - track.times_s[0]))));
+}
+
+/// Of each stretch the samples one every `stride_s`, beginning half of it after the start; of a short one the middle.
+std::vector<SampleOf> thinned(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches,
+                              double stride_s) {
+  std::vector<SampleOf> samples;
   for (const Stretch& stretch : stretches) {
-    for (std::size_t t = stretch.begin; t < stretch.end; ++t, ++row) {
-      samples.positions.col(row) = tracks[stretch.track].positions[t];
-      samples.velocities.row(row) = tracks[stretch.track].velocities[t].transpose();
-    }
+    if (stretch.begin == stretch.end) continue;
+    const std::size_t stride = samples_in(stride_s, tracks[stretch.track]);
+    const std::size_t first = stretch.begin + std::min(stride / 2, (stretch.end - stretch.begin - 1) / 2);
+    for (std::size_t t = first; t < stretch.end; t += stride) samples.push_back({stretch.track, t});
   }
   return samples;
 }
 
-/// The transition under way at a sample: that to the segment which follows.
-TransitionKey transition_at(const std::vector<Segment>& runs, std::size_t sample) {
-  std::size_t r = 0;
-  while (r + 1 < runs.size() && sample >= runs[r].end) ++r;
-  if (r + 1 < runs.size()) return {runs[r].primitive, runs[r + 1].primitive};
-  return {runs[r > 0 ? r - 1 : r].primitive, runs[r].primitive};
-}
-
-/// The sample of a track at a time.
-std::size_t sample_at(const CurbTrajectory& track, double time_s) {
-  const auto later = std::lower_bound(track.times_s.begin(), track.times_s.end(), time_s - 1e-9);
-  return std::min(static_cast<std::size_t>(later - track.times_s.begin()), track.times_s.size() - 1);
-}
-
-OutlookSamples stacked(const std::vector<const OutlookExample*>& examples) {
-  const auto count = static_cast<Eigen::Index>(examples.size());
-  OutlookSamples samples{Eigen::MatrixXd(kOutlookInputs, count),
-                         Eigen::MatrixXd(count, examples.front()->partings.size())};
-  for (Eigen::Index i = 0; i < count; ++i) {
-    samples.states.col(i) = examples[static_cast<std::size_t>(i)]->state;
-    samples.partings.row(i) = examples[static_cast<std::size_t>(i)]->partings.transpose();
+TransitionSamples gather(std::span<const CurbTrajectory> tracks, const std::vector<SampleOf>& chosen) {
+  const auto rows = static_cast<Eigen::Index>(chosen.size());
+  TransitionSamples samples{Eigen::MatrixXd(2, rows), Eigen::MatrixXd(rows, 2)};
+  Eigen::Index row = 0;
+  for (const auto& [track, t] : chosen) {
+    samples.positions.col(row) = tracks[track].positions[t];
+    samples.velocities.row(row++) = tracks[track].velocities[t].transpose();
   }
   return samples;
 }
 
 }  // namespace
 
-std::map<TransitionKey, OutlookSamples> observe_outlooks(const Batch& batch,
-                                                         std::span<const std::vector<Segment>> segments) {
-  std::map<TransitionKey, std::vector<const OutlookExample*>> examples;
-  for (std::size_t i = 0; i < batch.outlooks.size(); ++i) {
-    if (segments[i].empty()) continue;
-    for (const OutlookExample& example : batch.outlooks[i])
-      examples[transition_at(segments[i], sample_at(batch.tracks[i], example.t0_s))].push_back(&example);
-  }
-  std::map<TransitionKey, OutlookSamples> samples;
-  for (const auto& [key, list] : examples) samples[key] = stacked(list);
-  return samples;
-}
-
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
-                                                                std::span<const std::vector<Segment>> segments) {
+                                                                std::span<const std::vector<Segment>> segments,
+                                                                std::span<const int> sites, double stride_s) {
   std::map<TransitionKey, std::vector<Stretch>> stretches;
-  std::map<TransitionKey, double> counts;
+  std::map<TransitionKey, std::vector<SiteCount>> counts;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const std::vector<Segment>& runs = segments[i];
     std::map<TransitionKey, std::size_t> last_end;  // of this track: a pair seen twice must not give a sample twice
     const auto note = [&](const Segment& from, const Segment& to) {
       const TransitionKey key{from.primitive, to.primitive};
       const auto [seen, first] = last_end.try_emplace(key, from.begin);
-      if (first) counts[key] += 1.0;
+      if (first) add_count(counts[key], {sites[i], 1.0, 1});
       stretches[key].push_back({i, std::max(from.begin, seen->second), to.end});
       seen->second = to.end;
     };
@@ -83,7 +66,8 @@ std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const 
     for (std::size_t r = 1; r < runs.size(); ++r) note(runs[r - 1], runs[r]);
   }
   std::map<TransitionKey, ObservedTransition> observed;
-  for (const auto& [key, list] : stretches) observed[key] = {counts[key], gather(tracks, list)};
+  for (const auto& [key, list] : stretches)
+    observed[key] = {counts[key], gather(tracks, thinned(tracks, list, stride_s))};
   return observed;
 }
 

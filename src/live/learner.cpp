@@ -14,7 +14,7 @@ namespace {
 /// How much predictions go before learning where both want a processor.
 constexpr int kNiceness = 10;
 
-/// How soon the model of somebody else is noticed.
+/// How soon the model of another party is noticed.
 constexpr std::chrono::seconds kRenewEvery(1);
 
 /// On Linux a priority belongs to a thread; elsewhere learning would slow down the whole process by it.
@@ -26,7 +26,7 @@ void give_way() {
 
 /// A model that has learnt nothing yet goes by the configuration.
 Model ready_to_predict(Model model, const EpisodeConfig& config) {
-  if (model.episodes == 0) model.conventions.sample_interval_s = config.sampling.interval_s;
+  if (model.episodes == 0) model.settings.sample_interval_s = config.sampling.interval_s;
   return model;
 }
 
@@ -62,11 +62,11 @@ Learning Learner::learning() const {
   return now;
 }
 
-void Learner::give(std::vector<PlacedTrack> tracks) {
+void Learner::give(std::vector<FramedTrajectory> tracks) {
   if (tracks.empty()) return;
   {
     const std::lock_guard lock(mutex_);
-    for (PlacedTrack& track : tracks) waiting_.push_back(std::move(track));
+    for (FramedTrajectory& track : tracks) waiting_.push_back(std::move(track));
     for (; waiting_.size() > static_cast<std::size_t>(live_.max_waiting_tracks); waiting_.pop_front())
       ++learning_.forgotten_tracks;
   }
@@ -105,7 +105,7 @@ void Learner::run() {
     }
     const std::size_t count = std::min(waiting_.size(), static_cast<std::size_t>(live_.batch));
     const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(count);
-    std::vector<PlacedTrack> batch(std::make_move_iterator(waiting_.begin()), std::make_move_iterator(end));
+    std::vector<FramedTrajectory> batch(std::make_move_iterator(waiting_.begin()), std::make_move_iterator(end));
     waiting_.erase(waiting_.begin(), end);
     learning_.busy = true;
     lock.unlock();
@@ -116,7 +116,7 @@ void Learner::run() {
   }
 }
 
-void Learner::run_one(const std::vector<PlacedTrack>& batch) {
+void Learner::run_one(const std::vector<FramedTrajectory>& batch) {
   try {
     take_up_changes();
     std::optional<Episode> episode = learn_and_keep(batch);
@@ -140,7 +140,7 @@ void Learner::run_one(const std::vector<PlacedTrack>& batch) {
 }
 
 /// The episode that was kept; nothing if the model knows the batch.
-std::optional<Episode> Learner::learn_and_keep(const std::vector<PlacedTrack>& batch) {
+std::optional<Episode> Learner::learn_and_keep(const std::vector<FramedTrajectory>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
     Episode episode = run_episode(previous->model, batch, episode_, update_, &previous->predictor);

@@ -22,10 +22,11 @@ std::optional<WindowScore> judged(const Unscored& unscored, const Trajectory& pa
   const auto steps = static_cast<std::size_t>(steps_in(horizon_s, settings.episode.sampling.interval_s));
   if (t0_s + horizon_s > path.times_s.back() + 1e-3) return std::nullopt;
   const auto index = static_cast<std::size_t>(last - path.times_s.begin());
-  Window window{unscored.observed, future(path, index, steps, settings.episode.sampling)};
+  Window window{unscored.observed, past(path, index, settings.episode.predict.observe_s, settings.episode.sampling),
+                future(path, index, steps, settings.episode.sampling)};
   if (window.future_m.size() < steps) return std::nullopt;
-  const std::vector<double> unit_variances(steps, 1.0);
-  return score_window(unscored.prediction, window, unit_variances, settings.episode, settings.evaluate);
+  const auto references = fit_references({}, steps, settings.episode.sampling.interval_s);
+  return score_window(unscored.prediction, window, std::span(references).first(1), settings.episode, settings.evaluate);
 }
 
 void account_for(Live& live, Person& person, const Unscored& unscored, const std::optional<WindowScore>& score) {
@@ -36,17 +37,16 @@ void account_for(Live& live, Person& person, const Unscored& unscored, const std
   if (live.keep_judged) live.judged.push_back(*score);
 }
 
-/// Whether a prediction's future is over at the end of the path; `beyond_s`: and nothing later can change it.
-bool is_over(const Unscored& unscored, const Trajectory& path, double beyond_s, const LiveSettings& settings) {
+/// Whether a prediction's future is over at the end of the path, and no late detection can change it.
+bool is_over(const Unscored& unscored, const Trajectory& path, const LiveSettings& settings) {
   const double t0_s = unscored.prediction.t0_s;
   return !path.times_s.empty() && t0_s >= path.times_s.front() &&
-         t0_s + settings.episode.predict.horizon_s + settings.live.late_s + beyond_s <= path.times_s.back();
+         t0_s + settings.episode.predict.horizon_s + settings.live.late_s <= path.times_s.back();
 }
 
 void mark_ripe(Live& live, StreamId id, const std::string& track, Person& person, const LiveSettings& settings) {
   if (person.ripe || person.unscored.empty()) return;
-  const double reach_s = settings.episode.sampling.smoothing_s;  // at least; how far it is exactly costs more to tell
-  if (!is_over(person.unscored.front(), person.track.path, reach_s, settings)) return;
+  if (!is_over(person.unscored.front(), person.track.path, settings)) return;
   person.ripe = true;
   live.ripe.emplace_back(id, track);
 }
@@ -54,8 +54,7 @@ void mark_ripe(Live& live, StreamId id, const std::string& track, Person& person
 void judge_settled(Live& live, Person& person, const LiveSettings& settings) {
   const Trajectory& path = person.track.path;
   if (path.times_s.empty()) return;
-  const double reach_s = smoothing_reach_s(path, settings.episode.sampling);
-  while (!person.unscored.empty() && is_over(person.unscored.front(), path, reach_s, settings)) {
+  while (!person.unscored.empty() && is_over(person.unscored.front(), path, settings)) {
     account_for(live, person, person.unscored.front(), judged(person.unscored.front(), path, settings));
     person.unscored.pop_front();
   }
@@ -71,8 +70,8 @@ void end_person(Live& live, Person& person, const LiveSettings& settings) {
     }
     account_for(live, person, unscored, score);
   }
-  live.tuning = taught(std::move(live.tuning), person.score, horizons_until(settings.episode.predict.horizon_s),
-                       settings.live.tuning_step);
+  live.online_calibration = fitted(std::move(live.online_calibration), person.score,
+                                   horizons_until(settings.episode.predict.horizon_s), settings.live.calibration_step);
   add(live.board, std::move(person.score), settings.live);
   ++live.account.tracks;
   for (Trajectory& piece : pieces) {

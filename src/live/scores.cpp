@@ -10,30 +10,30 @@ namespace {
 /// A band needs so many times the watched pedestrians before them.
 constexpr std::size_t kReferenceFactor = 2;
 
-HorizonSums sums_of(const Metrics& model, const Metrics& constant, bool stated) {
+HorizonSums sums_of(const Metrics& model, const Metrics& constant, bool nominal) {
   HorizonSums sums{1, model.weighted_mhd_m, constant.weighted_mhd_m, 0, {}};
-  if (stated) sums.stated = 1, sums.inside = model.coverage;
+  if (nominal) sums.nominal = 1, sums.inside = model.coverage;
   return sums;
 }
 
-void add_to(std::vector<HorizonSums>& sums, const WindowScore& window, bool stated) {
+void add_to(std::vector<HorizonSums>& sums, const WindowScore& window, bool nominal) {
   sums.resize(std::max(sums.size(), window.model.size()));
   for (std::size_t h = 0; h < window.model.size(); ++h)
-    sums[h] = sums[h] + sums_of(window.model[h], window.constant[h], stated);
+    sums[h] = sums[h] + sums_of(window.model[h], window.constant[h], nominal);
 }
 
 }  // namespace
 
 HorizonSums operator+(const HorizonSums& a, const HorizonSums& b) {
   HorizonSums sum{a.windows + b.windows, a.weighted_mhd_m + b.weighted_mhd_m, a.constant_mhd_m + b.constant_mhd_m,
-                  a.stated + b.stated, a.inside};
+                  a.nominal + b.nominal, a.inside};
   for (std::size_t p = 0; p < sum.inside.size(); ++p) sum.inside[p] += b.inside[p];
   return sum;
 }
 
-void add(PersonScore& score, const WindowScore& window, bool stated_regions) {
-  add_to(score.all, window, stated_regions);
-  if (window.moving) add_to(score.moving, window, stated_regions);
+void add(PersonScore& score, const WindowScore& window, bool nominal_regions) {
+  add_to(score.all, window, nominal_regions);
+  if (window.moving) add_to(score.moving, window, nominal_regions);
   score.novelty += window.novelty;
 }
 
@@ -59,10 +59,10 @@ std::vector<std::array<double, kRegionProbabilities.size()>> coverage(const Scor
   for (std::size_t h = 0; h < horizons; ++h) {
     double people = 0.0;
     for (const PersonScore& person : board) {
-      if (h >= person.all.size() || person.all[h].stated == 0) continue;
+      if (h >= person.all.size() || person.all[h].nominal == 0) continue;
       people += 1.0;
       for (std::size_t p = 0; p < shares[h].size(); ++p)
-        shares[h][p] += person.all[h].inside[p] / static_cast<double>(person.all[h].stated);
+        shares[h][p] += person.all[h].inside[p] / static_cast<double>(person.all[h].nominal);
     }
     for (double& share : shares[h]) share = people > 0.0 ? share / people : -1.0;
   }

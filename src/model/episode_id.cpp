@@ -26,7 +26,7 @@ EpisodeId hash_of(const std::string& bytes) {
   return {high, low};
 }
 
-EpisodeId id_of(const PlacedTrack& placed) {
+EpisodeId id_of(const FramedTrajectory& placed) {
   std::string bytes;
   const CurbFrame& frame = placed.frame;
   for (const Vector2& part : {frame.origin_m, frame.axis_1, frame.axis_2, frame.unit_m}) {
@@ -44,9 +44,9 @@ EpisodeId id_of(const PlacedTrack& placed) {
 
 }  // namespace
 
-EpisodeId episode_id(std::span<const PlacedTrack> batch) {
+EpisodeId episode_id(std::span<const FramedTrajectory> batch) {
   std::vector<EpisodeId> tracks;
-  for (const PlacedTrack& track : batch) tracks.push_back(id_of(track));
+  for (const FramedTrajectory& track : batch) tracks.push_back(id_of(track));
   std::ranges::sort(tracks);
   std::string bytes;
   for (const EpisodeId& track : tracks) {

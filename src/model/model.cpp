@@ -7,11 +7,13 @@
 #include <utility>
 
 #include "sila/core/fields.hpp"
-#include "sila/model/gait.hpp"
-#include "sila/model/outlook.hpp"
+#include "sila/model/residual.hpp"
 
 namespace sila {
 namespace {
+
+/// Sums of the same counts in different orders differ by less, relative to the sum.
+constexpr double kCountRounding = 1e-9;
 
 [[noreturn]] void refuse(const std::string& what) {
   throw std::invalid_argument("model: " + what);
@@ -45,37 +47,80 @@ void check_extent(const Grid& grid, const std::string& name, const FlowField& fi
     refuse(name + ": the field is over 1e9 cells away");
 }
 
-void check_outlook(const Model& model, const std::string& name, const SparseGp& outlook) {
-  if (outlook.points == 0.0) return;
+void check_residual(const Model& model, const std::string& name, const SparseGp& residual) {
+  if (residual.points == 0.0) return;
   try {
-    validate(outlook);
+    validate(residual);
   } catch (const std::invalid_argument& error) {
-    refuse(name + ": outlook: " + error.what());
+    refuse(name + ": residual GP: " + error.what());
   }
-  if (outlook.pseudo_inputs.rows() != kOutlookInputs || outlook.mean.size() != 2 * model.conventions.outlook_knots) {
-    refuse(name + ": the outlook is not a map from " + std::to_string(kOutlookInputs) +
-           " inputs to 2 outputs for each of " + std::to_string(model.conventions.outlook_knots) + " knots");
+  if (residual.pseudo_inputs.rows() != kResidualInputs || residual.mean.size() != 2 * model.settings.residual_knots) {
+    refuse(name + ": the residual GP is not a map from " + std::to_string(kResidualInputs) +
+           " inputs to 2 outputs for each of " + std::to_string(model.settings.residual_knots) + " knots");
   }
 }
 
-void check_conventions(const Conventions& conventions) {
-  validate(conventions.grid);
+void check_settings(const ModelSettings& settings) {
+  validate(settings.grid);
   const auto require = [](const char* name, double value, const Range& range) {
     require_in_range("model", name, value, range);
   };
-  require("sample_interval_s", conventions.sample_interval_s, {1e-3, 60.0});
-  require("reference_width_m", conventions.reference_width_m, {1e-3, 1e6});
-  require("outlook_horizon_s", conventions.outlook_horizon_s, {0.0, 3600.0});
-  require("outlook_knots", conventions.outlook_knots, {0, 1000});
-  if ((conventions.outlook_knots > 0) != (conventions.outlook_horizon_s > 0.0))
-    refuse("outlooks have knots without a horizon, or none until theirs");
+  require("sample_interval_s", settings.sample_interval_s, {1e-3, 60.0});
+  require("reference_width_m", settings.reference_width_m, {1e-3, 1e6});
+  require("residual_horizon_s", settings.residual_horizon_s, {0.0, 3600.0});
+  require("residual_knots", settings.residual_knots, {0, 1000});
+  if ((settings.residual_knots > 0) != (settings.residual_horizon_s > 0.0))
+    refuse("residual GPs have knots without a horizon, or none until theirs");
 }
 
-void check_gait(const Model& model) {
-  if (model.gait.points == 0.0) return;
-  validate(model.gait);
-  if (model.gait.pseudo_inputs.rows() != kGaitInputs || model.gait.mean.size() != 2 * model.conventions.outlook_knots)
-    refuse("the gait is not a map from " + std::to_string(kGaitInputs) + " inputs to 2 outputs for each knot");
+void check_global_residual(const Model& model, const SparseGp& global_residual) {
+  if (global_residual.points == 0.0) return;
+  validate(global_residual);
+  if (global_residual.pseudo_inputs.rows() != kGlobalResidualInputs ||
+      global_residual.mean.size() != 2 * model.settings.residual_knots)
+    refuse("the global residual GP is not a map from " + std::to_string(kGlobalResidualInputs) +
+           " inputs to 2 outputs for each knot");
+}
+
+void check_site_counts(const Model& model, const std::string& name, const Transition& transition) {
+  int before = -1;
+  for (const auto& [site, count, last_episode] : transition.sites) {
+    if (site <= before || site >= static_cast<int>(model.sites.size()))
+      refuse(name + ": sites are out of order, or there are only " + std::to_string(model.sites.size()));
+    if (!(count > 0.0) || !std::isfinite(count)) refuse(name + ": the count of a site is not positive");
+    const int episodes = model.sites[static_cast<std::size_t>(site)].episodes;
+    if (last_episode < 0 || last_episode > episodes) {
+      refuse(name + ": last seen in episode " + std::to_string(last_episode) + " of " + std::to_string(episodes));
+    }
+    before = site;
+  }
+  if (!(std::abs(total_count(transition.sites) - transition.count) <= kCountRounding * transition.count))
+    refuse(name + ": the counts of its sites do not add up to its count");
+  if (model.sharing == SiteSharing::apart && transition.sites.size() > 1)
+    refuse(name + ": it is of several sites, which are apart");
+}
+
+void check_site(const Model& model, std::size_t index) {
+  const Site& site = model.sites[index];
+  validate(site.frame);
+  check_global_residual(model, site.global_residual);
+  if (site.episodes < 0 || site.tracks < 0)
+    refuse("site " + std::to_string(index) + " has fewer than no episodes or tracks");
+  validate(site.error_statistics);
+}
+
+void check_field(const std::string& name, const FlowField& field) {
+  const Eigen::Index outputs = field.independent() ? 1 : 2;
+  for (const SparseGp* gp : {&field.gp, field.second()}) {
+    if (!gp) continue;
+    try {
+      validate(*gp);
+    } catch (const std::invalid_argument& error) {
+      refuse(name + ": " + error.what());
+    }
+    if (gp->pseudo_inputs.rows() != 2 || gp->mean.size() != outputs)
+      refuse(name + ": the field is not a map from 2 inputs to 2 outputs");
+  }
 }
 
 void check_transition(const Model& model, std::size_t index) {
@@ -87,48 +132,47 @@ void check_transition(const Model& model, std::size_t index) {
   }
   if (!(transition.count > 0.0) || !std::isfinite(transition.count)) refuse(name + ": the count is not positive");
   if (transition.support < 0) refuse(name + " has a support below zero");
-  if (transition.last_episode < 0 || transition.last_episode > model.episodes) {
-    refuse(name + ": last seen in episode " + std::to_string(transition.last_episode) + " of " +
-           std::to_string(model.episodes));
-  }
+  check_site_counts(model, name, transition);
   if (index > 0) {
     const Transition& before = model.transitions[index - 1];
     if (std::pair(before.from, before.to) >= std::pair(transition.from, transition.to)) {
       refuse(name + " is out of order or stands twice");
     }
   }
-  try {
-    validate(transition.field.gp);
-  } catch (const std::invalid_argument& error) {
-    refuse(name + ": " + error.what());
-  }
-  if (transition.field.gp.pseudo_inputs.rows() != 2 || transition.field.gp.mean.size() != 2) {
-    refuse(name + ": the field is not a map from 2 inputs to 2 outputs");
-  }
-  check_extent(model.conventions.grid, name, transition.field);
-  check_outlook(model, name, transition.outlook);
+  check_field(name, transition.field);
+  if (transition.field.independent() != model.transitions.front().field.independent())
+    refuse(name + ": its outputs are independent or shared, unlike those of the first transition");
+  check_extent(model.settings.grid, name, transition.field);
+  check_residual(model, name, transition.residual);
 }
 
 }  // namespace
 
-bool operator==(const Conventions& a, const Conventions& b) {
+bool operator==(const ModelSettings& a, const ModelSettings& b) {
   return a.grid == b.grid && a.scaling == b.scaling && a.sample_interval_s == b.sample_interval_s &&
-         a.reference_width_m == b.reference_width_m && a.outlook_horizon_s == b.outlook_horizon_s &&
-         a.outlook_knots == b.outlook_knots;
+         a.reference_width_m == b.reference_width_m && a.residual_horizon_s == b.residual_horizon_s &&
+         a.residual_knots == b.residual_knots;
 }
 
 std::size_t size(const Model& model) {
   return model.primitives.size() + model.transitions.size();
 }
 
+void require_separable(const std::string& function, const Model& model, SiteSharing sharing) {
+  if (sharing == SiteSharing::shared || model.sharing == SiteSharing::apart || model.sites.size() < 2) return;
+  throw std::invalid_argument(function + ": fuse.sites = apart, but the model shares its " +
+                              std::to_string(model.sites.size()) +
+                              " sites, which cannot be parted; keep fuse.sites = shared, or learn it anew");
+}
+
 void check(const Model& model) {
-  check_conventions(model.conventions);
+  check_settings(model.settings);
   if (model.episodes < 0 || model.tracks < 0) refuse("it has fewer than no episodes or tracks");
-  validate(model.lessons);
+  for (std::size_t i = 0; i < model.sites.size(); ++i) check_site(model, i);
+  require_one_shape(model.sites);
   for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
-  check_gait(model);
-  for (const CurbFrame& place : model.places) validate(place);
+  check_global_residual(model, model.global_residual);
   for (std::size_t i = 1; i < model.episode_ids.size(); ++i) {
     if (!(model.episode_ids[i - 1] < model.episode_ids[i])) refuse("episode_ids are out of order or stand twice");
   }

@@ -70,8 +70,9 @@ class Unpacker {
     for (std::size_t i = 0; i < length; ++i) elements.push_back(read());
     return elements;
   }
+  bool empty() const { return rest_.empty(); }
   void finish() const {
-    if (!rest_.empty()) refuse(std::to_string(rest_.size()) + " numbers are left over");
+    if (!empty()) refuse(std::to_string(rest_.size()) + " numbers are left over");
   }
 
  private:
@@ -133,14 +134,21 @@ bool identical(const MotionPrimitive& a, const MotionPrimitive& b) {
 
 bool identical(const Transition& a, const Transition& b) {
   return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field)) &&
-         same_bits(pack(a.outlook), pack(b.outlook)) && a.last_episode == b.last_episode && a.support == b.support;
+         same_bits(pack(a.residual), pack(b.residual)) && same_bits(pack(a.sites), pack(b.sites)) &&
+         a.support == b.support;
+}
+
+bool identical(const Site& a, const Site& b) {
+  return same_bits(pack(a.frame), pack(b.frame)) && a.episodes == b.episodes && a.tracks == b.tracks &&
+         same_bits(pack(a.error_statistics), pack(b.error_statistics)) &&
+         same_bits(pack(a.global_residual), pack(b.global_residual));
 }
 
 }  // namespace
 
-std::vector<double> pack(const Lessons& lessons) {
-  const auto& [steps, classes, interval_s, with_map, without_map, residuals_with_map, residuals_without_map,
-               residuals_place_free, surprises, novelties] = lessons;
+std::vector<double> pack(const ErrorStatistics& error_statistics) {
+  const auto& [steps, classes, interval_s, with_map, without_map, errors_with_map, errors_without_map,
+               errors_place_free, scores, novelties, slow] = error_statistics;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
     const auto& [weight, features, products] = moments;
@@ -148,7 +156,7 @@ std::vector<double> pack(const Lessons& lessons) {
     packer.add(features);
     packer.add(products);
   };
-  const auto add_residual = [&](const ResidualMoments& moments) {
+  const auto add_errors = [&](const ErrorMoments& moments) {
     const auto& [weight, along_m2, across_m2] = moments;
     packer.add(weight);
     packer.add(along_m2);
@@ -159,43 +167,54 @@ std::vector<double> pack(const Lessons& lessons) {
   packer.add(interval_s);
   packer.add_list(with_map, add_moments);
   packer.add_list(without_map, add_moments);
-  packer.add_list(residuals_with_map, add_residual);
-  packer.add_list(residuals_without_map, add_residual);
-  packer.add_list(residuals_place_free, add_residual);
+  packer.add_list(errors_with_map, add_errors);
+  packer.add_list(errors_without_map, add_errors);
+  packer.add_list(errors_place_free, add_errors);
   const auto add_number = [&](double number) { packer.add(number); };
-  packer.add_list(surprises, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
+  packer.add_list(scores, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
   packer.add_list(novelties, add_number);
+  packer.add_list(slow, [&](const SlowErrors& errors) {
+    const auto& [weight, errors_m] = errors;
+    packer.add(weight);
+    for (const double error_m : errors_m) packer.add(error_m);
+  });
   return std::move(packer).numbers();
 }
 
-Lessons unpack_lessons(std::span<const double> numbers) {
+ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
   const auto moments = [&] {  // braces: the reads happen in this order
     return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.vector()};
   };
-  const auto residual = [&] { return ResidualMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
-  Lessons lessons;
-  lessons.steps = unpacker.count<int>();
-  lessons.classes = unpacker.count<int>();
-  lessons.interval_s = unpacker.number();
-  lessons.with_map = unpacker.list<RegressionMoments>(moments);
-  lessons.without_map = unpacker.list<RegressionMoments>(moments);
-  lessons.residuals_with_map = unpacker.list<ResidualMoments>(residual);
-  lessons.residuals_without_map = unpacker.list<ResidualMoments>(residual);
-  lessons.residuals_place_free = unpacker.list<ResidualMoments>(residual);
+  const auto error_moments = [&] { return ErrorMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
+  ErrorStatistics error_statistics;
+  error_statistics.steps = unpacker.count<int>();
+  error_statistics.classes = unpacker.count<int>();
+  error_statistics.interval_s = unpacker.number();
+  error_statistics.with_map = unpacker.list<RegressionMoments>(moments);
+  error_statistics.without_map = unpacker.list<RegressionMoments>(moments);
+  error_statistics.errors_with_map = unpacker.list<ErrorMoments>(error_moments);
+  error_statistics.errors_without_map = unpacker.list<ErrorMoments>(error_moments);
+  error_statistics.errors_place_free = unpacker.list<ErrorMoments>(error_moments);
   const auto number = [&] { return unpacker.number(); };
-  lessons.surprises = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
-  lessons.novelties = unpacker.list<double>(number);
+  error_statistics.scores = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
+  error_statistics.novelties = unpacker.list<double>(number);
+  error_statistics.slow = unpacker.list<SlowErrors>([&] {
+    SlowErrors errors{unpacker.number(), {}};
+    for (double& error_m : errors.errors_m) error_m = unpacker.number();
+    return errors;
+  });
   unpacker.finish();
-  return lessons;
+  return error_statistics;
 }
 
 std::vector<double> pack(const FlowField& field) {
-  const auto& [gp, extent] = field;
+  const auto& [gp, extent, gp_y] = field;
   Packer packer;
   add_gp(packer, gp);
   packer.add(extent.min());
   packer.add(extent.max());
+  if (field.independent()) add_gp(packer, gp_y);
   return std::move(packer).numbers();
 }
 
@@ -210,6 +229,10 @@ FlowField unpack_flow_field(std::span<const double> numbers) {
   field.gp = read_gp(unpacker);
   field.extent.min() = corner();
   field.extent.max() = corner();
+  if (!unpacker.empty()) {
+    field.gp_y = read_gp(unpacker);
+    if (!field.independent()) refuse("the second GP of a field has no output");
+  }
   unpacker.finish();
   return field;
 }
@@ -227,32 +250,48 @@ SparseGp unpack_gp(std::span<const double> numbers) {
   return gp;
 }
 
-std::vector<double> pack(const std::vector<CurbFrame>& places) {
+std::vector<double> pack(const CurbFrame& frame) {
+  const auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m] = frame;
   Packer packer;
-  packer.add_list(places, [&](const CurbFrame& place) {
-    const auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m] = place;
-    for (const Vector2& part : {origin_m, axis_1, axis_2, unit_m}) packer.add(part);
-    packer.add(sidewalk_width_m);
+  for (const Vector2& part : {origin_m, axis_1, axis_2, unit_m}) packer.add(part);
+  packer.add(sidewalk_width_m);
+  return std::move(packer).numbers();
+}
+
+CurbFrame unpack_frame(std::span<const double> numbers) {
+  Unpacker unpacker(numbers);
+  const auto pair = [&] {
+    const Eigen::VectorXd point = unpacker.vector();
+    if (point.size() != 2) refuse("a frame has a point with " + std::to_string(point.size()) + " coordinates");
+    return Vector2(point);
+  };
+  const CurbFrame frame{pair(), pair(), pair(), pair(), unpacker.number()};  // braces: the reads happen in this order
+  unpacker.finish();
+  return frame;
+}
+
+std::vector<double> pack(const std::vector<SiteCount>& counts) {
+  Packer packer;
+  packer.add_list(counts, [&](const SiteCount& part) {
+    const auto& [site, count, last_episode] = part;
+    packer.add(site);
+    packer.add(count);
+    packer.add(last_episode);
   });
   return std::move(packer).numbers();
 }
 
-std::vector<CurbFrame> unpack_places(std::span<const double> numbers) {
+std::vector<SiteCount> unpack_site_counts(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
-  const auto pair = [&] {
-    const Eigen::VectorXd point = unpacker.vector();
-    if (point.size() != 2) refuse("a place has a point with " + std::to_string(point.size()) + " coordinates");
-    return Vector2(point);
-  };
-  std::vector<CurbFrame> places = unpacker.list<CurbFrame>([&] {
-    return CurbFrame{pair(), pair(), pair(), pair(), unpacker.number()};
+  std::vector<SiteCount> counts = unpacker.list<SiteCount>([&] {
+    return SiteCount{unpacker.count<int>(), unpacker.number(), unpacker.count<int>()};
   });
   unpacker.finish();
-  return places;
+  return counts;
 }
 
-std::vector<double> pack(const Conventions& conventions) {
-  const auto& [grid, scaling, sample_interval_s, reference_width_m, outlook_horizon_s, outlook_knots] = conventions;
+std::vector<double> pack(const ModelSettings& settings) {
+  const auto& [grid, scaling, sample_interval_s, reference_width_m, residual_horizon_s, residual_knots] = settings;
   const auto& [cell, origin, tile_cells] = grid;
   Packer packer;
   packer.add(cell);
@@ -261,28 +300,28 @@ std::vector<double> pack(const Conventions& conventions) {
   packer.add(static_cast<double>(scaling));
   packer.add(sample_interval_s);
   packer.add(reference_width_m);
-  packer.add(outlook_horizon_s);
-  packer.add(outlook_knots);
+  packer.add(residual_horizon_s);
+  packer.add(residual_knots);
   return std::move(packer).numbers();
 }
 
-Conventions unpack_conventions(std::span<const double> numbers) {
+ModelSettings unpack_settings(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
-  Conventions conventions;
-  conventions.grid.cell = unpacker.number();
+  ModelSettings settings;
+  settings.grid.cell = unpacker.number();
   const Eigen::VectorXd origin = unpacker.vector();
   if (origin.size() != 2) refuse("the grid's origin has " + std::to_string(origin.size()) + " coordinates");
-  conventions.grid.origin = origin;
-  conventions.grid.tile_cells = unpacker.count<int>();
+  settings.grid.origin = origin;
+  settings.grid.tile_cells = unpacker.count<int>();
   const int scaling = unpacker.count<int>();
   if (scaling > static_cast<int>(CurbScaling::strip_widths)) refuse(std::to_string(scaling) + " is no curb scaling");
-  conventions.scaling = static_cast<CurbScaling>(scaling);
-  conventions.sample_interval_s = unpacker.number();
-  conventions.reference_width_m = unpacker.number();
-  conventions.outlook_horizon_s = unpacker.number();
-  conventions.outlook_knots = unpacker.count<int>();
+  settings.scaling = static_cast<CurbScaling>(scaling);
+  settings.sample_interval_s = unpacker.number();
+  settings.reference_width_m = unpacker.number();
+  settings.residual_horizon_s = unpacker.number();
+  settings.residual_knots = unpacker.count<int>();
   unpacker.finish();
-  return conventions;
+  return settings;
 }
 
 std::size_t packed_bytes(const MotionPrimitive& primitive) {
@@ -292,15 +331,21 @@ std::size_t packed_bytes(const MotionPrimitive& primitive) {
 }
 
 std::size_t packed_bytes(const Transition& transition) {
-  const auto& [from, to, count, field, outlook, last_episode, support] = transition;
-  return sizeof from + sizeof to + sizeof count + sizeof last_episode + sizeof support +
-         sizeof(double) * (pack(field).size() + pack(outlook).size());
+  const auto& [from, to, count, field, residual, sites, support] = transition;
+  return sizeof from + sizeof to + sizeof count + sizeof support +
+         sizeof(double) * (pack(field).size() + pack(residual).size() + pack(sites).size());
+}
+
+std::size_t packed_bytes(const Site& site) {
+  const auto& [frame, episodes, tracks, error_statistics, global_residual] = site;
+  return sizeof episodes + sizeof tracks +
+         sizeof(double) * (pack(frame).size() + pack(error_statistics).size() + pack(global_residual).size());
 }
 
 std::size_t packed_bytes(const Model& model) {
-  std::size_t bytes = sizeof model.episodes + sizeof model.tracks;
-  for (const auto& part : {pack(model.conventions), pack(model.lessons), pack(model.gait), pack(model.places)})
-    bytes += sizeof(double) * part.size();
+  std::size_t bytes = sizeof model.episodes + sizeof model.tracks + sizeof model.sharing;
+  for (const auto& part : {pack(model.settings), pack(model.global_residual)}) bytes += sizeof(double) * part.size();
+  for (const Site& site : model.sites) bytes += packed_bytes(site);
   for (const MotionPrimitive& primitive : model.primitives) bytes += packed_bytes(primitive);
   for (const Transition& transition : model.transitions) bytes += packed_bytes(transition);
   return bytes;
@@ -308,9 +353,9 @@ std::size_t packed_bytes(const Model& model) {
 
 bool identical(const Model& a, const Model& b) {
   const auto same = [](const auto& x, const auto& y) { return identical(x, y); };
-  return same_bits(pack(a.conventions), pack(b.conventions)) && same_bits(pack(a.lessons), pack(b.lessons)) &&
-         same_bits(pack(a.gait), pack(b.gait)) && same_bits(pack(a.places), pack(b.places)) &&
-         a.episodes == b.episodes && a.tracks == b.tracks && a.episode_ids == b.episode_ids &&
+  return same_bits(pack(a.settings), pack(b.settings)) && same_bits(pack(a.global_residual), pack(b.global_residual)) &&
+         a.sharing == b.sharing && std::ranges::equal(a.sites, b.sites, same) && a.episodes == b.episodes &&
+         a.tracks == b.tracks && a.episode_ids == b.episode_ids &&
          std::ranges::equal(a.primitives, b.primitives, same) && std::ranges::equal(a.transitions, b.transitions, same);
 }
 

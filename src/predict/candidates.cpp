@@ -12,19 +12,23 @@ namespace {
 /// How many transitions are scored on the whole window for each that may be rolled out.
 constexpr std::size_t kLookedAtPerCandidate = 2;
 
-/// Of two independent differences with the same variance.
-double log_normal(double squared_differences, double variance) {
-  return -std::log(2.0 * std::numbers::pi * variance) - 0.5 * squared_differences / variance;
+/// Of two independent differences.
+double log_normal(const Vector2& differences, const Vector2& variance) {
+  constexpr double two_pi = 2.0 * std::numbers::pi;
+  if (variance.x() == variance.y()) [[likely]]  // outputs that share a GP: one logarithm
+    return -std::log(two_pi * variance.x()) - 0.5 * differences.squaredNorm() / variance.x();
+  return -0.5 * ((two_pi * variance.array()).log() + differences.array().square() / variance.array()).sum();
 }
 
-double log_prior(const FieldMap::Field& field, double variance_here, WeightPrior prior) {
+double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_here, WeightPrior prior) {
   switch (prior) {
     case WeightPrior::transition_probability:
       return std::log(field.probability);
     case WeightPrior::local_evidence: {
       // How many direct observations of the velocity at this point would leave the same variance.
-      const double samples = field.noise_variance * (1.0 / variance_here - 1.0 / field.signal_variance);
-      return std::log(std::max(samples, 1e-12));
+      const Vector2 samples = field.posterior.noise_variance().array() *
+                              (variance_here.cwiseInverse() - field.posterior.signal_variance().cwiseInverse()).array();
+      return std::log(std::max(samples.mean(), 1e-12));
     }
     case WeightPrior::none:
       return 0.0;
@@ -38,28 +42,28 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
 }
 
 /// What one field says of the last sample, if it knows the place.
-std::optional<Candidate> glance(const FieldMap::Field& field, int index, const CurbTrajectory& observed,
-                                double& least_known, const PredictConfig& config) {
-  const FlowPrediction here = field.posterior.predict_flow(observed.positions.back());
-  const double unknown = here.variance / field.signal_variance;
+std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
+                               double& least_known, const PredictConfig& config) {
+  const FieldPrediction here = field.posterior.predict(observed.positions.back());
+  const double unknown = field.posterior.unknown_share(here);
   if (unknown >= config.support_ratio) return std::nullopt;
   least_known = std::min(least_known, unknown);
   const double log_likelihood =
-      log_normal((observed.velocities.back() - here.mean).squaredNorm(), here.variance + field.noise_variance);
+      log_normal(observed.velocities.back() - here.mean, here.variance + field.posterior.noise_variance());
   return Candidate{index, log_likelihood, log_prior(field, here.variance, config.prior), 0.0};
 }
 
 /// Adds what the field says of the samples before; whether it knows enough of them. `least_known` falls to var /
 /// sigma_f^2 where the field knows a sample better.
-bool look_closely(Candidate& candidate, const FieldMap::Field& field, const CurbTrajectory& observed,
+bool look_closely(Candidate& candidate, const FlowFieldIndex::Field& field, const CurbTrajectory& observed,
                   std::span<double> least_known, const PredictConfig& config) {
   const std::size_t first = observed.positions.size() - least_known.size();
   int supported = 1;
   for (std::size_t t = first; t + 1 < observed.positions.size(); ++t) {
-    const FlowPrediction flow = field.posterior.predict_flow(observed.positions[t]);
+    const FieldPrediction flow = field.posterior.predict(observed.positions[t]);
     candidate.log_likelihood +=
-        log_normal((observed.velocities[t] - flow.mean).squaredNorm(), flow.variance + field.noise_variance);
-    const double unknown = flow.variance / field.signal_variance;
+        log_normal(observed.velocities[t] - flow.mean, flow.variance + field.posterior.noise_variance());
+    const double unknown = field.posterior.unknown_share(flow);
     supported += unknown < config.support_ratio ? 1 : 0;
     least_known[t - first] = std::min(least_known[t - first], unknown);
   }
@@ -95,7 +99,7 @@ std::size_t worth_keeping(std::span<const Candidate> list, const PredictConfig& 
 
 }  // namespace
 
-Candidates find_candidates(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near, const CurbTrajectory& observed,
                            const PredictConfig& config, Scratch& scratch) {
   Candidates found;
   const std::size_t samples = observed.positions.size();
@@ -106,7 +110,7 @@ Candidates find_candidates(const FieldMap& map, std::span<const int> near, const
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;
   for (const int index : near) {
-    if (const auto candidate = glance(map.field(index), index, observed, least_known.back(), config))
+    if (const auto candidate = score(map.field(index), index, observed, least_known.back(), config))
       list[count++] = *candidate;
   }
   const std::span<Candidate> shorter = shortlist(list.first(count), least_known.size(), config);

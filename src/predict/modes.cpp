@@ -51,11 +51,11 @@ Rollout weighted_mean(std::span<const Rollout> rollouts, RolloutGroup group, Scr
   return mean;
 }
 
-/// One pair of alternatives finds room beside the groups.
+/// One pair of mode variants finds room beside the groups.
 int most_groups(const PredictConfig& config) {
   constexpr int pair = 2;
-  const bool alternatives = config.blend && config.alternatives >= pair && config.max_modes > pair;
-  return alternatives ? config.max_modes - pair : config.max_modes;
+  const bool mode_variants = config.stacking && config.mode_variants >= pair && config.max_modes > pair;
+  return mode_variants ? config.max_modes - pair : config.max_modes;
 }
 
 /// The members of each group, in order.

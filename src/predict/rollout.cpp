@@ -28,12 +28,13 @@ struct Branch {
   Candidate origin;
   const Link* link = nullptr;
   const Step* step = nullptr;
-  Vector2 position, velocity;          ///< of the particle that follows the field [widths], [widths/s]
-  Vector2 own_position, own_velocity;  ///< of the particle with its own speed [m], [m/s], world frame
+  Vector2 deviation = Vector2::Zero();  ///< of the person from the field, what is left of it [widths/s]
+  Vector2 position, velocity;           ///< of the particle that follows the field [widths], [widths/s]
+  Vector2 own_position, own_velocity;   ///< of the particle with its own speed [m], [m/s], world frame
   Matrix2 covariance = Matrix2::Zero();
-  FlowLinearisation here;  ///< what the field that it follows says at `position`
-  bool off_map = false;    ///< left the last field: keeps its velocity
-  std::size_t number = 0;  ///< breaks ties
+  FieldLinearisation here;  ///< what the field that it follows says at `position`
+  bool off_map = false;     ///< left the last field: keeps its velocity
+  std::size_t number = 0;   ///< breaks ties
 };
 
 struct Successor {
@@ -42,17 +43,17 @@ struct Successor {
 };
 
 /// Transitions that follow in the graph and know the place; their probabilities sum to 1. Without branching the
-/// likeliest of them.
-std::span<const Successor> successors(const FieldMap& map, int transition, const Vector2& position, bool may_branch,
-                                      double support_ratio, Scratch& scratch) {
+/// most likely of them.
+std::span<const Successor> successors(const FlowFieldIndex& map, int transition, const Vector2& position,
+                                      bool may_branch, double support_ratio, Scratch& scratch) {
   const std::span<const int> leaving = map.leaving(map.field(transition).to);
   const auto list = scratch.array<Successor>(leaving.size());
   std::size_t count = 0;
   double total = 0.0;
   for (const int next : leaving) {
-    const FieldMap::Field& field = map.field(next);
+    const FlowFieldIndex::Field& field = map.field(next);
     if (next == transition) continue;
-    if (field.posterior.predict_flow(position).variance >= support_ratio * field.signal_variance) continue;
+    if (!field.posterior.knows(field.posterior.predict(position), support_ratio)) continue;
     list[count++] = {next, field.probability};
     total += field.probability;
   }
@@ -68,7 +69,7 @@ std::span<const Successor> successors(const FieldMap& map, int transition, const
 
 class Roller {
  public:
-  Roller(const FieldMap& map, const CurbTrajectory& observed, double interval_s, bool with_covariances,
+  Roller(const FlowFieldIndex& map, const CurbTrajectory& observed, double interval_s, bool with_covariances,
          const PredictConfig& config, Scratch& scratch)
       : map_(map),
         config_(config),
@@ -90,13 +91,18 @@ class Roller {
       branch.own_position = to_world(frame_, branch.position);
       branch.own_velocity = velocity_to_world(frame_, branch.velocity);
       follow(branch, candidate.transition);
+      if (config_.own_deviation) branch.deviation = branch.velocity - branch.here.flow.mean;
     }
     return branches;
   }
 
   void advance(Branch& branch, int steps_before) const {
-    const FieldMap::Field& field = map_.field(branch.link->transition);
+    const FlowFieldIndex::Field& field = map_.field(branch.link->transition);
     if (!branch.off_map) branch.velocity = branch.here.flow.mean;
+    if (!branch.off_map && config_.own_deviation) {
+      branch.velocity += branch.deviation;
+      branch.deviation *= std::exp(-dt_ / config_.noise_correlation_s);
+    }
     if (with_covariances_) spread(branch, field, steps_before);
     branch.position += dt_ * branch.velocity;
     advance_own(branch, field);
@@ -109,8 +115,8 @@ class Roller {
   /// True where the branch has left the field that it follows.
   bool has_left(const Branch& branch) const {
     if (branch.off_map) return false;
-    const FieldMap::Field& field = map_.field(branch.link->transition);
-    return branch.here.flow.variance > config_.leave_ratio * field.signal_variance;
+    const FlowPosterior& posterior = map_.field(branch.link->transition).posterior;
+    return posterior.leaves_unknown(branch.here.flow, config_.leave_ratio);
   }
 
   /// The branches with those that have left their field replaced by what follows: one a successor, or the branch
@@ -170,27 +176,34 @@ class Roller {
 
   /// Evaluates the field that the branch follows once, where it is.
   void look(Branch& branch) const {
-    const Posterior& posterior = map_.field(branch.link->transition).posterior;
+    const FlowPosterior& posterior = map_.field(branch.link->transition).posterior;
     if (with_covariances_)
-      branch.here = posterior.linearise_flow(branch.position);
+      branch.here = posterior.linearise(branch.position);
     else
-      branch.here.flow = posterior.predict_flow(branch.position);
+      branch.here.flow = posterior.predict(branch.position);
   }
 
-  void spread(Branch& branch, const FieldMap::Field& field, int steps_before) const {
-    // A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white
-    // noise.
-    const double lasting_s = std::min(2.0 * config_.noise_correlation_s, dt_ * (2.0 * steps_before + 1.0));
+  void spread(Branch& branch, const FlowFieldIndex::Field& field, int steps_before) const {
     Matrix2 step = Matrix2::Identity();
     if (!branch.off_map) step += dt_ * branch.here.jacobian;
     const Matrix2 grown = step * branch.covariance * step.transpose();
-    branch.covariance = 0.5 * (grown + grown.transpose()) +
-                        (branch.here.flow.variance + field.noise_variance) * lasting_s * dt_ * Matrix2::Identity();
+    const Vector2 variance = branch.here.flow.variance + field.posterior.noise_variance();
+    const Matrix2 added = (variance * lasting_s(steps_before) * dt_).asDiagonal();
+    branch.covariance = 0.5 * (grown + grown.transpose()) + added;
   }
 
-  void advance_own(Branch& branch, const FieldMap::Field& field) const {
+  /// A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white
+  /// noise; where it is known at the beginning (own_deviation), like what it gains after that.
+  double lasting_s(int steps_before) const {
+    const double correlation_s = config_.noise_correlation_s;
+    if (!config_.own_deviation) return std::min(2.0 * correlation_s, dt_ * (2.0 * steps_before + 1.0));
+    const double gained = 1.0 - std::exp(-dt_ * (steps_before + 0.5) / correlation_s);
+    return 2.0 * correlation_s * gained * gained;
+  }
+
+  void advance_own(Branch& branch, const FlowFieldIndex::Field& field) const {
     if (!branch.off_map) {
-      const Vector2 flow = velocity_to_world(frame_, field.posterior.flow_mean(to_curb(frame_, branch.own_position)));
+      const Vector2 flow = velocity_to_world(frame_, field.posterior.mean(to_curb(frame_, branch.own_position)));
       const double length = flow.norm();
       const double share = std::min(1.0, dt_ / config_.own_speed_relaxation_s);
       if (length > 1e-9) branch.own_velocity += share * (flow * (own_speed_mps_ / length) - branch.own_velocity);
@@ -198,7 +211,7 @@ class Roller {
     branch.own_position += dt_ * branch.own_velocity;
   }
 
-  const FieldMap& map_;
+  const FlowFieldIndex& map_;
   const PredictConfig& config_;
   const CurbFrame& frame_;
   double dt_;
@@ -221,7 +234,7 @@ std::span<Branch> prune(std::span<Branch> branches, const PredictConfig& config)
 
 }  // namespace
 
-std::span<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
+std::span<Rollout> roll_out(const FlowFieldIndex& map, const Candidates& candidates, const CurbTrajectory& observed,
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch) {
   const Roller roller(map, observed, interval_s, with_covariances, config, scratch);

@@ -35,11 +35,10 @@ std::string text(const char* format, double number) {
 
 JudgedPrediction judge_window(const Predictor& predictor, std::size_t track, Window window,
                               std::span<const double> horizons_s) {
-  JudgedPrediction judged{track, predictor.predict(window.observed), {}, std::move(window.future_m), {}, {}, {}, {}};
-  for (const Vector2& position : window.observed.positions)
-    judged.observed_m.push_back(to_world(window.observed.frame, position));
+  JudgedPrediction judged{
+      track, predictor.predict(window.observed), std::move(window.past_m), std::move(window.future_m), {}, {}, {}, {}};
   const std::size_t steps = judged.truth_m.size();
-  judged.constant_m = constant_velocity(window.observed, static_cast<int>(steps), predictor.interval_s());
+  judged.constant_m = constant_velocity(judged.observed_m, static_cast<int>(steps), predictor.interval_s());
   Prediction constant;
   constant.modes.push_back({1.0, judged.constant_m, std::vector<Matrix2>(steps, Matrix2::Identity()), {}});
   judged.model = measure(judged.prediction, judged.truth_m, steps);
@@ -79,7 +78,7 @@ std::string reason_of_turn(const JudgedPrediction& judged, double turned_rad) {
 
 }  // namespace
 
-std::vector<JudgedPrediction> judge(const Model& model, std::span<const PlacedTrack> tracks,
+std::vector<JudgedPrediction> judge(const Model& model, std::span<const FramedTrajectory> tracks,
                                     const EpisodeConfig& config, double every_s) {
   const Predictor predictor(model, config.predict);
   const auto steps = static_cast<std::size_t>(steps_in(config.predict.horizon_s, predictor.interval_s()));
@@ -116,7 +115,7 @@ std::string reason_of(const JudgedPrediction& judged) {
     return text("hurried: %.1f times as far as its pace said", went_m / expected_m);
   if (went_m < kSlowerShare * expected_m)
     return text("slowed down: %.0f %% of the way its pace said", 100.0 * went_m / expected_m);
-  return text("kept its pace, but %.1f m aside of the likeliest way", judged.model.fde_m);
+  return text("kept its pace, but %.1f m aside of the most likely way", judged.model.fde_m);
 }
 
 std::vector<Reliability> reliability(std::span<const JudgedPrediction> judged, double horizon_s) {
@@ -128,7 +127,7 @@ std::vector<Reliability> reliability(std::span<const JudgedPrediction> judged, d
     for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
       double inside = 0.0;
       for (const JudgedPrediction& prediction : judged) inside += prediction.horizons[h].coverage[p];
-      diagram.stated.push_back(kRegionProbabilities[p]);
+      diagram.nominal.push_back(kRegionProbabilities[p]);
       diagram.observed.push_back(inside / static_cast<double>(judged.size()));
     }
     diagrams.push_back(std::move(diagram));

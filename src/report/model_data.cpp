@@ -43,9 +43,9 @@ ordered_json primitive_json(const MotionPrimitive& primitive) {
 
 }  // namespace
 
-ordered_json scene_json(const Scene& scene, const Conventions& conventions) {
+ordered_json scene_json(const Scene& scene, const ModelSettings& settings) {
   if (scene.corners.empty()) {
-    ordered_json json = scene_json(right_angled(conventions.reference_width_m), conventions);
+    ordered_json json = scene_json(right_angled(settings.reference_width_m), settings);
     json["known"] = false;
     return json;
   }
@@ -62,8 +62,8 @@ ordered_json model_json(const Model& model) {
   ordered_json json{{"size", size(model)},
                     {"tracks", model.tracks},
                     {"episodes", model.episodes},
-                    {"interval_s", model.conventions.sample_interval_s}};
-  const Grid& grid = model.conventions.grid;
+                    {"interval_s", model.settings.sample_interval_s}};
+  const Grid& grid = model.settings.grid;
   json["grid"] = {{"cell", grid.cell}, {"origin", point_json(grid.origin)}, {"tile_cells", grid.tile_cells}};
   json["primitives"] = ordered_json::array();
   for (const MotionPrimitive& primitive : model.primitives) json["primitives"].push_back(primitive_json(primitive));

@@ -105,7 +105,7 @@ std::vector<std::size_t> played_tracks(std::span<const JudgedPrediction> judged,
 
 ordered_json played_json(const ReportInput& input, std::span<const JudgedPrediction> judged,
                          std::span<const std::size_t> played, std::size_t stride) {
-  const double interval_s = input.stored.model.conventions.sample_interval_s;
+  const double interval_s = input.stored.model.settings.sample_interval_s;
   ordered_json list = ordered_json::array();
   for (const std::size_t track : played) {
     const Trajectory& path = input.tracks[track].track;
@@ -146,7 +146,7 @@ ordered_json calibration_json(std::span<const JudgedPrediction> judged, double h
   for (const Reliability& diagram : reliability(judged, horizon_s)) {
     ordered_json observed = ordered_json::array();
     for (double share : diagram.observed) observed.push_back(rounded(share, 4));
-    list.push_back({{"horizon_s", diagram.horizon_s}, {"stated", diagram.stated}, {"observed", std::move(observed)}});
+    list.push_back({{"horizon_s", diagram.horizon_s}, {"nominal", diagram.nominal}, {"observed", std::move(observed)}});
   }
   return list;
 }
@@ -182,7 +182,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   }
   ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
   data["bytes"] = input.stored.bytes;
-  data["scene"] = scene_json(input.scene, input.stored.model.conventions);
+  data["scene"] = scene_json(input.scene, input.stored.model.settings);
   data["model"] = model_json(input.stored.model);
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;

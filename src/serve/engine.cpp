@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "sila/predict/prediction_json.hpp"
+#include "sila/refine/prediction_json.hpp"
 #include "sila/serve/lines.hpp"
 #include "sila/serve/live_page.hpp"
 
@@ -34,9 +34,10 @@ double monotonic_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Engine::Engine(LiveSettings settings, const ServeConfig& serve, Learner& learner, Tuning tuning, Outlets outlets)
+Engine::Engine(LiveSettings settings, const ServeConfig& serve, Learner& learner, OnlineCalibration online_calibration,
+               Outlets outlets)
     : settings_(std::move(settings)), serve_(serve), learner_(learner), outlets_(std::move(outlets)) {
-  live_.tuning = std::move(tuning);
+  live_.online_calibration = std::move(online_calibration);
   read_core(facts_, live_, learner_, settings_);
   thread_ = std::thread([this] { run(); });
 }
@@ -193,7 +194,7 @@ bool Engine::work() {
   std::vector<Answer> answers(questions.size());
   const std::shared_ptr<const Snapshot> snapshot = learner_.snapshot();
   const auto answer = [&](std::size_t i) {
-    answers[i].prediction = tuned(snapshot->predictor.predict(questions[i].observed), live_.tuning);
+    answers[i].prediction = calibrated(snapshot->predictor.predict(questions[i].observed), live_.online_calibration);
     answers[i].line = prediction_line(questions[i].track, answers[i].prediction);
   };
   if (questions.size() < kWorthSharing) {
@@ -236,7 +237,7 @@ void Engine::publish() {
   Facts facts;
   read_core(facts, live_, learner_, settings_);
   facts.latency = latency_;
-  outlets_.tuning(live_.tuning);
+  outlets_.online_calibration(live_.online_calibration);
   const std::lock_guard lock(mutex_);
   facts.refused = refused_in_all_;
   for (const auto& [key, count] : refused_) facts.refused[static_cast<std::size_t>(key.second)] += count;

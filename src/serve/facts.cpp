@@ -98,11 +98,11 @@ void add_scores(MetricsText& out, const Facts& facts) {
              [](const HorizonSums& sums) { return sums.weighted_mhd_m; });
   add_errors(out, facts, "constant_velocity_mhd_metres", "that of constant velocity on the same windows",
              [](const HorizonSums& sums) { return sums.constant_mhd_m; });
-  out.family("coverage_ratio", "gauge", "share of truths in the stated regions, averaged over pedestrians");
+  out.family("coverage_ratio", "gauge", "share of truths in the nominal regions, averaged over pedestrians");
   for (std::size_t h = 0; h < facts.coverage.size(); ++h) {
     for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
       if (facts.coverage[h][p] < 0.0) continue;
-      out.sample(facts.coverage[h][p], label("stated", number(kRegionProbabilities[p])) + "," +
+      out.sample(facts.coverage[h][p], label("nominal", number(kRegionProbabilities[p])) + "," +
                                            label("horizon_s", number(facts.horizons_s[h])));
     }
   }
@@ -185,7 +185,7 @@ nlohmann::ordered_json to_json(const Facts& facts) {
   for (const std::uint64_t count : facts.refused) refused += count;
   nlohmann::ordered_json json{{"kind", "facts"}, {"horizons_s", facts.horizons_s}};
   json["all"] = errors_json(facts.all), json["moving"] = errors_json(facts.moving);
-  json["stated"] = kRegionProbabilities, json["coverage"] = facts.coverage;
+  json["nominal"] = kRegionProbabilities, json["coverage"] = facts.coverage;
   json["remembered"] = facts.remembered, json["novelty"] = facts.novelty;
   json["drift"] = {{"known", facts.drift.known},
                    {"alarm", facts.drift.alarm},

@@ -77,7 +77,7 @@ std::string live_page() {
 
 std::string hello_message(const Scene& scene, const Model& model) {
   ordered_json json{{"kind", "hello"}, {"sila", SILA_VERSION}};
-  json["scene"] = scene_json(scene, model.conventions);
+  json["scene"] = scene_json(scene, model.settings);
   json["model"] = model_json(model);
   return text_of(json);
 }

@@ -29,7 +29,7 @@ std::vector<double> shifts_of(const CleanTracks& tracks, double apart_s, double 
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     const std::vector<double>& times_s = tracks.trajectories[i].times_s;
     if (apart_s > 0.0) shifts[i] = apart_s * static_cast<double>(i) - times_s.front();
-    const auto [entry, is_new] = span.try_emplace(tracks.source[i], times_s.front(), times_s.back());
+    const auto [entry, is_new] = span.try_emplace(tracks.trajectories[i].recording, times_s.front(), times_s.back());
     entry->second = {std::min(entry->second.first, times_s.front()), std::max(entry->second.second, times_s.back())};
   }
   if (apart_s > 0.0) return shifts;
@@ -39,7 +39,7 @@ std::vector<double> shifts_of(const CleanTracks& tracks, double apart_s, double 
     shift_of[source] = end_s + pause_s - times.first;
     end_s += pause_s + times.second - times.first;
   }
-  for (std::size_t i = 0; i < shifts.size(); ++i) shifts[i] = shift_of[tracks.source[i]];
+  for (std::size_t i = 0; i < shifts.size(); ++i) shifts[i] = shift_of[tracks.trajectories[i].recording];
   return shifts;
 }
 

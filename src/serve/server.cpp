@@ -47,7 +47,7 @@ Local::acceptor listen_at(boost::asio::io_context& context, const std::string& p
     Local::socket probe(context);
     boost::system::error_code error;
     probe.connect(Local::endpoint(path), error);
-    if (!error) throw std::runtime_error("serve: somebody listens at " + path + " already");
+    if (!error) throw std::runtime_error("serve: a pedestrian listens at " + path + " already");
     unlink(path.c_str());
   }
   try {
@@ -185,15 +185,16 @@ void Server::State::close() {
   hub.context.stop();
 }
 
-Server::Server(const ServeOptions& options, const Scene& scene, LiveSettings settings, Learner& learner, Tuning tuning,
-               std::function<void(const Tuning&)> keep_tuning, std::function<void(const std::string&)> announce)
+Server::Server(const ServeOptions& options, const Scene& scene, LiveSettings settings, Learner& learner,
+               OnlineCalibration online_calibration, std::function<void(const OnlineCalibration&)> keep_calibration,
+               std::function<void(const std::string&)> announce)
     : state_(std::make_unique<State>(options, scene, learner)) {
   State& state = *state_;
   validate_fields("serve", options.config);
   Engine::Outlets outlets{[&state](std::vector<Line> lines) { state.hand_over(std::move(lines)); },
-                          [&state](const std::string& message) { state.show(message); }, std::move(keep_tuning)};
-  state.engine =
-      std::make_unique<Engine>(std::move(settings), options.config, learner, std::move(tuning), std::move(outlets));
+                          [&state](const std::string& message) { state.show(message); }, std::move(keep_calibration)};
+  state.engine = std::make_unique<Engine>(std::move(settings), options.config, learner, std::move(online_calibration),
+                                          std::move(outlets));
   state.hub.engine = state.engine.get();
   state.hub.facts = [&state] { return state.facts(); };
   state.hub.hello = [&state] { return hello_message(state.scene, state.learner.snapshot()->model); };

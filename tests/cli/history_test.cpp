@@ -54,7 +54,7 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
   ASSERT_EQ(run("simulate --tracks 60 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
   for (const char* name : {"tracks", "more"})
     ASSERT_EQ(run("replay " + std::string(name) + ".csv --rate 1e6 > " + name + ".ndjson").code, 0);
-  // A service that hears the first people, then nothing while somebody rolls its file back, then the others.
+  // A service that hears the first people, then nothing while a pedestrian rolls its file back, then the others.
   const auto until_told = [](const std::string& words) {
     return "for i in $(seq 600); do if grep -q '" + words + "' told; then break; fi; sleep 0.1; done; ";
   };

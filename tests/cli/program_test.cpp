@@ -219,9 +219,25 @@ TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
   }
 }
 
+TEST_F(Program, TakesAProfileFromTheCommandLineOrAFile) {
+  write(folder_ / "paper.json", R"({"profile": "paper", "predict": {"max_modes": 3}})");
+  const auto configured = [&](const std::string& options) {
+    return nlohmann::json::parse(run("config --json " + options).out);
+  };
+  nlohmann::json paper = configured("--profile paper");
+  EXPECT_NE(paper, configured("--profile paper-literal"));
+  paper["predict"]["max_modes"] = 3;
+  EXPECT_EQ(configured("--config paper.json"), paper);
+  EXPECT_EQ(configured("--profile paper --set predict.max_modes=3"), paper);
+  nlohmann::json usual = configured("");
+  usual["predict"]["max_modes"] = 3;
+  EXPECT_EQ(configured("--profile default --config paper.json"), usual);
+  expect_refused("config --profile papr", {"papr", "the nearest is paper"});
+}
+
 TEST_F(Program, RunsAnExperimentAndGoesOnWhereItWasInterrupted) {
   write(folder_ / "e.json", R"({"trials": 2, "test_tracks": 10, "train_tracks": 30, "bootstraps": 100,
-    "scenes": [{"name": "four-way", "simulate": {"tracks": 40, "occlusions_per_min": 0, "cut_share": 0}}],
+    "scenes": [{"name": "four-way", "simulate": {"tracks": 75, "occlusions_per_min": 0, "cut_share": 0}}],
     "methods": ["sila", {"name": "t", "method": "sila", "thresholds": [0.5]}, "kinematics", "memory"]})");
   const Outcome first = run("experiment e.json --out out --trials 1");
   ASSERT_EQ(first.code, 0) << first.err;

@@ -12,7 +12,9 @@
 namespace sila {
 namespace {
 
-using testing::square_frame;
+CurbFrame square_frame(double width_m = 2.5) {
+  return testing::square_frame(width_m, CurbScaling::mean_width);
+}
 using testing::walk;
 
 TEST(Sampling, KeepsPositionAndVelocityOfAStraightWalk) {

@@ -98,7 +98,7 @@ TEST(Change, TellsEveryEpisodeOfSila) {
 
 TEST(Change, TellsEveryEpisodeOfTheBaselines) {
   EXPECT_EQ(fused_as_told(accumulate_update(kConfig), 4), 0);
-  EXPECT_EQ(fused_as_told(relearn_update(kConfig), 5), 0);
+  EXPECT_EQ(fused_as_told(retrain_update(kConfig), 5), 0);
 }
 
 TEST(Change, OfOneFusionAndOneSplitIsWhatThePlanSays) {

@@ -17,7 +17,7 @@ namespace {
 
 const EpisodeConfig kConfig;
 
-using Tracks = std::vector<PlacedTrack>;
+using Tracks = std::vector<FramedTrajectory>;
 
 Tracks part(const Tracks& tracks, std::size_t from, std::size_t count) {
   const auto first = tracks.begin() + static_cast<std::ptrdiff_t>(from);
@@ -35,7 +35,7 @@ TEST(EpisodeIds, StandForTheContentWhateverItsNamesAndOrder) {
   Tracks tracks = testing::corner_walks(6, 1);
   const EpisodeId id = episode_id(tracks);
   std::reverse(tracks.begin(), tracks.end());
-  for (PlacedTrack& track : tracks) track.track.id = "other";
+  for (FramedTrajectory& track : tracks) track.track.id = "other";
   EXPECT_EQ(episode_id(tracks), id);
   EXPECT_EQ(episode_id_of(to_text(id)), id);
   EXPECT_EQ(to_text(id).size(), 32u);
@@ -93,8 +93,10 @@ TEST(FuseModels, RefusesToCountAnEpisodeTwice) {
 
 TEST(FuseModels, NeedsOneReferenceWidthAndSaysSo) {
   Tracks narrow = testing::corner_walks(20, 6), wide = testing::corner_walks(20, 7);
-  for (PlacedTrack& track : wide) track.frame = testing::square_frame(3.5);
+  for (FramedTrajectory& track : narrow) track.frame = testing::square_frame(2.5, CurbScaling::mean_width);
+  for (FramedTrajectory& track : wide) track.frame = testing::square_frame(3.5, CurbScaling::mean_width);
   EpisodeConfig config = kConfig;
+  config.scaling = CurbScaling::mean_width;
   const auto learnt = [&](const Tracks& tracks) { return run_episode({}, tracks, config).model; };
   try {
     fuse_models(learnt(narrow), learnt(wide), config.fuse);
@@ -104,10 +106,10 @@ TEST(FuseModels, NeedsOneReferenceWidthAndSaysSo) {
   }
   config.reference_width_m = 3.0;
   const Model fused = fuse_models(learnt(narrow), learnt(wide), config.fuse).model;
-  EXPECT_EQ(fused.conventions.reference_width_m, 3.0);
+  EXPECT_EQ(fused.settings.reference_width_m, 3.0);
   EXPECT_EQ(fused.tracks, 40);
   config.reference_width_m = 3.1;
-  EXPECT_THROW(run_episode(fused, testing::corner_walks(5, 8), config), std::invalid_argument);
+  EXPECT_THROW(run_episode(fused, part(narrow, 0, 5), config), std::invalid_argument);
 }
 
 TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
@@ -117,7 +119,8 @@ TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
   EXPECT_EQ(model.tracks, 110);
   EXPECT_EQ(model.episodes, 11);
   EXPECT_EQ(model.episode_ids.size(), 11u);
-  EXPECT_FALSE(model.lessons.empty());
+  ASSERT_EQ(model.sites.size(), 1u);
+  EXPECT_FALSE(model.sites[0].error_statistics.empty());
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 3; ++trial) {
     std::shuffle(leaves.begin(), leaves.end(), random);
@@ -161,9 +164,48 @@ TEST(Fleet, BeginsWithTheMedianWidthOfItsPlaces) {
   std::vector<Leaf> leaves;
   for (const double width_m : {3.5, 2.0, 2.5}) {
     leaves.push_back({testing::corner_walks(20, static_cast<unsigned>(10.0 * width_m)), 20, {}, {}});
-    for (PlacedTrack& track : leaves.back().tracks) track.frame = testing::square_frame(width_m);
+    for (FramedTrajectory& track : leaves.back().tracks)
+      track.frame = testing::square_frame(width_m, CurbScaling::mean_width);
   }
-  EXPECT_EQ(learn_fleet({}, leaves, kConfig).conventions.reference_width_m, 2.5);
+  EpisodeConfig by_width = kConfig;
+  by_width.scaling = CurbScaling::mean_width;
+  EXPECT_EQ(learn_fleet({}, leaves, by_width).settings.reference_width_m, 2.5);
+}
+
+TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
+  std::vector<std::vector<EpisodeId>> episodes;
+  std::vector<CurbFrame> sites;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    episodes.push_back({{i, 0}});
+    sites.push_back(testing::square_frame());
+    sites.back().origin_m.x() = i < 8 ? 0.0 : 100.0;
+  }
+  const std::vector<ChosenLeaf> chosen = choose_leaves(episodes, sites, {});
+  ASSERT_EQ(chosen.size(), 12u);
+  const auto of_second = [&](std::size_t from) {
+    return std::count_if(chosen.begin() + static_cast<std::ptrdiff_t>(from),
+                         chosen.begin() + static_cast<std::ptrdiff_t>(from) + 6,
+                         [](const ChosenLeaf& leaf) { return leaf.leaf >= 8; });
+  };
+  EXPECT_EQ(of_second(0), 2);
+  EXPECT_EQ(of_second(6), 2);
+  EXPECT_THROW(choose_leaves(episodes, std::span(sites).first(3), {}), std::invalid_argument);
+}
+
+TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
+  Tracks elsewhere = testing::corner_walks(60, 13);
+  for (FramedTrajectory& placed : elsewhere) placed.frame.origin_m.x() += 100.0;
+  for (FramedTrajectory& placed : elsewhere) {
+    for (Vector2& position : placed.track.positions_m) position.x() += 100.0;
+  }
+  const Leaf here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
+  const Model model = learn_fleet({}, {here, there}, kConfig);
+  ASSERT_EQ(model.sites.size(), 2u);
+  for (const Site& site : model.sites) {
+    double with_roll_outs = 0.0;
+    for (const RegressionMoments& moments : site.error_statistics.with_map) with_roll_outs += moments.weight;
+    EXPECT_GT(with_roll_outs, 100.0);
+  }
 }
 
 TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
@@ -171,7 +213,7 @@ TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
     for (const bool goes_on : {false, true}) {
       const std::vector<FleetTask> plan = plan_fleet(leaves, goes_on, kConfig);
       std::vector<std::set<int>> knows(plan.size());
-      std::vector<int> taught(static_cast<std::size_t>(leaves), 0);
+      std::vector<int> fitted(static_cast<std::size_t>(leaves), 0);
       for (std::size_t t = 0; t < plan.size(); ++t) {
         const FleetTask& task = plan[t];
         for (const int input : task.inputs) {
@@ -181,14 +223,14 @@ TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
                             knows[static_cast<std::size_t>(input)].end());
         }
         if (task.step == FleetStep::learn) knows[t].insert(task.leaf);
-        if (task.step != FleetStep::teach && task.step != FleetStep::rehearse) continue;
-        ++taught[static_cast<std::size_t>(task.leaf)];
+        if (task.step != FleetStep::teach && task.step != FleetStep::warm_up) continue;
+        ++fitted[static_cast<std::size_t>(task.leaf)];
         const int judge = task.inputs.front();
         if (judge >= 0) {
           EXPECT_FALSE(knows[static_cast<std::size_t>(judge)].contains(task.leaf)) << leaves << " leaves";
         }
       }
-      for (const int rounds : taught) EXPECT_EQ(rounds, kConfig.fleet.lesson_rounds);
+      for (const int rounds : fitted) EXPECT_EQ(rounds, kConfig.fleet.warm_up_rounds);
       EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(leaves)) << "every leaf counts";
     }
   }

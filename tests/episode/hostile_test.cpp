@@ -8,7 +8,7 @@
 #include "sila/episode/episode.hpp"
 #include "sila/eval/episodes.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 #include "support/hostile_tracks.hpp"
 #include "support/sanitized.hpp"
 
@@ -29,36 +29,39 @@ const EpisodeConfig kConfig;
 
 /// Smallest noise of a field [widths²/s²]: as configured, or the floor of a fit.
 double least_noise(const EpisodeConfig& config, const Model& model) {
-  const double width_m = model.conventions.reference_width_m;
+  const double width_m = model.settings.reference_width_m;
   const FieldConfig& field = config.learn.field;
   const bool fitted = field.gp.hyperparameters != HyperparameterChoice::fixed;
   return (fitted ? field.gp.min_noise_variance : field.noise_std_mps * field.noise_std_mps) / (width_m * width_m);
 }
 
-/// Everything that a model promises whatever it was taught.
+/// Everything that a model promises whatever it was fitted.
 void expect_sound(const Model& model, const EpisodeConfig& config) {
   ASSERT_NO_THROW(check(model));
-  EXPECT_TRUE(finite(pack(model.conventions), "conventions"));
-  EXPECT_TRUE(finite(pack(model.lessons), "lessons"));
-  EXPECT_TRUE(finite(pack(model.gait), "gait"));
-  EXPECT_TRUE(finite(pack(model.places), "places"));
+  EXPECT_TRUE(finite(pack(model.settings), "settings"));
+  for (const Site& site : model.sites) {
+    EXPECT_TRUE(finite(pack(site.error_statistics), "error_statistics"));
+    EXPECT_TRUE(finite(pack(site.global_residual), "global residual GP of a site"));
+    EXPECT_TRUE(finite(pack(site.frame), "frame"));
+  }
+  EXPECT_TRUE(finite(pack(model.global_residual), "global_residual"));
   for (const MotionPrimitive& primitive : model.primitives) {
     EXPECT_TRUE(std::isfinite(primitive.weight));
     for (const CellVelocity& cell : primitive.cells) EXPECT_TRUE(cell.velocity.allFinite());
   }
   for (const Transition& transition : model.transitions) {
     EXPECT_TRUE(finite(pack(transition.field), "field"));
-    EXPECT_TRUE(finite(pack(transition.outlook), "outlook"));
+    EXPECT_TRUE(finite(pack(transition.residual), "residual"));
     EXPECT_GE(transition.field.gp.noise_variance, (1.0 - 1e-9) * least_noise(config, model));
   }
 }
 
 /// Smallest eigenvalue that a covariance of a prediction may have [m²]: that of an error of a millimetre, less what
-/// the alternatives take.
+/// the mode variants take.
 double floor_m2(const EpisodeConfig& config) {
   const PredictConfig& predict = config.predict;
-  const double taken = 2.0 * predict.alternative_weight * predict.alternative_reach * predict.alternative_reach;
-  return 1e-6 * (predict.alternatives > 0 ? 1.0 - taken : 1.0) * (1.0 - 1e-3);
+  const double taken = 2.0 * predict.variant_weight * predict.variant_reach * predict.variant_reach;
+  return 1e-6 * (predict.mode_variants > 0 ? 1.0 - taken : 1.0) * (1.0 - 1e-3);
 }
 
 void expect_sound(const Prediction& prediction, double floor_m2) {
@@ -85,10 +88,11 @@ void expect_sound(const Prediction& prediction, double floor_m2) {
   }
 }
 
-void expect_sound_predictions(const Model& model, const std::vector<PlacedTrack>& tracks, const EpisodeConfig& config) {
+void expect_sound_predictions(const Model& model, const std::vector<FramedTrajectory>& tracks,
+                              const EpisodeConfig& config) {
   const Predictor predictor(model, config.predict);
   Workspace workspace;
-  for (const PlacedTrack& track : tracks) {
+  for (const FramedTrajectory& track : tracks) {
     SCOPED_TRACE("track " + track.track.id);
     for (const Window& window : windows_of(std::span(&track, 1), config.sampling, config.predict, 4.0)) {
       expect_sound(predictor.predict(window.observed, workspace), floor_m2(config));
@@ -98,11 +102,11 @@ void expect_sound_predictions(const Model& model, const std::vector<PlacedTrack>
 }
 
 /// Learns, fuses, and predicts what comes next, and looks at everything in between.
-Model expect_sound_life(const std::vector<std::vector<PlacedTrack>>& batches, const std::vector<PlacedTrack>& judged,
-                        const EpisodeConfig& config) {
+Model expect_sound_life(const std::vector<std::vector<FramedTrajectory>>& batches,
+                        const std::vector<FramedTrajectory>& judged, const EpisodeConfig& config) {
   Model model;
   try {
-    for (const std::vector<PlacedTrack>& batch : batches) {
+    for (const std::vector<FramedTrajectory>& batch : batches) {
       model = run_episode(model, batch, config).model;
       expect_sound(model, config);
       if (::testing::Test::HasFatalFailure()) return model;
@@ -131,7 +135,7 @@ TEST(Hostile, AnyMixtureOfTracksIsLearntFusedAndPredicted) {
 
 TEST(Hostile, SoItIsWithoutTheBlendAndWithLimits) {
   EpisodeConfig config;
-  config.predict.blend = false;
+  config.predict.stacking = false;
   config.model.max_primitives = 10;
   config.compact.half_life_episodes = 2.0;
   expect_sound_lives(50, config);
@@ -141,8 +145,8 @@ TEST(Hostile, SoItIsWithOptimisedFields) {
   EpisodeConfig config;
   config.learn.field.gp.hyperparameters = HyperparameterChoice::optimised;
   config.learn.field.gp.pseudo_inputs = PseudoInputChoice::optimised;
-  config.predict.blend = false;
-  config.outlook.enabled = false;
+  config.predict.stacking = false;
+  config.residual.enabled = false;
   expect_sound_lives(12, config);
   config.learn.field.gp.hyperparameters = HyperparameterChoice::pooled;
   config.learn.field.gp.pseudo_inputs = PseudoInputChoice::greedy;
@@ -154,10 +158,10 @@ TEST(Hostile, EveryKindAloneAndEveryTrackTheSameOneIsLearntFusedAndPredicted) {
     for (const bool all_alike : {false, true}) {
       SCOPED_TRACE(std::string(testing::kHostileNames[static_cast<std::size_t>(kind)]) + (all_alike ? ", alike" : ""));
       HostileTracks hostile(static_cast<std::uint64_t>(kind + 1));
-      std::vector<std::vector<PlacedTrack>> batches;
+      std::vector<std::vector<FramedTrajectory>> batches;
       for (int episode = 0; episode < 3; ++episode)
         batches.push_back(hostile.many(static_cast<Hostile>(kind), 20, all_alike));
-      std::vector<PlacedTrack> judged = hostile.mixture(10);
+      std::vector<FramedTrajectory> judged = hostile.mixture(10);
       judged.insert(judged.end(), batches.back().begin(), batches.back().end());
       expect_sound_life(batches, judged, kConfig);
       if (HasFailure()) return;
@@ -167,8 +171,8 @@ TEST(Hostile, EveryKindAloneAndEveryTrackTheSameOneIsLearntFusedAndPredicted) {
 
 TEST(Hostile, PeopleWhoAllDoTheSameDoNotMakeAPredictionSurerThanAMillimetre) {
   EpisodeConfig config;
-  config.lessons.every_s = 0.1;
-  std::vector<PlacedTrack> same = HostileTracks(7).many(Hostile::identical_points, testing::repeats(300), true);
+  config.error_statistics.every_s = 0.1;
+  std::vector<FramedTrajectory> same = HostileTracks(7).many(Hostile::identical_points, testing::repeats(300), true);
   Model model;
   for (int episode = 0; episode < 12; ++episode) {
     model = run_episode(model, same, config).model;
@@ -207,14 +211,14 @@ TEST(Hostile, NumbersOfAnySizeArePredictedOrRefused) {
   const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
   const Predictor predictor(model, kConfig.predict);
   PredictConfig plain = kConfig.predict;
-  plain.blend = false;
-  const Predictor untaught(model, plain);
+  plain.stacking = false;
+  const Predictor unfitted(model, plain);
   HostileTracks hostile(11);
   for (int trial = 0; trial < 1000; ++trial) {
     SCOPED_TRACE("seed 11, trial " + std::to_string(trial));
     const CurbTrajectory window = random_window(hostile);
     expect_sound(predictor.predict(window), floor_m2(kConfig));
-    expect_sound(untaught.predict(window), 0.0);
+    expect_sound(unfitted.predict(window), 0.0);
     if (HasFailure()) return;
   }
   CurbTrajectory absurd = random_window(hostile);
@@ -224,7 +228,8 @@ TEST(Hostile, NumbersOfAnySizeArePredictedOrRefused) {
 
 TEST(Hostile, TracksThatLastForeverOrAreNowhereAreRefusedAtOnce) {
   const auto refused = [](double start_s, double step_s, double place_m) {
-    PlacedTrack placed{{"a", {start_s, start_s + step_s}, {{place_m, 0.0}, {place_m, 1.0}}}, testing::square_frame()};
+    FramedTrajectory placed{{"a", {start_s, start_s + step_s}, {{place_m, 0.0}, {place_m, 1.0}}},
+                            testing::square_frame()};
     EXPECT_THROW(run_episode({}, std::span(&placed, 1), kConfig), std::invalid_argument) << start_s << " " << step_s;
   };
   refused(0.0, 1e11, 0.0);   // as many states as fit in no memory

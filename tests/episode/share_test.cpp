@@ -1,5 +1,5 @@
 // What may be given away: support counts different tracks, never too many.
-#include "sila/fuse/share.hpp"
+#include "sila/refine/share.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,14 +12,14 @@ namespace {
 
 const EpisodeConfig kConfig;
 
-/// Somebody who walks where nobody else does.
-PlacedTrack lone_walk(unsigned seed) {
+/// A pedestrian who walks where nobody else does.
+FramedTrajectory lone_walk(unsigned seed) {
   return {testing::walk("lone" + std::to_string(seed), {{-12.0, -14.0}, {-13.0, -3.0}}, 1.3, 0.1, 0.02, seed),
           testing::square_frame()};
 }
 
 bool goes_alone(const Model& model) {
-  const double cell = model.conventions.grid.cell * model.conventions.reference_width_m;
+  const double cell = model.settings.grid.cell * model.settings.reference_width_m;
   return std::ranges::any_of(model.primitives, [&](const MotionPrimitive& primitive) {
     return std::ranges::any_of(primitive.cells, [&](const CellVelocity& entry) {
       return entry.cell.x * cell < -9.0 && entry.cell.y * cell < -4.0;
@@ -27,12 +27,12 @@ bool goes_alone(const Model& model) {
   });
 }
 
-Model learnt(std::span<const PlacedTrack> tracks, std::size_t batch) {
+Model learnt(std::span<const FramedTrajectory> tracks, std::size_t batch) {
   return run_episodes({}, tracks, batch, kConfig, sila_update(kConfig)).model;
 }
 
 TEST(Support, IsTheNumberOfTracksInOneBatchAndTheirSumOverEpisodes) {
-  std::vector<PlacedTrack> same_way;
+  std::vector<FramedTrajectory> same_way;
   for (unsigned i = 0; i < 6; ++i) same_way.push_back(lone_walk(i));
   for (const std::size_t batch : {1u, 2u, 6u}) {
     SCOPED_TRACE(batch);
@@ -47,7 +47,7 @@ TEST(Support, IsTheNumberOfTracksInOneBatchAndTheirSumOverEpisodes) {
 
 TEST(Support, IsNeverMoreThanTheTracksNorMoreThanWhatWasCounted) {
   for (const unsigned seed : {3u, 4u}) {
-    const std::vector<PlacedTrack> tracks = testing::corner_walks(90, seed);
+    const std::vector<FramedTrajectory> tracks = testing::corner_walks(90, seed);
     const Model model = learnt(tracks, 10);
     EXPECT_FALSE(model.transitions.empty());
     for (const Transition& edge : model.transitions) {
@@ -63,7 +63,7 @@ TEST(Support, OfOneTrackIsOneHoweverOftenItComesBack) {
   std::vector<Vector2> there_and_back;
   for (int round = 0; round < 3; ++round)
     there_and_back.insert(there_and_back.end(), {{12.0, 1.0}, {2.0, 1.0}, {2.0, 9.0}, {12.0, 9.0}});
-  const std::vector<PlacedTrack> track = {
+  const std::vector<FramedTrajectory> track = {
       {testing::walk("t", there_and_back, 1.3, 0.1, 0.02), testing::square_frame()}};
   const Model model = learnt(track, 1);
   EXPECT_FALSE(model.empty());
@@ -73,7 +73,7 @@ TEST(Support, OfOneTrackIsOneHoweverOftenItComesBack) {
 }
 
 TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
-  std::vector<PlacedTrack> tracks = testing::corner_walks(60, 5);
+  std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 5);
   int alone_at_home = 0, alone_away = 0;
   for (unsigned people = 1; people <= 6; ++people) {
     SCOPED_TRACE(people);

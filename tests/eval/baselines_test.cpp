@@ -17,13 +17,13 @@ const EpisodeConfig kConfig;
 constexpr int kSteps = 25;
 constexpr double kInterval_s = 0.2;
 
-CurbTrajectory seen(const PlacedTrack& placed, double until_s) {
+CurbTrajectory seen(const FramedTrajectory& placed, double until_s) {
   std::size_t last = 0;
   while (last + 1 < placed.track.times_s.size() && placed.track.times_s[last] < until_s) ++last;
   return observe(placed.track, last, placed.frame, 3.2, kConfig.sampling);
 }
 
-PlacedTrack straight(const std::string& id, double offset, const CurbFrame& frame = testing::square_frame()) {
+FramedTrajectory straight(const std::string& id, double offset, const CurbFrame& frame = testing::square_frame()) {
   return {testing::walk(id, {{14.0, offset}, {-14.0, offset}}, 1.4), frame};
 }
 
@@ -41,7 +41,7 @@ void expect_a_prediction(const Prediction& prediction, std::size_t modes) {
 }
 
 TEST(Memory, RecallsWhatWasSeenAsItHappened) {
-  const std::vector<PlacedTrack> tracks = testing::corner_walks(30, 3);
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(30, 3);
   MemoryConfig nearest;
   nearest.neighbours = 1;
   const TrackMemory memory = remember({}, tracks, kConfig, nearest);
@@ -54,7 +54,7 @@ TEST(Memory, RecallsWhatWasSeenAsItHappened) {
 }
 
 TEST(Memory, KeepsEveryWindowWithAWholeFutureAndGrowsBatchByBatch) {
-  const std::vector<PlacedTrack> tracks = testing::corner_walks(20, 4);
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 4);
   const MemoryConfig config;
   std::size_t whole = 0;
   for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, config.every_s))
@@ -79,9 +79,9 @@ TEST(Memory, KnowsNothingAtFirstAndSaysSo) {
 
 TEST(Memory, ServesAnotherPlaceByItsCurbFrame) {
   const TrackMemory memory = remember({}, testing::corner_walks(40, 5), kConfig, {});
-  CurbFrame turned = make_curb_frame({50, 20}, {0, 1}, {-1, 0}, {2.5, 2.5, 2.5}, CurbScaling::mean_width);
-  const PlacedTrack here = straight("a", 1.0);
-  PlacedTrack there = here;
+  CurbFrame turned = make_curb_frame({50, 20}, {0, 1}, {-1, 0}, {2.5, 2.5, 2.5}, CurbScaling::metres);
+  const FramedTrajectory here = straight("a", 1.0);
+  FramedTrajectory there = here;
   there.frame = turned;
   for (Vector2& p : there.track.positions_m) p = to_world(turned, to_curb(here.frame, p));
   const Prediction a = predict(memory, seen(here, 5.0), kSteps, kInterval_s, {});
@@ -127,7 +127,7 @@ TEST(SemiWrapped, IsADensityOverTheCircle) {
 }
 
 TEST(Cliff, FollowsAStreamRoundACornerWhereConstantVelocityGoesOn) {
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   for (int i = 0; i < 20; ++i) {
     const double offset = 0.8 + 0.05 * i;
     tracks.push_back({testing::walk("t" + std::to_string(i), {{14.0, offset}, {offset, offset}, {offset, 14.0}}, 1.4),
@@ -147,7 +147,7 @@ TEST(Cliff, FollowsAStreamRoundACornerWhereConstantVelocityGoesOn) {
 }
 
 TEST(Cliff, DrawsTheSamePathsForTheSameSeedAndOthersForAnother) {
-  const std::vector<PlacedTrack> tracks = testing::corner_walks(30, 9);
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(30, 9);
   CliffConfig config;
   const CliffMap map = map_dynamics({}, tracks, kConfig, config);
   const CurbTrajectory observed = seen(straight("new", 1.3), 5.0);
@@ -160,7 +160,7 @@ TEST(Cliff, DrawsTheSamePathsForTheSameSeedAndOthersForAnother) {
 }
 
 TEST(CoveredArea, HasTheCellsOfTheTracksAndTheirNeighbours) {
-  const std::vector<PlacedTrack> tracks{straight("a", 1.5)};
+  const std::vector<FramedTrajectory> tracks{straight("a", 1.5)};
   const CoveredArea area = covered_area(tracks);
   EXPECT_TRUE(contains(area, {0.0, 1.5}));
   EXPECT_TRUE(contains(area, {0.0, 2.9}));
@@ -171,22 +171,27 @@ TEST(CoveredArea, HasTheCellsOfTheTracksAndTheirNeighbours) {
 }
 
 TEST(EvaluateForecast, JudgesConstantVelocityAsConstantVelocityAndPartsInsideFromOutside) {
-  const std::vector<PlacedTrack> train = testing::corner_walks(40, 14), test = testing::corner_walks(20, 15);
+  const std::vector<FramedTrajectory> train = testing::corner_walks(40, 14), test = testing::corner_walks(20, 15);
   const Background background = background_of(train, kConfig, {});
-  const Forecast none = [](const CurbTrajectory& observed) {
-    return predict(CliffMap{}, observed, kSteps, kInterval_s, {});
+  std::map<std::pair<std::string, double>, Prediction> constant;
+  for (const Window& window : windows_of(test, kConfig.sampling, kConfig.predict, EvaluateConfig{}.every_s))
+    constant[{window.observed.id, window.observed.times_s.back()}] =
+        background.moving.front().predict(window.past_m, kInterval_s);
+  const Forecast forecast = [&](const CurbTrajectory& observed) {
+    return constant.at({observed.id, observed.times_s.back()});
   };
-  const Evaluation evaluation = evaluate_forecast(none, test, kConfig, {}, &background);
-  ASSERT_EQ(evaluation.groups.size(), 5u);
-  EXPECT_EQ(evaluation.groups[3].name, "inside");
-  EXPECT_EQ(evaluation.groups[3].windows + evaluation.groups[4].windows, evaluation.groups[1].windows);
-  EXPECT_GT(evaluation.groups[4].windows, 0u);
+  const Evaluation evaluation = evaluate_forecast(forecast, test, kConfig, {}, &background);
+  ASSERT_EQ(evaluation.groups.size(), 6u);
+  EXPECT_EQ(evaluation.groups[1].windows + evaluation.groups[2].windows, evaluation.groups[0].windows);
+  EXPECT_EQ(evaluation.groups[4].name, "inside");
+  EXPECT_EQ(evaluation.groups[4].windows + evaluation.groups[5].windows, evaluation.groups[1].windows);
+  EXPECT_GT(evaluation.groups[5].windows, 0u);
   for (const WindowScore& window : evaluation.windows)
-    EXPECT_DOUBLE_EQ(window.model.back().weighted_mhd_m, window.constant.back().weighted_mhd_m);
+    EXPECT_EQ(window.model.back().weighted_mhd_m, window.constant.back().weighted_mhd_m);
 }
 
 TEST(Course, EveryMethodLearnsAndIsJudged) {
-  const std::vector<PlacedTrack> train = testing::corner_walks(40, 16), test = testing::corner_walks(15, 17);
+  const std::vector<FramedTrajectory> train = testing::corner_walks(40, 16), test = testing::corner_walks(15, 17);
   Course course{{train}, {{"corner", test, background_of(train, kConfig, {}), {}}}, 20, true};
   for (std::size_t k = 0; k < std::size(kMethodKinds); ++k) {
     SCOPED_TRACE(kMethodKinds[k]);
@@ -204,7 +209,7 @@ TEST(Course, EveryMethodLearnsAndIsJudged) {
 }
 
 TEST(Course, IsTheLoopOfRunEpisodes) {
-  const std::vector<PlacedTrack> train = testing::corner_walks(60, 18), test = testing::corner_walks(15, 19);
+  const std::vector<FramedTrajectory> train = testing::corner_walks(60, 18), test = testing::corner_walks(15, 19);
   const Course course{{train}, {{"corner", test, background_of(train, kConfig, {}), {}}}, 20, false};
   const std::vector<Milestone> milestones = run_course(course, {"sila", MethodKind::sila, kConfig, {}, {}, {}});
   const ::sila::Run run = run_episodes({}, train, 20, kConfig, sila_update(kConfig));

@@ -90,7 +90,7 @@ TEST(Compare, TracesNoMoreThanAskedAndOnlyWhereSomebodyWalks) {
 TEST(Compare, RefusesModelsOfOtherConventions) {
   const Model model = learnt(20);
   Model other = model;
-  other.conventions.reference_width_m = 3.0;
+  other.settings.reference_width_m = 3.0;
   EXPECT_THROW(compare(model, other, 0.7), std::invalid_argument);
 }
 

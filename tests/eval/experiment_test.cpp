@@ -28,7 +28,7 @@ PartRow row(const std::string& place, const std::string& method, int trial, doub
   made.place = place, made.method = method, made.trial = trial, made.size = 7;
   for (unsigned p = 0; p < people; ++p) {
     const double constant = 1.0 + 0.1 * p;
-    const GroupSums sums{1.0, error * constant, 0.5, 0.4, 1.0, constant, 2.0, 0.0};
+    const GroupSums sums{.windows = 1.0, .mhd_m = error * constant, .constant_mhd_m = constant};
     made.by_person[place + "/" + std::to_string(p)] = sums;
     made.groups["moving"] = made.groups["moving"] + sums;
   }
@@ -38,7 +38,7 @@ PartRow row(const std::string& place, const std::string& method, int trial, doub
 TEST(Experiment, TakesTheSplitsThatTheOtherProgramsTake) {
   const Experiment experiment = small(ExperimentKind::one_place);
   const Split ours = split_place(experiment.places[0], experiment.config, 2);
-  const Split theirs = split_tracks(experiment.places[0].tracks, 0.15, 101);
+  const Split theirs = split_tracks(experiment.places[0].tracks, 0.15, 101, SplitBy::time);
   ASSERT_EQ(ours.train.size(), theirs.train.size());
   for (std::size_t i = 0; i < ours.train.size(); ++i) EXPECT_EQ(ours.train[i].track.id, theirs.train[i].track.id);
 }
@@ -46,7 +46,7 @@ TEST(Experiment, TakesTheSplitsThatTheOtherProgramsTake) {
 TEST(Experiment, SplitsByCountsWithNobodyOnBothSides) {
   Experiment experiment = small(ExperimentKind::one_place);
   for (int i = 0; i < 10; ++i) {
-    PlacedTrack piece = experiment.places[0].tracks[static_cast<std::size_t>(i)];
+    FramedTrajectory piece = experiment.places[0].tracks[static_cast<std::size_t>(i)];
     piece.track.id += "#2";
     experiment.places[0].tracks.push_back(piece);
   }
@@ -56,8 +56,8 @@ TEST(Experiment, SplitsByCountsWithNobodyOnBothSides) {
     EXPECT_GE(split.test.size(), 8u);
     EXPECT_EQ(split.train.size(), 20u);
     std::set<std::string> held;
-    for (const PlacedTrack& track : split.test) held.insert(track.track.id.substr(0, track.track.id.find('#')));
-    for (const PlacedTrack& track : split.train)
+    for (const FramedTrajectory& track : split.test) held.insert(track.track.id.substr(0, track.track.id.find('#')));
+    for (const FramedTrajectory& track : split.train)
       EXPECT_FALSE(held.contains(track.track.id.substr(0, track.track.id.find('#'))));
   }
 }

@@ -39,10 +39,12 @@ TEST(Metrics, WeighTheModesAsInThePaper) {
   const Prediction prediction = prediction_of({{.7053845127, .4}, {.2594964603, 1.2}, {.0351190270, 2.5}});
   const Metrics metrics = measure(prediction, line_at(0.0), 25);
   EXPECT_NEAR(metrics.weighted_mhd_m, .6813471249, 1e-9);
-  EXPECT_NEAR(metrics.likeliest_mhd_m, .4, 1e-12);
+  EXPECT_NEAR(metrics.most_likely_mhd_m, .4, 1e-12);
   EXPECT_NEAR(metrics.best_mhd_m, .4, 1e-12);
   EXPECT_NEAR(metrics.ade_m, .4, 1e-12);
   EXPECT_NEAR(metrics.best_fde_m, .4, 1e-12);
+  EXPECT_NEAR(metrics.mean_path_ade_m, .7053845127 * .4 + .2594964603 * 1.2 + .0351190270 * 2.5, 1e-9);
+  EXPECT_NEAR(metrics.mean_path_fde_m, metrics.mean_path_ade_m, 1e-9);  // as far off at the end as on the way
   EXPECT_NEAR(metrics.mean_path_mhd_m, .7053845127 * .4 + .2594964603 * 1.2 + .0351190270 * 2.5, 1e-9);
 }
 
@@ -59,6 +61,13 @@ TEST(Metrics, TheLikelihoodIsTheMixturesDensity) {
   const Prediction prediction = prediction_of({{0.75, 0.0}, {0.25, 2.0}});
   const double expected = (0.75 * std::exp(-0.5) + 0.25 * std::exp(-0.5)) / (2.0 * std::numbers::pi);
   EXPECT_NEAR(negative_log_likelihood(prediction, 3, line_at(1.0)[3]), -std::log(expected), 1e-12);
+}
+
+TEST(Metrics, TheLikelihoodIsAveragedOverSteps) {
+  Path truth = line_at(0.0);
+  for (std::size_t j = 20; j < 25; ++j) truth[j].y() = 2.0;
+  const Metrics metrics = measure(prediction_of({{1.0, 0.0}}), truth, 25);
+  EXPECT_NEAR(metrics.nll, std::log(2.0 * std::numbers::pi) + 5.0 / 25.0 * 2.0, 1e-12);
 }
 
 TEST(Metrics, RefuseATruthThatIsTooShort) {

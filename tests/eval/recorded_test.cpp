@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sila/core/errors.hpp"
-#include "sila/predict/prediction_json.hpp"
+#include "sila/refine/prediction_json.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"
 
@@ -16,11 +16,11 @@ RecordedPredictions recorded_in(const std::string& text) {
 }
 
 TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
-  const std::vector<PlacedTrack> tracks = testing::corner_walks(30, 4);
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(30, 4);
   const EpisodeConfig config;
   const EvaluateConfig judged;
   const Model model = run_episode(Model{}, std::span(tracks).first(15), config).model;
-  const std::span<const PlacedTrack> unseen = std::span(tracks).subspan(15);
+  const std::span<const FramedTrajectory> unseen = std::span(tracks).subspan(15);
   std::string text = "{\"refused\":\"late\",\"count\":3}\n";
   const Predictor predictor(model, config.predict);
   for (const Window& window : windows_of(unseen, config.sampling, config.predict, judged.every_s))
@@ -39,7 +39,7 @@ TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
 }
 
 TEST(RecordedPredictions, WindowsWithoutOneAreLeftOut) {
-  const std::vector<PlacedTrack> tracks = testing::corner_walks(3, 4);
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(3, 4);
   const RecordedPredictions none_recorded;
   const Evaluation none = evaluate_forecast(forecast_of(none_recorded), tracks, EpisodeConfig{}, EvaluateConfig{});
   EXPECT_TRUE(none.windows.empty());

@@ -5,12 +5,12 @@
 #include <stdexcept>
 
 #include "arrows.hpp"
-#include "random_models.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/fuse/reindex.hpp"
 #include "sila/fuse/similarity.hpp"
 #include "sila/gp/fuse_gps.hpp"
 #include "sila/io/fusion_case.hpp"
+#include "support/random_models.hpp"
 
 namespace sila {
 namespace {
@@ -42,27 +42,15 @@ bool same(const Transition& a, const Transition& b) {
   return a.from == b.from && a.to == b.to && a.count == b.count && same(a.field, b.field);
 }
 
-/// Bit for bit, lessons aside.
+/// Bit for bit, error statistics aside.
 void expect_same(const Model& a, const Model& b) {
-  EXPECT_TRUE(a.conventions == b.conventions);
+  EXPECT_TRUE(a.settings == b.settings);
   EXPECT_EQ(a.episodes, b.episodes);
   EXPECT_EQ(a.tracks, b.tracks);
   ASSERT_EQ(a.primitives.size(), b.primitives.size());
   ASSERT_EQ(a.transitions.size(), b.transitions.size());
   for (std::size_t p = 0; p < a.primitives.size(); ++p) EXPECT_TRUE(same(a.primitives[p], b.primitives[p])) << p;
   for (std::size_t t = 0; t < a.transitions.size(); ++t) EXPECT_TRUE(same(a.transitions[t], b.transitions[t])) << t;
-}
-
-double total_count(const Model& model) {
-  double total = 0.0;
-  for (const Transition& transition : model.transitions) total += transition.count;
-  return total;
-}
-
-double total_points(const Model& model) {
-  double total = 0.0;
-  for (const Transition& transition : model.transitions) total += transition.field.gp.points;
-  return total;
 }
 
 /// A model with the given primitives and transitions from one to the other, each with samples of its own.
@@ -72,9 +60,11 @@ Increment increment_of(std::vector<MotionPrimitive> primitives, const std::vecto
   Increment increment;
   increment.model.primitives = std::move(primitives);
   increment.model.episodes = 1;
+  increment.model.sites = {{CurbFrame{}, 1, 1, {}, {}}};
   for (const TransitionCount& edge : transitions) {
     increment.samples.push_back(random_samples(random));
-    increment.model.transitions.push_back({edge.from, edge.to, edge.count, field_of(increment.samples.back())});
+    increment.model.transitions.push_back(
+        {edge.from, edge.to, edge.count, field_of(increment.samples.back()), {}, {{0, edge.count, 1}}});
   }
   return increment;
 }
@@ -231,21 +221,90 @@ TEST(Fuse, AnEmptyIncrementChangesNothingButTheCounters) {
   Increment nothing;
   nothing.model.episodes = 1;
   nothing.model.tracks = 5;
-  nothing.model.conventions.grid.cell = 7.0;  // never used, so it does not matter
+  nothing.model.settings.grid.cell = 7.0;  // never used, so it does not matter
   const Model fused = fuse(previous, nothing).model;
   previous.episodes += 1;
   previous.tracks += 5;
   expect_same(fused, previous);
 }
 
-TEST(Fuse, TakesTheLessonsOfThePreviousModelUnlessItHasNone) {
+TEST(Fuse, JoinsSitesAndAddsTheirErrorStatistics) {
   Random random(3);
   Model previous = random_model(random);
   Increment incoming = random_increment(random);
-  incoming.model.lessons.steps = 4;
-  EXPECT_EQ(fuse(previous, incoming).model.lessons.steps, 4);
-  previous.lessons.steps = 9;
-  EXPECT_EQ(fuse(previous, incoming).model.lessons.steps, 9);
+  incoming.model.sites[0].frame.origin_m = {100.0, 0.0};
+  previous.sites[0].error_statistics = incoming.model.sites[0].error_statistics = zero_error_statistics(2, 0.2);
+  previous.sites[0].error_statistics.novelties[3] = 1.0, incoming.model.sites[0].error_statistics.novelties[3] = 2.0;
+  const Model apart = fuse(previous, incoming).model;
+  ASSERT_EQ(apart.sites.size(), 2u);
+  EXPECT_EQ(apart.sites[0].error_statistics.novelties[3], 1.0);
+  EXPECT_EQ(apart.sites[1].error_statistics.novelties[3], 2.0);
+  EXPECT_EQ(apart.sites[1].tracks, incoming.model.tracks);
+  const Model one = fuse(apart, incoming).model;
+  ASSERT_EQ(one.sites.size(), 2u);
+  EXPECT_EQ(one.sites[1].error_statistics.novelties[3], 4.0);
+  EXPECT_EQ(one.sites[1].episodes, 2);
+  EXPECT_EQ(one.sites[0].episodes, 1);
+  incoming.model.sites[0].error_statistics = zero_error_statistics(4, 0.2);
+  EXPECT_THROW(fuse(previous, incoming), std::invalid_argument);
+}
+
+TEST(Fuse, OfSitesThatAreApartIsAsAccumulating) {
+  for_seeds(30, [](Random& random) {
+    const Model here = random_model(random);
+    Increment elsewhere = random_increment(random);
+    elsewhere.model.sites[0].frame.origin_m = {100.0, 0.0};
+    const FuseConfig config = with_threshold(uniform(random, 0.3, 0.9));
+    const Model apart = fuse(here, elsewhere, config).model;
+    expect_same(apart, accumulate(here, elsewhere).model);
+    check(apart);
+    // Each site goes on as if the other were not there.
+    const Increment more = random_increment(random);
+    EXPECT_EQ(size(fuse(apart, more, config).model), size(fuse(here, more, config).model) + size(elsewhere.model));
+  });
+}
+
+TEST(Fuse, KeepsCountsBySiteWhateverFuses) {
+  int of_both = 0;
+  for_seeds(50, [&](Random& random) {
+    FuseConfig config = with_threshold(uniform(random, 0.3, 0.9));
+    config.sites = SiteSharing::shared;
+    config.split_credit = integer(random, 0, 1) == 1;
+    Model model;
+    double by_site[2] = {0.0, 0.0}, credit = 0.0;
+    for (int episode = 0; episode < 6; ++episode) {
+      Increment batch = random_increment(random);
+      batch.model.sites[0].frame.origin_m.x() = 100.0 * (episode % 2);
+      by_site[episode % 2] += total_count(batch.model);
+      const Fused fused = fuse(model, batch, config);
+      credit += fused.report.split_credit;
+      model = fused.model;
+      check(model);
+    }
+    double left[2] = {0.0, 0.0};
+    for (const Transition& transition : model.transitions) {
+      for (const SiteCount& part : transition.sites) left[part.site] += part.count;
+      of_both += transition.sites.size() == 2;
+    }
+    EXPECT_EQ(left[0] + left[1], by_site[0] + by_site[1] + credit);
+    if (credit == 0.0) {
+      EXPECT_EQ(left[0], by_site[0]);
+    }
+  });
+  EXPECT_GT(of_both, 20);
+}
+
+TEST(Fuse, CannotPartSitesThatAreShared) {
+  Random random(4);
+  FuseConfig shared;
+  shared.sites = SiteSharing::shared;
+  const Model here = random_model(random);
+  Increment elsewhere = random_increment(random);
+  EXPECT_NO_THROW(fuse(fuse(here, elsewhere, shared).model, elsewhere));  // of one site
+  elsewhere.model.sites[0].frame.origin_m = {100.0, 0.0};
+  const Model both = fuse(here, elsewhere, shared).model;
+  EXPECT_NE(refusal([&] { fuse(both, elsewhere); }).find("keep fuse.sites = shared"), std::string::npos);
+  EXPECT_NO_THROW(fuse(fuse(here, elsewhere).model, elsewhere, shared));
 }
 
 TEST(Fuse, ReplacesAPrimitiveByItsTwoHalves) {
@@ -307,7 +366,7 @@ TEST(Fuse, AsksTheCallerForModelsOfOneKind) {
   Random random(7);
   const Model previous = random_model(random);
   Increment incoming = random_increment(random);
-  incoming.model.conventions.grid.cell = 2.5;
+  incoming.model.settings.grid.cell = 2.5;
   const std::string message = refusal([&] { fuse(previous, incoming); });
   EXPECT_NE(message.find("fuse: conventions of previous = {cell 1, "), std::string::npos) << message;
   EXPECT_NE(message.find("incoming = {cell 2.5, "), std::string::npos) << message;

@@ -3,9 +3,9 @@
 #include <stdexcept>
 
 #include "arrows.hpp"
-#include "random_models.hpp"
 #include "sila/fuse/mean.hpp"
 #include "sila/fuse/similarity.hpp"
+#include "support/random_models.hpp"
 
 namespace sila {
 namespace {

@@ -7,6 +7,7 @@
 #include "promises.hpp"
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
+#include "sila/profile.hpp"
 #include "text_file.hpp"
 
 namespace sila::fuzz {
@@ -24,7 +25,7 @@ void read_file(const std::string& bytes) {
   const std::string path = "made-up.json";
   Config config;
   if (accepts(path, lines_in(bytes),
-              [&] { config = apply_json(Config{}, json_of_text(path, text_of_bytes(path, bytes)), path); }))
+              [&] { config = read_config(Config{}, json_of_text(path, text_of_bytes(path, bytes)), path); }))
     require_valid(config, bytes.size());
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 LiveSettings settings() {
   LiveSettings made;
-  const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, {2.5, 2.5, 2.5}, CurbScaling::mean_width);
+  const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, {2.5, 2.5, 2.5}, CurbScaling::metres);
   made.frame_for = [frame](const Trajectory&) { return frame; };
   made.live.max_ids = 3;
   made.live.clock_patience = 2;
@@ -32,7 +32,7 @@ void require_told(Refusal refusal) {
   if (told.insert(refusal).second) require(!refusal_line(refusal, 1).empty(), "a refusal can be told");
 }
 
-/// Somebody whom the core wants predicted has a path that a predictor takes.
+/// A pedestrian whom the core wants predicted has a path that a predictor takes.
 void ask_all(Live& live, const LiveSettings& made) {
   for (const Question& question : ask(live, 100, made)) validate(question.observed);
 }
@@ -69,6 +69,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(live.account.taken == heard, "every line taken is counted");
   require(live.account.taken == live.account.early + live.account.answered + live.account.superseded,
           "every detection is in the account");
-  for (const PlacedTrack& track : live.finished) validate(track.track);
+  for (const FramedTrajectory& track : live.finished) validate(track.track);
   return 0;
 }

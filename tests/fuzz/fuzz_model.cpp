@@ -9,7 +9,7 @@
 #include "promises.hpp"
 #include "sila/io/inspect.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila::fuzz {
 namespace {
@@ -32,20 +32,26 @@ Change change_at(const std::uint8_t* data) {
 Model sound_model() {
   std::mt19937_64 random(5);
   Model model = random_model(6);
-  model.conventions = {};
-  model.conventions.outlook_horizon_s = 4.8, model.conventions.outlook_knots = 2;
+  model.settings = {};
+  model.settings.residual_horizon_s = 4.8, model.settings.residual_knots = 2;
   model.primitives.resize(2), model.transitions.clear();
   for (const auto& [from, to] : {std::pair(0, 0), std::pair(0, 1), std::pair(1, 1)}) {
-    Transition transition{from, to, 2.0, random_field(random), random_gp(random, kOutlookInputs, 4), 1};
+    Transition transition{from, to, 2.0, random_field(random), random_gp(random, kResidualInputs, 4), {{0, 2.0, 1}}};
     transition.field.gp.pseudo_inputs = 3.0 * random_matrix(random, 2, transition.field.gp.pseudo_inputs.cols());
     transition.field.extent = Eigen::AlignedBox2d(Vector2(-3.0, -3.0), Vector2(3.0, 3.0));
     model.transitions.push_back(std::move(transition));
   }
-  model.lessons = of_one_step(model.lessons);
-  for (RegressionMoments& moments : model.lessons.with_map) moments.features *= moments.features.transpose().eval();
-  for (RegressionMoments& moments : model.lessons.without_map) moments.features *= moments.features.transpose().eval();
-  model.gait = random_gp(random, kGaitInputs, 4);
-  model.places.resize(1);
+  for (Site& site : model.sites) {
+    ErrorStatistics& error_statistics = site.error_statistics;
+    error_statistics = of_one_step(error_statistics);
+    for (RegressionMoments& moments : error_statistics.with_map)
+      moments.features *= moments.features.transpose().eval();
+    for (RegressionMoments& moments : error_statistics.without_map)
+      moments.features *= moments.features.transpose().eval();
+    site.global_residual = random_gp(random, kGlobalResidualInputs, 4);
+  }
+  model.global_residual = random_gp(random, kGlobalResidualInputs, 4);
+  model.sharing = SiteSharing::apart;
   model.episodes = 2, model.episode_ids.resize(2);
   check(model);
   return model;
@@ -81,24 +87,25 @@ int whole(double number) {
 }
 
 void apply(const Change& change, Model& model) {
+  Site& site = model.sites[change.way / 16 % model.sites.size()];
   MotionPrimitive& primitive = model.primitives[change.index % model.primitives.size()];
   Transition& transition = model.transitions[change.part / 16 % model.transitions.size()];
   CellVelocity& cell = primitive.cells[change.way % primitive.cells.size()];
   switch (change.part % 16) {
     case 0:
-      return change_packed(model.conventions, change, unpack_conventions);
+      return change_packed(model.settings, change, unpack_settings);
     case 1:
-      return change_packed(model.lessons, change, unpack_lessons);
+      return change_packed(site.error_statistics, change, unpack_error_statistics);
     case 2:
-      return change_packed(model.gait, change, unpack_gp);
+      return change_packed(change.way % 2 == 0 ? model.global_residual : site.global_residual, change, unpack_gp);
     case 3:
-      return change_packed(model.places, change, unpack_places);
+      return change_packed(site.frame, change, unpack_frame);
     case 4:
     case 5:
       return change_packed(transition.field, change, unpack_flow_field);
     case 6:
     case 7:
-      return change_packed(transition.outlook, change, unpack_gp);
+      return change_packed(transition.residual, change, unpack_gp);
     case 8:
       primitive.weight = change.number;
       return;
@@ -118,11 +125,10 @@ void apply(const Change& change, Model& model) {
       transition.count = change.number;
       return;
     case 14:
-      transition.last_episode = whole(change.number);
-      return;
+      return change_packed(transition.sites, change, unpack_site_counts);
     default:
-      model.episodes = whole(change.number);
-      model.tracks = model.episodes;
+      model.episodes = site.episodes = whole(change.number);
+      model.tracks = site.tracks = model.episodes;
       return;
   }
 }
@@ -130,11 +136,11 @@ void apply(const Change& change, Model& model) {
 CurbTrajectory observed_by(const Model& model, const Vector2& from, const Vector2& step) {
   CurbTrajectory track;
   track.id = "somebody";
-  if (!model.places.empty()) track.frame = model.places.front();
+  if (!model.sites.empty()) track.frame = model.sites.front().frame;
   for (int i = 0; i < 16; ++i) {
-    track.times_s.push_back(i * model.conventions.sample_interval_s);
+    track.times_s.push_back(i * model.settings.sample_interval_s);
     track.positions.emplace_back(from + i * step);
-    track.velocities.emplace_back(step / model.conventions.sample_interval_s);
+    track.velocities.emplace_back(step / model.settings.sample_interval_s);
   }
   return track;
 }
@@ -142,7 +148,7 @@ CurbTrajectory observed_by(const Model& model, const Vector2& from, const Vector
 /// A prediction has a future, whatever it says of it.
 void predict_with(const Model& model) {
   PredictConfig config;
-  config.horizon_s = std::min(config.horizon_s, 10.0 * model.conventions.sample_interval_s);
+  config.horizon_s = std::min(config.horizon_s, 10.0 * model.settings.sample_interval_s);
   config.mode_horizon_s = config.horizon_s;
   try {
     const Predictor predictor(model, config);

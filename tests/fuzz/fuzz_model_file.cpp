@@ -42,7 +42,7 @@ std::string sound_bytes() {
   Model model = random_model(3);
   model.primitives.resize(2), model.transitions.resize(1);
   model.transitions[0].from = model.transitions[0].to = 0;
-  model.lessons = of_one_step(model.lessons);
+  for (Site& site : model.sites) site.error_statistics = of_one_step(site.error_statistics);
   return in_small_pages(model_bytes(stored(model)));
 }
 
@@ -67,16 +67,21 @@ std::string after(const std::string& bytes, const std::string& sql) {
 }
 
 std::string some_sql(std::mt19937& random) {
-  static constexpr std::array<const char*, 26> columns = {"meta.revision",
+  static constexpr std::array<const char*, 31> columns = {"meta.revision",
                                                           "meta.sila_version",
                                                           "meta.episodes",
                                                           "meta.tracks",
                                                           "meta.configuration",
-                                                          "meta.conventions",
-                                                          "meta.lessons",
-                                                          "meta.gait",
-                                                          "meta.places",
+                                                          "meta.settings",
+                                                          "meta.sharing",
+                                                          "meta.global_residual",
                                                           "meta.checksum",
+                                                          "sites.id",
+                                                          "sites.frame",
+                                                          "sites.episodes",
+                                                          "sites.tracks",
+                                                          "sites.error_statistics",
+                                                          "sites.global_residual",
                                                           "primitives.id",
                                                           "primitives.weight",
                                                           "primitives.cells",
@@ -85,8 +90,8 @@ std::string some_sql(std::mt19937& random) {
                                                           "transitions.to_primitive",
                                                           "transitions.count",
                                                           "transitions.field",
-                                                          "transitions.outlook",
-                                                          "transitions.last_episode",
+                                                          "transitions.residual",
+                                                          "transitions.sites",
                                                           "episodes.number",
                                                           "episodes.tracks",
                                                           "episodes.seconds",
@@ -121,7 +126,7 @@ std::string some_sql(std::mt19937& random) {
       "PRAGMA user_version = 0",
       "PRAGMA application_id = 1",
       "CREATE VIEW v AS SELECT 1",
-      "ALTER TABLE meta RENAME COLUMN lessons TO l",
+      "ALTER TABLE meta RENAME COLUMN global_residual TO g",
       "CREATE TABLE more (a CHECK (a > 1) DEFAULT 3)",
       "DROP TABLE primitives; CREATE VIEW primitives AS SELECT 1"};
   if (random() % 8 == 0) return statements[random() % statements.size()];

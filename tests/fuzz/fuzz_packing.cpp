@@ -10,7 +10,7 @@
 namespace sila::fuzz {
 namespace {
 
-constexpr unsigned kParts = 5;
+constexpr unsigned kParts = 6;
 
 /// What is unpacked packs to the same numbers, bit for bit.
 template <class Unpack>
@@ -28,19 +28,21 @@ void unpack_and_pack(std::span<const double> numbers, Unpack&& unpack) {
 }
 
 void unpack_part(unsigned part, std::span<const double> numbers) {
-  if (part == 0) unpack_and_pack(numbers, unpack_lessons);
+  if (part == 0) unpack_and_pack(numbers, unpack_error_statistics);
   if (part == 1) unpack_and_pack(numbers, unpack_flow_field);
   if (part == 2) unpack_and_pack(numbers, unpack_gp);
-  if (part == 3) unpack_and_pack(numbers, unpack_places);
-  if (part == 4) unpack_and_pack(numbers, unpack_conventions);
+  if (part == 3) unpack_and_pack(numbers, unpack_frame);
+  if (part == 4) unpack_and_pack(numbers, unpack_settings);
+  if (part == 5) unpack_and_pack(numbers, unpack_site_counts);
 }
 
 std::vector<double> part_of(unsigned part, const Model& model) {
-  if (part == 0) return pack(of_one_step(model.lessons));
+  if (part == 0) return pack(of_one_step(model.sites.front().error_statistics));
   if (part == 1) return pack(model.transitions.front().field);
-  if (part == 2) return pack(model.gait);
-  if (part == 3) return pack(model.places);
-  return pack(model.conventions);
+  if (part == 2) return pack(model.global_residual);
+  if (part == 3) return pack(model.sites.front().frame);
+  if (part == 5) return pack(model.transitions.front().sites);
+  return pack(model.settings);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace sila::fuzz;
   if (size == 0) return 0;
   const std::string path = "made-up/scene.json", bytes = text_of(data + 1, size - 1);
-  const CurbScaling scaling = data[0] % 2 == 0 ? CurbScaling::mean_width : CurbScaling::strip_widths;
+  const auto scaling = static_cast<CurbScaling>(data[0] % kCurbScalings.size());
   bool is_json = false;
   Scene scene;
   try {

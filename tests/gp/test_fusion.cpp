@@ -48,7 +48,7 @@ void expect_same_predictions(const SparseGp& a, const SparseGp& b, double tolera
 /// observations.
 struct Score {
   double error = 0.0;
-  double surprise = 0.0;
+  double nonconformity = 0.0;
 };
 
 Score score(const SparseGp& gp, const GpData& truth) {
@@ -60,7 +60,7 @@ Score score(const SparseGp& gp, const GpData& truth) {
     const double squared = (prediction.mean - truth.outputs.row(n).transpose()).squaredNorm();
     const double variance = prediction.variance + gp.noise_variance;
     sum.error += squared / count;
-    sum.surprise += 0.5 * (squared / variance / 2.0 + std::log(2.0 * std::numbers::pi * variance)) * 2.0 / count;
+    sum.nonconformity += 0.5 * (squared / variance / 2.0 + std::log(2.0 * std::numbers::pi * variance)) * 2.0 / count;
   }
   sum.error = std::sqrt(sum.error);
   return sum;
@@ -281,7 +281,7 @@ TEST(FuseGps, WhoHasSeenNearlyAllKeepsItsPseudoInputs) {
     EXPECT_EQ(kept.pseudo_inputs, much.pseudo_inputs);
     EXPECT_TRUE(kept.information.isApprox(transfer(little, much, config.alpha).information, 1e-9));
   }
-  config.settled_share = 0.96;
+  config.keep_pseudo_inputs_share = 0.96;
   const SparseGp* const both[] = {&much, &little};
   EXPECT_NE(fuse_gps(both, nothing(), config).pseudo_inputs, much.pseudo_inputs);
 }
@@ -315,7 +315,7 @@ TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
     const Score suks = score(pseudo_data, truth);
     const Score only_last = score(fit_sparse_gp(last, theta, config), truth);
     EXPECT_LT(fused.error, 1.1 * batch.error);
-    EXPECT_LT(fused.surprise, batch.surprise + 0.03);
+    EXPECT_LT(fused.nonconformity, batch.nonconformity + 0.03);
     EXPECT_LT(suks.error, 2.0 * batch.error);
     EXPECT_GT(only_last.error, 2.0 * batch.error);
     EXPECT_EQ(episodes.points, 450.0);

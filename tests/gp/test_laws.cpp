@@ -238,13 +238,13 @@ TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
       const std::array<double, 3> xs{x.x() - 1.0, x.x(), x.x() + 1.0};
       const std::array<double, 2> ys{x.y(), x.y() + 2.0};
       const std::array<RasterPlace, 2> places{RasterPlace{2, 1}, RasterPlace{1, 0}};
-      std::array<FlowPrediction, 2> glances;
-      posterior.glance_at_flow(xs, ys, places, glances);
-      EXPECT_TRUE(glances[0].mean.isApprox(posterior.flow_mean({xs[2], ys[1]}), 1e-12));
-      EXPECT_TRUE(glances[1].mean.isApprox(flow.mean, 1e-12));
-      EXPECT_LE(glances[1].variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
-      EXPECT_THROW(posterior.glance_at_flow(std::span(xs).first(2), ys, places, glances), std::invalid_argument);
-      EXPECT_THROW(posterior.glance_at_flow(xs, ys, places, std::span(glances).first(1)), std::invalid_argument);
+      std::array<FlowPrediction, 2> summaries;
+      posterior.score_flow(xs, ys, places, summaries);
+      EXPECT_TRUE(summaries[0].mean.isApprox(posterior.flow_mean({xs[2], ys[1]}), 1e-12));
+      EXPECT_TRUE(summaries[1].mean.isApprox(flow.mean, 1e-12));
+      EXPECT_LE(summaries[1].variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
+      EXPECT_THROW(posterior.score_flow(std::span(xs).first(2), ys, places, summaries), std::invalid_argument);
+      EXPECT_THROW(posterior.score_flow(xs, ys, places, std::span(summaries).first(1)), std::invalid_argument);
     }
   }
   EXPECT_GT(known, 100);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "made_up_model.hpp"
+#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/output.hpp"
 
@@ -32,7 +33,7 @@ void fields(Config& config, Visitor&& visit) {
 struct OuterConfig {
   InnerConfig fuse;
   double horizon_s = 5.0;
-  bool blend = true;
+  bool stacking = true;
   std::uint64_t seed = 1;
   double limit = std::numeric_limits<double>::infinity();
 };
@@ -42,7 +43,7 @@ requires std::is_same_v<std::remove_const_t<Config>, OuterConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.group("fuse", config.fuse);
   visit.number("horizon", config.horizon_s, Range{0.0, 60.0, true}, "s", "how far ahead");
-  visit.flag("blend", config.blend, "whether kinematics are mixed in");
+  visit.flag("stacking", config.stacking, "whether kinematics are mixed in");
   visit.number("seed", config.seed, Range{0.0}, "", "of the random numbers");
   visit.number("limit", config.limit, Range{}, "m", "no farther than this");
 }
@@ -58,14 +59,14 @@ std::string refusal_to_set(const char* assignment) {
 TEST(ConfigJson, WritesEveryFieldNestedAndInOrder) {
   EXPECT_EQ(
       to_json(OuterConfig{}).dump(),
-      R"({"fuse":{"similarity_threshold":0.7,"rounds":10,"cut":"aligned"},"horizon":5.0,"blend":true,"seed":1,"limit":"inf"})");
+      R"({"fuse":{"similarity_threshold":0.7,"rounds":10,"cut":"aligned"},"horizon":5.0,"stacking":true,"seed":1,"limit":"inf"})");
 }
 
 TEST(ConfigJson, ReadsBackWhatItWrote) {
   OuterConfig config;
   config.fuse = {0.1 + 0.2, 7, Cut::border};
   config.horizon_s = 1e-300;
-  config.blend = false;
+  config.stacking = false;
   config.seed = 1ULL << 62U;
   config.limit = -std::numeric_limits<double>::infinity();
   const OuterConfig read = apply_json(OuterConfig{}, json::parse(to_json(config).dump()), "c.json");
@@ -73,7 +74,7 @@ TEST(ConfigJson, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.fuse.rounds, 7);
   EXPECT_EQ(read.fuse.cut, Cut::border);
   EXPECT_EQ(read.horizon_s, 1e-300);
-  EXPECT_FALSE(read.blend);
+  EXPECT_FALSE(read.stacking);
   EXPECT_EQ(read.seed, 1ULL << 62U);
   EXPECT_EQ(read.limit, -std::numeric_limits<double>::infinity());
 }
@@ -91,6 +92,21 @@ TEST(ConfigJson, DottedKeysAreGroups) {
   EXPECT_EQ(apply_json(OuterConfig{}, {{"fuse.rounds", 4}}, "c.json").fuse.rounds, 4);
 }
 
+TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
+  const auto said = [](const nlohmann::json& given) {
+    try {
+      apply_json(Config{}, given, "c.json");
+    } catch (const FormatError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(said({{"outlook", {{"knots", 3}}}}),
+            "c.json: expected residual (the new name of this field), found \"outlook\"");
+  EXPECT_EQ(said({{"predict.blend", false}}),
+            "c.json: expected predict.stacking (the new name of this field), found \"predict.blend\"");
+}
+
 TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {
   EXPECT_EQ(
       refusal({{"fuse", {{"similarity_treshold", 0.5}}}}),
@@ -103,7 +119,7 @@ TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {
 TEST(ConfigJson, RefusesValuesOfAnotherType) {
   EXPECT_EQ(refusal({{"horizon", "long"}}), "c.json: expected horizon to be a number, found \"long\"");
   EXPECT_EQ(refusal({{"fuse", {{"rounds", 2.5}}}}), "c.json: expected fuse.rounds to be a whole number, found 2.5");
-  EXPECT_TRUE(says(refusal({{"blend", 1}}), "blend to be true or false, found 1"));
+  EXPECT_TRUE(says(refusal({{"stacking", 1}}), "stacking to be true or false, found 1"));
   EXPECT_TRUE(says(refusal({{"fuse", 3}}), "fuse to be an object, found 3"));
   EXPECT_TRUE(says(refusal({{"horizon", {{"s", 3}}}}), "horizon to be a number"));
   EXPECT_TRUE(says(refusal({{"horizon", nullptr}}), "horizon to be a number, found null"));
@@ -124,7 +140,7 @@ TEST(ConfigJson, RefusesValuesOutOfRange) {
 TEST(ConfigJson, SetsOneFieldFromTheCommandLine) {
   EXPECT_EQ(set_field(OuterConfig{}, "fuse.similarity_threshold=0.5").fuse.similarity_threshold, 0.5);
   EXPECT_EQ(set_field(OuterConfig{}, "fuse.cut=border").fuse.cut, Cut::border);
-  EXPECT_FALSE(set_field(OuterConfig{}, "blend=false").blend);
+  EXPECT_FALSE(set_field(OuterConfig{}, "stacking=false").stacking);
   EXPECT_EQ(set_field(OuterConfig{}, "seed=77").seed, 77u);
   EXPECT_EQ(set_field(OuterConfig{}, "limit=1e3").limit, 1000.0);
 }
@@ -139,7 +155,7 @@ TEST(ConfigJson, RefusesBadAssignments) {
   EXPECT_TRUE(says(refusal_to_set("fuse.rounds=1e2"), "a whole number, found \"1e2\""));
   EXPECT_TRUE(says(refusal_to_set("fuse.rounds=0"), "in [1, 1000], found 0"));
   EXPECT_TRUE(says(refusal_to_set("fuse=1"), "expected a known field"));
-  EXPECT_TRUE(says(refusal_to_set("blend=yes"), "true or false, found \"yes\""));
+  EXPECT_TRUE(says(refusal_to_set("stacking=yes"), "true or false, found \"yes\""));
 }
 
 TEST(ConfigJson, ListsEveryFieldWithDefaultUnitRangeAndText) {

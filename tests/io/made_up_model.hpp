@@ -12,7 +12,7 @@
 #include <string>
 
 #include "sila/io/model_store.hpp"
-#include "sila/model/gait.hpp"
+#include "sila/refine/global_residual.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -65,50 +65,63 @@ inline FlowField random_field(std::mt19937_64& random) {
   return {random_gp(random, 2, 2), Eigen::AlignedBox2d(Vector2(-1.0, -2.0), Vector2(3.0, 0.1))};
 }
 
-inline Lessons random_lessons(std::mt19937_64& random) {
-  Lessons lessons;
-  lessons.steps = 2;
-  lessons.classes = kSpeedClasses;
-  lessons.interval_s = 0.4;
+inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
+  ErrorStatistics error_statistics;
+  error_statistics.steps = 2;
+  error_statistics.classes = kSpeedClasses;
+  error_statistics.interval_s = 0.4;
   const auto regression = [&](double weight, int features) {
     return RegressionMoments{weight, random_matrix(random, features, features), random_matrix(random, features, 1)};
   };
-  for (int i = 0; i < lessons.steps * lessons.classes; ++i) {
-    lessons.with_map.push_back(regression(0.1 * i, kMapFeatures));
-    lessons.without_map.push_back(regression(0.2 * i, kAloneFeatures));
-    lessons.residuals_with_map.push_back({0.3 * i, 1.0 / 7.0, 0.1});
-    lessons.residuals_without_map.push_back({0.4 * i, 1.0 / 9.0, 0.7});
-    lessons.residuals_place_free.push_back({0.5 * i, 1.0 / 11.0, 0.2});
-    lessons.surprises.emplace_back(kSurpriseBins, 0.1 * i).front() = 1.0 / 3.0;
+  for (int i = 0; i < error_statistics.steps * error_statistics.classes; ++i) {
+    error_statistics.with_map.push_back(regression(0.1 * i, kMapFeatures));
+    error_statistics.without_map.push_back(regression(0.2 * i, kAloneFeatures));
+    error_statistics.errors_with_map.push_back({0.3 * i, 1.0 / 7.0, 0.1});
+    error_statistics.errors_without_map.push_back({0.4 * i, 1.0 / 9.0, 0.7});
+    error_statistics.errors_place_free.push_back({0.5 * i, 1.0 / 11.0, 0.2});
+    error_statistics.scores.emplace_back(kScoreBins, 0.1 * i).front() = 1.0 / 3.0;
   }
-  lessons.novelties.assign(kNoveltyBins, 0.25), lessons.novelties[1] = 2.0, lessons.novelties[2] = 1.0 / 3.0;
-  return lessons;
+  error_statistics.novelties.assign(kNoveltyBins, 0.25), error_statistics.novelties[1] = 2.0,
+                                                         error_statistics.novelties[2] = 1.0 / 3.0;
+  for (std::size_t c = 0; c < kSlowClasses; ++c) {
+    SlowErrors& slow = error_statistics.slow.emplace_back(SlowErrors{3.5, {}});
+    slow.errors_m.fill(1.0 / 7.0);
+  }
+  return error_statistics;
 }
 
 /// A model that passes check(), different for every seed.
 inline Model random_model(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Model model;
-  model.conventions.grid.cell = 0.7;
-  model.conventions.grid.origin = random_matrix(random, 2, 1);
-  model.conventions.scaling = seed % 2 == 0 ? CurbScaling::mean_width : CurbScaling::strip_widths;
-  model.conventions.reference_width_m = 2.1;
-  model.conventions.outlook_horizon_s = 4.5;
-  model.conventions.outlook_knots = 3;
+  model.settings.grid.cell = 0.7;
+  model.settings.grid.origin = random_matrix(random, 2, 1);
+  model.settings.scaling = static_cast<CurbScaling>(seed % kCurbScalings.size());
+  model.settings.reference_width_m = 2.1;
+  model.settings.residual_horizon_s = 4.5;
+  model.settings.residual_knots = 3;
   const int primitives = 3 + static_cast<int>(random() % 10);
   for (int i = 0; i < primitives; ++i) model.primitives.push_back(random_primitive(random));
   for (int from = 0; from < primitives; ++from) {
     for (int to = from; to < primitives; to += 2)
-      model.transitions.push_back({from, to, 1.0 + from, random_field(random), random_gp(random, kOutlookInputs, 6)});
+      model.transitions.push_back({from, to, 1.0 + from, random_field(random), random_gp(random, kResidualInputs, 6)});
   }
-  model.lessons = random_lessons(random);
-  model.gait = random_gp(random, kGaitInputs, 6);
-  for (Transition& transition : model.transitions)
-    transition.last_episode = static_cast<int>(random() % (seed % 100 + 1));
+  model.sharing = SiteSharing::shared;
+  model.sites.resize(2);
+  for (Site& site : model.sites) {
+    site.episodes = static_cast<int>(seed % 100);
+    site.tracks = 10 * site.episodes;
+    site.error_statistics = random_error_statistics(random);
+    site.global_residual = random_gp(random, kGlobalResidualInputs, 6);
+  }
+  model.sites[1].frame.origin_m = Vector2(10.0, 0.0) + random_matrix(random, 2, 1);
+  model.global_residual = random_gp(random, kGlobalResidualInputs, 6);
+  for (Transition& transition : model.transitions) {
+    const auto seen_in = [&] { return static_cast<int>(random() % (seed % 100 + 1)); };
+    transition.sites = {{0, 0.25 * transition.count, seen_in()}, {1, 0.75 * transition.count, seen_in()}};
+  }
   for (Transition& transition : model.transitions) transition.support = transition.from + 1;
   for (std::size_t i = 0; i < model.primitives.size(); ++i) model.primitives[i].support = static_cast<int>(2 * i);
-  model.places.resize(2);
-  model.places[1].origin_m = random_matrix(random, 2, 1);
   model.episodes = static_cast<int>(seed % 100);
   model.tracks = 20 * model.episodes;
   for (int i = 0; i < model.episodes; ++i) model.episode_ids.push_back({random(), random()});
@@ -116,14 +129,21 @@ inline Model random_model(std::uint64_t seed) {
   return model;
 }
 
-inline Lessons of_one_step(Lessons lessons) {
-  const auto cells = static_cast<std::size_t>(lessons.classes);
-  lessons.steps = 1;
-  for (auto* table : {&lessons.with_map, &lessons.without_map}) table->resize(cells);
-  for (auto* table : {&lessons.residuals_with_map, &lessons.residuals_without_map, &lessons.residuals_place_free})
+/// Sets the count of a transition, and those of its sites to add up to it.
+inline void set_count(Transition& transition, double count) {
+  for (SiteCount& part : transition.sites) part.count *= count / transition.count;
+  transition.count = count;
+}
+
+inline ErrorStatistics of_one_step(ErrorStatistics error_statistics) {
+  const auto cells = static_cast<std::size_t>(error_statistics.classes);
+  error_statistics.steps = 1;
+  for (auto* table : {&error_statistics.with_map, &error_statistics.without_map}) table->resize(cells);
+  for (auto* table :
+       {&error_statistics.errors_with_map, &error_statistics.errors_without_map, &error_statistics.errors_place_free})
     table->resize(cells);
-  lessons.surprises.resize(cells);
-  return lessons;
+  error_statistics.scores.resize(cells);
+  return error_statistics;
 }
 
 inline EpisodeRecord record(int number) {

@@ -101,8 +101,8 @@ TEST(ModelStoreDamage, LearnsIntoAnEmptyFile) {
 TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 5");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 5 of a newer sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 6");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 6 of a newer sila"));
   EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
   run_sql(folder / "m.sila", "PRAGMA user_version = 1");
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
@@ -213,8 +213,13 @@ TEST(ModelStoreDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
       "DELETE FROM primitives WHERE id = 1",
       "UPDATE primitives SET cells = substr(cells, 1, 4)",
       "UPDATE primitives SET velocities = cells",
-      "UPDATE meta SET lessons = zeroblob(16)",
-      "UPDATE meta SET conventions = zeroblob(80)",
+      "UPDATE sites SET error_statistics = zeroblob(16) WHERE id = 1",
+      "UPDATE sites SET frame = zeroblob(16) WHERE id = 1",
+      "UPDATE sites SET episodes = episodes + 1",
+      "UPDATE transitions SET sites = zeroblob(8)",
+      "DELETE FROM sites WHERE id = 0",
+      "UPDATE meta SET sharing = 2",
+      "UPDATE meta SET settings = zeroblob(80)",
       "UPDATE meta SET configuration = '{}'",
       "UPDATE meta SET episodes = -1",
       "UPDATE meta SET tracks = tracks + 1",

@@ -26,13 +26,13 @@ TEST(ModelStore, KeepsSubnormalsNegativeZeroAndExtremes) {
   gp.response(0, 1) = std::numeric_limits<double>::denorm_min();
   gp.mean_response(0) = std::numeric_limits<double>::max();
   gp.mean(0) = std::numeric_limits<double>::lowest();
-  model.conventions.grid.origin.x() = -0.0;
+  model.settings.grid.origin.x() = -0.0;
   model.primitives[0].cells[0].velocity.x() = -0.0;
   model.primitives[0].weight = std::numeric_limits<double>::denorm_min();
-  model.transitions[1].count = std::nextafter(1.0, 2.0);
+  set_count(model.transitions[1], std::nextafter(1.0, 2.0));
   model.primitives[0].cells.front().cell.x = -1'000'000'000;
   model.primitives[0].cells.back().cell.x = 1'000'000'000;
-  model.lessons.residuals_with_map[0].along_m2 = -0.0;
+  model.sites[0].error_statistics.errors_with_map[0].along_m2 = -0.0;
   model.tracks = std::numeric_limits<long>::max();
   save_model(folder / "m.sila", stored(model));
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, model));
@@ -45,16 +45,16 @@ TEST(ModelStore, IdenticalTellsTheSignOfZeroAndTheLastBit) {
   other.transitions[0].field.gp.mean(0) = std::nextafter(other.transitions[0].field.gp.mean(0), 9.0);
   EXPECT_FALSE(identical(model, other));
   Model zero = model;
-  zero.lessons.with_map[0].weight = 0.0;
+  zero.sites[1].error_statistics.with_map[0].weight = 0.0;
   Model negative = model;
-  negative.lessons.with_map[0].weight = -0.0;
+  negative.sites[1].error_statistics.with_map[0].weight = -0.0;
   EXPECT_FALSE(identical(zero, negative));
   Model fewer = model;
   fewer.primitives.pop_back();
   EXPECT_FALSE(identical(model, fewer));
 }
 
-TEST(ModelStore, KeepsAnEmptyModelAndEmptyLessons) {
+TEST(ModelStore, KeepsAnEmptyModelAndEmptyErrorStatistics) {
   const ScratchFolder folder;
   const Model nothing;
   save_model(folder / "m.sila", {nothing, "{}", {}, "", 0});
@@ -198,8 +198,10 @@ TEST(ModelStore, InspectionHasTheContractsKeysAndFitsADozenLines) {
   EXPECT_EQ(json.at("bytes"), std::filesystem::file_size(folder / "m.sila"));
   EXPECT_EQ(json.at("configuration").at("threshold"), 0.7);
   EXPECT_EQ(json.at("records").size(), 2u);
+  ASSERT_EQ(json.at("sites").size(), 2u);
+  EXPECT_EQ(json.at("sites")[1].at("share"), 0.75);
   const std::string text = describe(read);
-  EXPECT_EQ(std::ranges::count(text, '\n'), 12);
+  EXPECT_EQ(std::ranges::count(text, '\n'), 11 + static_cast<long>(model.sites.size()));
   EXPECT_TRUE(says(text, "840 tracks in 42 episodes"));
 }
 

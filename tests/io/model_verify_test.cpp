@@ -1,12 +1,10 @@
-// No bit of a model file flips unnoticed; files of schema 3 are read, and become ones of the present.
+// No bit of a model file flips unnoticed; files of an older schema are refused.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <array>
-#include <bit>
 #include <cstdlib>
 
 #include "made_up_model.hpp"
@@ -86,7 +84,8 @@ Model small_model() {
   std::mt19937_64 random(4);
   Model model;
   model.primitives = {random_primitive(random)};
-  model.transitions = {{0, 0, 2.0, random_field(random), {}, 1, 2}};
+  model.sites = {{CurbFrame{}, 1, 20, {}, {}}};
+  model.transitions = {{0, 0, 2.0, random_field(random), {}, {{0, 2.0, 1}}, 2}};
   model.episodes = 1;
   model.episode_ids = {{1, 2}};
   return model;
@@ -97,7 +96,7 @@ TEST(Verify, NoticesAFlippedBitAnywhereInASmallFile) {
   const fs::path path = folder / "m.sila";
   const Model first = small_model();
   Model second = first;
-  second.transitions[0].count = 3.0, second.episodes = 2;
+  set_count(second.transitions[0], 3.0), second.episodes = second.sites[0].episodes = 2;
   {
     ModelFile file = ModelFile::open_or_create(path);
     file.commit(first, record(1), R"({"a": 1})");
@@ -192,104 +191,18 @@ TEST(Verify, AStepOfAnotherModelIsNotTaken) {
   EXPECT_THROW(ModelFile::open(folder / "a.sila").rollback(1), FormatError);
 }
 
-/// What sila wrote until schema 4 came, tables and checksum.
-void make_schema_3(const fs::path& path, const StoredModel& stored) {
-  save_model(path, stored);
-  uLong sum = crc32(0, nullptr, 0);
-  const auto add = [&](const std::string& bytes) {
-    sum = crc32(sum, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size()));
-  };
-  const auto add_numbers = [&](const std::vector<double>& numbers) {
-    for (const double number : numbers) {  // this machine is little endian, as the file
-      const auto bytes = std::bit_cast<std::array<char, 8>>(number);
-      add({bytes.data(), bytes.size()});
-    }
-  };
-  const Model& model = stored.model;
-  add_numbers(pack(model.conventions));
-  for (const MotionPrimitive& primitive : model.primitives) {
-    for (const CellVelocity& entry : primitive.cells) {
-      const auto bytes = std::bit_cast<std::array<char, 8>>(std::array{entry.cell.x, entry.cell.y});
-      add({bytes.data(), bytes.size()});
-    }
-    for (const CellVelocity& entry : primitive.cells) add_numbers({entry.velocity.x(), entry.velocity.y()});
-    add_numbers({primitive.weight});
-  }
-  for (const Transition& edge : model.transitions) {
-    add_numbers({double(edge.from), double(edge.to), edge.count, double(edge.last_episode)});
-    add_numbers(pack(edge.field)), add_numbers(pack(edge.outlook));
-  }
-  add_numbers(pack(model.lessons)), add_numbers(pack(model.gait)), add_numbers(pack(model.places));
-  add_numbers({double(model.episodes), double(model.tracks)});
-  add(stored.configuration);
-  for (const EpisodeId& id : model.episode_ids) {
-    const auto bytes = std::bit_cast<std::array<char, 16>>(std::array{id.high, id.low});
-    add({bytes.data(), bytes.size()});
-  }
-  run_sql(path, R"(
-CREATE TABLE meta_3 (revision INTEGER NOT NULL, sila_version TEXT NOT NULL, episodes INTEGER NOT NULL,
-  tracks INTEGER NOT NULL, configuration TEXT NOT NULL, conventions BLOB NOT NULL, lessons BLOB NOT NULL,
-  gait BLOB NOT NULL, places BLOB NOT NULL, checksum INTEGER NOT NULL);
-INSERT INTO meta_3 SELECT revision, '0.0.9', episodes, tracks, configuration, conventions, lessons, gait, places, )" +
-                    std::to_string(sum) + R"( FROM meta;
-CREATE TABLE primitives_3 (id INTEGER PRIMARY KEY, weight REAL NOT NULL, cells BLOB NOT NULL, velocities BLOB NOT NULL);
-INSERT INTO primitives_3 SELECT id, weight, cells, velocities FROM primitives;
-CREATE TABLE transitions_3 (from_primitive INTEGER NOT NULL, to_primitive INTEGER NOT NULL, count REAL NOT NULL,
-  field BLOB NOT NULL, outlook BLOB NOT NULL, last_episode INTEGER NOT NULL, PRIMARY KEY (from_primitive, to_primitive));
-INSERT INTO transitions_3 SELECT from_primitive, to_primitive, count, field, outlook, last_episode FROM transitions;
-CREATE TABLE episodes_3 (number INTEGER PRIMARY KEY, tracks INTEGER NOT NULL, seconds REAL NOT NULL,
-  size_before INTEGER NOT NULL, size_after INTEGER NOT NULL, statistics TEXT NOT NULL);
-INSERT INTO episodes_3 SELECT number, tracks, seconds, size_before, size_after, statistics FROM episodes;
-DROP TABLE meta; DROP TABLE primitives; DROP TABLE transitions; DROP TABLE episodes; DROP TABLE undo;
-ALTER TABLE meta_3 RENAME TO meta; ALTER TABLE primitives_3 RENAME TO primitives;
-ALTER TABLE transitions_3 RENAME TO transitions; ALTER TABLE episodes_3 RENAME TO episodes;
-PRAGMA user_version = 3;)");
-}
-
-TEST(OlderSchema, ThreeIsReadAsItIsAndBecomesFourWithTheNextEpisode) {
+TEST(OlderSchema, IsRefusedWithWhatHelps) {
   const ScratchFolder folder;
   const fs::path path = folder / "m.sila";
-  StoredModel old = stored(random_model(8));
-  for (MotionPrimitive& primitive : old.model.primitives) primitive.support = 0;  // nothing was known of it
-  for (Transition& edge : old.model.transitions) edge.support = 0;
-  make_schema_3(path, old);
+  save_model(path, stored(random_model(1)));
+  run_sql(path, "PRAGMA user_version = 4");
   const std::string bytes = content_of(path);
-  const StoredModel read = load_model(path);
-  EXPECT_TRUE(identical(read.model, old.model));
-  EXPECT_TRUE(same_records(read.episodes, old.episodes));
-  EXPECT_EQ(read.sila_version, "0.0.9");
-  EXPECT_EQ(ModelFile::open(path).oldest_rollback(), 2);
-  EXPECT_EQ(ModelFile::open(path).verify().undone, 0u);
-  EXPECT_EQ(content_of(path), bytes);  // reading wrote nothing
-  ModelFile file = ModelFile::open_or_create(path);
-  file.commit(random_model(9), record(3), "{}");
-  EXPECT_TRUE(identical(load_model(path).model, random_model(9)));
-  EXPECT_EQ(load_model(path).episodes.size(), 3u);
-  EXPECT_EQ(file.verify().undone, 1u);
-  file.rollback(2);
-  EXPECT_TRUE(identical(load_model(path).model, old.model));
-  EXPECT_EQ(load_model(path).configuration, old.configuration);
-}
-
-TEST(OlderSchema, ThreeIsCheckedBeforeItIsMigrated) {
-  const ScratchFolder folder;
-  const fs::path path = folder / "m.sila";
-  make_schema_3(path, stored(random_model(8)));
-  run_sql(path, "UPDATE transitions SET count = 2 * count");
-  const std::string bytes = content_of(path);
-  EXPECT_TRUE(says(message_of<FormatError>([&] { load_model(path); }), "the checksum does not agree"));
-  ModelFile file = ModelFile::open_or_create(path);
-  EXPECT_THROW(file.commit(random_model(9), record(3), "{}"), FormatError);
+  const std::string refusal = message_of<FormatError>([&] { load_model(path); });
+  EXPECT_TRUE(says(refusal, "schema 4 of an older sila (this one writes 5)"));
+  EXPECT_TRUE(says(refusal, "`sila learn TRACKS --model NEW.sila`, or open it with the sila that wrote it"));
+  EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
+  EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);
   EXPECT_EQ(content_of(path), bytes);
-}
-
-TEST(OlderSchema, TwoIsRefusedWithTheCommandThatHelps) {
-  const ScratchFolder folder;
-  save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 2");
-  const std::string refusal = message_of<FormatError>([&] { load_model(folder / "m.sila"); });
-  EXPECT_TRUE(says(refusal, "schema 2 of an older sila"));
-  EXPECT_TRUE(says(refusal, "`sila learn TRACKS --model NEW.sila`"));
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ class Secrets {
 };
 
 /// Learns tracks into a file, as the program does, and looks for every coordinate that was given or made of them.
-void expect_no_track_in_the_model(const std::vector<PlacedTrack>& tracks, std::size_t batch) {
+void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, std::size_t batch) {
   ASSERT_GE(tracks.size(), 2 * batch);
   const ScratchFolder folder;
   EpisodeConfig config;
@@ -117,23 +117,25 @@ void expect_no_track_in_the_model(const std::vector<PlacedTrack>& tracks, std::s
     record.statistics = nlohmann::ordered_json{{"change", to_json(episode.report.change, model, episode.model)}}.dump();
     model = std::move(episode.model);
     file.commit(model, record, "{}");
-    for (const std::vector<double>& cell : model.lessons.surprises) counts.insert(cell.begin(), cell.end());
+    for (const Site& site : model.sites) {
+      for (const std::vector<double>& cell : site.error_statistics.scores) counts.insert(cell.begin(), cell.end());
+    }
   }
-  const double width_m = model.conventions.reference_width_m;
+  const double width_m = model.settings.reference_width_m;
   const auto step_of = [&](double scale_m) { return config.learn.field.gp.lattice_step * scale_m / width_m; };
-  ASSERT_EQ(config.outlook.place_scale_m, config.learn.field.length_scale_m);  // one lattice for both
-  std::vector<double> steps = {step_of(config.outlook.place_scale_m), step_of(config.outlook.velocity_scale_mps),
-                               step_of(config.outlook.mean_velocity_scale_mps)};
-  for (Eigen::Index d = 0; d < model.gait.kernel.length_scales.size(); ++d)
-    steps.push_back(GpConfig{}.lattice_step * model.gait.kernel.length_scales(d));
+  ASSERT_EQ(config.residual.place_scale_m, config.learn.field.length_scale_m);  // one lattice for both
+  std::vector<double> steps = {step_of(config.residual.place_scale_m), step_of(config.residual.velocity_scale_mps),
+                               step_of(config.residual.mean_velocity_scale_mps)};
+  for (Eigen::Index d = 0; d < model.global_residual.kernel.length_scales.size(); ++d)
+    steps.push_back(GpConfig{}.lattice_step * model.global_residual.kernel.length_scales(d));
   Secrets secrets(steps, counts);
-  for (const PlacedTrack& placed : tracks) {
+  for (const FramedTrajectory& placed : tracks) {
     for (const Vector2& position_m : placed.track.positions_m)
       secrets.add(position_m), secrets.add(to_curb(placed.frame, position_m));
     const CurbTrajectory learnt = resample(placed.track, placed.frame, config.sampling);
     for (const Vector2& position : learnt.positions) secrets.add(position);
   }
-  for (const Window& window : windows_of(tracks, config.sampling, config.predict, config.outlook.every_s)) {
+  for (const Window& window : windows_of(tracks, config.sampling, config.predict, config.residual.every_s)) {
     for (const Vector2& position : window.observed.positions) secrets.add(position);
   }
   const std::string bytes = content_of(folder / "m.sila");  // undo included, which is not compressed
@@ -144,14 +146,14 @@ void expect_no_track_in_the_model(const std::vector<PlacedTrack>& tracks, std::s
   EXPECT_EQ(secrets.found_in_text(bytes), 0u);
 }
 
-std::vector<PlacedTrack> recorded(const std::string& name, std::size_t most) {
+std::vector<FramedTrajectory> recorded(const std::string& name, std::size_t most) {
   const auto data = testing::recordings();
   if (!data) return {};
   auto path = *data / "scenes" / (name + ".json");
   if (!std::filesystem::exists(path)) path = tests::scenes_of_experiments() / (name + ".json");
   if (!std::filesystem::exists(path)) return {};
-  const Scene scene = read_scene(path, CurbScaling::mean_width, *data);
-  std::vector<PlacedTrack> tracks;
+  const Scene scene = read_scene(path, CurbScaling::metres, *data);
+  std::vector<FramedTrajectory> tracks;
   for (Trajectory& track : read_scene_tracks(scene, CleanConfig{}).trajectories) {
     const CurbFrame frame = frame_for(scene, track, CornerChoice::primary);
     if (tracks.size() < most) tracks.push_back({std::move(track), frame});
@@ -196,8 +198,8 @@ TEST(Privacy, AModelOfSimulatedPeopleHoldsNoneOfTheirCoordinates) {
   SimulationConfig config;
   config.tracks = 80;
   const Simulation simulation = simulate(config);
-  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0.02}, {-0.03, 1}, {2.3, 2.3, 2.3}, CurbScaling::mean_width);
-  std::vector<PlacedTrack> tracks;
+  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0.02}, {-0.03, 1}, {2.3, 2.3, 2.3}, CurbScaling::metres);
+  std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : simulation.tracks) tracks.push_back({track, frame});
   expect_no_track_in_the_model(tracks, 20);
 }
@@ -206,8 +208,8 @@ TEST(Privacy, AModelOfOnePersonAtATimeHoldsNoneOfTheirCoordinates) {
   SimulationConfig config;
   config.tracks = 12;
   config.seed = 5;
-  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0}, {0, 1}, {2.3, 2.3, 2.3}, CurbScaling::mean_width);
-  std::vector<PlacedTrack> tracks;
+  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0}, {0, 1}, {2.3, 2.3, 2.3}, CurbScaling::metres);
+  std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : simulate(config).tracks) tracks.push_back({track, frame});
   expect_no_track_in_the_model(tracks, 1);
 }
@@ -216,7 +218,7 @@ TEST(Privacy, ModelsOfRecordedPeopleHoldNoneOfTheirCoordinates) {
   bool any = false;
   for (const char* name : {"vru_aschaffenburg", "zara01", "students03"}) {
     SCOPED_TRACE(name);
-    const std::vector<PlacedTrack> tracks = recorded(name, 120);
+    const std::vector<FramedTrajectory> tracks = recorded(name, 120);
     if (tracks.empty()) continue;
     any = true;
     expect_no_track_in_the_model(tracks, 20);

@@ -181,7 +181,8 @@ TEST_F(SceneFiles, AreReadWithTheirOwnRatesScalesAndPlacement) {
   ASSERT_EQ(tracks.trajectories.size(), 2U);
   EXPECT_EQ(tracks.trajectories[0].id, "a:1");
   EXPECT_EQ(tracks.trajectories[1].id, "b:1");
-  EXPECT_EQ(tracks.source, (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(tracks.trajectories[0].recording, 0u);
+  EXPECT_EQ(tracks.trajectories[1].recording, 1u);
   EXPECT_DOUBLE_EQ(tracks.trajectories[0].times_s[2], 1.0);
   EXPECT_DOUBLE_EQ(tracks.trajectories[1].times_s[2], 0.5);
   EXPECT_EQ(tracks.trajectories[1].positions_m[2], Vector2(100, 1));

@@ -58,7 +58,6 @@ Streamed all_of(TrackStream stream) {
     ++all.parts;
     std::ranges::move(part->trajectories, std::back_inserter(all.tracks.trajectories));
     std::ranges::move(part->input_ids, std::back_inserter(all.tracks.input_ids));
-    std::ranges::move(part->source, std::back_inserter(all.tracks.source));
   }
   EXPECT_TRUE(stream.exhausted());
   all.tracks.report = stream.report();
@@ -78,9 +77,9 @@ void expect_same(const CleanTracks& streamed, const CleanTracks& whole) {
     EXPECT_EQ(streamed.trajectories[i].id, whole.trajectories[i].id);
     EXPECT_EQ(streamed.trajectories[i].times_s, whole.trajectories[i].times_s);
     EXPECT_EQ(streamed.trajectories[i].positions_m, whole.trajectories[i].positions_m);
+    EXPECT_EQ(streamed.trajectories[i].recording, whole.trajectories[i].recording);
   }
   EXPECT_EQ(streamed.input_ids, whole.input_ids);
-  EXPECT_EQ(streamed.source, whole.source);
   EXPECT_EQ(facts(streamed.report), facts(whole.report));
 }
 

@@ -44,8 +44,10 @@ Model changed(Model model, std::mt19937_64& random) {
   ++model.episodes, model.tracks += 20;
   model.episode_ids.push_back({random(), random()});
   std::ranges::sort(model.episode_ids);
-  model.gait = random_gp(random, kGaitInputs, 6);
-  if (random() % 3 == 0) model.lessons = random_lessons(random);
+  model.global_residual = random_gp(random, kGlobalResidualInputs, 6);
+  Site& site = model.sites[random() % model.sites.size()];
+  ++site.episodes, site.tracks += 20;
+  if (random() % 3 == 0) site.error_statistics = random_error_statistics(random);
   if (random() % 2 == 0) model.primitives.push_back(random_primitive(random));
   const auto primitives = static_cast<int>(model.primitives.size());
   if (primitives > 4 && random() % 2 == 0) {
@@ -54,11 +56,11 @@ Model changed(Model model, std::mt19937_64& random) {
     std::erase_if(model.transitions, [&](const Transition& edge) { return edge.from == gone || edge.to == gone; });
     for (Transition& edge : model.transitions) edge.from -= edge.from > gone, edge.to -= edge.to > gone;
   }
-  if (model.transitions.empty()) model.transitions.push_back({0, 0, 1.0, random_field(random), {}, 0, 1});
+  if (model.transitions.empty()) model.transitions.push_back({0, 0, 1.0, random_field(random), {}, {{0, 1.0, 0}}, 1});
   Transition& edge = model.transitions[random() % model.transitions.size()];
-  edge.count += 1.0, edge.support += 1, edge.last_episode = model.episodes;
+  set_count(edge, edge.count + 1.0), edge.support += 1, edge.sites[0].last_episode = model.sites[0].episodes;
   if (random() % 2 == 0) edge.field = random_field(random);
-  if (random() % 2 == 0) edge.outlook = random_gp(random, kOutlookInputs, 6);
+  if (random() % 2 == 0) edge.residual = random_gp(random, kResidualInputs, 6);
   return model;
 }
 

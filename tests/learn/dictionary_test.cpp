@@ -69,9 +69,9 @@ TEST(SparseCoding, SatisfiesTheOptimalityConditionsAndIsNeverNegative) {
   }
 }
 
-std::vector<GridVector> vectors_of(const std::vector<PlacedTrack>& tracks, const Grid& grid) {
+std::vector<GridVector> vectors_of(const std::vector<FramedTrajectory>& tracks, const Grid& grid) {
   std::vector<GridVector> vectors;
-  for (const PlacedTrack& placed : tracks)
+  for (const FramedTrajectory& placed : tracks)
     vectors.push_back(to_grid_vector(resample(placed.track, placed.frame, {}), grid, 0.2));
   return vectors;
 }
@@ -149,7 +149,8 @@ TEST(Dictionary, ActivenessForbidsPrimitivesOfOppositeSignThatCancel) {
 TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
   const Grid grid{0.4, Vector2::Zero(), 8};
   const Trajectory fast = testing::walk("a", {{0.5, 0.5}, {20.5, 0.5}}, 4.0, 0.5);
-  const GridVector vector = to_grid_vector(resample(fast, testing::square_frame(), {}), grid, 0.2);
+  const GridVector vector =
+      to_grid_vector(resample(fast, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid, 0.2);
   ASSERT_GE(vector.path.size(), 20u);
   for (std::size_t c = 0; c < vector.path.size(); ++c) {
     EXPECT_EQ(vector.path[c].y, 0);
@@ -162,9 +163,11 @@ TEST(GridVector, StandingPeopleHaveNoHeadingAndReversalsNoArrow) {
   const Grid grid{0.4, Vector2::Zero(), 8};
   Trajectory standing{"s", {}, {}};
   for (int k = 0; k < 50; ++k) standing.times_s.push_back(0.1 * k), standing.positions_m.emplace_back(1.0, 1.0);
-  EXPECT_TRUE(to_grid_vector(resample(standing, testing::square_frame(), {}), grid, 0.2).path.empty());
+  EXPECT_TRUE(to_grid_vector(resample(standing, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid, 0.2)
+                  .path.empty());
   const Trajectory back = testing::walk("r", {{0, 0.5}, {3.5, 0.5}, {0, 0.5}}, 1.2);
-  const GridVector vector = to_grid_vector(resample(back, testing::square_frame(), {}), grid, 0.2);
+  const GridVector vector =
+      to_grid_vector(resample(back, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid, 0.2);
   bool inactive = false;
   for (const Vector2& direction : vector.directions) inactive = inactive || direction.isZero();
   EXPECT_TRUE(inactive);

@@ -20,7 +20,8 @@ MotionPrimitive row(int from, int to, const Vector2& direction) {
 const Grid kGrid{0.4, Vector2::Zero(), 8};
 
 CurbTrajectory straight() {
-  return resample(testing::walk("a", {{0.1, 0.5}, {15.9, 0.5}}, 1.25), testing::square_frame(), {});
+  return resample(testing::walk("a", {{0.1, 0.5}, {15.9, 0.5}}, 1.25),
+                  testing::square_frame(2.5, CurbScaling::mean_width), {});
 }
 
 TEST(Segmentation, CutsATrackWhereOnePrimitiveEndsAndTheNextBegins) {
@@ -47,26 +48,26 @@ TEST(Transitions, CountATrackOnceAPairAndKeepTheSamplesOfBothRuns) {
   const std::vector<CurbTrajectory> tracks{straight(), straight()};
   const std::size_t n = tracks[0].positions.size();
   const std::vector<std::vector<Segment>> segments{{{0, 0, 10}, {1, 10, 20}, {0, 20, 30}, {1, 30, n}}, {{2, 0, n}}};
-  const auto observed = observe_transitions(tracks, segments);
+  const auto observed = observe_transitions(tracks, segments, std::vector{0, 1});
   ASSERT_EQ(observed.size(), 3u);
-  EXPECT_EQ(observed.at({0, 1}).count, 1.0);  // seen twice by one track
+  EXPECT_EQ(observed.at({0, 1}).sites, (std::vector<SiteCount>{{0, 1.0, 1}}));  // seen twice by one track
   EXPECT_EQ(observed.at({0, 1}).samples.positions.cols(), static_cast<Eigen::Index>(n));
   EXPECT_EQ(observed.at({1, 0}).samples.positions.cols(), 20);
-  EXPECT_EQ(observed.at({2, 2}).count, 1.0);
+  EXPECT_EQ(observed.at({2, 2}).sites, (std::vector<SiteCount>{{1, 1.0, 1}}));
   EXPECT_EQ(observed.at({2, 2}).samples.velocities.rows(), static_cast<Eigen::Index>(n));
 }
 
 TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   std::vector<CurbTrajectory> tracks;
-  for (const PlacedTrack& placed : testing::corner_walks(20, 3))
-    tracks.push_back(resample(placed.track, placed.frame, {}));
+  for (const FramedTrajectory& placed : testing::corner_walks(20, 3))
+    tracks.push_back(resample(placed.track, testing::square_frame(2.5, CurbScaling::mean_width), {}));
   CurbTrajectory standing = tracks.front();
   for (Vector2& velocity : standing.velocities) velocity.setZero();
   tracks.push_back(standing);
   const LearnConfig config;
-  const Conventions conventions =
-      begin_conventions(tracks.front().frame.sidewalk_width_m, CurbScaling::mean_width, 0.2, config.grid);
-  const Learnt learnt = learn({tracks, {}}, conventions, config);
+  const ModelSettings settings =
+      begin_settings(tracks.front().frame.sidewalk_width_m, CurbScaling::mean_width, 0.2, config.grid);
+  const Learnt learnt = learn({tracks, {}}, settings, config);
   EXPECT_NO_THROW(check(learnt.increment.model));
   EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
   EXPECT_EQ(learnt.report.tracks, 21);
@@ -74,7 +75,7 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   double counted = 0.0;
   for (const Transition& transition : learnt.increment.model.transitions) counted += transition.count;
   EXPECT_GE(counted + learnt.report.unexplained, 20.0);
-  EXPECT_NEAR(conventions.grid.cell * 2.5, 1.0, 1e-12);
+  EXPECT_NEAR(settings.grid.cell * 2.5, 1.0, 1e-12);
 }
 
 TEST(Learn, RefusesAConfigurationOutOfRangeByName) {

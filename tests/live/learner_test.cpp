@@ -24,7 +24,7 @@ LiveConfig small_batches(int batch) {
 }
 
 TEST(Learner, LearnsAsTheEpisodesOfTheSameBatchesDo) {
-  const std::vector<PlacedTrack> tracks = corner_walks(25, 5);
+  const std::vector<FramedTrajectory> tracks = corner_walks(25, 5);
   const EpisodeConfig config;
   std::vector<int> committed;
   Learner learner(Model{}, config, small_batches(10), [&](const Model& previous, const Episode& episode) {
@@ -72,7 +72,7 @@ TEST(Learner, KeepsNoEpisodeOfABatchThatIsKnown) {
   EXPECT_EQ(learner.learning().learnt_tracks, 10u);
 }
 
-/// A kept model that somebody else may change: as a model file with its revision, without a disk.
+/// A kept model that another party may change: as a model file with its revision, without a disk.
 struct KeptModel {
   std::mutex mutex;
   Model model;

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "live/streams.hpp"
-#include "sila/eval/episodes.hpp"
 #include "sila/eval/evaluate.hpp"
+#include "sila/eval/split.hpp"
 
 namespace sila {
 namespace {
@@ -125,7 +125,7 @@ TEST(Live, ScoresAreThoseOfEvaluateForTheSamePredictions) {
     hear(live, 1, row, 0.0, settings);
     for (const Question& question : ask(live, 10, settings)) {
       const Prediction prediction =
-          tuned(testing::standing_prediction(question.observed, settings.episode), live.tuning);
+          calibrated(testing::standing_prediction(question.observed, settings.episode), live.online_calibration);
       sent[{question.track, prediction.t0_s}] = prediction;
       keep(live, question, prediction, settings);
     }
@@ -134,7 +134,7 @@ TEST(Live, ScoresAreThoseOfEvaluateForTheSamePredictions) {
   end_stream(live, 1, settings);
   std::map<std::pair<std::string, double>, WindowScore> of_live;
   for (const WindowScore& score : live.judged) of_live[{person_of(score.track), score.t0_s}] = score;
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : cleaned(rows, settings.clean)) tracks.push_back({track, settings.frame_for(track)});
   std::size_t compared = 0;
   const Evaluation evaluation = evaluate_forecast(

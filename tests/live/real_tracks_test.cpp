@@ -16,13 +16,13 @@ namespace {
 
 struct Place {
   Scene scene;
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
 };
 
 std::optional<Place> read_place(const std::string& name, const CleanConfig& clean) {
   const auto recordings = testing::recordings();
   if (!recordings) return std::nullopt;
-  Place place{read_scene(*recordings / "scenes" / (name + ".json"), CurbScaling::mean_width, *recordings), {}};
+  Place place{read_scene(*recordings / "scenes" / (name + ".json"), CurbScaling::metres, *recordings), {}};
   for (Trajectory& track : read_scene_tracks(place.scene, clean).trajectories) {
     const CurbFrame frame = frame_for(place.scene, track, CornerChoice::primary);
     place.tracks.push_back({std::move(track), frame});
@@ -46,19 +46,20 @@ struct Replayed {
 };
 Replayed replay(const Place& place, const LiveSettings& settings) {
   std::vector<Detection> rows;
-  for (const PlacedTrack& placed : place.tracks) {
+  for (const FramedTrajectory& placed : place.tracks) {
     for (std::size_t k = 0; k < placed.track.times_s.size(); ++k)
       rows.push_back({placed.track.id, placed.track.times_s[k], placed.track.positions_m[k]});
   }
   std::stable_sort(rows.begin(), rows.end(), [](const Detection& a, const Detection& b) { return a.t_s < b.t_s; });
   Replayed run;
   run.live.keep_judged = true;
-  run.model.conventions.sample_interval_s = settings.episode.sampling.interval_s;
+  run.model.settings.sample_interval_s = settings.episode.sampling.interval_s;
   auto snapshot = std::make_unique<Snapshot>(run.model, settings.episode.predict);
   for (const Detection& row : rows) {
     EXPECT_FALSE(hear(run.live, 1, row, 0.0, settings).refusal);
     for (const Question& question : ask(run.live, 100, settings)) {
-      keep(run.live, question, tuned(snapshot->predictor.predict(question.observed), run.live.tuning), settings);
+      keep(run.live, question, calibrated(snapshot->predictor.predict(question.observed), run.live.online_calibration),
+           settings);
     }
     judge_ripe(run.live, 100, settings);
     if (run.live.finished.size() < static_cast<std::size_t>(settings.live.batch)) continue;

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "sila/live/tuning.hpp"
+#include "sila/live/online_calibration.hpp"
 
 namespace sila {
 namespace {
@@ -67,48 +67,49 @@ TEST(Scoreboard, RemembersTheLastPedestriansAndNoMore) {
   EXPECT_LT(coverage(board).front().front(), 0.0);
 }
 
-/// Surprises grow over the pedestrians; regions are stated as if they were exponential with mean 1.
-TEST(Tuning, RegionsHoldAsOftenAsStatedWhateverHappens) {
+/// Nonconformity scores grow over the pedestrians; regions are nominal as if they were exponential with mean 1.
+TEST(OnlineCalibration, RegionsHoldAsOftenAsStatedWhateverHappens) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     LiveConfig config;
     std::mt19937 random(seed);
-    std::exponential_distribution<double> surprise(1.0);
-    Tuning tuning;
+    std::exponential_distribution<double> nonconformity(1.0);
+    OnlineCalibration online_calibration;
     Scoreboard board;
     for (int i = 0; i < 1000; ++i) {
       const double scale = i < 300 ? 0.5 : (i < 700 ? 3.0 : 1.5);
       Prediction prediction;
       prediction.times_s = {1.0};
       for (const double p : kRegionProbabilities) prediction.regions.push_back({p, {-std::log1p(-p)}});
-      prediction = tuned(prediction, tuning);
+      prediction = calibrated(prediction, online_calibration);
       PersonScore person;
       for (int k = 0; k < 4; ++k) {
-        const double found = scale * surprise(random);
+        const double found = scale * nonconformity(random);
         WindowScore window;
         window.model.resize(1), window.constant.resize(1);
         for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p)
           window.model[0].coverage[p] = found <= prediction.regions[p].levels[0] ? 1.0 : 0.0;
         add(person, window, true);
       }
-      tuning = taught(std::move(tuning), person, {1.0}, config.tuning_step);
+      online_calibration = fitted(std::move(online_calibration), person, {1.0}, config.calibration_step);
       add(board, std::move(person), config);
     }
     for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
       const double share = coverage(board).front()[p];
       EXPECT_NEAR(share, kRegionProbabilities[p], 0.03) << "seed " << seed;
       // What is off is what the factor moved, exactly.
-      EXPECT_NEAR(1000.0 * config.tuning_step * (kRegionProbabilities[p] - share), tuning.log_factors[0][p], 1e-6);
+      EXPECT_NEAR(1000.0 * config.calibration_step * (kRegionProbabilities[p] - share),
+                  online_calibration.log_factors[0][p], 1e-6);
     }
   }
 }
 
-TEST(Tuning, LargerProbabilitiesNeverGetSmallerRegions) {
-  Tuning tuning{{1.0, 2.0}, {{2.0, -3.0, 0.0, -1.0}, {0.0, 0.0, -2.0, 1.0}}};
+TEST(OnlineCalibration, LargerProbabilitiesNeverGetSmallerRegions) {
+  OnlineCalibration online_calibration{{1.0, 2.0}, {{2.0, -3.0, 0.0, -1.0}, {0.0, 0.0, -2.0, 1.0}}};
   Prediction prediction;
   prediction.times_s = {0.5, 1.0, 1.5, 2.0, 5.0};
   for (const double p : kRegionProbabilities)
     prediction.regions.push_back({p, std::vector<double>(5, -std::log1p(-p))});
-  prediction = tuned(prediction, tuning);
+  prediction = calibrated(prediction, online_calibration);
   for (std::size_t p = 1; p < prediction.regions.size(); ++p) {
     for (std::size_t j = 0; j < 5; ++j) EXPECT_GE(prediction.regions[p].levels[j], prediction.regions[p - 1].levels[j]);
   }

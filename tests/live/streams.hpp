@@ -30,9 +30,9 @@ inline std::vector<Detection> stream_of(const std::vector<Trajectory>& tracks, d
   return rows;
 }
 
-inline std::vector<Trajectory> paths_of(const std::vector<PlacedTrack>& placed) {
+inline std::vector<Trajectory> paths_of(const std::vector<FramedTrajectory>& placed) {
   std::vector<Trajectory> paths;
-  for (const PlacedTrack& track : placed) paths.push_back(track.track);
+  for (const FramedTrajectory& track : placed) paths.push_back(track.track);
   return paths;
 }
 
@@ -69,7 +69,8 @@ inline Prediction standing_prediction(const CurbTrajectory& observed, const Epis
 /// Asks and answers all that is due.
 inline void answer_all(Live& live, const LiveSettings& settings) {
   for (const Question& question : ask(live, 1000, settings))
-    keep(live, question, tuned(standing_prediction(question.observed, settings.episode), live.tuning), settings);
+    keep(live, question, calibrated(standing_prediction(question.observed, settings.episode), live.online_calibration),
+         settings);
   judge_ripe(live, 1000, settings);
 }
 

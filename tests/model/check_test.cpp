@@ -29,46 +29,49 @@ void expect_refused(const std::vector<Harm>& harms) {
 
 TEST(CheckModel, RefusesConventionsThatNobodyCanWalkBy) {
   expect_refused({
-      {"no interval", [](Model& m) { m.conventions.sample_interval_s = 0.0; }},
-      {"an interval that makes 10^300 steps", [](Model& m) { m.conventions.sample_interval_s = 1e-300; }},
-      {"an interval that is no number", [](Model& m) { m.conventions.sample_interval_s = kNan; }},
-      {"no width", [](Model& m) { m.conventions.reference_width_m = 0.0; }},
-      {"an infinite width", [](Model& m) { m.conventions.reference_width_m = kInf; }},
-      {"a horizon in the past", [](Model& m) { m.conventions.outlook_horizon_s = -1.0; }},
-      {"a horizon that is no number", [](Model& m) { m.conventions.outlook_horizon_s = kNan; }},
-      {"knots without a horizon", [](Model& m) { m.conventions.outlook_horizon_s = 0.0; }},
-      {"tiles of which a cell number overflows", [](Model& m) { m.conventions.grid.tile_cells = 2147483647; }},
-      {"a cell without a side", [](Model& m) { m.conventions.grid.cell = 1e-320; }},
-      {"an origin beyond all places", [](Model& m) { m.conventions.grid.origin.x() = 1e300; }},
+      {"no interval", [](Model& m) { m.settings.sample_interval_s = 0.0; }},
+      {"an interval that makes 10^300 steps", [](Model& m) { m.settings.sample_interval_s = 1e-300; }},
+      {"an interval that is no number", [](Model& m) { m.settings.sample_interval_s = kNan; }},
+      {"no width", [](Model& m) { m.settings.reference_width_m = 0.0; }},
+      {"an infinite width", [](Model& m) { m.settings.reference_width_m = kInf; }},
+      {"a horizon in the past", [](Model& m) { m.settings.residual_horizon_s = -1.0; }},
+      {"a horizon that is no number", [](Model& m) { m.settings.residual_horizon_s = kNan; }},
+      {"knots without a horizon", [](Model& m) { m.settings.residual_horizon_s = 0.0; }},
+      {"tiles of which a cell number overflows", [](Model& m) { m.settings.grid.tile_cells = 2147483647; }},
+      {"a cell without a side", [](Model& m) { m.settings.grid.cell = 1e-320; }},
+      {"an origin beyond all places", [](Model& m) { m.settings.grid.origin.x() = 1e300; }},
   });
 }
 
-TEST(CheckModel, RefusesLessonsOfAnotherShape) {
+TEST(CheckModel, RefusesErrorStatisticsOfAnotherShape) {
   expect_refused({
-      {"more steps than rows", [](Model& m) { m.lessons.steps = 1000; }},
-      {"steps whose product overflows", [](Model& m) { m.lessons.steps = 2000000000; }},
-      {"other speed classes", [](Model& m) { m.lessons.classes = 1; }},
-      {"no speed classes", [](Model& m) { m.lessons.classes = 0; }},
-      {"no interval", [](Model& m) { m.lessons.interval_s = 0.0; }},
-      {"a regression less", [](Model& m) { m.lessons.with_map.pop_back(); }},
-      {"a residual less", [](Model& m) { m.lessons.residuals_place_free.pop_back(); }},
-      {"fewer features", [](Model& m) { m.lessons.without_map[1].features.resize(2, 2); }},
-      {"features that are not square", [](Model& m) { m.lessons.with_map[0].features.conservativeResize(9, 8); }},
-      {"fewer products", [](Model& m) { m.lessons.with_map[0].products.resize(3); }},
-      {"a product that is no number", [](Model& m) { m.lessons.with_map[0].products(2) = kNan; }},
-      {"a negative weight", [](Model& m) { m.lessons.with_map[0].weight = -5.0; }},
-      {"a negative residual", [](Model& m) { m.lessons.residuals_with_map[0].along_m2 = -1.0; }},
-      {"fewer bins", [](Model& m) { m.lessons.surprises[2].pop_back(); }},
-      {"a bin that is no number", [](Model& m) { m.lessons.surprises[2][0] = kNan; }},
-      {"a negative bin", [](Model& m) { m.lessons.novelties[0] = -1.0; }},
-      {"fewer novelties", [](Model& m) { m.lessons.novelties.pop_back(); }},
-      {"rows without steps", [](Model& m) { m.lessons.steps = 0; }},
+      {"more steps than rows", [](Model& m) { m.sites[0].error_statistics.steps = 1000; }},
+      {"steps whose product overflows", [](Model& m) { m.sites[0].error_statistics.steps = 2000000000; }},
+      {"other speed classes", [](Model& m) { m.sites[0].error_statistics.classes = 1; }},
+      {"no speed classes", [](Model& m) { m.sites[0].error_statistics.classes = 0; }},
+      {"no interval", [](Model& m) { m.sites[0].error_statistics.interval_s = 0.0; }},
+      {"a regression less", [](Model& m) { m.sites[0].error_statistics.with_map.pop_back(); }},
+      {"a residual less", [](Model& m) { m.sites[0].error_statistics.errors_place_free.pop_back(); }},
+      {"fewer features", [](Model& m) { m.sites[0].error_statistics.without_map[1].features.resize(2, 2); }},
+      {"features that are not square",
+       [](Model& m) { m.sites[0].error_statistics.with_map[0].features.conservativeResize(9, 8); }},
+      {"fewer products", [](Model& m) { m.sites[0].error_statistics.with_map[0].products.resize(3); }},
+      {"a product that is no number", [](Model& m) { m.sites[0].error_statistics.with_map[0].products(2) = kNan; }},
+      {"a negative weight", [](Model& m) { m.sites[0].error_statistics.with_map[0].weight = -5.0; }},
+      {"a negative residual", [](Model& m) { m.sites[0].error_statistics.errors_with_map[0].along_m2 = -1.0; }},
+      {"fewer bins", [](Model& m) { m.sites[0].error_statistics.scores[2].pop_back(); }},
+      {"a bin that is no number", [](Model& m) { m.sites[0].error_statistics.scores[2][0] = kNan; }},
+      {"a negative bin", [](Model& m) { m.sites[0].error_statistics.novelties[0] = -1.0; }},
+      {"an error that is no sum", [](Model& m) { m.sites[0].error_statistics.slow[0].errors_m[2] = -1.0; }},
+      {"fewer slow classes", [](Model& m) { m.sites[0].error_statistics.slow.pop_back(); }},
+      {"fewer novelties", [](Model& m) { m.sites[0].error_statistics.novelties.pop_back(); }},
+      {"rows without steps", [](Model& m) { m.sites[0].error_statistics.steps = 0; }},
   });
 }
 
 TEST(CheckModel, TakesSumsOfSquaresThatRoundingLeftBelowZero) {
   Model model = random_model(3);
-  model.lessons.residuals_with_map[0].across_m2 = -1e-15;
+  model.sites[0].error_statistics.errors_with_map[0].across_m2 = -1e-15;
   EXPECT_NO_THROW(check(model));
 }
 
@@ -80,15 +83,36 @@ TEST(CheckModel, RefusesWhatIsBeyondTheGrid) {
       {"a field as wide as the world", [](Model& m) { m.transitions[0].field.gp.kernel.length_scales(0) = 1e300; }},
       {"an extent that is no number", [](Model& m) { m.transitions[0].field.extent.min().x() = kNan; }},
       {"fewer episodes than none", [](Model& m) { m.episodes = -1; }},
-      {"axes of a place that are no numbers", [](Model& m) { m.places[0].axis_1.x() = kNan; }},
-      {"axes of a place that are infinite", [](Model& m) { m.places[0].axis_1.x() = kInf; }},
+      {"axes of a site that are no numbers", [](Model& m) { m.sites[0].frame.axis_1.x() = kNan; }},
+      {"axes of a site that are infinite", [](Model& m) { m.sites[0].frame.axis_1.x() = kInf; }},
+  });
+}
+
+TEST(CheckModel, RefusesCountsBySiteThatDoNotAddUp) {
+  expect_refused({
+      {"a site that does not exist", [](Model& m) { m.transitions[1].sites[1].site = 2; }},
+      {"a site twice", [](Model& m) { m.transitions[1].sites[1].site = 0; }},
+      {"sites out of order", [](Model& m) { std::swap(m.transitions[1].sites[0], m.transitions[1].sites[1]); }},
+      {"a part less", [](Model& m) { m.transitions[1].sites.pop_back(); }},
+      {"no part", [](Model& m) { m.transitions[1].sites.clear(); }},
+      {"a part of nothing", [](Model& m) { m.transitions[1].sites[0].count = 0.0; }},
+      {"a part that is no number", [](Model& m) { m.transitions[1].sites[0].count = kNan; }},
+      {"a count more", [](Model& m) { m.transitions[1].count += 1.0; }},
+      {"seen in an episode to come", [](Model& m) { m.transitions[1].sites[0].last_episode = 4; }},
+      {"several sites that are apart", [](Model& m) { m.sharing = SiteSharing::apart; }},
+      {"a site with fewer episodes than none", [](Model& m) { m.sites[1].episodes = -1; }},
+      {"a site with fewer tracks than none", [](Model& m) { m.sites[1].tracks = -1; }},
+      {"a global residual GP of other outputs",
+       [](Model& m) { m.sites[1].global_residual.mean.conservativeResize(4); }},
+      {"error statistics of other steps",
+       [](Model& m) { m.sites[1].error_statistics = of_one_step(m.sites[1].error_statistics); }},
   });
 }
 
 // Found by fuzzing: minus nothing was a size, and packed to other bits than it was unpacked from.
 TEST(Packing, MinusZeroIsNoSize) {
-  EXPECT_TRUE(unpack_places(std::vector{0.0}).empty());
-  EXPECT_THROW(unpack_places(std::vector{-0.0}), std::invalid_argument);
+  EXPECT_TRUE(unpack_site_counts(std::vector{0.0}).empty());
+  EXPECT_THROW(unpack_site_counts(std::vector{-0.0}), std::invalid_argument);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ ReportInput made_up() {
   input.scene.name = "a corner";
   input.scene.corners.push_back({"corner", testing::square_frame(), {2.5, 2.5, 2.5}});
   input.tracks = testing::corner_walks(30, 2);
-  for (const PlacedTrack& placed : input.tracks) input.input_ids.push_back(placed.track.id);
+  for (const FramedTrajectory& placed : input.tracks) input.input_ids.push_back(placed.track.id);
   input.configuration = to_json(kConfig);
   return input;
 }
@@ -159,7 +159,7 @@ TEST(Reliability, CountsTruthsInsideTheStatedRegions) {
   }
   const std::vector<Reliability> diagrams = reliability(judged, 1.0);
   ASSERT_EQ(diagrams.size(), 1u);
-  EXPECT_EQ(diagrams[0].stated, (std::vector<double>{0.25, 0.5, 0.75, 0.9}));
+  EXPECT_EQ(diagrams[0].nominal, (std::vector<double>{0.25, 0.5, 0.75, 0.9}));
   EXPECT_EQ(diagrams[0].observed, (std::vector<double>{0.25, 0.5, 0.75, 1.0}));
 }
 

@@ -35,7 +35,8 @@ class Running {
     scene.corners.push_back({"corner", testing::square_frame(), widths});
     learner.emplace(Model{}, settings.episode, live, [this](const Model&, const Episode&) { ++kept; });
     server.emplace(
-        options, scene, settings, *learner, Tuning{}, [](const Tuning&) {}, [](const std::string&) {});
+        options, scene, settings, *learner, OnlineCalibration{}, [](const OnlineCalibration&) {},
+        [](const std::string&) {});
     thread = std::thread([this] { server->run(); });
   }
   ~Running() {
@@ -220,7 +221,8 @@ TEST(Server, DoesNotListenElsewhereWithoutAToken) {
   options.tcp = "0.0.0.0:0";
   const auto start = [&] {
     Server(
-        options, Scene{}, settings, learner, Tuning{}, [](const Tuning&) {}, [](const std::string&) {});
+        options, Scene{}, settings, learner, OnlineCalibration{}, [](const OnlineCalibration&) {},
+        [](const std::string&) {});
   };
   EXPECT_THROW(start(), std::invalid_argument);
   options.token = "secret";
@@ -296,7 +298,7 @@ TEST(Server, LearnsWhilePredicting) {
   Running service({}, live);
   std::vector<Trajectory> tracks = testing::paths_of(corner_walks(25, 3));
   CleanTracks clean;
-  for (Trajectory& track : tracks) clean.trajectories.push_back(std::move(track)), clean.source.push_back(0);
+  for (Trajectory& track : tracks) clean.trajectories.push_back(std::move(track));
   const std::vector<TimedLine> lines = timed_lines(clean, 0.3);
   const std::string address = "tcp:127.0.0.1:" + std::to_string(service.server->tcp_port());
   const ReplayReport report = replay_to(address, "", lines, 20.0, 0.5, [](const std::string&) {});

@@ -43,15 +43,15 @@ class HostileTracks {
  public:
   explicit HostileTracks(std::uint64_t seed) : random_(seed) {}
 
-  PlacedTrack draw(Hostile kind, const std::string& id) {
+  FramedTrajectory draw(Hostile kind, const std::string& id) {
     Trajectory track = path(kind);
     track.id = id;
     return {std::move(track), square_frame()};
   }
 
   /// Tracks of random kinds; about one in three is an ordinary walk.
-  std::vector<PlacedTrack> mixture(int count) {
-    std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> mixture(int count) {
+    std::vector<FramedTrajectory> tracks;
     for (int i = 0; i < count; ++i) {
       const bool usual = uniform(0.0, 1.0) < 0.3;
       const auto kind = usual ? Hostile::ordinary : static_cast<Hostile>(random_() % kHostileKinds);
@@ -61,8 +61,8 @@ class HostileTracks {
   }
 
   /// Tracks of one kind; with `all_alike` the same one again and again.
-  std::vector<PlacedTrack> many(Hostile kind, int count, bool all_alike) {
-    std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> many(Hostile kind, int count, bool all_alike) {
+    std::vector<FramedTrajectory> tracks;
     for (int i = 0; i < count; ++i) {
       tracks.push_back(all_alike && i > 0 ? tracks.front() : draw(kind, ""));
       tracks.back().track.id = "t" + std::to_string(i);

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 
 namespace sila::testing {
 
-inline CurbFrame square_frame(double width_m = 2.5) {
-  return make_curb_frame({0, 0}, {1, 0}, {0, 1}, {width_m, width_m, width_m}, CurbScaling::mean_width);
+inline CurbFrame square_frame(double width_m = 2.5, CurbScaling scaling = CurbScaling::metres) {
+  return make_curb_frame({0, 0}, {1, 0}, {0, 1}, {width_m, width_m, width_m}, scaling);
 }
 
 /// A walk through way points at a constant speed, sampled every `interval_s`, with Gaussian noise.
@@ -41,11 +41,11 @@ inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, d
 }
 
 /// People who come along curb 1 and turn round the corner into curb 2, or walk straight on, each at a speed and offset
-/// of their own.
-inline std::vector<PlacedTrack> corner_walks(int count, unsigned seed) {
+/// of their own, and each in a recording of its own.
+inline std::vector<FramedTrajectory> corner_walks(int count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   for (int i = 0; i < count; ++i) {
     const double offset = 0.5 + 1.5 * uniform(random), speed = 1.1 + 0.5 * uniform(random);
     const bool turns = uniform(random) < 0.5;
@@ -53,6 +53,7 @@ inline std::vector<PlacedTrack> corner_walks(int count, unsigned seed) {
                                      : std::vector<Vector2>{{14.0, offset}, {-14.0, offset}};
     tracks.push_back(
         {walk("w" + std::to_string(i), way, speed, 0.1, 0.02, seed + static_cast<unsigned>(i)), square_frame()});
+    tracks.back().track.recording = static_cast<std::size_t>(i);
   }
   return tracks;
 }

@@ -112,7 +112,7 @@ export interface Evaluation {
 
 export interface Reliability {
   horizon_s: number;
-  stated: number[];
+  nominal: number[];
   observed: number[];
 }
 

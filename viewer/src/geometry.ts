@@ -3,7 +3,7 @@ import type { Corner, Grid, Point } from "./data";
 
 export type Matrix = [number, number, number, number];
 
-/** Curb coordinates [sidewalk widths] to metres. */
+/** Curb coordinates [curb units] to metres. */
 export function toWorld(corner: Corner, [q1, q2]: Point): Point {
   const [u1, u2] = [corner.unit_m[0] * q1, corner.unit_m[1] * q2];
   return [corner.origin[0] + corner.axis_1[0] * u1 + corner.axis_2[0] * u2,

@@ -150,8 +150,8 @@ class LivePage {
       const gain = 1 - moment.mhd_m / moment.constant_mhd_m;
       this.tiles.error.set(`${number(moment.mhd_m)} m`, `${count(facts.horizons_s.at(-1)!)} s ahead; ${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`);
     }
-    const ninety = facts.stated.findIndex((p) => Math.abs(p - 0.9) < 1e-9);
-    const fifty = facts.stated.findIndex((p) => Math.abs(p - 0.5) < 1e-9);
+    const ninety = facts.nominal.findIndex((p) => Math.abs(p - 0.9) < 1e-9);
+    const fifty = facts.nominal.findIndex((p) => Math.abs(p - 0.5) < 1e-9);
     const held = facts.coverage.at(-1)?.[ninety] ?? -1;
     this.tiles.regions.set(held >= 0 ? percent(held) : "–", `over the last ${plural(facts.remembered, "pedestrian")}`);
     this.tiles.size.set(count(facts.size), `${plural(facts.episodes, "episode")}, ${plural(facts.tracks, "track")}${facts.learning ? "; learning" : ""}`);

@@ -13,7 +13,7 @@ export interface Facts {
   horizons_s: number[];
   all: HorizonError[];
   moving: HorizonError[];
-  stated: number[];
+  nominal: number[];
   coverage: number[][];
   remembered: number;
   novelty: number;

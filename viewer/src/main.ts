@@ -16,8 +16,8 @@ function tiles(data: ReportData): HTMLElement {
     list.push([`${number(model.weighted_mhd_m)} m`, `weighted MHD, ${count(horizon_s)} s ahead`, `${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`]);
   }
   const regions = data.calibration?.at(-1);
-  const ninety = regions?.stated.findIndex((p) => Math.abs(p - 0.9) < 1e-9) ?? -1;
-  if (regions && ninety >= 0) list.push([percent(regions.observed[ninety]!), "of the truths", "in the regions stated to hold 90 %"]);
+  const ninety = regions?.nominal.findIndex((p) => Math.abs(p - 0.9) < 1e-9) ?? -1;
+  if (regions && ninety >= 0) list.push([percent(regions.observed[ninety]!), "of the truths", "in the nominal 90 % regions"]);
   if (data.model) {
     list.push([count(data.model.size), "model size", `${plural(data.model.primitives.length, "primitive")}, ${plural(data.model.transitions.length, "transition")}`]);
     list.push([count(data.model.tracks), "tracks learnt", `in ${plural(data.model.episodes, "episode")}`]);

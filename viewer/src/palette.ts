@@ -12,7 +12,7 @@ export function directionColour(angle: number): string {
 }
 
 /** Colours of the page (style.css) of the methods in the learning curves and of the baselines, always the same. */
-export const methodColour = { sila: "var(--sila)", accumulate: "var(--accumulate)", relearn: "var(--relearn)", batch: "var(--batch)", "constant velocity": "var(--constant)" } as const;
+export const methodColour = { sila: "var(--sila)", accumulate: "var(--accumulate)", retrain: "var(--retrain)", batch: "var(--batch)", "constant velocity": "var(--constant)" } as const;
 const others = ["var(--other-1)", "var(--other-2)", "var(--other-3)", "var(--other-4)"];
 
 /** A second sign beside the colour: a mark for Plot, and the same for text. */

@@ -135,7 +135,7 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     return [...shapes, ...labels];
   }
 
-  /** The ellipses of one mode at one moment, each labelled with what it is stated to hold of the mode. */
+  /** The ellipses of one mode at one moment, each labelled with the share of the mode that it covers. */
   function ellipses(prediction: Prediction, m: number, ahead: number, k: number): { shapes: SVGElement[]; labels: SVGElement[] } {
     const mode = prediction.modes[m]!;
     const [shapes, labels]: [SVGElement[], SVGElement[]] = [[], []];
@@ -165,7 +165,7 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     }
     const errors = errorsAt(prediction, ahead);
     const modes = prediction.modes.map((mode) => percent(mode.weight)).slice(0, 4).join(", ");
-    readout.replaceChildren(h("strong", {}, `${number(ahead, 1)} s ahead`), ` · likeliest way off by `, h("strong", {}, `${number(errors.model)} m`), `, constant velocity by ${number(errors.constant)} m · ${plural(prediction.modes.length, "way")}: ${modes}`,
+    readout.replaceChildren(h("strong", {}, `${number(ahead, 1)} s ahead`), ` · most likely way off by `, h("strong", {}, `${number(errors.model)} m`), `, constant velocity by ${number(errors.constant)} m · ${plural(prediction.modes.length, "way")}: ${modes}`,
       prediction.fallback ? " · nobody had walked here: kinematics alone" : "", ` · over all ${number(prediction.t.at(-1) ?? 0, 1)} s: weighted MHD ${number(prediction.mhd_m)} m (constant velocity ${number(prediction.constant_mhd_m)} m)`);
   }
   map.onDraw(draw);

@@ -16,7 +16,7 @@ export function currentPrediction(predictions: readonly Prediction[], now: numbe
   return shown;
 }
 
-/** Distance of the likeliest mode and of constant velocity from the truth, `ahead` seconds after t0 [m]. */
+/** Distance of the most likely mode and of constant velocity from the truth, `ahead` seconds after t0 [m]. */
 export function errorsAt(prediction: Prediction, ahead: number): { model: number; constant: number } {
   const times = [0, ...prediction.t];
   const start = prediction.observed.slice(-2);

@@ -78,7 +78,7 @@ function comparisonFigure(comparisons: readonly Comparison[], methods: readonly 
     "The bar is the 95 % interval by resampling people.");
 }
 
-/** Errors by horizon, and whether the stated regions hold what they say. */
+/** Errors by horizon, and whether the nominal regions hold what they say. */
 export function accuracySection(data: ReportData): HTMLElement | undefined {
   const evaluation = data.evaluation;
   if (!evaluation) return undefined;
@@ -112,13 +112,13 @@ function calibrationFigure(data: ReportData): HTMLElement {
   const diagrams = data.calibration!;
   const n = Math.max(1, data.tracks_judged ?? 1);
   const shown = diagrams.length > 3 ? [diagrams[0]!, diagrams[Math.floor((diagrams.length - 1) / 2)]!, diagrams.at(-1)!] : diagrams;
-  const colours = ["var(--other-2)", "var(--relearn)", "var(--sila)"].slice(-shown.length);
+  const colours = ["var(--other-2)", "var(--retrain)", "var(--sila)"].slice(-shown.length);
   const band = Array.from({ length: 41 }, (_, i) => ({ p: i / 40, low: Math.max(0, i / 40 - 2 * Math.sqrt(i / 40 * (1 - i / 40) / n)), high: Math.min(1, i / 40 + 2 * Math.sqrt(i / 40 * (1 - i / 40) / n)) }));
   const percents = { ticks: [0, 0.25, 0.5, 0.75, 1], tickFormat: (v: number) => `${Math.round(100 * v)}` };
-  const figureElement = figure("Calibration: regions stated to hold so many % of the truths, and how many % they held", "Reliability diagram", (width) => plot({ ...common(width),
-    x: { label: "stated [%]", domain: [0, 1], ...percents }, y: { label: null, domain: [0, 1], grid: true, ...percents },
+  const figureElement = figure("Calibration: share of outcomes that the nominal regions covered", "Reliability diagram", (width) => plot({ ...common(width),
+    x: { label: "nominal [%]", domain: [0, 1], ...percents }, y: { label: null, domain: [0, 1], grid: true, ...percents },
     marks: [areaY(band, { x: "p", y1: "low", y2: "high", fill: "currentColor", fillOpacity: 0.08 }), line([[0, 0], [1, 1]], { stroke: "currentColor", strokeOpacity: 0.5, strokeDasharray: "2 3" }),
-      ...shown.map((d, i) => line([[0, 0], ...d.stated.map((p, k) => [p, d.observed[k]!] as [number, number]), [1, 1]] as [number, number][], { stroke: colours[i]!, strokeWidth: 2.2 }))] }),
+      ...shown.map((d, i) => line([[0, 0], ...d.nominal.map((p, k) => [p, d.observed[k]!] as [number, number]), [1, 1]] as [number, number][], { stroke: colours[i]!, strokeWidth: 2.2 }))] }),
     `Below the diagonal the regions are too small. In the grey band ${plural(n, "pedestrian")} cannot tell from perfect.`);
   figureElement.append(legend(shown.map((d, i) => ({ name: `${count(d.horizon_s)} s ahead`, colour: colours[i]! }))));
   return figureElement;
@@ -129,7 +129,7 @@ export function calibrationWords(data: ReportData): string {
   const last = data.calibration?.at(-1);
   const judged = data.predictions_judged ?? 0;
   const of = (p: number): string => {
-    const i = last?.stated.findIndex((stated) => Math.abs(stated - p) < 1e-9) ?? -1;
+    const i = last?.nominal.findIndex((nominal) => Math.abs(nominal - p) < 1e-9) ?? -1;
     return i >= 0 ? percent(last!.observed[i]!) : "?";
   };
   if (!last) return "No prediction had its whole future on record.";

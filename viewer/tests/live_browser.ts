@@ -22,7 +22,7 @@ async function visiting(browser: Browser, { width = 1280, height = 900, dark = f
   await page.goto(address!);
   await page.waitForSelector("svg.place");
   await act(page);
-  assert.deepEqual(complaints, [], "the page complains or asks somebody else");
+  assert.deepEqual(complaints, [], "the page complains or asks a pedestrian else");
   await context.close();
 }
 

@@ -22,12 +22,12 @@ test("nobody judged makes no moment", () => {
   assert.equal(momentOf({ ...facts, moving: [{ windows: 2, mhd_m: 0.5, constant_mhd_m: 1 }] }, 1)!.mhd_m, 0.5);
 });
 
-test("a primitive is lit by the likeliest way that visits it", () => {
+test("a primitive is lit by the most likely way that visits it", () => {
   const person = (weight: number, primitives: number[]) => ({ id: "1:a", name: "a", trail: [0, 0], modes: [{ weight, path: [], primitives }] });
   assert.deepEqual([...lit([person(0.2, [1, 2]), person(0.7, [2])])], [[1, 0.2], [2, 0.7]]);
 });
 
-test("the box of the map grows only when somebody leaves it", () => {
+test("the box of the map grows only when a pedestrian leaves it", () => {
   const at = (x: number, y: number) => [{ id: "1:a", name: "a", trail: [x, y] }];
   const box = grown(undefined, at(0, 0), 5)!;
   assert.deepEqual(box, { x0: -5, y0: -5, x1: 5, y1: 5 });

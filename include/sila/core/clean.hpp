@@ -59,13 +59,13 @@ struct TrackReport {
 struct CleanTracks {
   std::vector<Trajectory> trajectories;  ///< by source, then start time, then id; ids are unique
   std::vector<std::string> input_ids;    ///< for each trajectory the id that its rows had in the input
-  std::vector<std::size_t> source;       ///< for each trajectory the index of its source
   TrackReport report;
 };
 
 /// Sorts, splits and counts: rows in, trajectories out, every row accounted for. The order of the rows has no influence
 /// on the trajectories. Ids stay as they are; later pieces of a split track are "17#2", "17#3"; if there are several
-/// sources, ids begin with the shortest distinct name of the source, "file:17". Throws: std::invalid_argument for a
+/// sources, ids begin with the shortest distinct name of the source, "file:17". Each source is a recording,
+/// or each of its tracks where they have clocks of their own. Throws: std::invalid_argument for a
 /// configuration out of range.
 CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config);
 

@@ -1,19 +1,23 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 namespace sila {
 
 using Vector2 = Eigen::Vector2d;
 using Matrix2 = Eigen::Matrix2d;
 
-/// How lengths along the curbs become sidewalk widths.
+/// What one unit of the curb coordinates is.
 enum class CurbScaling {
+  metres,        ///< q = xi: a metre along each axis, so that sites of different width have the same cells
   mean_width,    ///< q = xi / w with one width for the corner (paper)
   strip_widths,  ///< per axis, so that each sidewalk is the strip [0, 1] at every angle between the curbs
 };
+inline constexpr std::array<const char*, 3> kCurbScalings = {"metres", "mean_width", "strip_widths"};
 
-/// The common curbside frame: contravariant coordinates along the two curbs of a corner, in sidewalk widths.
+/// The common curbside frame: contravariant coordinates along the two curbs of a corner, in curb units (metres, or
+/// sidewalk widths: see CurbScaling; a "width" in older comments is a curb unit).
 /// Invariant: axes of length 1, |sin(angle between them)| >= 0.35, unit_m > 0; `to_world(f, to_curb(f, p)) == p`.
 /// Source: Jaipuria, Habibi, How 2018 (contravariant distances); SILA paper, section on the common frame.
 struct CurbFrame {
@@ -37,6 +41,10 @@ struct SidewalkWidths {
 /// positive.
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
                           const SidewalkWidths& widths, CurbScaling scaling);
+
+/// The same corner with another unit of the curb coordinates. By strip widths it stays as it is: they are not known any
+/// more.
+CurbFrame rescaled(CurbFrame frame, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
 void validate(const CurbFrame& frame);

@@ -74,6 +74,7 @@ struct Detections {
   std::size_t rows_read = 0;              ///< rows of the input, those that the reader had to drop included
   std::vector<DroppedRows> dropped = {};  ///< what the reader dropped, by reason
   std::vector<std::string> warnings = {};
+  bool own_clocks = false;  ///< each track has a clock of its own, so that each is a recording
 };
 
 }  // namespace sila

@@ -17,7 +17,7 @@ struct CellKey {
 /// The grid of a model, in curb coordinates; one and the same for the life of the model, or similarities between
 /// episodes would mean nothing.
 struct Grid {
-  double cell = 1.0;                 ///< side of a cell [sidewalk widths]
+  double cell = 1.0;                 ///< side of a cell [curb units]
   Vector2 origin = Vector2::Zero();  ///< lower corner of cell (0, 0)
   int tile_cells = 8;                ///< side of a tile [cells]; primitives are cut at tile borders (aligned cut)
   bool operator==(const Grid& other) const = default;

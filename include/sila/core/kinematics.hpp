@@ -4,6 +4,9 @@
 
 namespace sila {
 
+/// Constant velocity is the mean velocity of the last so many seconds.
+inline constexpr double kConstantVelocityWindow_s = 0.8;
+
 /// Mean velocity over the last `window_s` of the observed path, or over what there is; of a single sample its own
 /// velocity. Units: widths/s. Throws: std::invalid_argument for an empty path.
 Vector2 mean_velocity(const CurbTrajectory& observed, double window_s);

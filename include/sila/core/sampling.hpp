@@ -14,8 +14,8 @@ namespace sila {
 /// How a track becomes equally spaced positions and velocities.
 struct SamplingConfig {
   double interval_s = 0.2;
-  double smoothing_s = 0.25;
-  double smoothing_intervals = 0.8;
+  double smoothing_s = 0.1;
+  double smoothing_intervals = 0.5;
 };
 
 template <class Config, class Visitor>
@@ -39,10 +39,6 @@ struct MotionState {
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config);
 
-/// How far in time a sample counts in what is smoothed [s]: a position at t is settled once the track goes on beyond
-/// t + reach, as far as its usual interval stays what it is.
-double smoothing_reach_s(const Trajectory& track, const SamplingConfig& config);
-
 /// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and
 /// reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track. Units:
 /// widths and widths/s in `frame`.
@@ -52,8 +48,12 @@ CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFram
 /// A whole track, for learning: states every `interval_s` from its first sample to its last.
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config);
 
-/// The true path after sample `last`, in metres, at the `steps` times that follow it by `interval_s`; shorter where the
-/// track ends.
+/// The path until sample `last` as it was measured [m]: on straight lines between raw samples, at the times of
+/// `observe`. What baselines predict from, so that no smoothing flatters or handicaps them.
+std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config);
+
+/// The true path after sample `last` as it was measured [m]: on straight lines between raw samples, at the `steps`
+/// times that follow it by `interval_s`; shorter where the track ends.
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config);
 
 /// Whether a prediction that is due at `due_s` (observe_s after the start of a track, to begin with) falls to a sample

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct Trajectory {
   std::string id;
   std::vector<double> times_s;
   std::vector<Vector2> positions_m;
+  std::size_t recording = 0;  ///< which input it comes from; only tracks of one recording have a common clock
 };
 
 /// A path in the frame of a corner, with velocities, sampled at equal intervals. A type of its own, so that the two
@@ -22,8 +24,8 @@ struct CurbTrajectory {
   std::string id;
   CurbFrame frame;                  ///< where it was seen; brings predictions back to metres
   std::vector<double> times_s;      ///< on the clock of the input
-  std::vector<Vector2> positions;   ///< sidewalk widths
-  std::vector<Vector2> velocities;  ///< sidewalk widths per second
+  std::vector<Vector2> positions;   ///< curb units
+  std::vector<Vector2> velocities;  ///< curb units per second
 };
 
 /// Throws std::invalid_argument, naming the track and the sample, if the invariant does not hold.

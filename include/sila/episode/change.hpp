@@ -38,7 +38,7 @@ struct ModelChange {
 ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model& updated);
 
 /// For a model that was learnt anew: all that was is gone, all that is was added.
-ModelChange change_by_relearning(const Model& previous, const Model& updated);
+ModelChange change_by_retraining(const Model& previous, const Model& updated);
 
 /// The change if of the updated primitives only those in `kept` (sorted indices) stay.
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept);

@@ -3,36 +3,37 @@
 #include <concepts>
 
 #include "sila/core/sampling.hpp"
-#include "sila/fuse/compact.hpp"
 #include "sila/fuse/config.hpp"
-#include "sila/fuse/limit.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/model/outlook.hpp"
 #include "sila/predict/config.hpp"
+#include "sila/refine/compact.hpp"
+#include "sila/refine/limit.hpp"
+#include "sila/refine/residual.hpp"
 
 namespace sila {
 
 /// What past errors teach.
-struct LessonConfig {
+struct ErrorStatisticsConfig {
   bool enabled = true;
   double every_s = 1.6;
   double decay = 0.97;
 };
 
 template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, LessonConfig>
+requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and learn from the errors");
   visit.number("every_s", config.every_s, Range{0.0, 60.0, true}, "s",
                "between the windows of a track that are predicted");
-  visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode", "how much older lessons still count");
+  visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode",
+               "how much older error statistics still count");
 }
 
 /// How models that were learnt side by side become one, where it differs from one batch after another.
 struct FleetConfig {
   bool case_3_fuses_stronger = true;
   PrimitiveMean mean = PrimitiveMean::count;
-  int lesson_rounds = 2;
+  int warm_up_rounds = 2;
 };
 
 template <class Config, class Visitor>
@@ -42,42 +43,41 @@ void fields(Config& config, Visitor&& visit) {
              "case 3 fuses the stronger pair: halves meet once, what stays apart stays apart (paper: off)");
   visit.choice("mean", config.mean, primitive_mean_names,
                "mean of fused primitives: plain (paper), by count, over active cells");
-  visit.number("lesson_rounds", config.lesson_rounds, Range{1, 20}, "-",
+  visit.number("warm_up_rounds", config.warm_up_rounds, Range{1, 20}, "-",
                "how often each half is predicted by the other half, the last time to learn from the errors");
 }
 
 /// Everything that an episode is governed by.
 struct EpisodeConfig {
   SamplingConfig sampling;
-  CurbScaling scaling = CurbScaling::mean_width;
+  CurbScaling scaling = CurbScaling::metres;
   double reference_width_m = 0.0;
   LearnConfig learn;
-  OutlookConfig outlook;
+  ResidualConfig residual;
   FuseConfig fuse;
   CompactConfig compact;
   ModelLimits model;
-  LessonConfig lessons;
+  ErrorStatisticsConfig error_statistics;
   FleetConfig fleet;
   PredictConfig predict;
 };
-
-inline constexpr const char* kCurbScalings[] = {"mean_width", "strip_widths"};
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, EpisodeConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.group("sampling", config.sampling);
-  visit.choice("scaling", config.scaling, kCurbScalings, "how lengths along the curbs become sidewalk widths");
+  visit.choice("scaling", config.scaling, kCurbScalings,
+               "unit of the curb coordinates: metres, the mean sidewalk width (paper), or each strip's own width");
   visit.number(
       "reference_width_m", config.reference_width_m, Range{0.0, 100.0}, "m",
       "sidewalk width by which metres become widths of the model, the same for models that are to be fused; 0: "
-      "that of the place where the model begins");
+      "that of the site where the model begins; with scaling = metres always 0");
   visit.group("learn", config.learn);
-  visit.group("outlook", config.outlook);
+  visit.group("residual", config.residual);
   visit.group("fuse", config.fuse);
   visit.group("compact", config.compact);
   visit.group("model", config.model);
-  visit.group("lessons", config.lessons);
+  visit.group("error_statistics", config.error_statistics);
   visit.group("fleet", config.fleet);
   visit.group("predict", config.predict);
 }

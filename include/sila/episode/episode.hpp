@@ -4,14 +4,15 @@
 #include <span>
 #include <vector>
 
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 #include "sila/episode/change.hpp"
 #include "sila/episode/config.hpp"
-#include "sila/fuse/compact.hpp"
 #include "sila/fuse/fuse.hpp"
-#include "sila/fuse/limit.hpp"
 #include "sila/learn/learn.hpp"
-#include "sila/predict/lessons.hpp"
+#include "sila/refine/compact.hpp"
+#include "sila/refine/error_statistics.hpp"
+#include "sila/refine/limit.hpp"
+#include "sila/refine/refine.hpp"
 
 namespace sila {
 
@@ -44,46 +45,46 @@ struct Updated {
 };
 
 /// How a model takes up a batch: SILA or one of the baselines that it is compared with, in the same loop.
-/// The batch comes in curb coordinates; `conventions` are those of the model, or the first ones.
-using Update = std::function<Updated(const Model& previous, const Batch& batch, const Conventions& conventions)>;
+/// The batch comes in curb coordinates; `settings` are those of the model, or the first ones.
+using Update = std::function<Updated(const Model& previous, const Batch& batch, const ModelSettings& settings)>;
 
 Update sila_update(const EpisodeConfig& config);  ///< learn, fuse, compact: M(n) = compact(fuse(M(n-1), M'(n)))
 Update accumulate_update(
     const EpisodeConfig& config);  ///< learn, then add without fusing (standard incremental learning)
 /// Learns anew from all batches so far, which it keeps (batch learning); each call needs the batches in order.
-Update relearn_update(const EpisodeConfig& config);
+Update retrain_update(const EpisodeConfig& config);
 
 /// The windows of tracks that can be predicted: what was seen until a prediction is due, and what came after, as far as
 /// the track goes.
-std::vector<Window> windows_of(std::span<const PlacedTrack> tracks, const SamplingConfig& sampling,
+std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
                                const PredictConfig& predict, double every_s);
 
 /// The conventions under which a batch at this corner is learnt: the model's, or the first ones.
 /// Throws: std::invalid_argument if the configuration contradicts those of the model.
-Conventions conventions_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
+ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
 
-/// What the errors of a model teach on tracks that it has not learnt. `ready`, if it is at hand: what predicts by this
-/// very model with config.predict.
-Lessons lessons_on(const Model& model, std::span<const PlacedTrack> unseen, const EpisodeConfig& config,
-                   const Predictor* ready = nullptr);
+/// What the errors of a model teach on tracks that it has not learnt: for each of their sites its error statistics, and
+/// no episodes or tracks. `ready`, if it is at hand: what predicts by this very model with config.predict.
+std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
+                                      const EpisodeConfig& config, const Predictor* ready = nullptr);
 
-/// One episode: forget a little (only with a half-life), predict the batch with what is known so far and learn from the
-/// errors, learn the batch itself, and give up what is over the limits (only if there are any).
-/// A batch that the model has learnt before leaves it as it is.
-/// Throws: std::invalid_argument for a configuration out of range or conventions other than the model's,
-/// limits in which nothing fits.
-/// `ready`, if it is at hand: what predicts by `previous` with config.predict.
-/// Source: SILA paper, Alg. 1. Differs: the lessons; docs/decisions/0005-blend.md.
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+/// One episode: forget a little (only with a half-life, and only of the sites of the batch), predict the batch with
+/// what is known so far and learn from the errors, learn the batch itself, and give up what is over the limits (only if
+/// there are any). A batch that the model has learnt before leaves it as it is. Throws: std::invalid_argument for a
+/// configuration out of range or conventions other than the model's, limits in which nothing fits. `ready`, if it is at
+/// hand: what predicts by `previous` with config.predict. Source: SILA paper, Alg. 1. Differs: the error statistics;
+/// docs/decisions/0005-stacking.md.
+Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update, const Predictor* ready = nullptr);
 
 /// The same with SILA's update.
-Episode run_episode(const Model& previous, std::span<const PlacedTrack> batch, const EpisodeConfig& config,
+Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Predictor* ready = nullptr);
 
-/// Fuses two finished models, whose tracks are gone: as `fuse`, and the lessons of both add up.
-/// Throws: std::invalid_argument if their conventions or the shape of their lessons differ, or an episode is in both.
+/// Fuses two finished models, whose tracks are gone: as `fuse`.
+/// Throws: std::invalid_argument if their conventions or the shape of their error statistics differ, or an episode is
+/// in both.
 Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
-                  const OutlookConfig& outlook = {});
+                  const ResidualConfig& residual = {});
 
 }  // namespace sila

@@ -13,7 +13,7 @@ namespace sila {
 /// What is learnt by itself, far from everything else: tracks, `batch` of them an episode, or a model that was made of
 /// them somewhere else.
 struct Leaf {
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   std::size_t batch = 20;
   std::vector<EpisodeId> left_out;  ///< batches of `tracks` that others have learnt; sorted
   std::optional<Model> model;       ///< instead of tracks
@@ -28,30 +28,40 @@ struct ChosenLeaf {
   std::vector<EpisodeId> left_out;
 };
 
-/// Leaves in the order of their content, whatever order they came in; episodes that are known, or stand in an earlier
-/// leaf, are left out, and leaves without any other.
-/// Shapes: `episodes` has those of each leaf, sorted; `known` is sorted.
+/// The site of its first track; of a model, the first.
+CurbFrame site_of(const Leaf& leaf);
+
+/// Leaves in an order that depends on their content alone, whatever order they came in; each site has its leaves evenly
+/// spread over it, so that both halves of a fleet know the site. Episodes that are known, or stand in an earlier leaf,
+/// are left out, and leaves without any other.
+/// Shapes: `episodes` has those of each leaf, sorted; `sites` a frame for each; `known` is sorted.
+/// Throws: std::invalid_argument for shapes that differ.
 std::vector<ChosenLeaf> choose_leaves(std::span<const std::vector<EpisodeId>> episodes,
-                                      const std::vector<EpisodeId>& known);
+                                      std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known);
+
+/// Error statistics by site; the sites have no episodes and no tracks.
+struct SiteErrorStatistics {
+  std::vector<Site> sites;
+};
 
 /// What a task of a fleet makes.
 enum class FleetStep {
-  learn,     ///< of a leaf its model, without lessons
-  fuse,      ///< of two models one
-  rehearse,  ///< as teach, from a quarter of the windows: so that the errors of teach are those of a taught model
-  teach,     ///< of a leaf, and a model that has not learnt it with more lessons, what its errors teach
-  add,       ///< of two lessons one
-  finish,    ///< of a model without new lessons, those and the model that it began with, the model that has them
+  learn,    ///< of a leaf its model, without error statistics
+  fuse,     ///< of two models one
+  warm_up,  ///< as teach, from a quarter of the windows: so that the errors of teach are those of a fitted model
+  teach,    ///< of a leaf, and a model that has not learnt it with more error statistics, what its errors teach
+  add,      ///< of two error statistics one
+  finish,  ///< of a model without new error statistics, those and the model that it began with, the model that has them
 };
-inline constexpr const char* kFleetSteps[] = {"learn", "fuse", "rehearse", "teach", "add", "finish"};
+inline constexpr const char* kFleetSteps[] = {"learn", "fuse", "warm_up", "teach", "add", "finish"};
 
 /// Inputs are numbers of earlier tasks, or one of these.
 inline constexpr int kFleetStart = -1;    ///< the model that the fleet goes on with
-inline constexpr int kFleetNothing = -2;  ///< no model, or no lessons yet
+inline constexpr int kFleetNothing = -2;  ///< no model, or no error statistics yet
 
 struct FleetTask {
   FleetStep step = FleetStep::learn;
-  int leaf = -1;  ///< of learn, rehearse and teach
+  int leaf = -1;  ///< of learn, warm_up and teach
   std::vector<int> inputs = {};
 };
 
@@ -61,19 +71,21 @@ struct FleetTask {
 /// without leaves. Source: none in the paper; docs/decisions/0062-fleet.md.
 std::vector<FleetTask> plan_fleet(int leaves, bool goes_on, const EpisodeConfig& config);
 
-using FleetValue = std::variant<std::monostate, Model, Lessons>;
+using FleetValue = std::variant<std::monostate, Model, SiteErrorStatistics>;
 
-/// Does one task; a pure function. `leaf` is looked at by learn, rehearse and teach alone.
+/// Does one task; a pure function. `leaf` is looked at by learn, warm_up and teach alone.
 /// Throws: std::invalid_argument for inputs of another kind, and as run_episode and fuse_models do.
 FleetValue run_task(FleetStep step, const Leaf& leaf, std::span<const FleetValue* const> inputs,
                     const EpisodeConfig& config);
 
-/// The sidewalk width that a fleet of several places begins with: the median, the smaller one of two.
+/// The sidewalk width that a fleet of several sites begins with if curb coordinates are scaled by width: the median,
+/// the smaller one of two.
 /// Throws: std::invalid_argument without widths.
 double agreed_width_m(std::vector<double> widths_m);
 
 /// All tasks in this process, one after another; leaves of which everything is known change nothing.
-/// They begin with the agreed width if neither the configuration nor `start` has one.
+/// Where curb coordinates are scaled by width they begin with the agreed one if neither the configuration nor `start`
+/// has one.
 Model learn_fleet(const Model& start, std::vector<Leaf> leaves, EpisodeConfig config);
 
 }  // namespace sila

@@ -7,7 +7,7 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/model/model.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 
@@ -32,7 +32,7 @@ struct ModelComparison {
   std::vector<PrimitivePair> changed_primitives;
   std::vector<int> primitives_of_a;  ///< that the other has not
   std::vector<int> primitives_of_b;
-  std::size_t same_transitions = 0;  ///< count, field and outlook bit for bit
+  std::size_t same_transitions = 0;  ///< count, field and residual GP bit for bit
   std::vector<TransitionPair> changed_transitions;
   std::vector<std::pair<int, int>> transitions_of_a;
   std::vector<std::pair<int, int>> transitions_of_b;

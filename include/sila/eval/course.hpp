@@ -14,14 +14,14 @@ namespace sila {
 enum class MethodKind {
   sila,        ///< learn, then fuse
   accumulate,  ///< learn, then add without fusing
-  relearn,     ///< after each batch anew from all tracks so far
+  retrain,     ///< after each batch anew from all tracks so far
   batch,       ///< once, from all tracks
-  kinematics,  ///< what errors teach of blending past velocities; no map
+  kinematics,  ///< past velocities stacked by past errors; no map
   memory,      ///< nearest of all windows so far
   cliff,       ///< map of dynamics
   tree,        ///< as a fleet does: leaves learnt by themselves, fused in a tree
 };
-inline constexpr const char* kMethodKinds[] = {"sila",       "accumulate", "relearn", "batch",
+inline constexpr const char* kMethodKinds[] = {"sila",       "accumulate", "retrain", "batch",
                                                "kinematics", "memory",     "cliff",   "tree"};
 
 /// How a fleet is played through.
@@ -47,7 +47,7 @@ struct Method {
 /// Tracks held back at one place, and what its own training tracks tell the judge.
 struct JudgedPlace {
   std::string name;
-  std::vector<PlacedTrack> test;
+  std::vector<FramedTrajectory> test;
   Background background;
   EvaluateConfig config;
 };
@@ -55,7 +55,7 @@ struct JudgedPlace {
 /// What one method is put through: the tracks of one place after those of another, in batches that are of one place
 /// each, and the places where it is judged.
 struct Course {
-  std::vector<std::vector<PlacedTrack>> stages;
+  std::vector<std::vector<FramedTrajectory>> stages;
   std::vector<JudgedPlace> judged;
   std::size_t batch = 20;
   bool judge_every_episode = false;  ///< else after the last one alone

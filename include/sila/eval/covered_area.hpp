@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 
 namespace sila {
 
@@ -16,7 +16,7 @@ struct CoveredArea {
 
 /// The cells of `cell_m` that the tracks touch, and all cells that border on one of them.
 /// Throws: std::invalid_argument if `cell_m` is not positive.
-CoveredArea covered_area(std::span<const PlacedTrack> tracks, double cell_m = 1.0);
+CoveredArea covered_area(std::span<const FramedTrajectory> tracks, double cell_m = 1.0);
 
 bool contains(const CoveredArea& area, const Vector2& position_m);
 

@@ -1,13 +1,16 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "sila/episode/episode.hpp"
 #include "sila/eval/covered_area.hpp"
+#include "sila/eval/forks.hpp"
 #include "sila/eval/metrics.hpp"
+#include "sila/eval/references.hpp"
 
 namespace sila {
 
@@ -38,18 +41,21 @@ struct WindowScore {
   bool fallback = false;
   double novelty = 0.0;
   std::size_t modes = 0;
-  std::vector<Metrics> model;     ///< at each horizon
-  std::vector<Metrics> constant;  ///< constant velocity on the same window
+  std::vector<Metrics> model;       ///< at each horizon
+  std::vector<Metrics> constant;    ///< constant velocity on the same window
+  std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without a background the first two
+  std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (forks.hpp)
 };
 
 /// Means over a group of windows.
 struct GroupScore {
-  std::string name;  ///< all, moving, turning; with a background also inside and outside, of the moving ones
+  std::string name;  ///< all, moving, standing, turning; with a background also inside and outside, of the moving ones
   std::size_t windows = 0;
   double fallback_rate = 0.0;
   double modes = 0.0;          ///< on average
   std::vector<Metrics> model;  ///< at each horizon
   std::vector<Metrics> constant;
+  std::vector<Metrics> references;  ///< as in WindowScore
 };
 
 struct SkippedTracks {
@@ -71,33 +77,35 @@ using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 /// What the tracks that were learnt tell the judge.
 struct Background {
   CoveredArea area;
-  /// Variances per step [m²] of the Gaussian round constant velocity that suits the training windows best.
-  std::vector<double> moving_variances_m2;
-  std::vector<double> standing_variances_m2;
+  std::vector<LinearReference> moving;  ///< fitted to their moving windows
+  std::vector<LinearReference> standing;
+  std::vector<Passage> passages;  ///< where its windows led
 };
 
 /// Windows are taken from the training tracks as they are from those that are judged.
-Background background_of(std::span<const PlacedTrack> train, const EpisodeConfig& config, const EvaluateConfig& judged);
+Background background_of(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
+                         const EvaluateConfig& judged);
 
-/// Judges a forecast on tracks, beside constant velocity (of the last 0.8 s) on the same windows. A window needs its
-/// whole future. The density of constant velocity is the background's; without one it is a Gaussian whose variance at
-/// each step is the one that suits these very windows best. Throws: std::invalid_argument for a configuration out of
-/// range, or a forecast shorter than the horizon.
-Evaluation evaluate_forecast(const Forecast& forecast, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
-                             const EvaluateConfig& judged, const Background* background = nullptr);
+/// Judges a forecast on tracks, beside the references on the same windows. A window needs its whole future. The truth
+/// is the raw track. The references are the background's; without one constant velocity and "stays" have the Gaussian
+/// errors that suit these very windows best. Throws: std::invalid_argument for a configuration out of range, or a
+/// forecast shorter than the horizon.
+Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
+                             const EpisodeConfig& config, const EvaluateConfig& judged,
+                             const Background* background = nullptr);
 
 /// The same for a model.
-Evaluation evaluate(const Model& model, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                     const EvaluateConfig& judged);
 
-/// Whether somebody moved while observed, by `moving_m`.
-bool is_moving(const CurbTrajectory& observed, const EvaluateConfig& judged);
+/// Whether a pedestrian moved while observed, by `moving_m`.
+bool is_moving(const Window& window, const EvaluateConfig& judged);
 
-/// Judges one prediction by what then happened, beside constant velocity on the same window (as a Gaussian of those
-/// variances per step); without knowledge of a covered area. Throws: std::invalid_argument if the future or the
-/// prediction is shorter than the horizon.
+/// Judges one prediction by what then happened, beside references of which the first is constant velocity; without
+/// knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than the
+/// horizon.
 WindowScore score_window(const Prediction& prediction, const Window& window,
-                         const std::vector<double>& constant_variances_m2, const EpisodeConfig& config,
+                         std::span<const LinearReference> references, const EpisodeConfig& config,
                          const EvaluateConfig& judged);
 
 /// The horizons of `Evaluation`: whole seconds below `horizon_s`, then `horizon_s`.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sila/eval/course.hpp"
-#include "sila/eval/episodes.hpp"
+#include "sila/eval/split.hpp"
 
 namespace sila {
 
@@ -20,6 +20,7 @@ inline constexpr const char* kExperimentKinds[] = {"one_place", "places", "trans
 struct ExperimentConfig {
   ExperimentKind kind = ExperimentKind::one_place;
   int trials = 12;
+  SplitBy split = SplitBy::time;
   double test_share = 0.15;
   int test_tracks = 0;
   int train_tracks = 0;
@@ -37,6 +38,8 @@ requires std::same_as<std::remove_const_t<Config>, ExperimentConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.choice("kind", config.kind, kExperimentKinds, "what is learnt where and judged where");
   visit.number("trials", config.trials, Range{1, 10000}, "-", "each with its own split and its own order of tracks");
+  visit.choice("split", config.split, kSplitBy,
+               "people held back: a block of time with an embargo around it, or people at random (companions leak)");
   visit.number("test_share", config.test_share, Range{0.0, 0.9, true}, "-", "share of a scene's people held back");
   visit.number("test_tracks", config.test_tracks, Range{0, 1e9}, "tracks",
                "held back at each scene; with train_tracks instead of test_share");
@@ -54,7 +57,7 @@ void fields(Config& config, Visitor&& visit) {
 /// The tracks of one scene, and how they are judged there.
 struct Place {
   std::string name;
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   EvaluateConfig evaluate;
 };
 
@@ -89,7 +92,7 @@ std::vector<Job> jobs_of(const Experiment& experiment);
 /// Orders of the places, as indices: the listed one first. The same seed gives the same orders on every machine.
 std::vector<std::vector<std::size_t>> orders_of(std::size_t places, int orders, std::uint64_t seed);
 
-/// The split of one place in one trial: by split_tracks, whose first tracks are taken where counts are asked for.
+/// The split of one place in one trial; where counts are asked for, the first tracks to learn from are taken.
 Split split_place(const Place& place, const ExperimentConfig& config, int trial);
 
 /// What the method of a job is put through.

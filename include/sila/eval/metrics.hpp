@@ -5,23 +5,25 @@
 #include <vector>
 
 #include "sila/predict/prediction.hpp"
-#include "sila/predict/regions.hpp"
+#include "sila/refine/regions.hpp"
 
 namespace sila {
 
 /// Errors of one prediction until one horizon, in metres and in the world frame. "MHD" is the modified Hausdorff
 /// distance.
 struct Metrics {
-  double weighted_mhd_m = 0.0;   ///< sum over modes of weight * MHD (the paper's measure)
-  double likeliest_mhd_m = 0.0;  ///< of the heaviest mode
-  double best_mhd_m = 0.0;       ///< of the best mode
-  double mean_path_mhd_m = 0.0;  ///< of the weighted mean path
-  double ade_m = 0.0;            ///< average displacement of the heaviest mode
-  double fde_m = 0.0;            ///< final displacement of the heaviest mode
-  double best_ade_m = 0.0;       ///< least average displacement over modes
+  double weighted_mhd_m = 0.0;     ///< sum over modes of weight * MHD (the paper's measure)
+  double most_likely_mhd_m = 0.0;  ///< of the heaviest mode
+  double best_mhd_m = 0.0;         ///< of the best mode
+  double mean_path_mhd_m = 0.0;    ///< of the weighted mean path
+  double mean_path_ade_m = 0.0;    ///< average displacement of the weighted mean path
+  double mean_path_fde_m = 0.0;    ///< its final displacement
+  double ade_m = 0.0;              ///< average displacement of the heaviest mode
+  double fde_m = 0.0;              ///< final displacement of the heaviest mode
+  double best_ade_m = 0.0;         ///< least average displacement over modes
   double best_fde_m = 0.0;
-  double nll = 0.0;  ///< -log of the mixture's density [1/m²] at the true position at the horizon
-  /// 1 if the true position at the horizon lies in the region of that stated probability; without stated regions in
+  double nll = 0.0;  ///< -log of the mixture's density [1/m²] at the true position, mean over the steps [nats]
+  /// 1 if the true position at the horizon lies in the region of that nominal probability; without nominal regions in
   /// that of the modes taken as Gaussian.
   std::array<double, kRegionProbabilities.size()> coverage = {};
 };

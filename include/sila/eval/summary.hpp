@@ -22,7 +22,7 @@ Spread spread_of(std::span<const double> values);
 /// windows.
 struct RowValue {
   const char* name;
-  const char* title;
+  const char* title;  ///< empty: in no table, in the CSV file alone
   int decimals;
   /// Nothing where the row has no such window.
   std::optional<double> (*of)(const PartRow& row);

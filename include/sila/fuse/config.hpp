@@ -7,6 +7,7 @@
 #include "sila/core/fields.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/model/fusion_problem.hpp"
+#include "sila/model/site.hpp"
 
 namespace sila {
 
@@ -26,6 +27,7 @@ struct FuseConfig : FusionRules {
   double similarity_threshold = 0.7;
   PrimitiveMean mean = PrimitiveMean::plain;
   double drop_below = 0.05;
+  SiteSharing sites = SiteSharing::apart;
   GpConfig gp;
 };
 
@@ -45,6 +47,9 @@ void fields(Config& config, Visitor&& visit) {
                "mean of fused primitives: plain, by count, over active cells");
   visit.number("drop_below", config.drop_below, Range{.min = 0, .max = 0.5}, "",
                "arrows shorter than this after a mean are dropped");
+  visit.choice("sites", config.sites, kSiteSharings,
+               "apart: only what sites have in common fuses, a site predicts by what was seen there; shared: all "
+               "sites are laid over each other (paper)");
   visit.group("gp", config.gp);
 }
 

@@ -4,7 +4,6 @@
 #include "sila/model/fusion_problem.hpp"
 #include "sila/model/increment.hpp"
 #include "sila/model/model.hpp"
-#include "sila/model/outlook.hpp"
 
 namespace sila {
 
@@ -33,11 +32,11 @@ struct Fused {
 /// SILA: M(n) from M(n-1) and M'(n). Previous primitives keep their order, those of the increment that are new follow.
 /// The first episode gives the increment's model, an increment without primitives leaves all primitives and transitions
 /// as they are. Samples of the increment stand in for its GPs wherever GPs are fused; without samples its GPs are fused
-/// as stored. Lessons are those of `previous`, unless it has none; episodes and tracks add. The same on any number of
-/// threads. Throws: std::invalid_argument for a field out of range, conventions that differ, samples that do not belong
-/// to the transitions. Source: SILA paper, Alg. 1 and 2. Differs: docs/decisions/0040 to 0046.
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {},
-           const OutlookConfig& outlook = {});
+/// as stored. Sites are joined; episodes, tracks and error statistics add. The same on any number of threads. Throws:
+/// std::invalid_argument for a field out of range, conventions that differ, samples that do not belong to the
+/// transitions, sites that are shared and must be apart. Source: SILA paper, Alg. 1 and 2. Differs: docs/decisions/0040
+/// to 0046, 0097.
+Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {});
 
 /// Standard incremental learning: all that was known and all that came, side by side. Equals `fuse` with a threshold
 /// that nothing reaches. Throws: as fuse. Source: SILA paper, second baseline.

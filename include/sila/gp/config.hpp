@@ -47,7 +47,7 @@ struct GpConfig {
   int pooling_rounds = 2;
   GpFusion fusion = GpFusion::transfer;
   int max_fused_pseudo_inputs = 30;
-  double settled_share = 0.9;
+  double keep_pseudo_inputs_share = 0.9;
   int max_candidates = 500;
   double lattice_step = 0.25;
 };
@@ -86,8 +86,9 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_fused_pseudo_inputs", config.max_fused_pseudo_inputs, Range{1, 1000}, "",
                "most pseudo-inputs after a fusion");
   visit.number(
-      "settled_share", config.settled_share, Range{0, 1}, "of the points",
-      "who has seen so much of all, and has as many pseudo-inputs as it may, keeps them in a fusion; 1: nobody");
+      "keep_pseudo_inputs_share", config.keep_pseudo_inputs_share, Range{0, 1}, "of the points",
+      "a GP at its pseudo-input limit that holds at least this share of all points keeps its pseudo-inputs when "
+      "fused; 1 disables this");
   visit.number("max_candidates", config.max_candidates, Range{1, 1e6}, "points",
                "more candidates than this are thinned evenly before pseudo-inputs are chosen");
   visit.number("lattice_step", config.lattice_step, Range{.min = 0, .max = 1, .open_min = true}, "length scales",

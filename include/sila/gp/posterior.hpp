@@ -57,10 +57,10 @@ class Posterior {
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
   /// The mean with the least variance that there may be, at places of a raster: exponentials are found once for each of
-  /// its columns and rows from the first to the last of the places. Shapes: as many glances as places. Throws: as
-  /// `predict_flow`, if a place is beyond the raster, or for numbers of glances and places that differ.
-  void glance_at_flow(std::span<const double> xs, std::span<const double> ys, std::span<const RasterPlace> places,
-                      std::span<FlowPrediction> glances) const;
+  /// its columns and rows from the first to the last of the places. Shapes: as many scores as places. Throws: as
+  /// `predict_flow`, if a place is beyond the raster, or for numbers of scores and places that differ.
+  void score_flow(std::span<const double> xs, std::span<const double> ys, std::span<const RasterPlace> places,
+                  std::span<FlowPrediction> summaries) const;
   Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
   Eigen::Matrix2d mean_jacobian(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;

@@ -30,7 +30,7 @@ struct Field {
   Range storable;                        ///< of numbers: what the member can hold
   std::span<const char* const> choices;  ///< of choices
   std::function<FieldValue()> read;
-  std::function<void(const FieldValue&)> write;  ///< takes the alternative that `read` gives, already checked
+  std::function<void(const FieldValue&)> write;  ///< takes the mode variant that `read` gives, already checked
 };
 
 /// Throws: std::out_of_range for a value that none of the names stands for.
@@ -101,7 +101,7 @@ concept Configuration = requires(Config& config, FieldCollector& collector) {
   fields(config, collector);
 };
 
-/// Which of the known names somebody may have meant. Throws: std::invalid_argument if none is known.
+/// Which of the known names a pedestrian may have meant. Throws: std::invalid_argument if none is known.
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 
 // What does not depend on the type of the configuration; the templates below are the same for whole configurations.

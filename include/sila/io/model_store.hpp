@@ -73,7 +73,7 @@ class ModelFile {
   StoredModel read();
 
   /// Puts a model in the place of the present one and adds its episode to the list, all or nothing. What it replaces
-  /// can be had again by `rollback`; a file of an older schema becomes one of the present.
+  /// can be had again by `rollback`.
   /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
   /// committed, whose episode would be lost; std::invalid_argument if check(model) does or the record's number is not
   /// the next.

@@ -20,7 +20,7 @@ enum class TrackFormat {
   ind,             ///< inD, rounD, uniD: XX_tracks.csv with its two meta files beside it
   sind,            ///< SinD Ped_smoothed_tracks.csv
   dut,             ///< DUT: id,frame,label,x_est,y_est,...
-  vru,             ///< one track a file: timestamp,x,y; a folder of them is one recording
+  vru,             ///< one track a file: timestamp,x,y; a folder of them is one source
   juelich,         ///< # comments, then: id frame x y z
   ndjson,          ///< what `sila serve` hears: {"t", "id", "x", "y"}
 };

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 #include "sila/io/read_tracks.hpp"
 
 namespace sila {
@@ -75,6 +75,6 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
 
 /// Each track with the frame of its corner. Throws: as nearest_corner.
-std::vector<PlacedTrack> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners);
+std::vector<FramedTrajectory> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners);
 
 }  // namespace sila

@@ -7,7 +7,7 @@
 
 namespace sila {
 
-/// Lengths in metres become sidewalk widths when a model begins (see Conventions).
+/// Lengths in metres become curb units when a model begins (see Conventions).
 struct GridConfig {
   double cell_m = 1.0;
   int tile_cells = 8;
@@ -78,8 +78,17 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("min_run_samples", config.min_run_samples, Range{1, 100}, "samples", "shorter runs join the run before");
 }
 
+/// How the two components of a field's velocity are modelled.
+enum class FieldOutputs {
+  shared,       ///< one GP with two outputs: one set of pseudo-inputs, one theta
+  independent,  ///< GP_x and GP_y, each with its own pseudo-inputs and theta (paper)
+};
+inline constexpr const char* kFieldOutputs[] = {"shared", "independent"};
+
 /// Velocity fields of the transitions: the kernel that they start from, and how the GPs are fitted.
 struct FieldConfig {
+  FieldOutputs outputs = FieldOutputs::shared;
+  double stride_s = 0.0;
   double signal_std_mps = 0.8;
   double length_scale_m = 2.0;
   double noise_std_mps = 0.3;
@@ -89,6 +98,11 @@ struct FieldConfig {
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, FieldConfig>
 void fields(Config& config, Visitor&& visit) {
+  visit.choice("outputs", config.outputs, kFieldOutputs,
+               "one GP for both components of the velocity, or one for each as in the paper");
+  visit.number(
+      "stride_s", config.stride_s, Range{0.0, 60.0}, "s",
+      "between the samples of a track that a field is fitted to, as neighbours are correlated; 0: all samples");
   visit.number("signal_std_mps", config.signal_std_mps, Range{0.01, 20.0}, "m/s",
                "prior deviation of a field from its mean (sigma_f)");
   visit.number("length_scale_m", config.length_scale_m, Range{0.05, 100.0}, "m",

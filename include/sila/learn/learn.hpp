@@ -1,24 +1,23 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/learn/config.hpp"
+#include "sila/learn/segmentation.hpp"
 #include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {
 
-/// The conventions of a model that begins with this sidewalk width: configured metres become widths by it.
-Conventions begin_conventions(double reference_width_m, CurbScaling scaling, double sample_interval_s,
-                              const GridConfig& config);
+/// The conventions of a model whose curb unit is so many metres long: configured metres become units by it.
+ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
+                             const GridConfig& config);
 
-/// The same, for a model that learns outlooks until `horizon_s`.
-Conventions with_outlooks(Conventions conventions, double horizon_s, const OutlookConfig& config);
-
-/// The hyper-parameters that fields start from, in the widths of the place where the model began.
-Hyperparameters starting_hyperparameters(const Conventions& conventions, const FieldConfig& config);
+/// The hyper-parameters that fields start from, in curb units.
+Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config);
 
 /// What became of the tracks of a batch.
 struct LearnReport {
@@ -33,13 +32,17 @@ struct LearnReport {
 struct Learnt {
   Increment increment;
   LearnReport report;
+  std::vector<std::vector<Segment>> segments;  ///< of each track
 };
 
 /// Learns the model of one batch, M'(n), from its tracks alone.
-/// Units: tracks in sidewalk widths, sampled by the conventions' interval.
+/// Units: tracks in curb units, sampled by the conventions' interval.
 /// Throws: std::invalid_argument for a configuration out of range or a track that breaks its invariant.
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).
-Learnt learn(const Batch& batch, const Conventions& conventions, const LearnConfig& config,
-             const OutlookConfig& outlook = {});
+Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
+
+/// The same for a batch of several sites that are to stay apart: each site is learnt by itself, and the increments
+/// stand side by side in one.
+Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
 
 }  // namespace sila

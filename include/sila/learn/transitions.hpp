@@ -14,7 +14,7 @@ namespace sila {
 
 /// What the tracks of a batch showed of one transition.
 struct ObservedTransition {
-  double count = 0.0;  ///< trajectories that showed it, T(i, j)
+  std::vector<SiteCount> sites;  ///< trajectories that showed it, T(i, j), by site
   TransitionSamples samples;
 };
 
@@ -22,20 +22,11 @@ struct ObservedTransition {
 using TransitionKey = std::pair<int, int>;
 
 /// Counts each transition at most once a trajectory and gathers the samples of both of its segments; a track of one
-/// segment makes a self transition, so that its data are not lost. Shapes: one list of segments a track. Samples are
-/// real velocities, slow ones included: that people slow down here is worth knowing. Source: SILA paper, T(i, j);
-/// algorithms 1.10.
+/// segment makes a self transition, so that its data are not lost. Shapes: one list of segments and the index of its
+/// site a track. Samples are real velocities, slow ones included: that people slow down here is worth knowing; of each
+/// stretch of a track one every `stride_s`, or all. Source: SILA paper, T(i, j); algorithms 1.10, 2.5.
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
-                                                                std::span<const std::vector<Segment>> segments);
-
-/// The outlook examples of each transition: those of the moments at which somebody was in its first primitive and went
-/// on to its second (or had come from the first, if the track ends in the second). Shapes: states 6 x m, partings m x
-/// 2 per knot. Moments of tracks without segments teach nothing.
-struct OutlookSamples {
-  Eigen::MatrixXd states;
-  Eigen::MatrixXd partings;
-};
-std::map<TransitionKey, OutlookSamples> observe_outlooks(const Batch& batch,
-                                                         std::span<const std::vector<Segment>> segments);
+                                                                std::span<const std::vector<Segment>> segments,
+                                                                std::span<const int> sites, double stride_s = 0.0);
 
 }  // namespace sila

@@ -18,7 +18,7 @@ struct LiveConfig {
   int max_track_samples = 6000;
   int max_unscored = 20000;
   int max_waiting_tracks = 1000;
-  double tuning_step = 0.05;
+  double calibration_step = 0.05;
   int remembered = 1000;
   int drift_pedestrians = 50;
   double drift_deviations = 4.0;
@@ -45,8 +45,8 @@ void fields(Config& config, Visitor&& visit) {
                "that wait for their future; beyond it the newest are not scored");
   visit.number("max_waiting_tracks", config.max_waiting_tracks, Range{1, 10000000}, "tracks",
                "that wait to be learnt; beyond it the oldest are forgotten");
-  visit.number("tuning_step", config.tuning_step, Range{0.0, 1.0}, "per pedestrian",
-               "how fast stated regions follow how often they held; 0: never");
+  visit.number("calibration_step", config.calibration_step, Range{0.0, 1.0}, "per pedestrian",
+               "how fast nominal regions follow how often they held; 0: never");
   visit.number("remembered", config.remembered, Range{10, 1000000}, "pedestrians", "that running figures are over");
   visit.number("drift_pedestrians", config.drift_pedestrians, Range{5, 100000}, "pedestrians",
                "whose error is watched for drift");

@@ -13,7 +13,7 @@
 
 #include "sila/episode/episode.hpp"
 #include "sila/live/config.hpp"
-#include "sila/predict/predictor.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 
@@ -34,7 +34,7 @@ struct Learning {
   std::uint64_t episodes = 0;          ///< since the start
   std::uint64_t failed_episodes = 0;
   std::uint64_t known_episodes = 0;  ///< batches that the model had learnt before: nothing was done
-  std::uint64_t renewals = 0;        ///< models taken up that somebody else put in the place of the kept one
+  std::uint64_t renewals = 0;        ///< models taken up that another party put in the place of the kept one
   std::uint64_t learnt_tracks = 0;
   bool busy = false;
   double last_episode_s = 0.0;
@@ -51,8 +51,8 @@ class Learner {
   using Commit = std::function<void(const Model& previous, const Episode& episode)>;
 
   /// Called on the learner's thread every second, before each episode, and when one could not be kept: the model that
-  /// somebody else put in the place of the kept one (`sila rollback` beside a service), if so. It is predicted with and
-  /// learnt on from then on; an episode that could not be kept for it is learnt again.
+  /// another party put in the place of the kept one (`sila rollback` beside a service), if so. It is predicted with
+  /// and learnt on from then on; an episode that could not be kept for it is learnt again.
   using Renew = std::function<std::optional<Model>()>;
 
   Learner(Model start, const EpisodeConfig& episode, const LiveConfig& live, Commit commit, Renew renew = {});
@@ -64,7 +64,7 @@ class Learner {
   std::shared_ptr<const Snapshot> snapshot() const;
   Learning learning() const;
   /// Hands over tracks; returns at once.
-  void give(std::vector<PlacedTrack> tracks);
+  void give(std::vector<FramedTrajectory> tracks);
   /// Learns what waits, a last smaller batch included, and returns when it is done.
   void learn_rest();
   /// Returns when no whole batch waits any more and none is being learnt.
@@ -72,8 +72,8 @@ class Learner {
 
  private:
   void run();
-  void run_one(const std::vector<PlacedTrack>& batch);
-  std::optional<Episode> learn_and_keep(const std::vector<PlacedTrack>& batch);
+  void run_one(const std::vector<FramedTrajectory>& batch);
+  std::optional<Episode> learn_and_keep(const std::vector<FramedTrajectory>& batch);
   bool take_up_changes();
   bool ready() const;
 
@@ -84,7 +84,7 @@ class Learner {
   Renew renew_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<PlacedTrack> waiting_;
+  std::deque<FramedTrajectory> waiting_;
   std::shared_ptr<const Snapshot> snapshot_;
   Learning learning_;
   bool stopping_ = false;

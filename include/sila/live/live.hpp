@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 #include "sila/live/clock.hpp"
+#include "sila/live/online_calibration.hpp"
 #include "sila/live/open_track.hpp"
 #include "sila/live/scores.hpp"
-#include "sila/live/tuning.hpp"
 
 namespace sila {
 
@@ -32,7 +32,7 @@ struct Unscored {
   CurbTrajectory observed;
 };
 
-/// Somebody whose track is open.
+/// A pedestrian whose track is open.
 struct Person {
   OpenTrack track;
   double due_s = 0.0;      ///< when the next prediction is due, on the stream's clock
@@ -89,11 +89,11 @@ struct Live {
   Turns queue;                                        ///< whose prediction is due
   std::deque<std::pair<StreamId, std::string>> ripe;  ///< whose oldest prediction can be judged
   Scoreboard board;
-  Tuning tuning;
+  OnlineCalibration online_calibration;
   Account account;
-  std::vector<PlacedTrack> finished;  ///< to be learnt; the caller takes them
-  std::vector<WindowScore> judged;    ///< since the caller last took them
-  bool keep_judged = false;           ///< whether `judged` is filled
+  std::vector<FramedTrajectory> finished;  ///< to be learnt; the caller takes them
+  std::vector<WindowScore> judged;         ///< since the caller last took them
+  bool keep_judged = false;                ///< whether `judged` is filled
 };
 
 /// What became of a detection.
@@ -102,7 +102,7 @@ struct Heard {
   bool superseded = false;  ///< an older prediction of the same person was still waiting and will not come
 };
 
-/// Somebody's observed path, ready to be predicted.
+/// A pedestrian's observed path, ready to be predicted.
 struct Question {
   StreamId stream = 0;
   std::string track;

@@ -15,7 +15,7 @@ struct HorizonSums {
   std::size_t windows = 0;
   double weighted_mhd_m = 0.0;
   double constant_mhd_m = 0.0;
-  std::size_t stated = 0;                                       ///< windows whose prediction stated regions
+  std::size_t nominal = 0;                                      ///< windows whose prediction nominal regions
   std::array<double, kRegionProbabilities.size()> inside = {};  ///< of those: how many truths were in each region
 };
 HorizonSums operator+(const HorizonSums& a, const HorizonSums& b);
@@ -27,7 +27,7 @@ struct PersonScore {
   double novelty = 0.0;  ///< sum over `all.front().windows`
 };
 /// `score` and one judged window more. Shapes: as many horizons each time.
-void add(PersonScore& score, const WindowScore& window, bool stated_regions);
+void add(PersonScore& score, const WindowScore& window, bool nominal_regions);
 
 /// Whether the error of the last pedestrians left the band of those before them.
 struct Drift {
@@ -45,8 +45,8 @@ void add(Scoreboard& board, PersonScore score, const LiveConfig& config);
 /// Sums over all that is remembered, at each horizon; empty if nobody is.
 std::vector<HorizonSums> totals(const Scoreboard& board, bool moving);
 
-/// How often the truths were in the stated regions: shares of each pedestrian, averaged over pedestrians, so that who
-/// stands for an hour counts as one. Shapes: horizons x probabilities; negative where nothing was stated.
+/// How often the truths were in the nominal regions: shares of each pedestrian, averaged over pedestrians, so that who
+/// stands for an hour counts as one. Shapes: horizons x probabilities; negative where nothing was nominal.
 std::vector<std::array<double, kRegionProbabilities.size()>> coverage(const Scoreboard& board);
 
 /// Mean novelty of the judged predictions; 0 for none.

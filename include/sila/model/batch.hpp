@@ -3,14 +3,14 @@
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
-#include "sila/model/outlook.hpp"
+#include "sila/model/residual.hpp"
 
 namespace sila {
 
-/// The tracks of one episode as they are learnt from. Invariant: `outlooks` is empty, or has a list for each track.
+/// The tracks of one episode as they are learnt from. Invariant: `residuals` is empty, or has a list for each track.
 struct Batch {
   std::vector<CurbTrajectory> tracks;  ///< curb coordinates, at the conventions' interval
-  std::vector<std::vector<OutlookExample>> outlooks;
+  std::vector<std::vector<ResidualSample>> residuals;
 };
 
 }  // namespace sila

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 
 namespace sila {
 
@@ -18,7 +18,7 @@ struct EpisodeId {
 
 /// The same tracks at the same corners have the same id, whatever they are called and in whatever order they come; a
 /// bit that differs makes another one. The same on every machine.
-EpisodeId episode_id(std::span<const PlacedTrack> batch);
+EpisodeId episode_id(std::span<const FramedTrajectory> batch);
 
 /// 32 hexadecimal digits; they sort as the ids do.
 std::string to_text(const EpisodeId& id);

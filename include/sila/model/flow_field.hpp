@@ -19,11 +19,15 @@ struct Extent : Eigen::AlignedBox2d {
   }
 };
 
-/// Position -> velocity, both in curb coordinates: a sparse GP with two inputs and two outputs, and the box of its
-/// data.
+/// Position -> velocity, both in curb coordinates: one sparse GP with two inputs and two outputs, or one for each
+/// component of the velocity; and the box of its data. All fields of a model are of one of the two kinds.
 struct FlowField {
-  SparseGp gp;
-  Extent extent;  ///< of the positions that it was fitted to [sidewalk widths]
+  SparseGp gp;         ///< of both components, or of that along axis 1
+  Extent extent;       ///< of the positions that it was fitted to [curb units]
+  SparseGp gp_y = {};  ///< of the component along axis 2; no output: `gp` has both
+
+  bool independent() const { return gp_y.mean.size() > 0; }
+  const SparseGp* second() const { return independent() ? &gp_y : nullptr; }
 };
 
 }  // namespace sila

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <type_traits>
+#include <vector>
 
 #include "sila/model/flow_field.hpp"
+#include "sila/model/site.hpp"
 
 namespace sila {
 
@@ -13,9 +15,9 @@ struct Transition {
   int to = 0;
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;
-  SparseGp outlook = {};  ///< of the paths that led here (see outlook.hpp); no points: nothing known
-  int last_episode = 0;   ///< of the model, in which it was last seen; from 1
-  int support = 0;        ///< at least so many different tracks showed it, whatever fades; count may count one twice
+  SparseGp residual = {};             ///< of the paths that led here (see residual GP.hpp); no points: nothing known
+  std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
+  int support = 0;  ///< at least so many different tracks showed it, whatever fades; count may count one twice
 };
 
 static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");

@@ -4,7 +4,7 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/predict/config.hpp"
-#include "sila/predict/field_map.hpp"
+#include "sila/predict/flow_field_index.hpp"
 #include "sila/predict/scratch.hpp"
 
 namespace sila {
@@ -24,7 +24,7 @@ struct Candidates {
 
 /// Of the transitions nearby those whose fields know the last observed point and enough of those before it, scored by
 /// how well they explain the observed velocities. Source: algorithms 1.11, steps 1 to 3.
-Candidates find_candidates(const FieldMap& map, std::span<const int> near, const CurbTrajectory& observed,
+Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near, const CurbTrajectory& observed,
                            const PredictConfig& config, Scratch& scratch);
 
 }  // namespace sila

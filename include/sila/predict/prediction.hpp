@@ -8,8 +8,8 @@
 namespace sila {
 
 /// How a mode differs from what is expected of its roll-out.
-enum class Manner { expected, slower, faster, left, right };
-inline constexpr const char* kManners[] = {"expected", "slower", "faster", "left", "right"};
+enum class VariantKind { expected, slower, faster, left, right };
+inline constexpr const char* kVariantKinds[] = {"expected", "slower", "faster", "left", "right"};
 
 /// One hypothesis of what the person will do, in the world frame.
 struct Mode {
@@ -17,12 +17,12 @@ struct Mode {
   std::vector<Vector2> path_m;          ///< mean position at each time of the prediction
   std::vector<Matrix2> covariances_m2;  ///< of the position, same length
   std::vector<int> primitives;          ///< visited, in order; empty for constant velocity
-  Manner manner = Manner::expected;
+  VariantKind variant = VariantKind::expected;
   std::size_t source = 0;  ///< which of the merged roll-outs it comes from, heaviest first
 };
 
-/// Where the person will be with a stated probability: wherever the density of the modes is at least exp(-level) of its
-/// peak (`surprise` at most `level`, regions.hpp). The levels were learnt from past errors.
+/// Where the person will be with a nominal probability: wherever the density of the modes is at least exp(-level) of
+/// its peak (`nonconformity` at most `level`, regions.hpp). The levels were learnt from past errors.
 struct Region {
   double probability = 0.0;
   std::vector<double> levels;  ///< at each time of the prediction

@@ -3,7 +3,6 @@
 #include <span>
 
 #include "sila/predict/candidates.hpp"
-#include "sila/predict/outlooks.hpp"
 
 namespace sila {
 
@@ -16,14 +15,13 @@ struct Rollout {
   std::span<const int> transitions;      ///< in order
   Candidate origin;                      ///< where it began
   double chain_probability = 1.0;        ///< of the branches that it took
-  Foresight outlooks;                    ///< of the transitions that do not speak for another mode; set when merged
 };
 
 /// Follows each candidate for `steps` steps of `interval_s`. Where a path leaves its field it branches into the
 /// transitions that follow in the graph and know the place, weighted by P(k | j); with none it keeps its last velocity.
-/// Branching stops at `mode_horizon_s`; from there the likeliest successor is taken, so that a longer horizon only adds
-/// to a shorter one. The paths live in `scratch`. Source: algorithms 1.11, steps 4 and 5.
-std::span<Rollout> roll_out(const FieldMap& map, const Candidates& candidates, const CurbTrajectory& observed,
+/// Branching stops at `mode_horizon_s`; from there the most likely successor is taken, so that a longer horizon only
+/// adds to a shorter one. The paths live in `scratch`. Source: algorithms 1.11, steps 4 and 5.
+std::span<Rollout> roll_out(const FlowFieldIndex& map, const Candidates& candidates, const CurbTrajectory& observed,
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch);
 

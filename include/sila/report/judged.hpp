@@ -13,7 +13,7 @@ namespace sila {
 struct JudgedPrediction {
   std::size_t track = 0;  ///< index of its track
   Prediction prediction;
-  std::vector<Vector2> observed_m;  ///< what the predictor saw
+  std::vector<Vector2> observed_m;  ///< the raw path until t0
   std::vector<Vector2> truth_m;     ///< what followed, as long as the prediction
   std::vector<Vector2> constant_m;  ///< constant velocity
   Metrics model;                    ///< at the whole horizon
@@ -23,7 +23,7 @@ struct JudgedPrediction {
 
 /// Predicts every window that has its whole future, `every_s` apart.
 /// Throws: std::invalid_argument for a configuration out of range.
-std::vector<JudgedPrediction> judge(const Model& model, std::span<const PlacedTrack> tracks,
+std::vector<JudgedPrediction> judge(const Model& model, std::span<const FramedTrajectory> tracks,
                                     const EpisodeConfig& config, double every_s);
 
 /// Why a prediction was as wrong as it was, in a few words for people: the first of these that is true: set off,
@@ -31,10 +31,10 @@ std::vector<JudgedPrediction> judge(const Model& model, std::span<const PlacedTr
 /// went aside.
 std::string reason_of(const JudgedPrediction& judged);
 
-/// How many of 100 truths were in the region stated to hold p: the points of a reliability diagram.
+/// How many of 100 truths were in the region nominal to hold p: the points of a reliability diagram.
 struct Reliability {
   double horizon_s = 0.0;
-  std::vector<double> stated;    ///< kRegionProbabilities
+  std::vector<double> nominal;   ///< kRegionProbabilities
   std::vector<double> observed;  ///< shares in [0, 1]
 };
 

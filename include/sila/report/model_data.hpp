@@ -11,7 +11,7 @@
 namespace sila {
 
 /// Corners, frames and the direction of y.
-nlohmann::ordered_json scene_json(const Scene& scene, const Conventions& conventions);
+nlohmann::ordered_json scene_json(const Scene& scene, const ModelSettings& settings);
 /// Primitives with their cells, transitions with their counts.
 nlohmann::ordered_json model_json(const Model& model);
 /// What the model file has of every episode; without the shapes of the changes if they take more than `most_bytes`.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sila/core/clean.hpp"
-#include "sila/core/placed_track.hpp"
+#include "sila/core/framed_trajectory.hpp"
 #include "sila/eval/evaluate.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/io/scene.hpp"
@@ -28,7 +28,7 @@ struct ReportInput {
   StoredModel stored;
   std::string name;  ///< for the title
   Scene scene;       ///< no corner: none is known
-  std::vector<PlacedTrack> tracks;
+  std::vector<FramedTrajectory> tracks;
   std::vector<std::string> input_ids;  ///< of each track
   TrackReport rows;
   EpisodeConfig episode;

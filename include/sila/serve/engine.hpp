@@ -40,10 +40,12 @@ class Engine {
   struct Outlets {
     std::function<void(std::vector<Line>)> lines;  ///< for connections
     std::function<void(std::string)> page;         ///< JSON for every live page
-    std::function<void(const Tuning&)> tuning;     ///< what keeps the regions true, for who restarts
+    std::function<void(const OnlineCalibration&)>
+        online_calibration;  ///< what keeps the regions true, for who restarts
   };
 
-  Engine(LiveSettings settings, const ServeConfig& serve, Learner& learner, Tuning tuning, Outlets outlets);
+  Engine(LiveSettings settings, const ServeConfig& serve, Learner& learner, OnlineCalibration online_calibration,
+         Outlets outlets);
   ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
@@ -57,8 +59,8 @@ class Engine {
   std::size_t backlog() const;
   /// Returns when everything offered so far is answered.
   void drain();
-  /// From now on nothing is predicted, judged or given to the learner but while somebody settles: what is answered then
-  /// depends on what was offered alone, not on how fast it came.
+  /// From now on nothing is predicted, judged or given to the learner but while a pedestrian settles: what is answered
+  /// then depends on what was offered alone, not on how fast it came.
   void go_step_by_step();
   /// As drain, and whole batches of what has ended are learnt: what comes next does not depend on how long that took.
   void settle();

@@ -29,8 +29,9 @@ class Server {
   /// Listens from here on. `announce` is told, from any thread, what people should know.
   /// Throws: std::invalid_argument for an address that is none, or one that others can reach without a token;
   /// std::runtime_error if an address or path cannot be listened at.
-  Server(const ServeOptions& options, const Scene& scene, LiveSettings settings, Learner& learner, Tuning tuning,
-         std::function<void(const Tuning&)> keep_tuning, std::function<void(const std::string&)> announce);
+  Server(const ServeOptions& options, const Scene& scene, LiveSettings settings, Learner& learner,
+         OnlineCalibration online_calibration, std::function<void(const OnlineCalibration&)> keep_calibration,
+         std::function<void(const std::string&)> announce);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

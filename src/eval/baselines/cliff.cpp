@@ -105,12 +105,12 @@ std::vector<Vector2> walked(const CliffMap& map, Vector2 position_m, Vector2 vel
 
 }  // namespace
 
-CliffMap map_dynamics(CliffMap map, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+CliffMap map_dynamics(CliffMap map, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                       const CliffConfig& cliff) {
   validate_fields("map_dynamics", cliff);
   if (map.cells.empty() && !tracks.empty()) map.frame = tracks.front().frame;
   std::set<std::pair<int, int>> touched;
-  for (const PlacedTrack& placed : tracks) {
+  for (const FramedTrajectory& placed : tracks) {
     const CurbTrajectory track = resample(placed.track, placed.frame, config.sampling);
     for (std::size_t t = 0; t < track.positions.size(); ++t) {
       const Vector2 velocity = velocity_to_world(map.frame, track.velocities[t]);

@@ -31,7 +31,7 @@ double squared_distance(const RememberedWindow& a, const RememberedWindow& b, co
 
 }  // namespace
 
-TrackMemory remember(TrackMemory memory, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+TrackMemory remember(TrackMemory memory, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                      const MemoryConfig& memory_config) {
   validate_fields("remember", memory_config);
   if (memory.windows.empty() && !tracks.empty()) memory.frame = tracks.front().frame;

@@ -52,7 +52,7 @@ struct CliffMap {
 
 /// The map with more tracks; the cells that they touch are fitted anew.
 /// Throws: std::invalid_argument for a configuration out of range.
-CliffMap map_dynamics(CliffMap map, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+CliffMap map_dynamics(CliffMap map, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                       const CliffConfig& cliff);
 
 /// How many Gaussians the map has.

@@ -45,7 +45,7 @@ struct TrackMemory {
 
 /// The memory with the windows of more tracks; only windows with their whole future are kept.
 /// Throws: std::invalid_argument for a configuration out of range.
-TrackMemory remember(TrackMemory memory, std::span<const PlacedTrack> tracks, const EpisodeConfig& config,
+TrackMemory remember(TrackMemory memory, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                      const MemoryConfig& memory_config);
 
 /// What became of the nearest remembered windows, each a mode; the nearer the heavier. Constant velocity, flagged as a

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <vector>
+
+namespace sila {
+
+/// Speed classes that error statistics are kept for.
+inline constexpr int kSpeedClasses = 5;
+/// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
+inline constexpr int kKinematicFeatures = 5;
+/// The same, and that of the global residual GP: nothing that depends on the place.
+inline constexpr int kPlaceFreeFeatures = kKinematicFeatures + 1;
+/// The same, and that of the residual GPs.
+inline constexpr int kAloneFeatures = kPlaceFreeFeatures + 1;
+/// The same, and the mean velocities of the two particles of a roll-out.
+inline constexpr int kMapFeatures = kAloneFeatures + 2;
+/// Bins that nonconformity scores and raw novelties are counted in.
+inline constexpr int kScoreBins = 28;
+inline constexpr int kNoveltyBins = 50;
+
+/// Sums over weighted examples from which a linear regression on F features is solved; the size does not grow with the
+/// examples.
+struct RegressionMoments {
+  double weight = 0.0;
+  Eigen::MatrixXd features;  ///< F x F, sum of w f f'
+  Eigen::VectorXd products;  ///< F, sum of w f y
+
+  RegressionMoments& operator+=(const RegressionMoments& more) {
+    weight += more.weight, features += more.features, products += more.products;
+    return *this;
+  }
+};
+
+/// Sums of squared prediction errors in the frame of the person's heading.
+struct ErrorMoments {
+  double weight = 0.0;
+  double along_m2 = 0.0;
+  double across_m2 = 0.0;
+
+  ErrorMoments& operator+=(const ErrorMoments& more) {
+    weight += more.weight, along_m2 += more.along_m2, across_m2 += more.across_m2;
+    return *this;
+  }
+};
+
+/// Classes of people who hardly move, by the speed of their net displacement while observed.
+inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
+inline constexpr std::size_t kSlowClasses = std::size(kSlowLimits_mps);
+/// What such a person may do: this share of constant velocity plus this share of the stacked prediction. The first is
+/// to stay.
+struct SlowChoice {
+  double constant_velocity = 0.0;
+  double stacked = 0.0;
+};
+inline constexpr SlowChoice kSlowChoices[] = {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}, {0.0, 0.5}, {0.0, 1.0}, {0.5, 0.5}};
+
+/// Sums of the displacement errors of each choice, over windows and their steps.
+struct SlowErrors {
+  double weight = 0.0;
+  std::array<double, std::size(kSlowChoices)> errors_m = {};
+
+  SlowErrors& operator+=(const SlowErrors& more) {
+    weight += more.weight;
+    for (std::size_t c = 0; c < errors_m.size(); ++c) errors_m[c] += more.errors_m[c];
+    return *this;
+  }
+};
+
+/// What the prediction errors of past episodes fitted, gathered on tracks that the model had not learnt yet: how to
+/// stacking kinematics with roll-outs, and how wide the errors are. Cell (step, speed class) of each table is at step *
+/// classes + class.
+struct ErrorStatistics {
+  int steps = 0;
+  int classes = 0;
+  double interval_s = 0.2;                     ///< between steps
+  std::vector<RegressionMoments> with_map;     ///< kinematics and roll-outs
+  std::vector<RegressionMoments> without_map;  ///< kinematics and residual GPs, for when no transition matches
+  std::vector<ErrorMoments> errors_with_map;
+  std::vector<ErrorMoments> errors_without_map;
+  std::vector<ErrorMoments> errors_place_free;  ///< of the global residual GP alone, for a place that is not known
+  std::vector<std::vector<double>> scores;      ///< how often what happened was so surprising: bins of each cell
+  std::vector<double> novelties;                ///< how often a path was so little known: bins
+  std::vector<SlowErrors> slow;                 ///< of each slow class
+
+  bool empty() const { return steps == 0; }
+};
+
+/// Tables of zeros.
+ErrorStatistics zero_error_statistics(int steps, double interval_s);
+
+/// The error statistics as if each example had counted `share` as much: all of them are sums over examples.
+ErrorStatistics faded(ErrorStatistics error_statistics, double share);
+
+/// Past error statistics, faded by `decay`, and new ones. Throws: std::invalid_argument if they differ in shape.
+ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double decay);
+
+/// Throws: std::invalid_argument if neither is empty and they differ in shape.
+void require_like(const ErrorStatistics& a, const ErrorStatistics& b);
+
+/// Adds as if both had been gathered at once. Throws: std::invalid_argument if they differ in shape.
+void accumulate(ErrorStatistics& sum, const ErrorStatistics& more);
+
+/// Throws: std::invalid_argument for tables of another shape than the steps and classes say, numbers that are not
+/// finite, weights and sums of squares below 0.
+void validate(const ErrorStatistics& error_statistics);
+
+}  // namespace sila

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "sila/core/trajectory.hpp"
+#include "sila/gp/sparse_gp.hpp"
+#include "sila/model/error_statistics.hpp"
+
+namespace sila {
+
+/// A place where a model was trained, by its curb frame.
+struct Site {
+  CurbFrame frame;
+  int episodes = 0;                  ///< batches that had tracks of this site
+  long tracks = 0;                   ///< of this site learnt from
+  ErrorStatistics error_statistics;  ///< error statistics of predictions at this site; constant size
+  SparseGp
+      global_residual;  ///< how walking goes on at this site, wherever at it (global residual GP.hpp); constant size
+};
+
+/// What the sites of a model have in common.
+enum class SiteSharing {
+  apart,   ///< a transition belongs to one site, and predictions at a known site use those of that site alone
+  shared,  ///< sites are laid over each other by their frames; everything may fuse and is used everywhere (paper)
+};
+inline constexpr std::array<const char*, 2> kSiteSharings = {"apart", "shared"};
+
+/// How much of a transition was seen at one site.
+struct SiteCount {
+  int site = 0;          ///< index in Model::sites
+  double count = 0.0;    ///< trajectories that showed the transition there
+  int last_episode = 0;  ///< in which it was last seen there, counted by Site::episodes; from 1
+  bool operator==(const SiteCount&) const = default;
+};
+
+/// Whether two frames stand at the same corner: origins within 1 m, axes within about 5 degrees.
+bool same_site(const CurbFrame& a, const CurbFrame& b);
+
+/// The index of the site at this corner.
+std::optional<int> find_site(const std::vector<Site>& sites, const CurbFrame& frame);
+
+/// The same; a site that is not among them is appended, with no episodes and no tracks.
+int find_or_add_site(std::vector<Site>& sites, const CurbFrame& frame);
+
+/// The sites of the tracks of one batch, in the order in which they first come.
+std::vector<Site> sites_of(const std::vector<CurbTrajectory>& tracks);
+
+/// The sites of two models: those of the first keep their indices, those that only the second has follow. Episodes,
+/// tracks and error statistics add; global residual GPs are those of the first model.
+struct JoinedSites {
+  std::vector<Site> sites;
+  std::vector<int> of_second;  ///< the index in `sites` of each site of the second model
+};
+/// Throws: std::invalid_argument if error statistics have different shapes.
+JoinedSites join_sites(std::vector<Site> first, const std::vector<Site>& second);
+
+/// Throws: std::invalid_argument if the error statistics of two sites have different shapes.
+void require_one_shape(const std::vector<Site>& sites);
+
+/// Adds counts to a list that is sorted by site.
+void add_count(std::vector<SiteCount>& counts, const SiteCount& more);
+double total_count(const std::vector<SiteCount>& counts);
+
+/// Whether two lists, sorted by site, have a site in common.
+bool share_a_site(const std::vector<SiteCount>& a, const std::vector<SiteCount>& b);
+
+/// Episodes since any of its sites last showed what was counted, each by its own clock.
+int age_episodes(const std::vector<SiteCount>& counts, const std::vector<Site>& sites);
+
+}  // namespace sila

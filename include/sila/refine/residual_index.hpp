@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "sila/gp/posterior.hpp"
+#include "sila/model/model.hpp"
+#include "sila/model/residual.hpp"
+#include "sila/predict/config.hpp"
+
+namespace sila {
+
+/// What predictions need of the residual GPs of a model, made once.
+class ResidualIndex {
+ public:
+  /// A model and its index, or neither.
+  struct Reuse {
+    const Model* model = nullptr;
+    const ResidualIndex* index = nullptr;
+  };
+
+  /// The residual GP of a transition.
+  struct Expert {
+    Posterior posterior;
+    Eigen::AlignedBox<double, kResidualInputs> reach;  ///< beyond it the GP is its prior
+  };
+
+  /// What the model has of an earlier one is not factorised again.
+  ResidualIndex(const Model& model, const PredictConfig& config, const Reuse& earlier);
+
+  const std::optional<Expert>& expert(int transition) const { return experts_[static_cast<std::size_t>(transition)]; }
+  /// The global residual GP of a site, or else what counts of all others.
+  const std::optional<Posterior>& global(std::optional<int> site) const {
+    const bool own = site && global_[static_cast<std::size_t>(*site)];
+    return own ? global_[static_cast<std::size_t>(*site)] : untrained_;
+  }
+  int knots() const { return knots_; }
+  double horizon_s() const { return horizon_s_; }
+
+ private:
+  int knots_ = 0;
+  double horizon_s_ = 0.0;
+  std::vector<std::optional<Expert>> experts_;
+  std::vector<std::optional<Posterior>> global_;  ///< of each site
+  std::optional<Posterior> untrained_;
+};
+
+}  // namespace sila

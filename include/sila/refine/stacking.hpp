@@ -1,0 +1,94 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <iterator>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sila/core/trajectory.hpp"
+#include "sila/model/error_statistics.hpp"
+#include "sila/predict/config.hpp"
+#include "sila/predict/rollout.hpp"
+#include "sila/refine/residuals.hpp"
+
+namespace sila {
+
+/// Mean observed speeds that part the classes [m/s]: standing, strolling, slow, normal, fast.
+inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
+static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
+
+int speed_class(const CurbTrajectory& observed);
+
+/// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
+/// two samples were seen.
+std::optional<std::size_t> slow_class(const CurbTrajectory& observed);
+
+/// Candidate mean velocities from t0 to a step [m/s], one a column.
+using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMapFeatures>;
+/// The column of constant velocity among all features.
+inline constexpr int kConstantVelocityFeature = 1;
+using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
+
+/// Those of any step.
+KinematicFeatures kinematic_features(const CurbTrajectory& observed);
+
+/// What is known of a pedestrian before any roll-out.
+struct Observation {
+  KinematicFeatures kinematics = KinematicFeatures::Zero();
+  ResidualPrediction global_residual;
+  std::span<const ExpertPrediction> experts;
+  ResidualPrediction residuals;     ///< all opinions together
+  std::optional<int> site;          ///< none: at an untrained one
+  int speed = 0;                    ///< class
+  std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
+};
+Observation observation_of(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
+                           const CurbTrajectory& observed, Scratch& scratch);
+
+/// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
+/// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.
+Features place_free_features(const Observation& observation, std::size_t step, double interval_s);
+Features alone_features(const Observation& observation, const ResidualPrediction& residuals, std::size_t step,
+                        double interval_s);
+Features map_features(const Observation& observation, const Rollout& rollout, const ResidualPrediction& residuals,
+                      const CurbTrajectory& observed, std::size_t step, double interval_s);
+
+/// The coefficients with which features are summed, per (step, class): solved once from the error statistics.
+/// Ridge regression towards what the residual GPs say (constant velocity where they know nothing).
+/// Whatever the place the global residual GP alone counts: coefficients learnt at some places made it worse at others.
+/// Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global residual GP.md.
+class Stacking {
+ public:
+  Stacking(const ErrorStatistics& error_statistics, const PredictConfig& config);
+
+  bool fitted() const { return steps_ > 0; }
+  /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who
+  /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
+  /// halves of them.
+  Vector2 velocity_mps(const Features& features, std::size_t step, const Observation& seen) const;
+  /// The stacked prediction, whoever it is.
+  Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
+  /// Variances [m²] along and across the way to the mean position that so many features give; zero where nothing was
+  /// fitted, at least those of an error of a millimetre elsewhere.
+  Vector2 error_variance_m2(std::size_t step, int speed_class, Eigen::Index features) const;
+
+ private:
+  std::size_t cell(std::size_t step, int speed_class) const;
+
+  int steps_ = 0;
+  /// What was fitted of one set of features.
+  struct Table {
+    std::vector<Eigen::VectorXd> coefficients;
+    std::vector<Vector2> variances_m2;
+  };
+  const Table& table(Eigen::Index features) const;
+  Table place_free_, alone_, with_map_;
+  std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
+};
+
+/// A covariance with the given variances along and across a direction.
+Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2);
+
+}  // namespace sila

@@ -1,0 +1,170 @@
+#include "sila/model/error_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace sila {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("error statistics: " + what);
+}
+
+void require_length(const char* name, std::size_t length, std::size_t wanted) {
+  if (length == wanted) return;
+  refuse(std::string(name) + " has " + std::to_string(length) + " entries, must have " + std::to_string(wanted));
+}
+
+/// Of something that was counted or summed up from squares.
+void require_sum(const char* name, double value) {
+  if (!(value >= 0.0) || !std::isfinite(value)) refuse(std::string(name).append(" has a number that is no sum"));
+}
+
+void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells,
+                         int features) {
+  require_length(name, table.size(), cells);
+  for (const RegressionMoments& moments : table) {
+    require_sum(name, moments.weight);
+    if (moments.features.rows() != features || moments.features.cols() != features ||
+        moments.products.size() != features)
+      refuse(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
+    if (!moments.features.allFinite() || !moments.products.allFinite())
+      refuse(std::string(name) + " has a number that is not finite");
+  }
+}
+
+void require_error_moments(const char* name, const std::vector<ErrorMoments>& table, std::size_t cells) {
+  require_length(name, table.size(), cells);
+  for (const ErrorMoments& moments : table) {
+    require_sum(name, moments.weight);
+    // One is a difference of squares, which rounding may leave a little below 0.
+    for (const double sum_m2 : {moments.along_m2, moments.across_m2}) require_sum(name, sum_m2 + 1e-6);
+  }
+}
+
+void require_bins(const char* name, const std::vector<double>& bins, std::size_t wanted) {
+  require_length(name, bins.size(), wanted);
+  for (const double count : bins) require_sum(name, count);
+}
+
+constexpr double kWindowsToKnowCovariance = 20.0;
+
+template <class Moments>
+void accumulate_cells(std::vector<Moments>& sum, const std::vector<Moments>& more) {
+  for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += more[c];
+}
+
+void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, double weight = 1.0) {
+  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += weight * more[bin];
+}
+
+/// All but the nonconformity scores.
+void accumulate_moments(ErrorStatistics& sum, const ErrorStatistics& more) {
+  accumulate_cells(sum.with_map, more.with_map);
+  accumulate_cells(sum.without_map, more.without_map);
+  accumulate_cells(sum.errors_with_map, more.errors_with_map);
+  accumulate_cells(sum.errors_without_map, more.errors_without_map);
+  accumulate_cells(sum.errors_place_free, more.errors_place_free);
+  accumulate_bins(sum.novelties, more.novelties);
+  accumulate_cells(sum.slow, more.slow);
+}
+
+}  // namespace
+
+ErrorStatistics zero_error_statistics(int steps, double interval_s) {
+  ErrorStatistics error_statistics;
+  error_statistics.steps = steps, error_statistics.classes = kSpeedClasses, error_statistics.interval_s = interval_s;
+  const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
+  const auto blank = [](int f) {
+    return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)};
+  };
+  error_statistics.with_map.assign(cells, blank(kMapFeatures));
+  error_statistics.without_map.assign(cells, blank(kAloneFeatures));
+  error_statistics.errors_with_map.resize(cells);
+  error_statistics.errors_without_map.resize(cells);
+  error_statistics.errors_place_free.resize(cells);
+  error_statistics.scores.assign(cells, std::vector<double>(kScoreBins, 0.0));
+  error_statistics.novelties.assign(kNoveltyBins, 0.0);
+  error_statistics.slow.resize(kSlowClasses);
+  return error_statistics;
+}
+
+ErrorStatistics faded(ErrorStatistics error_statistics, double share) {
+  for (auto* table : {&error_statistics.with_map, &error_statistics.without_map}) {
+    for (RegressionMoments& cell : *table) cell.weight *= share, cell.features *= share, cell.products *= share;
+  }
+  for (auto* table :
+       {&error_statistics.errors_with_map, &error_statistics.errors_without_map, &error_statistics.errors_place_free}) {
+    for (ErrorMoments& cell : *table) cell.weight *= share, cell.along_m2 *= share, cell.across_m2 *= share;
+  }
+  for (std::vector<double>& bins : error_statistics.scores) {
+    for (double& count : bins) count *= share;
+  }
+  for (double& count : error_statistics.novelties) count *= share;
+  for (SlowErrors& slow : error_statistics.slow) {
+    slow.weight *= share;
+    for (double& error_m : slow.errors_m) error_m *= share;
+  }
+  return error_statistics;
+}
+
+void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
+  if (a.empty() || b.empty()) return;
+  if (a.steps == b.steps && a.classes == b.classes && a.interval_s == b.interval_s) return;
+  throw std::invalid_argument("add_error_statistics: steps = " + std::to_string(b.steps) + ", the model was fitted " +
+                              std::to_string(a.steps) +
+                              " steps; keep predict.horizon_s as it was when the model began");
+}
+
+ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double decay) {
+  if (past.empty()) return recent;
+  if (recent.empty()) return past;
+  require_like(past, recent);
+  ErrorStatistics sum = faded(past, decay);
+  accumulate_moments(sum, recent);
+  for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) {
+    // Under covariances of which little was known nonconformity scores say little: wide ones would hide how large they
+    // are now.
+    const double known = past.errors_with_map[cell].weight;
+    accumulate_bins(sum.scores[cell], recent.scores[cell], known / (known + kWindowsToKnowCovariance));
+  }
+  return sum;
+}
+
+void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
+  if (more.empty()) return;
+  if (sum.empty()) {
+    sum = more;
+    return;
+  }
+  require_like(sum, more);
+  accumulate_moments(sum, more);
+  for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) accumulate_bins(sum.scores[cell], more.scores[cell]);
+}
+
+void validate(const ErrorStatistics& error_statistics) {
+  const bool empty = error_statistics.empty();
+  if (error_statistics.steps < 0 || (!empty && error_statistics.classes != kSpeedClasses))
+    refuse("steps = " + std::to_string(error_statistics.steps) + ", classes = " +
+           std::to_string(error_statistics.classes) + ", there must be " + std::to_string(kSpeedClasses) + " classes");
+  if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
+    refuse("interval_s must be positive");
+  const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
+  require_regressions("with_map", error_statistics.with_map, cells, kMapFeatures);
+  require_regressions("without_map", error_statistics.without_map, cells, kAloneFeatures);
+  require_error_moments("errors_with_map", error_statistics.errors_with_map, cells);
+  require_error_moments("errors_without_map", error_statistics.errors_without_map, cells);
+  require_error_moments("errors_place_free", error_statistics.errors_place_free, cells);
+  require_length("scores", error_statistics.scores.size(), cells);
+  for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
+  require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
+  require_length("slow", error_statistics.slow.size(), empty ? 0 : kSlowClasses);
+  for (const SlowErrors& slow : error_statistics.slow) {
+    require_sum("slow", slow.weight);
+    for (const double error_m : slow.errors_m) require_sum("slow", error_m);
+  }
+}
+
+}  // namespace sila

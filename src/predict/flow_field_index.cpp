@@ -1,0 +1,260 @@
+#include "sila/predict/flow_field_index.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "sila/core/buckets.hpp"
+#include "sila/gp/earlier_gps.hpp"
+
+namespace sila {
+namespace {
+
+/// A field of which one pseudo-input reaches over more buckets than this is asked everywhere instead: a model of few
+/// bytes would else make very many buckets.
+constexpr double kMostBucketsReached = 1e3;
+/// The bucket of fields that reach everywhere; they stand in every other bucket as well. No place that is looked up has
+/// this key.
+constexpr std::int64_t kEverywhere = std::numeric_limits<std::int64_t>::min();
+
+/// A field on its way into the map.
+struct Entry {
+  std::optional<FlowFieldIndex::Field> field;
+  std::vector<std::int64_t> buckets;  ///< in which it may know something; in order, each once
+};
+
+/// A transition where many overlap.
+struct Ranked {
+  double score = 0.0;
+  int transition = 0;
+};
+
+/// Buckets of one column, one above the other.
+struct Stretch {
+  std::int64_t column, first_row, last_row;
+  bool operator<(const Stretch& other) const {
+    return column != other.column ? column < other.column : first_row < other.first_row;
+  }
+};
+
+/// Adds the buckets of which some point is within the ellipse with these half axes.
+void add_stretches(const Vector2& centre, const Vector2& reach, double size, std::vector<Stretch>& stretches) {
+  const std::int64_t last = bucket_column(centre.x() + reach.x(), size);
+  for (std::int64_t column = bucket_column(centre.x() - reach.x(), size); column <= last; ++column) {
+    const double left = static_cast<double>(column) * size;
+    const double off = (std::clamp(centre.x(), left, left + size) - centre.x()) / reach.x();
+    const double height = reach.y() * std::sqrt(std::max(0.0, 1.0 - off * off));
+    stretches.push_back({column, bucket_column(centre.y() - height, size), bucket_column(centre.y() + height, size)});
+  }
+}
+
+/// One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
+std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
+  const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
+  if (!(count_buckets(-reach, reach, bucket_size) <= kMostBucketsReached)) return {kEverywhere};
+  std::vector<Stretch> stretches;
+  for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
+    add_stretches(gp.pseudo_inputs.col(m), reach, bucket_size, stretches);
+  std::sort(stretches.begin(), stretches.end());
+  std::vector<std::int64_t> buckets;
+  Stretch covered{std::numeric_limits<std::int64_t>::min(), 0, 0};
+  for (const Stretch& stretch : stretches) {
+    const std::int64_t next = stretch.column == covered.column ? covered.last_row + 1 : stretch.first_row;
+    for (std::int64_t row = std::max(next, stretch.first_row); row <= stretch.last_row; ++row)
+      buckets.push_back(bucket_key(stretch.column, row));
+    covered = {stretch.column, stretch.first_row, std::max(stretch.last_row, next - 1)};
+  }
+  return buckets;
+}
+
+/// The fields of an earlier model, whose posteriors may serve again.
+class Known {
+ public:
+  explicit Known(const FlowFieldIndex::Reuse& earlier) : earlier_(earlier) {
+    if (!earlier.model) return;
+    for (std::size_t i = 0; i < earlier.model->transitions.size(); ++i)
+      gps_.add(earlier.model->transitions[i].field.gp, static_cast<int>(i));
+  }
+
+  FlowPosterior field(const FlowField& field) const {
+    const std::optional<int> index = gps_.find(field.gp);
+    if (index && earlier_.model->transitions[static_cast<std::size_t>(*index)].field.gp_y == field.gp_y)
+      return earlier_.map->field(*index).posterior;
+    return FlowPosterior(field.gp, field.second());
+  }
+
+ private:
+  FlowFieldIndex::Reuse earlier_;
+  EarlierGps gps_;
+};
+
+Entry entry_of(const Transition& transition, const Known& known, double leaving_count, double bucket_size) {
+  const SparseGp& gp = transition.field.gp;
+  Entry entry{FlowFieldIndex::Field{transition.from, transition.to, transition.count, transition.count / leaving_count,
+                                    known.field(transition.field)},
+              buckets_of(gp, bucket_size)};
+  return entry;
+}
+
+void sort_and_make_unique(std::vector<double>& values) {
+  std::ranges::sort(values);
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+std::size_t index_of(const std::vector<double>& sorted, double value) {
+  return static_cast<std::size_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
+}
+
+/// Where a field is scored, and what takes up each score.
+struct CellSummaries {
+  std::vector<RasterPlace> places;
+  std::vector<FlowFieldIndex::CellSummary*> summaries;
+
+  void reserve(std::size_t size) { places.reserve(size), summaries.reserve(size); }
+};
+
+void take_up(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,
+             const std::vector<double>& ys) {
+  const double noise_variance = field.posterior.noise_variance().mean();
+  std::vector<FlowPrediction> flows(summaries.places.size());
+  field.posterior.score(xs, ys, summaries.places, flows);
+  for (std::size_t i = 0; i < flows.size(); ++i) {
+    const double variance = flows[i].variance + noise_variance;
+    *summaries.summaries[i] = {flows[i].mean, 0.5 / variance, -std::log(variance)};
+  }
+}
+
+}  // namespace
+
+FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, const Reuse& earlier)
+    : leaving_(model.primitives.size()) {
+  bucket_size_ = model.settings.grid.cell;
+  max_shortlisted_ = static_cast<std::size_t>(config.max_shortlisted);
+  apart_ = model.sharing == SiteSharing::apart, trained_sites_only_ = config.trained_sites_only;
+  for (const Site& site : model.sites) site_frames_.push_back(site.frame);
+  buckets_.resize((apart_ ? site_frames_.size() : 0) + (apart_ && trained_sites_only_ ? 0 : 1));
+  std::vector<double> leaving_count(model.primitives.size(), 0.0);
+  for (const Transition& transition : model.transitions)
+    leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
+  const Known known(earlier);
+  std::vector<Entry> entries(model.transitions.size());
+  tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
+    const Transition& transition = model.transitions[i];
+    entries[i] = entry_of(transition, known, leaving_count[static_cast<std::size_t>(transition.from)], bucket_size_);
+  });
+  fields_.reserve(entries.size());
+  for (Entry& entry : entries) {
+    const int index = static_cast<int>(fields_.size());
+    leaving_[static_cast<std::size_t>(entry.field->from)].push_back(index);
+    add_transition(index, entry.buckets, model.transitions[static_cast<std::size_t>(index)].sites);
+    fields_.push_back(std::move(*entry.field));
+  }
+  add_wide_fields();
+  add_summaries();
+}
+
+void FlowFieldIndex::add_transition(int index, std::span<const std::int64_t> buckets,
+                                    const std::vector<SiteCount>& sites) {
+  const auto add_to = [&](Buckets& to) {
+    for (const std::int64_t bucket : buckets) to[bucket].transitions.push_back(index);
+  };
+  if (apart_) {
+    for (const SiteCount& part : sites) add_to(buckets_[static_cast<std::size_t>(part.site)]);
+  }
+  if (const auto elsewhere = index_at(std::nullopt)) add_to(buckets_[*elsewhere]);
+}
+
+void FlowFieldIndex::add_wide_fields() {
+  for (Buckets& buckets : buckets_) {
+    const auto wide = buckets.find(kEverywhere);
+    if (wide == buckets.end()) continue;
+    for (auto& [key, bucket] : buckets) {
+      if (key == kEverywhere) continue;
+      std::vector<int>& all = bucket.transitions;
+      all.insert(all.end(), wide->second.transitions.begin(), wide->second.transitions.end());
+      std::sort(all.begin(), all.end());
+    }
+  }
+}
+
+void FlowFieldIndex::add_summaries() {
+  std::vector<std::pair<Vector2, Bucket*>> crowded;
+  std::vector<double> xs, ys;
+  for (Buckets& buckets : buckets_) {
+    for (auto& [key, bucket] : buckets) {
+      if (bucket.transitions.size() <= max_shortlisted_) continue;
+      const Vector2 middle = bucket_middle(key, bucket_size_);
+      crowded.emplace_back(middle, &bucket);
+      xs.push_back(middle.x()), ys.push_back(middle.y());
+    }
+  }
+  sort_and_make_unique(xs), sort_and_make_unique(ys);
+  std::vector<CellSummaries> summaries(fields_.size());
+  std::vector<std::size_t> times_scored(fields_.size());
+  for (const auto& [middle, bucket] : crowded) {
+    for (const int transition : bucket->transitions) ++times_scored[static_cast<std::size_t>(transition)];
+  }
+  for (std::size_t i = 0; i < fields_.size(); ++i) summaries[i].reserve(times_scored[i]);
+  for (const auto& [middle, bucket] : crowded) {
+    const RasterPlace place{index_of(xs, middle.x()), index_of(ys, middle.y())};
+    bucket->summaries.resize(bucket->transitions.size());
+    for (std::size_t k = 0; k < bucket->summaries.size(); ++k) {
+      CellSummaries& of_field = summaries[static_cast<std::size_t>(bucket->transitions[k])];
+      of_field.places.push_back(place), of_field.summaries.push_back(&bucket->summaries[k]);
+    }
+  }
+  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { take_up(summaries[i], fields_[i], xs, ys); });
+}
+
+std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
+  const auto found = std::ranges::find_if(site_frames_, [&](const CurbFrame& site) { return same_site(site, frame); });
+  if (found == site_frames_.end()) return std::nullopt;
+  return static_cast<int>(found - site_frames_.begin());
+}
+
+std::optional<std::size_t> FlowFieldIndex::index_at(std::optional<int> site) const {
+  if (!apart_) return 0;
+  if (site) return static_cast<std::size_t>(*site);
+  if (trained_sites_only_) return std::nullopt;
+  return site_frames_.size();
+}
+
+const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position, std::optional<int> site) const {
+  const auto index = index_at(site);
+  if (!index || !(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return nullptr;
+  const Buckets& buckets = buckets_[*index];
+  auto place = buckets.find(bucket_of(position, bucket_size_));
+  if (place == buckets.end()) place = buckets.find(kEverywhere);
+  return place == buckets.end() ? nullptr : &place->second;
+}
+
+std::span<const int> FlowFieldIndex::near(const CurbTrajectory& observed, std::optional<int> site,
+                                          Scratch& scratch) const {
+  const Bucket* bucket = observed.positions.empty() ? nullptr : bucket_at(observed.positions.back(), site);
+  if (!bucket) return {};
+  if (bucket->summaries.empty()) return bucket->transitions;
+  const auto ranked = scratch.array<Ranked>(bucket->summaries.size());
+  for (std::size_t k = 0; k < ranked.size(); ++k) {
+    const CellSummary& summary = bucket->summaries[k];
+    const double off = (observed.velocities.back() - summary.flow).squaredNorm();
+    ranked[k] = {summary.log_scale - summary.half_precision * off, bucket->transitions[k]};
+  }
+  std::nth_element(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(max_shortlisted_), ranked.end(),
+                   [](const Ranked& a, const Ranked& b) {
+                     return a.score != b.score ? a.score > b.score : a.transition < b.transition;
+                   });
+  const auto most_likely = scratch.array<int>(max_shortlisted_);
+  std::ranges::transform(ranked.first(max_shortlisted_), most_likely.begin(), &Ranked::transition);
+  std::ranges::sort(most_likely);
+  return most_likely;
+}
+
+}  // namespace sila

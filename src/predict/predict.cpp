@@ -1,0 +1,130 @@
+#include "sila/predict/predict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "sila/core/steps.hpp"
+#include "sila/predict/candidates.hpp"
+#include "sila/predict/constant_velocity.hpp"
+
+namespace sila {
+namespace {
+
+/// The paper's mode: the roll-out itself.
+void fill_plain(Mode& mode, const Rollout& rollout, const CurbFrame& frame) {
+  const Matrix2 matrix = world_from_curb(frame);
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    mode.path_m[j] = to_world(frame, rollout.path[j]);
+    mode.covariances_m2[j] = matrix * rollout.covariances[j] * matrix.transpose();
+  }
+}
+
+/// Constant velocity, with errors that grow by kConstantVelocitySpread_mps.
+void fill_constant_velocity(Mode& mode, const CurbTrajectory& observed, double interval_s) {
+  mode.path_m = constant_velocity(observed, static_cast<int>(mode.path_m.size()), interval_s);
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    const double spread = kConstantVelocitySpread_mps * (static_cast<double>(j + 1) * interval_s);
+    mode.covariances_m2[j] = Matrix2::Identity() * spread * spread;
+  }
+}
+
+}  // namespace
+
+void require_observed(const CurbTrajectory& observed, double interval_s) {
+  validate(observed);
+  for (std::size_t t = 1; t < observed.times_s.size(); ++t) {
+    const double step_s = observed.times_s[t] - observed.times_s[t - 1];
+    if (std::abs(step_s - interval_s) < 1e-3 * interval_s) continue;
+    std::ostringstream text;
+    text << "predict: track '" << observed.id << "' has an interval of " << step_s << " s at sample " << t
+         << ", the model's is " << interval_s << " s";
+    throw std::invalid_argument(text.str());
+  }
+}
+
+RolloutSet roll_out_near(const FlowFieldIndex& map, const CurbTrajectory& observed, int steps, double interval_s,
+                         bool with_covariances, const PredictConfig& config, Scratch& scratch) {
+  const int decision_steps = steps_in(config.mode_horizon_s, interval_s);
+  RolloutSet set;
+  set.site = map.site(observed.frame);
+  set.near = map.near(observed, set.site, scratch);
+  const Candidates candidates = find_candidates(map, set.near, observed, config, scratch);
+  set.rollouts = roll_out(map, candidates, observed, std::max(steps, decision_steps), interval_s, with_covariances,
+                          config, scratch);
+  set.groups = group_rollouts(set.rollouts, observed.frame, decision_steps, config, scratch);
+  set.raw_novelty = candidates.novelty;
+  return set;
+}
+
+Prediction& begin_prediction(const CurbTrajectory& observed, std::size_t steps, double interval_s,
+                             Workspace& workspace) {
+  Prediction& prediction = workspace.prediction;
+  for (Mode& mode : prediction.modes) workspace.spare.push_back(std::move(mode));
+  prediction.modes.clear();
+  prediction.t0_s = observed.times_s.back();
+  prediction.times_s.resize(steps);
+  for (std::size_t j = 0; j < steps; ++j) prediction.times_s[j] = static_cast<double>(j + 1) * interval_s;
+  return prediction;
+}
+
+Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
+  std::vector<Mode>& modes = workspace.prediction.modes;
+  if (workspace.spare.empty()) {
+    modes.emplace_back();
+  } else {
+    modes.push_back(std::move(workspace.spare.back()));
+    workspace.spare.pop_back();
+  }
+  Mode& mode = modes.back();
+  mode.weight = weight, mode.variant = VariantKind::expected, mode.source = modes.size() - 1;
+  mode.primitives.clear();
+  mode.path_m.resize(steps), mode.covariances_m2.resize(steps);
+  return mode;
+}
+
+void visit_primitives(const FlowFieldIndex& map, std::span<const int> transitions, std::vector<int>& visited) {
+  for (const int index : transitions) {
+    const FlowFieldIndex::Field& field = map.field(index);
+    if (visited.empty() || visited.back() != field.from) visited.push_back(field.from);
+    if (visited.back() != field.to) visited.push_back(field.to);
+  }
+}
+
+// Modes are few enough to be moved one by one, without memory.
+void sort_by_weight(std::vector<Mode>& modes) {
+  for (auto end = modes.begin(); end != modes.end(); ++end) {
+    const auto place =
+        std::upper_bound(modes.begin(), end, *end, [](const Mode& a, const Mode& b) { return a.weight > b.weight; });
+    std::rotate(place, end, end + 1);
+  }
+}
+
+void add_rollout_modes(const FlowFieldIndex& map, std::span<const Rollout> rollouts, const CurbTrajectory& observed,
+                       double interval_s, Workspace& workspace) {
+  Prediction& prediction = workspace.prediction;
+  const std::size_t steps = prediction.times_s.size();
+  prediction.fallback = rollouts.empty();
+  for (const Rollout& rollout : rollouts) {
+    Mode& mode = add_mode(workspace, rollout.weight, steps);
+    visit_primitives(map, rollout.transitions, mode.primitives);
+    fill_plain(mode, rollout, observed.frame);
+  }
+  if (prediction.fallback) fill_constant_velocity(add_mode(workspace, 1.0, steps), observed, interval_s);
+}
+
+Prediction predict_by_rollouts(const FlowFieldIndex& map, const CurbTrajectory& observed, double interval_s,
+                               const PredictConfig& config) {
+  require_observed(observed, interval_s);
+  Workspace workspace;
+  const int steps = steps_in(config.horizon_s, interval_s);
+  const RolloutSet set = roll_out_near(map, observed, steps, interval_s, true, config, workspace.scratch);
+  Prediction& prediction = begin_prediction(observed, static_cast<std::size_t>(steps), interval_s, workspace);
+  prediction.novelty = set.raw_novelty;
+  add_rollout_modes(map, merge_rollouts(set.rollouts, set.groups, workspace.scratch), observed, interval_s, workspace);
+  return std::move(prediction);
+}
+
+}  // namespace sila

@@ -1,0 +1,179 @@
+#include "sila/refine/predictor.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "sila/core/steps.hpp"
+#include "sila/predict/constant_velocity.hpp"
+#include "sila/refine/error_statistics.hpp"
+#include "sila/refine/mode_variants.hpp"
+
+namespace sila {
+namespace {
+
+/// The roll-out stacked with kinematics as past errors show.
+void fill_stacked(Mode& mode, const Stacking& stacking, const Observation& seen, const Rollout& rollout,
+                  const ResidualPrediction& residuals, const CurbTrajectory& observed, double interval_s) {
+  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    const Features features = map_features(seen, rollout, residuals, observed, j, interval_s);
+    const Vector2 way = static_cast<double>(j + 1) * interval_s * stacking.velocity_mps(features, j, seen);
+    mode.path_m[j] = start_m + way;
+    mode.covariances_m2[j] = oriented_covariance(way, stacking.error_variance_m2(j, seen.speed, kMapFeatures));
+  }
+}
+
+/// Without roll-outs: constant velocity until past errors show better. `here`: residual GPs are asked as well.
+void fill_kinematic(Mode& mode, const Stacking& stacking, const Observation& seen, bool here,
+                    const CurbTrajectory& observed, double interval_s) {
+  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    const double seconds = static_cast<double>(j + 1) * interval_s;
+    const double spread = kConstantVelocitySpread_mps * seconds;
+    const Features features =
+        here ? alone_features(seen, seen.residuals, j, interval_s) : place_free_features(seen, j, interval_s);
+    const Vector2 way = seconds * stacking.velocity_mps(features, j, seen);
+    mode.path_m[j] = start_m + way;
+    mode.covariances_m2[j] = stacking.fitted()
+                                 ? oriented_covariance(way, stacking.error_variance_m2(j, seen.speed, features.cols()))
+                                 : Matrix2(Matrix2::Identity() * spread * spread);
+  }
+}
+
+/// Transitions with which roll-outs of other modes began, and none of this mode.
+std::span<const int> rivals_of(const RolloutSet& set, std::size_t mode, Scratch& scratch) {
+  const auto first_of = [&](std::size_t member) { return set.rollouts[member].origin.transition; };
+  const RolloutGroup own = set.groups[mode];
+  const auto rivals = scratch.array<int>(set.rollouts.size());
+  std::size_t count = 0;
+  for (std::size_t group = 0; group < set.groups.size(); ++group) {
+    if (group == mode) continue;
+    for (const std::size_t rival : set.groups[group]) {
+      const bool shared =
+          std::any_of(own.begin(), own.end(), [&](std::size_t member) { return first_of(member) == first_of(rival); });
+      if (!shared) rivals[count++] = first_of(rival);
+    }
+  }
+  return rivals.first(count);
+}
+
+void add_regions(Prediction& prediction, const Calibration& calibration, int speed_class) {
+  prediction.regions.resize(kRegionProbabilities.size());
+  for (std::size_t r = 0; r < kRegionProbabilities.size(); ++r) {
+    Region& region = prediction.regions[r];
+    region.probability = kRegionProbabilities[r];
+    region.levels.resize(prediction.times_s.size());
+    for (std::size_t j = 0; j < region.levels.size(); ++j) region.levels[j] = calibration.level(j, speed_class, r);
+  }
+}
+
+}  // namespace
+
+Predictor::Predictor(const Model& model, const PredictConfig& config) : Predictor(model, config, {}, {}) {}
+
+Predictor::Predictor(const Model& model, const PredictConfig& config, const Model& earlier, const Predictor& of_earlier)
+    : Predictor(model, config, {&earlier, &of_earlier.map_}, {&earlier, &of_earlier.residuals_}) {}
+
+Predictor::Predictor(const Model& model, const PredictConfig& config, const FlowFieldIndex::Reuse& map,
+                     const ResidualIndex::Reuse& residuals)
+    : config_(config),
+      interval_s_(model.settings.sample_interval_s),
+      map_(model, config, map),
+      residuals_(model, config, residuals),
+      elsewhere_(fitted_to(pooled_error_statistics(model.sites, config.trained_sites_only))) {
+  validate_fields("predict", config);
+  by_site_.resize(model.sites.size(), fitted_to({}));
+  tbb::parallel_for(std::size_t{0}, by_site_.size(),
+                    [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site)); });
+}
+
+Predictor::Fitted Predictor::fitted_to(const ErrorStatistics& error_statistics) const {
+  return {Stacking(error_statistics, config_), Calibration(config_.stacking ? error_statistics : ErrorStatistics{})};
+}
+
+RolloutSet Predictor::rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
+  const bool with_covariances = !stacking(map_.site(observed.frame)).fitted();
+  return roll_out_near(map_, observed, steps, interval_s_, with_covariances, config_, scratch);
+}
+
+Observation Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
+  return observation_of(residuals_, set.site, set.near, observed, scratch);
+}
+
+Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
+  const RolloutSet set = rollouts(observed, steps, scratch);
+  const Observation seen = observe(observed, set, scratch);
+  const std::span<Rollout> modes = merge_rollouts(set.rollouts, set.groups, scratch);
+  const auto residuals = scratch.array<ResidualPrediction>(modes.size());
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    const std::span<const int> rivals = rivals_of(set, m, scratch);
+    residuals[m] = rivals.empty() ? seen.residuals : combine(residuals_, observed, seen.experts, rivals, scratch);
+  }
+  return {modes, residuals, seen, set.raw_novelty};
+}
+
+const Prediction& Predictor::predict(const CurbTrajectory& observed, const Hypotheses& hypotheses,
+                                     Workspace& workspace) const {
+  const auto steps = static_cast<std::size_t>(steps_in(config_.horizon_s, interval_s_));
+  const Observation& seen = hypotheses.seen;
+  const auto& [stacking, calibration] = fitted(seen.site);
+  Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
+  prediction.novelty = calibration.novelty(hypotheses.raw_novelty);
+  if (!stacking.fitted()) {
+    prediction.regions.clear();
+    prediction.fallback = hypotheses.rollouts.empty();
+    // Before errors are known the residual GPs alone are better than constant velocity.
+    if (prediction.fallback)
+      fill_kinematic(add_mode(workspace, 1.0, steps), stacking, seen, true, observed, interval_s_);
+    else
+      add_rollout_modes(map_, hypotheses.rollouts, observed, interval_s_, workspace);
+    return prediction;
+  }
+  const bool here = seen.site || !config_.trained_sites_only;
+  prediction.fallback = !here || hypotheses.rollouts.empty();
+  for (std::size_t m = 0; m < (prediction.fallback ? 0 : hypotheses.rollouts.size()); ++m) {
+    const Rollout& rollout = hypotheses.rollouts[m];
+    Mode& mode = add_mode(workspace, rollout.weight, steps);
+    visit_primitives(map_, rollout.transitions, mode.primitives);
+    fill_stacked(mode, stacking, seen, rollout, hypotheses.residuals[m], observed, interval_s_);
+  }
+  if (prediction.fallback) fill_kinematic(add_mode(workspace, 1.0, steps), stacking, seen, here, observed, interval_s_);
+  add_variants(observed, seen, workspace);
+  sort_by_weight(prediction.modes);
+  add_regions(prediction, calibration, seen.speed);
+  return prediction;
+}
+
+void Predictor::add_variants(const CurbTrajectory& observed, const Observation& seen, Workspace& workspace) const {
+  std::vector<Mode>& modes = workspace.prediction.modes;
+  const int room = config_.max_modes - static_cast<int>(modes.size());
+  const int lighter = seen.slow ? 0 : count_variants(room, config_);  // a standing pedestrian has none
+  if (lighter == 0) return;
+  for (int k = 0; k < lighter; ++k) add_mode(workspace, 0.0, workspace.prediction.times_s.size());
+  // The first mode and the last ones, side by side.
+  std::rotate(modes.begin() + 1, modes.end() - lighter, modes.end());
+  split_into_variants(std::span(modes).first(static_cast<std::size_t>(lighter) + 1),
+                      to_world(observed.frame, observed.positions.back()), config_);
+}
+
+const Prediction& Predictor::predict(const CurbTrajectory& observed, Workspace& workspace) const {
+  require_observed(observed, interval_s_);
+  workspace.scratch.reset();
+  return predict(observed, hypotheses(observed, steps_in(config_.horizon_s, interval_s_), workspace.scratch),
+                 workspace);
+}
+
+Prediction Predictor::predict(const CurbTrajectory& observed) const {
+  Workspace workspace;
+  predict(observed, workspace);
+  return std::move(workspace.prediction);
+}
+
+Prediction predict(const Model& model, const CurbTrajectory& observed, const PredictConfig& config) {
+  return Predictor(model, config).predict(observed);
+}
+
+}  // namespace sila

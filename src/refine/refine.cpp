@@ -1,0 +1,171 @@
+#include "sila/refine/refine.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "sila/fuse/fuse_fields.hpp"
+#include "sila/gp/fuse_gps.hpp"
+#include "sila/learn/transitions.hpp"
+#include "sila/refine/global_residual.hpp"
+
+namespace sila {
+namespace {
+
+/// Samples of one transition. Shapes: states 6 x m, residuals m x 2 per knot.
+struct ResidualSamples {
+  Eigen::MatrixXd states;
+  Eigen::MatrixXd residuals;
+};
+
+/// The transition under way at a sample: that to the segment which follows.
+TransitionKey transition_at(const std::vector<Segment>& runs, std::size_t sample) {
+  std::size_t r = 0;
+  while (r + 1 < runs.size() && sample >= runs[r].end) ++r;
+  if (r + 1 < runs.size()) return {runs[r].primitive, runs[r + 1].primitive};
+  return {runs[r > 0 ? r - 1 : r].primitive, runs[r].primitive};
+}
+
+/// The sample of a track at a time.
+std::size_t sample_at(const CurbTrajectory& track, double time_s) {
+  const auto later = std::lower_bound(track.times_s.begin(), track.times_s.end(), time_s - 1e-9);
+  return std::min(static_cast<std::size_t>(later - track.times_s.begin()), track.times_s.size() - 1);
+}
+
+ResidualSamples stacked(const std::vector<const ResidualSample*>& examples) {
+  const auto count = static_cast<Eigen::Index>(examples.size());
+  ResidualSamples samples{Eigen::MatrixXd(kResidualInputs, count),
+                          Eigen::MatrixXd(count, examples.front()->residuals.size())};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    samples.states.col(i) = examples[static_cast<std::size_t>(i)]->state;
+    samples.residuals.row(i) = examples[static_cast<std::size_t>(i)]->residuals.transpose();
+  }
+  return samples;
+}
+
+/// The samples of each transition: those of the moments at which a pedestrian was in its first primitive and went on to
+/// its second (or had come from the first, if the track ends in the second). Tracks without segments give none.
+std::map<TransitionKey, ResidualSamples> residual_samples_of(const Batch& batch,
+                                                             std::span<const std::vector<Segment>> segments) {
+  std::map<TransitionKey, std::vector<const ResidualSample*>> examples;
+  for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
+    if (segments[i].empty()) continue;
+    for (const ResidualSample& example : batch.residuals[i])
+      examples[transition_at(segments[i], sample_at(batch.tracks[i], example.t0_s))].push_back(&example);
+  }
+  std::map<TransitionKey, ResidualSamples> samples;
+  for (const auto& [key, list] : examples) samples[key] = stacked(list);
+  return samples;
+}
+
+/// Every moment of the batch, whatever transition it belongs to, by site.
+std::vector<GlobalResidualSamples> samples_by_site(const Batch& batch, const std::vector<Site>& sites) {
+  std::vector<std::vector<const ResidualSample*>> examples(sites.size());
+  for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
+    const auto site = static_cast<std::size_t>(*find_site(sites, batch.tracks[i].frame));
+    for (const ResidualSample& example : batch.residuals[i]) examples[site].push_back(&example);
+  }
+  std::vector<GlobalResidualSamples> samples;
+  for (const auto& of_site : examples) samples.push_back(global_residual_samples(of_site));
+  return samples;
+}
+
+/// The residual GP of a group of transitions; without points if no source has one. Samples stand in for the GPs that
+/// were trained on them.
+SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
+  std::vector<const SparseGp*> stored, fresh;
+  std::vector<const TransitionSamples*> samples;
+  for (const Transition* transition : sources.stored) {
+    if (transition->residual.points > 0.0) stored.push_back(&transition->residual);
+  }
+  for (std::size_t i = 0; i < sources.fresh.size(); ++i) {
+    if (!(sources.fresh[i]->residual.points > 0.0)) continue;
+    fresh.push_back(&sources.fresh[i]->residual);
+    samples.push_back(sources.samples[i]);
+  }
+  if (stored.size() + fresh.size() == 0) return {};
+  if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
+  if (fresh.empty()) return fuse_gps(stored, {}, config);
+  return fuse_gps(stored, pooled(samples, &TransitionSamples::states, &TransitionSamples::residuals), config,
+                  common_hyperparameters(fresh, config));
+}
+
+/// A global residual GP with another one, or with the samples that made that one.
+SparseGp with_global_residual(const SparseGp& known, const SparseGp& more, const GlobalResidualSamples* samples,
+                              const ResidualConfig& config) {
+  return samples ? learn_global_residual(known, *samples, config) : merge_global_residuals(known, more, config);
+}
+
+Fused with_residuals(Fused fused, const Model& previous, const Increment& incoming, const ResidualConfig& config) {
+  Model& model = fused.model;
+  tbb::parallel_for(std::size_t{0}, fused.plan.groups.size(), [&](std::size_t g) {
+    model.transitions[g].residual =
+        merged_residual(sources_of(fused.plan.groups[g], previous, incoming), residual_gp_config(config));
+  });
+  const std::vector<GlobalResidualSamples>& samples = incoming.global_residuals;
+  const GlobalResidualSamples joined = join_samples(samples);
+  model.global_residual = with_global_residual(previous.global_residual, incoming.model.global_residual,
+                                               samples.empty() ? nullptr : &joined, config);
+  for (std::size_t i = 0; i < incoming.model.sites.size(); ++i) {
+    const Site& site = incoming.model.sites[i];
+    SparseGp& known = model.sites[static_cast<std::size_t>(*find_site(model.sites, site.frame))].global_residual;
+    known = with_global_residual(known, site.global_residual, samples.empty() ? nullptr : &samples[i], config);
+  }
+  return fused;
+}
+
+Learnt with_residuals(Learnt learnt, const Batch& batch, const ResidualConfig& config) {
+  Increment& increment = learnt.increment;
+  Model& model = increment.model;
+  const Hyperparameters hyperparameters = residual_hyperparameters(model.settings, config);
+  std::map<TransitionKey, ResidualSamples> samples = residual_samples_of(batch, learnt.segments);
+  tbb::parallel_for(std::size_t{0}, model.transitions.size(), [&](std::size_t i) {
+    Transition& transition = model.transitions[i];
+    const auto found = samples.find({transition.from, transition.to});
+    if (found == samples.end()) return;
+    auto& [states, residuals] = found->second;
+    transition.residual = fuse_gps({}, {states, residuals}, residual_gp_config(config), hyperparameters);
+    increment.samples[i].states = std::move(states), increment.samples[i].residuals = std::move(residuals);
+  });
+  increment.global_residuals = samples_by_site(batch, model.sites);
+  for (std::size_t i = 0; i < model.sites.size(); ++i)
+    model.sites[i].global_residual = learn_global_residual({}, increment.global_residuals[i], config);
+  model.global_residual = learn_global_residual({}, join_samples(increment.global_residuals), config);
+  return learnt;
+}
+
+}  // namespace
+
+ModelSettings with_residuals(ModelSettings settings, double horizon_s, const ResidualConfig& config) {
+  if (config.enabled) settings.residual_horizon_s = horizon_s, settings.residual_knots = config.knots;
+  return settings;
+}
+
+Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+             const ResidualConfig& residual) {
+  return with_residuals(learn(batch, settings, config), batch, residual);
+}
+
+Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                   const ResidualConfig& residual) {
+  return with_residuals(learn_apart(batch, settings, config), batch, residual);
+}
+
+Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config, const ResidualConfig& residual) {
+  return with_residuals(fuse(previous, incoming, config), previous, incoming, residual);
+}
+
+Fused accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual) {
+  return with_residuals(accumulate(previous, incoming), previous, incoming, residual);
+}
+
+SparseGp merge_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config) {
+  if (!(a.points > 0.0)) return b.points > 0.0 ? b : SparseGp{};
+  if (!(b.points > 0.0)) return a;
+  const SparseGp* const both[] = {&a, &b};
+  return fuse_gps(both, {}, residual_gp_config(config));
+}
+
+}  // namespace sila

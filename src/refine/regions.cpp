@@ -1,0 +1,122 @@
+#include "sila/refine/regions.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sila {
+namespace {
+
+/// Upper edges of the bins: evenly spaced where the regions' levels are, then ever wider.
+constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.95, 1.1, 1.3, 1.5,  1.75, 2.0,
+                                           2.3, 2.6, 3.0, 3.5, 4.2, 5.0, 6.0, 7.5, 9.5,  12., 16., 22.0, 32.0};
+/// A speed class speaks for itself as far as it was seen more often than this.
+constexpr double kPooledWindows = 20.0;
+constexpr double kGaussianWindows = 10.0;
+constexpr double kLeastDensity = 1e-300;
+
+double lower_edge(int bin) {
+  return bin == 0 ? 0.0 : kEdges[bin - 1];
+}
+
+/// Half a squared Mahalanobis distance in two dimensions is exponentially distributed.
+std::vector<double> gaussian_shares() {
+  std::vector<double> shares;
+  for (int bin = 0; bin < kScoreBins; ++bin) {
+    const double beyond = bin + 1 < kScoreBins ? std::exp(-kEdges[bin]) : 0.0;
+    shares.push_back(std::exp(-lower_edge(bin)) - beyond);
+  }
+  return shares;
+}
+
+/// `counts`, and `windows` more that are spread as `prior` says, as shares.
+std::vector<double> shrunk(const std::vector<double>& counts, const std::vector<double>& prior, double windows) {
+  const double total = std::accumulate(counts.begin(), counts.end(), 0.0) + windows;
+  std::vector<double> shares(prior.size());
+  for (std::size_t bin = 0; bin < prior.size(); ++bin) shares[bin] = (counts[bin] + windows * prior[bin]) / total;
+  return shares;
+}
+
+/// The nonconformity score below which this share of all lies, along a line within a bin.
+double quantile(const std::vector<double>& shares, double probability) {
+  double below = 0.0;
+  for (int bin = 0; bin + 1 < kScoreBins; ++bin) {
+    const double share = shares[static_cast<std::size_t>(bin)];
+    if (below + share >= probability) {
+      return lower_edge(bin) + (kEdges[bin] - lower_edge(bin)) * (probability - below) / share;
+    }
+    below += share;
+  }
+  return 2.0 * kEdges[kScoreBins - 2];
+}
+
+}  // namespace
+
+double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
+  double sum = 0.0;
+  for (const Mode& mode : prediction.modes) {
+    const Matrix2& covariance = mode.covariances_m2[step];
+    const Vector2 off = point_m - mode.path_m[step];
+    sum += mode.weight * std::exp(-0.5 * off.dot(covariance.inverse() * off)) / std::sqrt(covariance.determinant());
+  }
+  return std::max(sum, kLeastDensity);
+}
+
+double nonconformity(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
+  double peak = 0.0;
+  for (const Mode& mode : prediction.modes)
+    peak = std::max(peak, unnormalised_density(prediction, step, mode.path_m[step]));
+  return std::max(0.0, std::log(peak / unnormalised_density(prediction, step, point_m)));
+}
+
+bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m) {
+  return nonconformity(prediction, step, point_m) <= region.levels[step];
+}
+
+int score_bin(double nonconformity) {
+  return static_cast<int>(std::lower_bound(std::begin(kEdges), std::end(kEdges), nonconformity) - std::begin(kEdges));
+}
+
+int novelty_bin(double raw_novelty) {
+  return std::clamp(static_cast<int>(raw_novelty * kNoveltyBins), 0, kNoveltyBins - 1);
+}
+
+Calibration::Calibration(const ErrorStatistics& error_statistics) {
+  if (error_statistics.empty() || error_statistics.scores.empty()) return;
+  steps_ = error_statistics.steps, classes_ = error_statistics.classes;
+  const std::vector<double> gaussian = gaussian_shares();
+  for (int step = 0; step < steps_; ++step) {
+    std::vector<double> pooled(kScoreBins, 0.0);  // of those who move: who stands is another population
+    const auto cell = [&](int c) -> const std::vector<double>& {
+      return error_statistics.scores[static_cast<std::size_t>(step * classes_ + c)];
+    };
+    for (int c = 1; c < classes_; ++c) {
+      for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
+    }
+    const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
+    for (int c = 0; c < classes_; ++c) {
+      const std::vector<double> shares = shrunk(cell(c), all, kPooledWindows);
+      auto& levels = levels_.emplace_back();
+      for (std::size_t r = 0; r < levels.size(); ++r) levels[r] = quantile(shares, kRegionProbabilities[r]);
+    }
+  }
+  const double total = std::accumulate(error_statistics.novelties.begin(), error_statistics.novelties.end(), 0.0);
+  double below = 0.0;
+  for (const double count : error_statistics.novelties) {
+    if (total > 0.0) known_better_.push_back(below / total);
+    below += count;
+  }
+}
+
+double Calibration::level(std::size_t step, int speed_class, std::size_t region) const {
+  if (steps_ == 0) return -std::log1p(-kRegionProbabilities[region]);
+  const std::size_t row = std::min(step, static_cast<std::size_t>(steps_ - 1));
+  return levels_[row * static_cast<std::size_t>(classes_) + static_cast<std::size_t>(speed_class)][region];
+}
+
+double Calibration::novelty(double raw_novelty) const {
+  return known_better_.empty() ? raw_novelty : known_better_[static_cast<std::size_t>(novelty_bin(raw_novelty))];
+}
+
+}  // namespace sila

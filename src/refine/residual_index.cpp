@@ -1,0 +1,44 @@
+#include "sila/refine/residual_index.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include "sila/gp/earlier_gps.hpp"
+#include "sila/refine/global_residual.hpp"
+
+namespace sila {
+namespace {
+
+/// This many length scales from a pseudo-input it explains 1e-4 of what it explains at its own position, or less.
+constexpr double kReach = 3.1;
+
+Eigen::AlignedBox<double, kResidualInputs> reach_of(const SparseGp& gp) {
+  const Eigen::VectorXd reach = kReach * gp.kernel.length_scales;
+  return {gp.pseudo_inputs.rowwise().minCoeff() - reach, gp.pseudo_inputs.rowwise().maxCoeff() + reach};
+}
+
+}  // namespace
+
+ResidualIndex::ResidualIndex(const Model& model, const PredictConfig& config, const Reuse& earlier)
+    : knots_(model.settings.residual_knots),
+      horizon_s_(model.settings.residual_horizon_s),
+      experts_(model.transitions.size()) {
+  EarlierGps known;
+  for (std::size_t i = 0; earlier.model && i < earlier.model->transitions.size(); ++i) {
+    const SparseGp& gp = earlier.model->transitions[i].residual;
+    if (gp.points > 0.0) known.add(gp, static_cast<int>(i));
+  }
+  tbb::parallel_for(std::size_t{0}, experts_.size(), [&](std::size_t i) {
+    const SparseGp& gp = model.transitions[i].residual;
+    if (!(gp.points > 0.0)) return;
+    const std::optional<int> same = known.find(gp);
+    experts_[i] = same ? earlier.index->expert(*same) : Expert{Posterior(gp), reach_of(gp)};
+  });
+  for (const Site& site : model.sites) {
+    const bool knows = site.global_residual.points > 0.0;
+    global_.push_back(knows ? std::optional<Posterior>(site.global_residual) : std::nullopt);
+  }
+  if (model.global_residual.points > 0.0)
+    untrained_.emplace(untrained_global_residual(model.global_residual, config.max_effective_samples));
+}
+
+}  // namespace sila

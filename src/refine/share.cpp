@@ -1,0 +1,24 @@
+#include "sila/refine/share.hpp"
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "coverage.hpp"
+
+namespace sila {
+
+Model shareable(Model model, int min_people) {
+  if (min_people < 1)
+    throw std::invalid_argument("shareable: min_people = " + std::to_string(min_people) + ", must be at least 1");
+  const auto known = [&](int primitive) {
+    return model.primitives[static_cast<std::size_t>(primitive)].support >= min_people;
+  };
+  std::vector<bool> kept;
+  for (const Transition& transition : model.transitions)
+    kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
+  detail::thin_out(model, kept);
+  return model;
+}
+
+}  // namespace sila

@@ -1,0 +1,55 @@
+#include "sila/profile.hpp"
+
+#include <gtest/gtest.h>
+
+#include "sila/core/errors.hpp"
+#include "sila/io/config_json.hpp"
+
+namespace sila {
+namespace {
+
+using nlohmann::json;
+
+TEST(Profile, DefaultIsTheDefaultConfigurationAndUndoesTheOthers) {
+  EXPECT_EQ(to_json(profile("default")), to_json(Config{}));
+  for (const std::string& name : profile_names())
+    EXPECT_EQ(to_json(with_profile(profile(name), "default")), to_json(Config{})) << name;
+  EXPECT_EQ(to_json(with_profile(profile("paper-literal"), "paper")), to_json(profile("paper")));
+}
+
+TEST(Profile, OfThePaperHasNothingThatWeAdded) {
+  for (const char* name : {"paper", "paper-literal"}) {
+    const EpisodeConfig config = profile(name).episode;
+    EXPECT_FALSE(config.residual.enabled || config.error_statistics.enabled || config.compact.enabled ||
+                 config.predict.stacking);
+  }
+  EXPECT_EQ(profile("paper-literal").episode.learn.field.outputs, FieldOutputs::independent);
+  EXPECT_EQ(profile("paper-literal").episode.fuse.gp.fusion, GpFusion::pseudo_data);
+}
+
+TEST(Profile, LeavesOtherFieldsAndYieldsToThoseBesideIt) {
+  Config config;
+  config.episode.predict.horizon_s = 2.4;
+  config = read_config(config, json::parse(R"({"predict": {"merge_radius_m": 1.5}, "profile": "paper"})"), "c.json");
+  EXPECT_EQ(config.episode.predict.horizon_s, 2.4);
+  EXPECT_EQ(config.episode.predict.merge_radius_m, 1.5);
+  EXPECT_TRUE(config.episode.predict.own_deviation);
+}
+
+TEST(Profile, AnUnknownOneIsRefusedWithTheNearestName) {
+  const auto expect_refused = [](const json& name, const std::string& nearest) {
+    try {
+      read_config({}, {{"profile", name}}, "c.json");
+      FAIL() << name;
+    } catch (const FormatError& error) {
+      EXPECT_NE(std::string(error.what()).find("the nearest is " + nearest + ")"), std::string::npos) << error.what();
+    }
+  };
+  expect_refused("papr", "paper");
+  expect_refused("paper_literal", "paper-literal");
+  expect_refused(3, "paper");
+  EXPECT_THROW(profile("fast"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,136 @@
+#include "sila/refine/explanation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sila/episode/episode.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/gp/posterior.hpp"
+#include "sila/predict/constant_velocity.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+const Model& corner_model() {
+  static const Model model = run_episodes({}, testing::corner_walks(80, 21), 20, kConfig, sila_update(kConfig)).model;
+  return model;
+}
+
+std::vector<Window> fresh_windows() {
+  return windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
+}
+
+TEST(Explanation, TermsGiveTheWeights) {
+  const Predictor predictor(corner_model(), kConfig.predict);
+  int compared = 0;
+  for (const Window& window : fresh_windows()) {
+    const Explanation explanation = explain(predictor, window.observed);
+    std::vector<double> logs, weights;
+    for (const ModeExplanation& mode : explanation.modes) {
+      if (mode.variant != VariantKind::expected) continue;
+      for (const RolloutExplanation& rollout : mode.rollouts) {
+        logs.push_back(explanation.likelihood_power * rollout.log_likelihood + rollout.log_prior +
+                       std::log(rollout.chain_probability));
+        weights.push_back(rollout.weight);
+        EXPECT_FALSE(rollout.transitions.empty());
+        for (const TransitionUse& use : rollout.transitions) EXPECT_GT(use.tracks, 0.0);
+      }
+    }
+    for (std::size_t i = 1; i < logs.size(); ++i, ++compared) {
+      EXPECT_NEAR(std::log(weights[i] / weights[0]), logs[i] - logs[0], 1e-9);
+    }
+    double sum = 0.0;
+    for (double weight : weights) sum += weight;
+    if (!weights.empty()) {
+      EXPECT_NEAR(sum, 1.0, 1e-12);
+    }
+  }
+  EXPECT_GT(compared, 20);
+}
+
+TEST(Explanation, NoveltyCountsThoseWhoWereAtLeastAsSurprising) {
+  const Predictor predictor(corner_model(), kConfig.predict);
+  const Window window = fresh_windows().front();
+  const Explanation explanation = explain(predictor, window.observed);
+  EXPECT_NEAR(explanation.at_least_as_novel + predictor.predict(window.observed).novelty, 1.0, 1e-12);
+  EXPECT_GT(explanation.alike, 0.0);
+}
+
+TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
+  Model model = corner_model();
+  for (std::size_t i = 1; i < model.transitions.size(); ++i) model.transitions[i].residual = {};
+  const Transition& only = model.transitions.front();
+  ASSERT_GT(only.residual.points, 0.0);
+  const FlowFieldIndex map(model, {});
+  const ResidualIndex index(model, {}, {});
+  for (const Window& window : fresh_windows()) {
+    Scratch scratch;
+    const auto experts = predict_experts(index, map.near(window.observed, map.site(window.observed.frame), scratch),
+                                         window.observed, scratch);
+    const ResidualPrediction residual_prediction = combine(index, window.observed, experts, {}, scratch);
+    if (!(residual_prediction.evidence > 0.0)) continue;
+    const GpPrediction said = Posterior(only.residual).predict(Eigen::VectorXd(residual_input(window.observed)));
+    const Vector2 last = velocity_to_world(window.observed.frame, said.mean.tail<2>());
+    EXPECT_LT((residual_prediction.residuals_mps.back() - last).norm(), 1e-9);
+    EXPECT_EQ(residual_prediction.residual_mps(99.0), residual_prediction.residuals_mps.back());
+    EXPECT_EQ(residual_prediction.residual_mps(0.1), residual_prediction.residuals_mps.front());
+    return;
+  }
+  FAIL() << "no window came near the transition";
+}
+
+TEST(Predictor, AtAnUnknownCornerSaysTheSameWhereverItIsAndHoweverItIsTurned) {
+  const Predictor predictor(corner_model(), kConfig.predict);
+  const auto last_m = [&](const CurbFrame& frame, const std::vector<Vector2>& way) {
+    const CurbTrajectory observed = observe(testing::walk("x", way, 1.3), 40, frame, 3.2, {});
+    const Prediction prediction = predictor.predict(observed);
+    EXPECT_TRUE(prediction.fallback);
+    return Vector2(prediction.modes.front().path_m.back() - to_world(frame, observed.positions.back()));
+  };
+  CurbFrame here = testing::square_frame(), there = here;
+  here.origin_m = {500, 0}, there.origin_m = {-900, 40};
+  const Vector2 east = last_m(here, {{500, 1}, {530, 1}}), north = last_m(there, {{-890, 30}, {-890, 70}});
+  EXPECT_NEAR(east.x(), north.y(), 1e-6);
+  EXPECT_NEAR(east.y(), -north.x(), 1e-6);
+}
+
+TEST(Predictor, StatedRegionsHoldWhatTheySayOnTracksThatWereNotLearnt) {
+  const Model model = run_episodes({}, testing::corner_walks(200, 31), 20, kConfig, sila_update(kConfig)).model;
+  const Predictor predictor(model, kConfig.predict);
+  double windows = 0.0, inside_50 = 0.0, inside_90 = 0.0;
+  for (const Window& window : windows_of(testing::corner_walks(150, 77), kConfig.sampling, kConfig.predict, 1.6)) {
+    if (window.future_m.size() < 15) continue;
+    const Prediction prediction = predictor.predict(window.observed);
+    ASSERT_EQ(prediction.regions.size(), kRegionProbabilities.size());
+    windows += 1.0;
+    inside_50 += inside(prediction, prediction.regions[1], 14, window.future_m[14]) ? 1.0 : 0.0;
+    inside_90 += inside(prediction, prediction.regions[3], 14, window.future_m[14]) ? 1.0 : 0.0;
+  }
+  ASSERT_GT(windows, 300.0);
+  // Windows of a track are alike, so the standard error is that of some 150 people: 0.04 and 0.025; and the model is
+  // still getting better, so that yesterday's errors are a little larger than today's.
+  EXPECT_NEAR(inside_50 / windows, 0.5, 0.12);
+  EXPECT_NEAR(inside_90 / windows, 0.9, 0.075);
+}
+
+TEST(Fuse, ResidualsKeepEveryExample) {
+  const Model one = run_episode({}, testing::corner_walks(20, 41), kConfig).model;
+  const Episode two = run_episode(one, testing::corner_walks(20, 42), kConfig);
+  const Model alone = run_episode({}, testing::corner_walks(20, 42), kConfig).model;
+  const auto points = [](const Model& model) {
+    double sum = 0.0;
+    for (const Transition& transition : model.transitions) sum += transition.residual.points;
+    return sum;
+  };
+  EXPECT_GT(points(alone), 0.0);
+  // A split primitive hands its transitions to both parts, so examples may be known twice, never lost.
+  EXPECT_GE(points(two.model), points(one) + points(alone) - 1e-9);
+  EXPECT_EQ(two.model.global_residual.points, one.global_residual.points + alone.global_residual.points);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,280 @@
+#include "sila/refine/predictor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <random>
+
+#include "sila/episode/episode.hpp"
+#include "sila/eval/episodes.hpp"
+#include "sila/predict/constant_velocity.hpp"
+#include "sila/predict/flow_field_index.hpp"
+#include "sila/predict/modes.hpp"
+#include "sila/profile.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+const Model& corner_model() {
+  static const Model model = run_episodes({}, testing::corner_walks(80, 21), 20, kConfig, sila_update(kConfig)).model;
+  return model;
+}
+
+void expect_valid(const Prediction& prediction) {
+  ASSERT_FALSE(prediction.modes.empty());
+  double sum = 0.0, last = 1.0;
+  for (const Mode& mode : prediction.modes) {
+    sum += mode.weight;
+    EXPECT_LE(mode.weight, last + 1e-15);
+    last = mode.weight;
+    ASSERT_EQ(mode.path_m.size(), prediction.times_s.size());
+    ASSERT_EQ(mode.covariances_m2.size(), prediction.times_s.size());
+    for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+      EXPECT_TRUE(mode.path_m[j].allFinite());
+      EXPECT_GT(mode.covariances_m2[j].selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0.0);
+    }
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-12);
+  EXPECT_GE(prediction.novelty, 0.0);
+  EXPECT_LE(prediction.novelty, 1.0);
+}
+
+TEST(Predictor, GivesWeightsThatSumToOneAndFiniteCovariancesEverywhere) {
+  const Predictor predictor(corner_model(), kConfig.predict);
+  for (const Window& window : windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0)) {
+    expect_valid(predictor.predict(window.observed));
+  }
+}
+
+TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
+  const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
+  const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});
+  const Prediction prediction = predict(corner_model(), observed, kConfig.predict);
+  expect_valid(prediction);
+  EXPECT_TRUE(prediction.fallback);
+  EXPECT_GT(prediction.novelty, 0.99);
+  PredictConfig plain = kConfig.predict;
+  plain.stacking = false;
+  const Prediction constant = predict(corner_model(), observed, plain);
+  const std::vector<Vector2> expected = constant_velocity(observed, 25, 0.2);
+  for (std::size_t j = 0; j < expected.size(); ++j) EXPECT_LT((constant.modes[0].path_m[j] - expected[j]).norm(), 1e-9);
+}
+
+/// Mean distance [m] between where the modes on average end and where people were.
+double mean_miss_m(const Model& model, std::span<const Window> windows) {
+  const Predictor predictor(model, kConfig.predict);
+  double sum = 0.0;
+  int count = 0;
+  for (const Window& window : windows) {
+    if (window.future_m.size() < 25) continue;
+    const Prediction prediction = predictor.predict(window.observed);
+    expect_valid(prediction);
+    Vector2 end = Vector2::Zero();
+    for (const Mode& mode : prediction.modes) end += mode.weight * mode.path_m[24];
+    sum += (end - window.future_m[24]).norm(), ++count;
+  }
+  return sum / count;
+}
+
+TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
+  const std::vector<FramedTrajectory> walks = testing::corner_walks(400, 21);
+  const Model fused = run_episodes({}, walks, 20, kConfig, sila_update(kConfig)).model;
+  const Model crowded = run_episodes({}, walks, 5, kConfig, accumulate_update(kConfig)).model;
+  const PredictConfig config;
+  const FlowFieldIndex map(crowded, config);
+  const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
+  Scratch scratch;
+  const auto many = std::ranges::count_if(windows, [&](const Window& window) {
+    return map.near(window.observed, map.site(window.observed.frame), scratch).size() ==
+           static_cast<std::size_t>(config.max_shortlisted);
+  });
+  EXPECT_GT(many, 20);
+  EXPECT_LT(mean_miss_m(crowded, windows), 1.1 * mean_miss_m(fused, windows));
+}
+
+TEST(Predictor, AnswersWithAnEmptyModel) {
+  const CurbTrajectory observed =
+      observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, {});
+  const Prediction prediction = predict(Model{}, observed, kConfig.predict);
+  expect_valid(prediction);
+  EXPECT_TRUE(prediction.fallback);
+}
+
+TEST(Predictor, AShorterHorizonIsThePrefixOfALongerOne) {
+  PredictConfig brief = kConfig.predict, lengthy = kConfig.predict;
+  brief.horizon_s = 2.0, lengthy.horizon_s = 9.0;
+  const Predictor predictor(corner_model(), kConfig.predict), brief_one(corner_model(), brief),
+      lengthy_one(corner_model(), lengthy);
+  for (const Window& window : windows_of(testing::corner_walks(10, 98), kConfig.sampling, kConfig.predict, 1.0)) {
+    const Prediction a = brief_one.predict(window.observed), b = predictor.predict(window.observed),
+                     c = lengthy_one.predict(window.observed);
+    ASSERT_EQ(a.modes.size(), b.modes.size());
+    ASSERT_EQ(c.modes.size(), b.modes.size());
+    ASSERT_EQ(a.times_s.size(), 10u);
+    ASSERT_EQ(c.times_s.size(), 45u);
+    for (std::size_t m = 0; m < a.modes.size(); ++m) {
+      EXPECT_EQ(a.modes[m].weight, b.modes[m].weight);
+      EXPECT_EQ(c.modes[m].weight, b.modes[m].weight);
+      for (std::size_t j = 0; j < 25; ++j) {
+        if (j < 10) {
+          EXPECT_EQ(a.modes[m].path_m[j], b.modes[m].path_m[j]);
+        }
+        EXPECT_EQ(c.modes[m].path_m[j], b.modes[m].path_m[j]);
+      }
+    }
+  }
+}
+
+TEST(Predictor, AChangedOrShuffledFutureChangesNoPrediction) {
+  const Predictor predictor(corner_model(), kConfig.predict);
+  std::mt19937 random(17);
+  for (const FramedTrajectory& placed : testing::corner_walks(8, 97)) {
+    for (std::size_t last : prediction_samples(placed.track, 3.2, 2.0)) {
+      Trajectory replaced = placed.track, shuffled = placed.track;
+      for (std::size_t i = last + 1; i < replaced.times_s.size(); ++i) {
+        replaced.positions_m[i] = Vector2(static_cast<double>(random() % 1000), -5.0);
+        std::swap(shuffled.positions_m[i], shuffled.positions_m[last + 1 + random() % (i - last)]);
+      }
+      const auto line = [&](const Trajectory& track) {
+        return predictor.predict(observe(track, last, placed.frame, 3.2, kConfig.sampling));
+      };
+      const Prediction expected = line(placed.track);
+      for (const Trajectory& other : {replaced, shuffled}) {
+        const Prediction found = line(other);
+        ASSERT_EQ(found.modes.size(), expected.modes.size());
+        for (std::size_t m = 0; m < found.modes.size(); ++m) {
+          EXPECT_EQ(found.modes[m].weight, expected.modes[m].weight);
+          EXPECT_EQ(found.modes[m].path_m, expected.modes[m].path_m);
+        }
+      }
+    }
+  }
+}
+
+// Whether a pedestrian will turn cannot be seen from afar, so the weights may be as even as people's choices are; but
+// one of the modes must have what then happens.
+TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
+  PredictConfig apart = kConfig.predict;
+  apart.merge_radius_m = 0.5;
+  const Predictor predictor(corner_model(), apart);
+  double ours = 0.0, constant = 0.0;
+  int windows = 0;
+  for (const Window& window : windows_of(testing::corner_walks(60, 96), kConfig.sampling, kConfig.predict, 1.0)) {
+    if (window.future_m.size() < 25) continue;
+    const Prediction prediction = predictor.predict(window.observed);
+    double best = 1e9;
+    for (const Mode& mode : prediction.modes)
+      best = std::min(best, (mode.path_m.back() - window.future_m.back()).norm());
+    ours += best;
+    constant += (constant_velocity(window.observed, 25, 0.2).back() - window.future_m.back()).norm();
+    ++windows;
+  }
+  ASSERT_GT(windows, 50);
+  EXPECT_LT(ours, 0.6 * constant);
+}
+
+// What stayed is not made anew; what changed, however little, is.
+TEST(Predictor, OfALaterModelSaysWhatOneMadeAnewSays) {
+  const Model& earlier = corner_model();
+  ASSERT_GE(earlier.transitions.size(), 4U);
+  Model later = earlier;
+  std::swap(later.transitions.front(), later.transitions.back());
+  later.transitions[1].field.gp.response *= 1.3;
+  later.transitions[2].residual.response *= 0.7;
+  const Predictor of_earlier(earlier, kConfig.predict);
+  const Predictor anew(later, kConfig.predict), following(later, kConfig.predict, earlier, of_earlier);
+  bool differs = false;
+  for (const Window& window : windows_of(testing::corner_walks(20, 97), kConfig.sampling, kConfig.predict, 1.0)) {
+    const Prediction a = anew.predict(window.observed), b = following.predict(window.observed);
+    ASSERT_EQ(a.modes.size(), b.modes.size());
+    for (std::size_t m = 0; m < a.modes.size(); ++m) {
+      EXPECT_EQ(a.modes[m].weight, b.modes[m].weight);
+      EXPECT_EQ(a.modes[m].path_m, b.modes[m].path_m);
+      EXPECT_EQ(a.modes[m].covariances_m2, b.modes[m].covariances_m2);
+    }
+    differs = differs || a.modes.front().path_m != of_earlier.predict(window.observed).modes.front().path_m;
+  }
+  EXPECT_TRUE(differs);
+}
+
+TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
+  SamplingConfig coarse;
+  coarse.interval_s = 0.4;
+  const CurbTrajectory observed =
+      observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, coarse);
+  EXPECT_THROW(predict(corner_model(), observed, kConfig.predict), std::invalid_argument);
+  PredictConfig none = kConfig.predict;
+  none.horizon_s = 0.0;
+  EXPECT_THROW(Predictor(corner_model(), none), std::invalid_argument);
+}
+
+/// A roll-out that stays at a point for 25 steps.
+Rollout standing(const Vector2& point, double weight, const Matrix2& covariance, Scratch& scratch) {
+  const auto path = scratch.array<Vector2>(25);
+  const auto covariances = scratch.array<Matrix2>(25);
+  std::fill(path.begin(), path.end(), point);
+  std::fill(covariances.begin(), covariances.end(), covariance);
+  Rollout rollout;
+  rollout.weight = weight, rollout.path = rollout.own_path = path, rollout.covariances = covariances;
+  return rollout;
+}
+
+TEST(Weights, FollowFromNegativeLogLikelihoodsAsInThePaper) {
+  // NLL = (10, 11, 13) on paths far apart.
+  Scratch scratch;
+  std::vector<Rollout> rollouts;
+  for (double nll : {13.0, 10.0, 11.0})
+    rollouts.push_back(standing(Vector2(nll, 0.0), std::exp(10.0 - nll), Matrix2::Identity(), scratch));
+  PredictConfig apart;
+  apart.merge_radius_m = 0.1;
+  const std::span<const Rollout> modes =
+      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(), 25, apart, scratch), scratch);
+  ASSERT_EQ(modes.size(), 3u);
+  EXPECT_NEAR(modes[0].weight, .7053845127, 1e-10);
+  EXPECT_NEAR(modes[1].weight, .2594964603, 1e-10);
+  EXPECT_NEAR(modes[2].weight, .0351190270, 1e-10);
+}
+
+TEST(Merging, MakesOneModeOfNearPathsAndKeepsTheirSpread) {
+  Scratch scratch;
+  std::vector<Rollout> rollouts;
+  for (double y : {0.0, 0.4, 8.0})
+    rollouts.push_back(standing(Vector2(0.0, y), y == 0.4 ? 1.0 : 3.0, Matrix2::Zero(), scratch));
+  const std::span<const Rollout> modes =
+      merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(1.0), 25, {}, scratch), scratch);
+  ASSERT_EQ(modes.size(), 2u);
+  EXPECT_NEAR(modes[0].weight, 4.0 / 7.0, 1e-12);
+  EXPECT_NEAR(modes[0].path[3].y(), 0.1, 1e-12);
+  EXPECT_NEAR(modes[0].covariances[3](1, 1), 0.75 * 0.01 + 0.25 * 0.09, 1e-12);
+}
+
+TEST(Predictor, OwnDeviationBeginsWithTheObservedVelocityAndFades) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 21);
+  EpisodeConfig config = profile("paper").episode;
+  config.predict.merge_radius_m = 0.0;
+  const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+  PredictConfig without = config.predict;
+  without.own_deviation = false;
+  const Predictor own(model, config.predict), field(model, without);
+  int compared = 0;
+  for (const Window& window : windows_of(testing::corner_walks(20, 99), config.sampling, config.predict, 2.0)) {
+    const CurbTrajectory& observed = window.observed;
+    const Vector2 start = to_world(observed.frame, observed.positions.back());
+    const Vector2 velocity = velocity_to_world(observed.frame, observed.velocities.back());
+    const Prediction a = own.predict(observed), b = field.predict(observed);
+    if (a.fallback || b.fallback) continue;
+    ++compared;
+    for (const Mode& mode : a.modes) EXPECT_LT((mode.path_m.front() - start - 0.2 * velocity).norm(), 1e-9);
+    const Mode &first = a.modes.front(), &other = b.modes.front();
+    EXPECT_LT(first.covariances_m2.front().trace(), other.covariances_m2.front().trace());  // it is known
+    EXPECT_GT(first.covariances_m2.back().trace(), 10.0 * first.covariances_m2.front().trace());
+  }
+  EXPECT_GT(compared, 20);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,129 @@
+#include "sila/refine/stacking.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace sila {
+namespace {
+
+constexpr int kSteps = 3;
+constexpr int kFittedClass = 3, kOtherClass = 1;
+constexpr double kInterval_s = 0.2;
+
+template <int F>
+Eigen::VectorXd coefficients(std::initializer_list<std::pair<int, double>> entries) {
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(F);
+  for (const auto& [index, value] : entries) all[index] = value;
+  return all;
+}
+
+ErrorStatistics nothing_fitted() {
+  ErrorStatistics error_statistics;
+  error_statistics.steps = kSteps, error_statistics.classes = kSpeedClasses, error_statistics.interval_s = kInterval_s;
+  const std::size_t cells = kSteps * kSpeedClasses;
+  const auto none = [](int f) { return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)}; };
+  error_statistics.without_map.assign(cells, none(kAloneFeatures));
+  error_statistics.with_map.assign(cells, none(kMapFeatures));
+  error_statistics.errors_without_map.resize(cells);
+  error_statistics.errors_with_map.resize(cells);
+  error_statistics.errors_place_free.resize(cells);
+  return error_statistics;
+}
+
+Features random_features(std::mt19937& random, int count) {
+  std::normal_distribution<double> normal;
+  Features features(2, count);
+  for (Eigen::Index i = 0; i < features.size(); ++i) features.data()[i] = normal(random);
+  return features;
+}
+
+/// So many examples at every step of people of one class who move just as `truth` says.
+void teach(std::vector<RegressionMoments>& moments, std::vector<ErrorMoments>& residuals, int speed_class, int count,
+           const Eigen::VectorXd& truth) {
+  std::mt19937 random(7);
+  for (std::size_t step = 0; step < kSteps; ++step) {
+    const std::size_t cell = step * kSpeedClasses + static_cast<std::size_t>(speed_class);
+    const double seconds = static_cast<double>(step + 1) * kInterval_s;
+    for (int i = 0; i < count; ++i) {
+      const Features features = random_features(random, static_cast<int>(truth.size()));
+      moments[cell] += {1.0, features.transpose() * features, features.transpose() * (features * truth)};
+      residuals[cell] += {1.0, 0.01 * seconds * seconds, 0.01 * seconds * seconds};
+    }
+  }
+}
+
+/// The largest difference between stacking and a sum of features with these coefficients, over some features.
+double distance(const Stacking& stacking, int speed_class, const Eigen::VectorXd& expected) {
+  std::mt19937 random(8);
+  double largest = 0.0;
+  for (std::size_t step = 0; step < kSteps; ++step) {
+    const Features features = random_features(random, static_cast<int>(expected.size()));
+    const Vector2 difference = stacking.stacked_mps(features, step, speed_class) - features * expected;
+    largest = std::max(largest, difference.norm());
+  }
+  return largest;
+}
+
+const Eigen::VectorXd kUnfitted = coefficients<kAloneFeatures>({{kPlaceFreeFeatures, 1.0}});
+const Eigen::VectorXd kTruth = coefficients<kAloneFeatures>({{0, 0.3}, {3, 0.5}});
+
+TEST(Stacking, BelievesTheResidualsBeforeAnythingWasTaught) {
+  EXPECT_LT(distance(Stacking(nothing_fitted(), {}), kFittedClass, kUnfitted), 1e-12);
+}
+
+TEST(Stacking, PeopleWhoHardlyMoveTakeTheChoiceOfLeastError) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  error_statistics.slow.assign(kSlowClasses, {100.0, {}});
+  std::mt19937 random(9);
+  const Features features = random_features(random, kAloneFeatures);
+  Observation seen;
+  seen.slow = 1;
+  for (std::size_t best = 0; best < std::size(kSlowChoices); ++best) {
+    error_statistics.slow[1].errors_m.fill(2.0);
+    error_statistics.slow[1].errors_m[best] = 1.0;
+    const Stacking stacking(error_statistics, {});
+    const Vector2 expected = kSlowChoices[best].constant_velocity * features.col(kConstantVelocityFeature) +
+                             kSlowChoices[best].stacked * stacking.stacked_mps(features, 1, 0);
+    EXPECT_LT((stacking.velocity_mps(features, 1, seen) - expected).norm(), 1e-12);
+  }
+  error_statistics.slow[1].weight = 3.0;  // of too few windows nothing is concluded
+  EXPECT_LT((Stacking(error_statistics, {}).velocity_mps(features, 1, seen) - 0.5 * features.col(1)).norm(), 1e-12);
+}
+
+TEST(Stacking, LearnsWhatManyExamplesShow) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
+  EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, kTruth), 0.01);
+}
+
+TEST(Stacking, AClassOfWhichNothingWasSeenDoesAsTheOthers) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
+  EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, kTruth), 0.01);
+}
+
+TEST(Stacking, AClassPartsFromTheOthersWhenItWasSeenOften) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  const Eigen::VectorXd own = coefficients<kAloneFeatures>({{1, 0.8}});
+  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
+  teach(error_statistics.without_map, error_statistics.errors_without_map, kOtherClass, 3, own);
+  EXPECT_GT(distance(Stacking(error_statistics, {}), kOtherClass, own),
+            0.1);  // three examples against the experience with others
+  teach(error_statistics.without_map, error_statistics.errors_without_map, kOtherClass, 3000, own);
+  EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, own), 0.01);
+}
+
+TEST(Stacking, RollOutsCountOnceTheyWereRight) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
+  Eigen::VectorXd without_roll_out = Eigen::VectorXd::Zero(kMapFeatures);
+  without_roll_out.head(kAloneFeatures) = kTruth;
+  EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, without_roll_out), 0.01);
+  const Eigen::VectorXd with_roll_out = coefficients<kMapFeatures>({{0, 0.2}, {kAloneFeatures, 0.7}});
+  teach(error_statistics.with_map, error_statistics.errors_with_map, kFittedClass, 3000, with_roll_out);
+  EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, with_roll_out), 0.01);
+}
+
+}  // namespace
+}  // namespace sila
