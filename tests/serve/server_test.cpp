@@ -164,7 +164,9 @@ TEST(Server, HearsWhoSendsLittleHoweverMuchAnotherSends) {
   std::thread flood([&] {
     for (int k = 0; !enough; k += 1000) greedy.say(leaps(k, 1000));
   });
-  EXPECT_EQ((*greedy.hear())["refused"], "overloaded");
+  auto refusal = greedy.hear();
+  while (refusal && refusal->contains("modes")) refusal = greedy.hear();  // predictions of lines that were taken
+  EXPECT_EQ(refusal.value_or(nlohmann::json::object()).value("refused", ""), "overloaded");
   for (const Detection& row : one_walker(3.3)) calm.say(row);
   const auto answer = calm.hear();
   enough = true;
