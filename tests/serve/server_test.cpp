@@ -23,7 +23,6 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
 using testing::corner_walks;
-using testing::stream_of;
 
 class Running {
  public:
