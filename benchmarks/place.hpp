@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "sila/config.hpp"
-#include "sila/eval/episodes.hpp"
-#include "sila/eval/split.hpp"
+#include "sila/evaluate/split.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/sim/simulate.hpp"
+#include "sila/train/training.hpp"
 
 namespace bench {
 

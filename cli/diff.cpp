@@ -5,10 +5,10 @@
 #include <stdexcept>
 
 #include "options.hpp"
-#include "sila/episode/episode.hpp"
-#include "sila/eval/compare.hpp"
+#include "sila/evaluate/compare.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
+#include "sila/train/episode.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 

@@ -1,12 +1,12 @@
-#include "sila/eval/evaluate.hpp"
+#include "sila/evaluate/evaluate.hpp"
 
 #include <iostream>
 #include <memory>
 
 #include "options.hpp"
-#include "sila/eval/recorded.hpp"
-#include "sila/eval/report.hpp"
-#include "sila/eval/split.hpp"
+#include "sila/evaluate/recorded.hpp"
+#include "sila/evaluate/report.hpp"
+#include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/io/track_report.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "options.hpp"
-#include "sila/eval/experiment.hpp"
+#include "sila/evaluate/experiment.hpp"
 
 namespace sila::cli {
 

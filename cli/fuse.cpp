@@ -9,12 +9,12 @@
 #include "options.hpp"
 #include "records.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/episode/episode.hpp"
 #include "sila/fuse/reindex.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/fusion_case.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/io/output.hpp"
+#include "sila/train/episode.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 

@@ -11,11 +11,11 @@
 
 #include "options.hpp"
 #include "records.hpp"
-#include "sila/eval/episodes.hpp"
-#include "sila/eval/split.hpp"
+#include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/refine/share.hpp"
+#include "sila/train/training.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "sila/config.hpp"
 #include "sila/core/framed_trajectory.hpp"
-#include "sila/eval/split.hpp"
+#include "sila/evaluate/split.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_stream.hpp"

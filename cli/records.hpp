@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "sila/episode/change.hpp"
-#include "sila/episode/episode.hpp"
 #include "sila/io/model_store.hpp"
+#include "sila/train/change.hpp"
+#include "sila/train/episode.hpp"
 
 // What a model file is told of its episodes, by the program and by the Python package alike.
 namespace sila::cli {

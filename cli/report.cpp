@@ -6,7 +6,7 @@
 
 #include "options.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/eval/split.hpp"
+#include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/json.hpp"
 #include "sila/io/output.hpp"

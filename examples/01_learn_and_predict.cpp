@@ -2,10 +2,10 @@
 
 #include <cstdio>
 
-#include "sila/episode/episode.hpp"
-#include "sila/eval/episodes.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/sim/simulate.hpp"
+#include "sila/train/episode.hpp"
+#include "sila/train/training.hpp"
 
 int main() {
   sila::SimulationConfig place;

@@ -3,12 +3,12 @@
 #include <concepts>
 
 #include "sila/core/clean.hpp"
-#include "sila/episode/config.hpp"
-#include "sila/eval/evaluate.hpp"
+#include "sila/evaluate/evaluate.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/live/config.hpp"
 #include "sila/serve/config.hpp"
 #include "sila/sim/config.hpp"
+#include "sila/train/config.hpp"
 
 namespace sila {
 

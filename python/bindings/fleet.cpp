@@ -1,4 +1,4 @@
-#include "sila/episode/fleet.hpp"
+#include "sila/train/fleet.hpp"
 
 #include <nanobind/stl/variant.h>
 

@@ -12,10 +12,10 @@
 
 #include "io/files.hpp"
 #include "made_up_model.hpp"
-#include "sila/episode/episode.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/sim/simulate.hpp"
+#include "sila/train/episode.hpp"
 #include "support/data.hpp"
 
 namespace sila {

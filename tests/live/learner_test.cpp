@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "live/streams.hpp"
-#include "sila/eval/episodes.hpp"
+#include "sila/train/training.hpp"
 
 namespace sila {
 namespace {
@@ -36,7 +36,7 @@ TEST(Learner, LearnsAsTheEpisodesOfTheSameBatchesDo) {
   learner.learn_rest();
   EXPECT_EQ(committed, (std::vector<int>{1, 2, 3}));
   EXPECT_TRUE(before->model.empty()) << "a snapshot never changes";
-  const sila::Run run = run_episodes(Model{}, tracks, 10, config, sila_update(config));
+  const Training run = run_episodes(Model{}, tracks, 10, config, sila_update(config));
   const auto after = learner.snapshot();
   EXPECT_EQ(size(after->model), size(run.model));
   EXPECT_EQ(after->model.tracks, 25);

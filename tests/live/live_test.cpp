@@ -6,8 +6,8 @@
 #include <set>
 
 #include "live/streams.hpp"
-#include "sila/eval/evaluate.hpp"
-#include "sila/eval/split.hpp"
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/evaluate/split.hpp"
 
 namespace sila {
 namespace {

@@ -7,10 +7,10 @@
 
 #include <cstdlib>
 
-#include "sila/episode/episode.hpp"
-#include "sila/eval/episodes.hpp"
 #include "sila/profile.hpp"
 #include "sila/refine/predictor.hpp"
+#include "sila/train/episode.hpp"
+#include "sila/train/training.hpp"
 #include "support/sanitized.hpp"
 #include "support/walks.hpp"
 

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "sila/episode/episode.hpp"
-#include "sila/eval/episodes.hpp"
 #include "sila/gp/posterior.hpp"
 #include "sila/predict/constant_velocity.hpp"
+#include "sila/train/episode.hpp"
+#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "sila/eval/episodes.hpp"
 #include "sila/profile.hpp"
 #include "sila/refine/predictor.hpp"
+#include "sila/train/training.hpp"
 
 namespace sila {
 namespace {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <random>
 
-#include "sila/episode/episode.hpp"
-#include "sila/eval/episodes.hpp"
 #include "sila/predict/constant_velocity.hpp"
 #include "sila/predict/flow_field_index.hpp"
 #include "sila/predict/modes.hpp"
 #include "sila/profile.hpp"
+#include "sila/train/episode.hpp"
+#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

@@ -6,9 +6,9 @@
 #include <iterator>
 #include <set>
 
-#include "sila/eval/episodes.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/report/judged.hpp"
+#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

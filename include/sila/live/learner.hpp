@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
-#include "sila/episode/episode.hpp"
 #include "sila/live/config.hpp"
 #include "sila/refine/predictor.hpp"
+#include "sila/train/episode.hpp"
 
 namespace sila {
 

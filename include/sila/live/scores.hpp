@@ -5,7 +5,7 @@
 #include <deque>
 #include <vector>
 
-#include "sila/eval/evaluate.hpp"
+#include "sila/evaluate/evaluate.hpp"
 #include "sila/live/config.hpp"
 
 namespace sila {

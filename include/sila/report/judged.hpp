@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sila/eval/evaluate.hpp"
+#include "sila/evaluate/evaluate.hpp"
 
 namespace sila {
 

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sila/evaluate/covered_area.hpp"
+#include "sila/evaluate/forks.hpp"
+#include "sila/evaluate/metrics.hpp"
+#include "sila/evaluate/references.hpp"
+#include "sila/train/episode.hpp"
+
+namespace sila {
+
+/// Which windows are judged and how they are parted.
+struct EvaluateConfig {
+  double every_s = 1.6;
+  double moving_m = 0.5;
+  double turning_rad = 0.5235987755982988;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, EvaluateConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("every_s", config.every_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
+  visit.number("moving_m", config.moving_m, Range{0.0, 100.0}, "m",
+               "a window is moving from this displacement on while observed");
+  visit.number("turning_rad", config.turning_rad, Range{0.0, 3.2}, "rad",
+               "a moving window is turning if the heading changes by more from its start to its end");
+}
+
+/// One judged window.
+struct WindowScore {
+  std::string track;
+  double t0_s = 0.0;
+  bool moving = false;
+  bool turning = false;
+  bool inside = true;  ///< constant velocity ends in the area that the training tracks cover; true if none is known
+  bool fallback = false;
+  double novelty = 0.0;
+  std::size_t modes = 0;
+  std::vector<Metrics> model;       ///< at each horizon
+  std::vector<Metrics> constant;    ///< constant velocity on the same window
+  std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without a background the first two
+  std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (forks.hpp)
+};
+
+/// Means over a group of windows.
+struct GroupScore {
+  std::string name;  ///< all, moving, standing, turning; with a background also inside and outside, of the moving ones
+  std::size_t windows = 0;
+  double fallback_rate = 0.0;
+  double modes = 0.0;          ///< on average
+  std::vector<Metrics> model;  ///< at each horizon
+  std::vector<Metrics> constant;
+  std::vector<Metrics> references;  ///< as in WindowScore
+};
+
+struct SkippedTracks {
+  std::string reason;
+  std::size_t tracks = 0;
+};
+
+struct Evaluation {
+  std::vector<double> horizons_s;  ///< 1, 2, ... and the whole horizon
+  std::vector<GroupScore> groups;
+  std::vector<WindowScore> windows;
+  std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
+};
+
+/// Whatever predicts: a model made ready, a baseline, or a recording. No mode means no prediction: such windows are
+/// left out. Called from many threads.
+using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
+
+/// What the tracks that were learnt tell the judge.
+struct Background {
+  CoveredArea area;
+  std::vector<LinearReference> moving;  ///< fitted to their moving windows
+  std::vector<LinearReference> standing;
+  std::vector<Passage> passages;  ///< where its windows led
+};
+
+/// Windows are taken from the training tracks as they are from those that are judged.
+Background background_of(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
+                         const EvaluateConfig& judged);
+
+/// Judges a forecast on tracks, beside the references on the same windows. A window needs its whole future. The truth
+/// is the raw track. The references are the background's; without one constant velocity and "stays" have the Gaussian
+/// errors that suit these very windows best. Throws: std::invalid_argument for a configuration out of range, or a
+/// forecast shorter than the horizon.
+Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
+                             const EpisodeConfig& config, const EvaluateConfig& judged,
+                             const Background* background = nullptr);
+
+/// The same for a model.
+Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
+                    const EvaluateConfig& judged);
+
+/// Whether a pedestrian moved while observed, by `moving_m`.
+bool is_moving(const Window& window, const EvaluateConfig& judged);
+
+/// Judges one prediction by what then happened, beside references of which the first is constant velocity; without
+/// knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than the
+/// horizon.
+WindowScore score_window(const Prediction& prediction, const Window& window,
+                         std::span<const LinearReference> references, const EpisodeConfig& config,
+                         const EvaluateConfig& judged);
+
+/// The horizons of `Evaluation`: whole seconds below `horizon_s`, then `horizon_s`.
+std::vector<double> horizons_until(double horizon_s);
+
+/// Change of heading from the first to the last part of a path [rad], in [0, pi]; 0 if either part is shorter than 0.2
+/// m.
+double heading_change_rad(std::span<const Vector2> path_m);
+
+}  // namespace sila

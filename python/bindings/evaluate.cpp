@@ -1,0 +1,36 @@
+#include "sila/evaluate/evaluate.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "arrays.hpp"
+#include "sila/evaluate/mhd.hpp"
+#include "sila/evaluate/report.hpp"
+#include "sila/io/model_store.hpp"
+#include "threads.hpp"
+
+namespace sila::python {
+namespace {
+
+/// The numbers as JSON, and the text for people.
+std::pair<std::string, std::string> evaluate_stored(const StoredModel& stored, const std::vector<Track>& tracks,
+                                                    const ScaledScene& scene, const std::string& config_json,
+                                                    int threads) {
+  const cli::ThreadLimit limit(threads);
+  const Config config = config_of(config_json);
+  const Evaluation evaluation = evaluate(stored.model, placed(tracks, scene, config), config.episode, config.evaluate);
+  return {to_json(evaluation).dump(), to_text(evaluation)};
+}
+
+}  // namespace
+
+void bind_eval(nb::module_& module) {
+  module.def("evaluate", &evaluate_stored, "model"_a, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
+             nb::call_guard<nb::gil_scoped_release>());
+  module.def(
+      "modified_hausdorff_m",
+      [](nb::handle a, nb::handle b) { return modified_hausdorff_m(points_from("a", a), points_from("b", b)); }, "a"_a,
+      "b"_a, nb::sig("def modified_hausdorff_m(a: numpy.typing.ArrayLike, b: numpy.typing.ArrayLike) -> float"),
+      "Modified Hausdorff distance [m] of two paths of shapes (n, 2) and (k, 2), metres.");
+}
+
+}  // namespace sila::python

@@ -1,0 +1,109 @@
+#include <nlohmann/json.hpp>
+
+#include "bindings.hpp"
+#include "records.hpp"
+#include "sila/evaluate/split.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/fusion_case.hpp"
+#include "sila/train/episode.hpp"
+#include "sila/train/training.hpp"
+#include "threads.hpp"
+
+namespace sila::python {
+namespace {
+
+/// Takes up tracks, `batch` an episode. `on_episode(done, of, tracks, size)` is called after each one; it and Ctrl-C
+/// may end the run by an exception.
+StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tracks, const ScaledScene& scene,
+                         const std::string& config_json, std::size_t batch, int threads,
+                         const std::optional<nb::callable>& on_episode) {
+  const nb::gil_scoped_release release;
+  const cli::ThreadLimit limit(threads);
+  const Config config = config_of(config_json);
+  const std::vector<FramedTrajectory> input = placed(tracks, scene, config);
+  StoredModel result = start;
+  result.configuration = to_json(config).dump();
+  const auto episodes = batch == 0 ? 0 : (input.size() + batch - 1) / batch;
+  Model previous = start.model;
+  const auto observe = [&](int number, const Episode& episode) {
+    result.episodes.push_back(cli::record_of(static_cast<int>(start.episodes.size()) + number, previous, episode));
+    previous = episode.model;
+    const nb::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (on_episode) (*on_episode)(number, episodes, episode.report.tracks, episode.report.size_after);
+  };
+  result.model = run_episodes(start.model, input, batch, config.episode, sila_update(config.episode), observe).model;
+  return result;
+}
+
+StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene, const std::string& config_json,
+                      int threads) {
+  const cli::ThreadLimit limit(threads);
+  const Config config = config_of(config_json);
+  const Training run = train_batch(placed(tracks, scene, config), config.episode);
+  StoredModel result;
+  result.model = run.model;
+  result.configuration = to_json(config).dump();
+  for (const EpisodeReport& report : run.episodes)
+    result.episodes.push_back(cli::record_of(1, {}, {run.model, report}));
+  return result;
+}
+
+StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json,
+                        int threads) {
+  const cli::ThreadLimit limit(threads);
+  const Config config = config_of(config_json);
+  StoredModel result;
+  result.model = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual).model;
+  result.configuration = to_json(config).dump();
+  result.episodes = cli::joined(previous.episodes, incoming.episodes);
+  return result;
+}
+
+std::string explain(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json,
+                    const std::string& name) {
+  const Config config = config_of(config_json);
+  const Fused fused = fuse_models(previous.model, incoming.model, config.episode.fuse);
+  return explain_fusion(name, fused.problem, config.episode.fuse, fused.plan).dump();
+}
+
+/// Indices into `tracks` of those to learn from and those held back.
+std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>& tracks, double test_share,
+                                                        std::uint64_t seed, const std::string& by) {
+  std::map<std::string, std::string> input_ids;
+  std::vector<FramedTrajectory> anywhere;
+  for (const Track& track : tracks) {
+    input_ids[track.trajectory.id] = track.input_id;
+    anywhere.push_back({track.trajectory, {}});
+  }
+  const auto as_tracks = [&](std::vector<FramedTrajectory> side) {
+    std::vector<Track> result;
+    for (FramedTrajectory& entry : side) {
+      std::string input_id = input_ids[entry.track.id];
+      result.push_back({std::move(entry.track), std::move(input_id)});
+    }
+    return result;
+  };
+  const auto found = std::ranges::find(kSplitBy, by);
+  if (found == std::end(kSplitBy))
+    throw std::invalid_argument("split_tracks: by = \"" + by + "\" is not one of time, track");
+  Split parts = split_tracks(std::move(anywhere), test_share, seed, static_cast<SplitBy>(found - std::begin(kSplitBy)));
+  return {as_tracks(std::move(parts.train)), as_tracks(std::move(parts.test))};
+}
+
+}  // namespace
+
+void bind_episode(nb::module_& module) {
+  module.def("learn", &learn_tracks, "start"_a, "tracks"_a, "scene"_a, "config"_a, "batch"_a, "threads"_a,
+             "on_episode"_a.none());
+  module.def("train_batch", &learn_all, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
+             nb::call_guard<nb::gil_scoped_release>());
+  module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
+             nb::call_guard<nb::gil_scoped_release>());
+  module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a, "name"_a,
+             nb::call_guard<nb::gil_scoped_release>());
+  module.def("split_tracks", &split, "tracks"_a, "test_share"_a, "seed"_a, "by"_a,
+             nb::call_guard<nb::gil_scoped_release>());
+}
+
+}  // namespace sila::python

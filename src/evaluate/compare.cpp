@@ -1,0 +1,175 @@
+#include "sila/evaluate/compare.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "sila/core/steps.hpp"
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/evaluate/metrics.hpp"
+#include "sila/fuse/similarity.hpp"
+#include "sila/gp/flow_posterior.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+constexpr double kStanding_mps = 0.2;
+
+std::vector<double> arrows_of(const MotionPrimitive& primitive) {
+  std::vector<double> numbers;
+  for (const CellVelocity& entry : primitive.cells)
+    numbers.insert(numbers.end(), {static_cast<double>(entry.cell.x), static_cast<double>(entry.cell.y),
+                                   entry.velocity.x(), entry.velocity.y()});
+  return numbers;
+}
+
+/// Of each primitive of `a` its like in `b`, -1 if it has none; equal ones in order.
+std::vector<int> equals(const Model& a, const Model& b) {
+  std::multimap<std::vector<double>, int> there;
+  for (std::size_t i = 0; i < b.primitives.size(); ++i) there.emplace(arrows_of(b.primitives[i]), static_cast<int>(i));
+  std::vector<int> likes;
+  for (const MotionPrimitive& primitive : a.primitives) {
+    const auto found = there.find(arrows_of(primitive));
+    likes.push_back(found == there.end() ? -1 : found->second);
+    if (found != there.end()) there.erase(found);
+  }
+  return likes;
+}
+
+/// Adds to `likes` the most similar pairs of primitives that have no like yet, and returns them.
+std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double threshold, std::vector<int>& likes) {
+  SimilarityEdges edges = similarity_graph(a, b, threshold).edges;
+  std::ranges::stable_sort(edges, std::ranges::greater{}, &Similarity::value);
+  std::vector<bool> taken(b.primitives.size(), false);
+  for (const int like : likes) {
+    if (like >= 0) taken[static_cast<std::size_t>(like)] = true;
+  }
+  std::vector<PrimitivePair> pairs;
+  for (const Similarity& edge : edges) {
+    int& like = likes[static_cast<std::size_t>(edge.first)];
+    const int other = edge.second - static_cast<int>(a.primitives.size());
+    if (like >= 0 || taken[static_cast<std::size_t>(other)]) continue;
+    like = other;
+    taken[static_cast<std::size_t>(other)] = true;
+    pairs.push_back({edge.first, other, edge.value});
+  }
+  std::ranges::sort(pairs, std::ranges::less{}, &PrimitivePair::a);
+  return pairs;
+}
+
+bool same_content(const Transition& a, const Transition& b) {
+  return a.count == b.count && pack(a.field) == pack(b.field) && pack(a.residual) == pack(b.residual);
+}
+
+void compare_transitions(const Model& a, const Model& b, const std::vector<int>& likes, ModelComparison& comparison) {
+  std::map<std::pair<int, int>, const Transition*> there;
+  for (const Transition& transition : b.transitions) there[{transition.from, transition.to}] = &transition;
+  for (const Transition& transition : a.transitions) {
+    const auto found =
+        there.find({likes[static_cast<std::size_t>(transition.from)], likes[static_cast<std::size_t>(transition.to)]});
+    const std::pair here(transition.from, transition.to);
+    if (found == there.end()) {
+      comparison.transitions_of_a.push_back(here);
+      continue;
+    }
+    if (same_content(transition, *found->second))
+      ++comparison.same_transitions;
+    else
+      comparison.changed_transitions.push_back({here, found->first, transition.count, found->second->count});
+    there.erase(found);
+  }
+  for (const auto& [key, transition] : there) comparison.transitions_of_b.push_back(key);
+}
+
+/// A straight path that ends at a place with a velocity (curb coordinates).
+CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, const CurbFrame& frame, double observe_s,
+                             double interval_s) {
+  CurbTrajectory path{"traced", frame, {}, {}, {}};
+  const auto steps = std::max<long>(2, std::lround(observe_s / interval_s));
+  for (long k = steps - 1; k >= 0; --k) {
+    const double before_s = static_cast<double>(k) * interval_s;
+    path.times_s.push_back(static_cast<double>(steps - 1) * interval_s - before_s);
+    path.positions.emplace_back(place - before_s * velocity);
+    path.velocities.push_back(velocity);
+  }
+  return path;
+}
+
+}  // namespace
+
+ModelComparison compare(const Model& a, const Model& b, double similarity_threshold) {
+  if (!(a.settings == b.settings)) {
+    throw std::invalid_argument(
+        "compare: the models have different conventions (grid, frame, interval or knots), they must be equal");
+  }
+  ModelComparison comparison;
+  std::vector<int> likes = equals(a, b);
+  comparison.same_primitives =
+      static_cast<std::size_t>(std::ranges::count_if(likes, [](int like) { return like >= 0; }));
+  comparison.changed_primitives = add_similar(a, b, similarity_threshold, likes);
+  std::vector<bool> has_like(b.primitives.size(), false);
+  for (std::size_t i = 0; i < likes.size(); ++i) {
+    if (likes[i] < 0)
+      comparison.primitives_of_a.push_back(static_cast<int>(i));
+    else
+      has_like[static_cast<std::size_t>(likes[i])] = true;
+  }
+  for (std::size_t i = 0; i < has_like.size(); ++i) {
+    if (!has_like[i]) comparison.primitives_of_b.push_back(static_cast<int>(i));
+  }
+  compare_transitions(a, b, likes, comparison);
+  return comparison;
+}
+
+std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, std::size_t most) {
+  std::vector<CurbTrajectory> paths;
+  for (const Transition& transition : model.transitions) {
+    const CurbFrame& frame = model.sites.at(static_cast<std::size_t>(transition.sites.at(0).site)).frame;
+    const FlowPosterior posterior(transition.field.gp, transition.field.second());
+    const Eigen::MatrixXd& places = transition.field.gp.pseudo_inputs;
+    for (Eigen::Index m = 0; m < places.cols(); ++m) {
+      const Vector2 velocity = posterior.mean(places.col(m));
+      if (velocity_to_world(frame, velocity).norm() < kStanding_mps) continue;
+      paths.push_back(straight_path(places.col(m), velocity, frame, observe_s, model.settings.sample_interval_s));
+    }
+  }
+  const std::size_t step = std::max<std::size_t>(1, (paths.size() + most - 1) / std::max<std::size_t>(1, most));
+  for (std::size_t i = 0; i * step < paths.size(); ++i) std::swap(paths[i], paths[i * step]);
+  paths.resize((paths.size() + step - 1) / step);
+  return paths;
+}
+
+std::vector<HorizonDifference> compare_predictions(const Predictor& a, const Predictor& b,
+                                                   std::span<const CurbTrajectory> observed) {
+  if (observed.empty()) return {};
+  if (a.config().horizon_s != b.config().horizon_s || a.interval_s() != b.interval_s())
+    throw std::invalid_argument("compare_predictions: the predictors have different horizons, they must be equal");
+  const std::vector<double> horizons_s = horizons_until(a.config().horizon_s);
+  std::vector<std::vector<double>> apart_m(observed.size());
+  tbb::parallel_for(std::size_t{0}, observed.size(), [&](std::size_t i) {
+    const Prediction first = a.predict(observed[i]), second = b.predict(observed[i]);
+    const std::size_t steps = first.times_s.size();
+    const std::vector<Vector2> path_a = mean_path(first, steps), path_b = mean_path(second, steps);
+    for (const double horizon_s : horizons_s) {
+      const auto step = std::clamp(steps_in(horizon_s, a.interval_s()), 1, static_cast<int>(steps));
+      const auto at = static_cast<std::size_t>(step - 1);
+      apart_m[i].push_back((path_a[at] - path_b[at]).norm());
+    }
+  });
+  std::vector<HorizonDifference> differences;
+  for (std::size_t h = 0; h < horizons_s.size(); ++h) {
+    HorizonDifference& difference = differences.emplace_back();
+    difference.horizon_s = horizons_s[h];
+    for (const std::vector<double>& of_path : apart_m) {
+      difference.mean_m += of_path[h] / static_cast<double>(observed.size());
+      difference.max_m = std::max(difference.max_m, of_path[h]);
+    }
+  }
+  return differences;
+}
+
+}  // namespace sila

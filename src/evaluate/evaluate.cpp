@@ -1,0 +1,203 @@
+#include "sila/evaluate/evaluate.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "sila/core/steps.hpp"
+#include "sila/predict/constant_velocity.hpp"
+
+namespace sila {
+namespace {
+
+constexpr double kShortestHeading_m = 0.2;
+constexpr double kHeadingPart_s = 0.8;
+
+struct JudgedWindow {
+  std::size_t track = 0;
+  Window window;
+};
+
+struct Judged {
+  std::vector<JudgedWindow> windows;
+  std::vector<SkippedTracks> skipped;
+};
+
+Judged windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double every_s,
+                           std::size_t steps) {
+  Judged judged;
+  std::map<std::string, std::size_t> skipped;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict, every_s);
+    const std::size_t before = judged.windows.size();
+    for (Window& window : windows) {
+      if (window.future_m.size() == steps) judged.windows.push_back({i, std::move(window)});
+    }
+    if (windows.empty())
+      ++skipped["shorter than the observed window"];
+    else if (judged.windows.size() == before)
+      ++skipped["ends before the horizon"];
+  }
+  for (const auto& [reason, count] : skipped) judged.skipped.push_back({reason, count});
+  return judged;
+}
+
+std::vector<Vector2> whole_path(const Window& window) {
+  std::vector<Vector2> path = window.past_m;
+  path.insert(path.end(), window.future_m.begin(), window.future_m.end());
+  return path;
+}
+
+std::vector<LinearReference> references_on(std::span<const JudgedWindow> windows, std::size_t steps, double interval_s,
+                                           auto belongs) {
+  std::vector<const Window*> chosen;
+  for (const JudgedWindow& judged : windows) {
+    if (belongs(judged.window)) chosen.push_back(&judged.window);
+  }
+  return fit_references(chosen, steps, interval_s);
+}
+
+void add(std::vector<Metrics>& sums, const std::vector<Metrics>& more) {
+  sums.resize(std::max(sums.size(), more.size()));
+  for (std::size_t i = 0; i < more.size(); ++i) sums[i] = sums[i] + more[i];
+}
+
+GroupScore group(const std::string& name, std::span<const WindowScore> windows, std::size_t horizons, auto belongs) {
+  GroupScore score{name, 0, 0.0, 0.0, std::vector<Metrics>(horizons), std::vector<Metrics>(horizons), {}};
+  for (const WindowScore& window : windows) {
+    if (!belongs(window)) continue;
+    ++score.windows;
+    score.fallback_rate += window.fallback ? 1.0 : 0.0;
+    score.modes += static_cast<double>(window.modes);
+    add(score.model, window.model), add(score.constant, window.constant), add(score.references, window.references);
+  }
+  const double share = 1.0 / static_cast<double>(std::max<std::size_t>(1, score.windows));
+  score.fallback_rate *= share, score.modes *= share;
+  for (std::vector<Metrics>* sums : {&score.model, &score.constant, &score.references}) {
+    for (Metrics& sum : *sums) sum = share * sum;
+  }
+  return score;
+}
+
+int steps_of(const EpisodeConfig& config) {
+  return steps_in(config.predict.horizon_s, config.sampling.interval_s);
+}
+
+/// No mode: there was no forecast for this window.
+WindowScore judge(const Forecast& forecast, const Window& window, std::span<const LinearReference> own,
+                  const EpisodeConfig& config, const EvaluateConfig& judged, const Background* background) {
+  const Prediction prediction = forecast(window.observed);
+  if (prediction.modes.empty()) return {};
+  if (background == nullptr) return score_window(prediction, window, own, config, judged);
+  const bool moving = is_moving(window, judged);
+  WindowScore score =
+      score_window(prediction, window, moving ? background->moving : background->standing, config, judged);
+  const auto constant_m = constant_velocity(window.past_m, steps_of(config), config.sampling.interval_s);
+  score.inside = contains(background->area, constant_m.back());
+  const std::vector<Way> ways = ways_on(background->passages, window, config.sampling.interval_s);
+  if (const auto probability = probability_of_way_taken(prediction, window, ways))
+    score.way_log_probability = std::log(*probability);
+  return score;
+}
+
+void add_groups(Evaluation& evaluation, bool with_area) {
+  const auto add = [&](const char* name, auto belongs) {
+    evaluation.groups.push_back(group(name, evaluation.windows, evaluation.horizons_s.size(), belongs));
+  };
+  add("all", [](const WindowScore&) { return true; });
+  add("moving", [](const WindowScore& w) { return w.moving; });
+  add("standing", [](const WindowScore& w) { return !w.moving; });
+  add("turning", [](const WindowScore& w) { return w.turning; });
+  if (!with_area) return;
+  add("inside", [](const WindowScore& w) { return w.moving && w.inside; });
+  add("outside", [](const WindowScore& w) { return w.moving && !w.inside; });
+}
+
+}  // namespace
+
+bool is_moving(const Window& window, const EvaluateConfig& judged) {
+  return (window.past_m.back() - window.past_m.front()).norm() >= judged.moving_m;
+}
+
+WindowScore score_window(const Prediction& prediction, const Window& window,
+                         std::span<const LinearReference> references, const EpisodeConfig& config,
+                         const EvaluateConfig& judged) {
+  const double interval_s = config.sampling.interval_s;
+  WindowScore score;
+  score.moving = is_moving(window, judged);
+  score.turning = score.moving && heading_change_rad(whole_path(window)) > judged.turning_rad;
+  score.track = window.observed.id, score.t0_s = prediction.t0_s;
+  score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
+  const Prediction constant = references.front().predict(window.past_m, interval_s);
+  for (double horizon_s : horizons_until(config.predict.horizon_s)) {
+    const auto count = static_cast<std::size_t>(steps_in(horizon_s, interval_s));
+    score.model.push_back(measure(prediction, window.future_m, count));
+    score.constant.push_back(measure(constant, window.future_m, count));
+  }
+  const auto steps = static_cast<std::size_t>(steps_of(config));
+  for (const LinearReference& reference : references)
+    score.references.push_back(measure(reference.predict(window.past_m, interval_s), window.future_m, steps));
+  return score;
+}
+
+std::vector<double> horizons_until(double horizon_s) {
+  std::vector<double> horizons;
+  for (double h = 1.0; h < horizon_s - 1e-9; h += 1.0) horizons.push_back(h);
+  horizons.push_back(horizon_s);
+  return horizons;
+}
+
+double heading_change_rad(std::span<const Vector2> path_m) {
+  if (path_m.size() < 3) return 0.0;
+  const std::size_t part =
+      std::max<std::size_t>(1, std::min(path_m.size() / 2, static_cast<std::size_t>(kHeadingPart_s / 0.2)));
+  const Vector2 first = path_m[part] - path_m.front();
+  const Vector2 last = path_m.back() - path_m[path_m.size() - 1 - part];
+  if (first.norm() < kShortestHeading_m || last.norm() < kShortestHeading_m) return 0.0;
+  return std::abs(std::atan2(first.x() * last.y() - first.y() * last.x(), first.dot(last)));
+}
+
+Background background_of(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
+                         const EvaluateConfig& judged) {
+  const auto steps = static_cast<std::size_t>(steps_of(config));
+  const std::vector<JudgedWindow> windows = windows_with_future(train, config, judged.every_s, steps).windows;
+  const auto references = [&](bool moving) {
+    return references_on(windows, steps, config.sampling.interval_s,
+                         [&](const Window& window) { return is_moving(window, judged) == moving; });
+  };
+  std::vector<const Window*> all;
+  for (const JudgedWindow& judged_window : windows) all.push_back(&judged_window.window);
+  return {covered_area(train), references(true), references(false), passages_of(all, config.sampling.interval_s)};
+}
+
+Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
+                             const EpisodeConfig& config, const EvaluateConfig& judged_config,
+                             const Background* background) {
+  validate_fields("evaluate", judged_config);
+  const auto steps = static_cast<std::size_t>(steps_of(config));
+  const Judged judged = windows_with_future(tracks, config, judged_config.every_s, steps);
+  std::vector<LinearReference> own =
+      references_on(judged.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
+  own.resize(2);  // the paths of the others would be fitted to what they are judged by
+  Evaluation evaluation;
+  evaluation.horizons_s = horizons_until(config.predict.horizon_s);
+  evaluation.skipped = judged.skipped;
+  evaluation.windows.resize(judged.windows.size());
+  tbb::parallel_for(std::size_t{0}, judged.windows.size(), [&](std::size_t i) {
+    evaluation.windows[i] = judge(forecast, judged.windows[i].window, own, config, judged_config, background);
+  });
+  std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
+  add_groups(evaluation, background != nullptr);
+  return evaluation;
+}
+
+Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
+                    const EvaluateConfig& judged) {
+  const Predictor predictor(model, config.predict);
+  return evaluate_forecast([&](const CurbTrajectory& observed) { return predictor.predict(observed); }, tracks, config,
+                           judged);
+}
+
+}  // namespace sila

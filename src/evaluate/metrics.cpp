@@ -1,0 +1,94 @@
+#include "sila/evaluate/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "sila/evaluate/mhd.hpp"
+
+namespace sila {
+namespace {
+
+double mean_distance_m(std::span<const Vector2> a, std::span<const Vector2> b) {
+  double sum = 0.0;
+  for (std::size_t j = 0; j < a.size(); ++j) sum += (a[j] - b[j]).norm();
+  return sum / static_cast<double>(a.size());
+}
+
+}  // namespace
+
+std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) {
+  std::vector<Vector2> mean(steps, Vector2::Zero());
+  for (const Mode& mode : prediction.modes) {
+    for (std::size_t j = 0; j < steps; ++j) mean[j] += mode.weight * mode.path_m[j];
+  }
+  return mean;
+}
+
+double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
+  return std::log(2.0 * std::numbers::pi) - std::log(unnormalised_density(prediction, step, truth_m));
+}
+
+Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
+  if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() ||
+      prediction.modes.front().path_m.size() < steps) {
+    throw std::invalid_argument("measure: steps = " + std::to_string(steps) + ", truth or prediction is shorter");
+  }
+  const auto truth = truth_m.first(steps);
+  Metrics metrics;
+  metrics.best_mhd_m = metrics.best_ade_m = metrics.best_fde_m = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < prediction.modes.size(); ++m) {
+    const Mode& mode = prediction.modes[m];
+    const auto path = std::span(mode.path_m).first(steps);
+    const double mhd_m = modified_hausdorff_m(path, truth);
+    const double ade_m = mean_distance_m(path, truth), fde_m = (path.back() - truth.back()).norm();
+    metrics.weighted_mhd_m += mode.weight * mhd_m;
+    metrics.best_mhd_m = std::min(metrics.best_mhd_m, mhd_m);
+    metrics.best_ade_m = std::min(metrics.best_ade_m, ade_m);
+    metrics.best_fde_m = std::min(metrics.best_fde_m, fde_m);
+    if (m == 0)
+      metrics.most_likely_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
+  }
+  const std::vector<Vector2> mean_m = mean_path(prediction, steps);
+  metrics.mean_path_mhd_m = modified_hausdorff_m(mean_m, truth);
+  metrics.mean_path_ade_m = mean_distance_m(mean_m, truth);
+  metrics.mean_path_fde_m = (mean_m.back() - truth.back()).norm();
+  for (std::size_t j = 0; j < steps; ++j)
+    metrics.nll += negative_log_likelihood(prediction, j, truth[j]) / static_cast<double>(steps);
+  const double found = nonconformity(prediction, steps - 1, truth.back());
+  for (std::size_t p = 0; p < metrics.coverage.size(); ++p) {
+    const double level =
+        prediction.regions.empty() ? -std::log1p(-kRegionProbabilities[p]) : prediction.regions[p].levels[steps - 1];
+    metrics.coverage[p] = found <= level ? 1.0 : 0.0;
+  }
+  return metrics;
+}
+
+Metrics operator+(const Metrics& a, const Metrics& b) {
+  Metrics sum{a.weighted_mhd_m + b.weighted_mhd_m,
+              a.most_likely_mhd_m + b.most_likely_mhd_m,
+              a.best_mhd_m + b.best_mhd_m,
+              a.mean_path_mhd_m + b.mean_path_mhd_m,
+              a.mean_path_ade_m + b.mean_path_ade_m,
+              a.mean_path_fde_m + b.mean_path_fde_m,
+              a.ade_m + b.ade_m,
+              a.fde_m + b.fde_m,
+              a.best_ade_m + b.best_ade_m,
+              a.best_fde_m + b.best_fde_m,
+              a.nll + b.nll,
+              a.coverage};
+  for (std::size_t p = 0; p < sum.coverage.size(); ++p) sum.coverage[p] += b.coverage[p];
+  return sum;
+}
+
+Metrics operator*(double f, const Metrics& a) {
+  Metrics scaled{f * a.weighted_mhd_m,  f * a.most_likely_mhd_m, f * a.best_mhd_m, f * a.mean_path_mhd_m,
+                 f * a.mean_path_ade_m, f * a.mean_path_fde_m,   f * a.ade_m,      f * a.fde_m,
+                 f * a.best_ade_m,      f * a.best_fde_m,        f * a.nll,        a.coverage};
+  for (double& share : scaled.coverage) share *= f;
+  return scaled;
+}
+
+}  // namespace sila

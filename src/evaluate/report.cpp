@@ -1,0 +1,98 @@
+#include "sila/evaluate/report.hpp"
+
+#include <cstdio>
+
+namespace sila {
+namespace {
+
+/// Share of windows whose true position lies in the region of each nominal probability.
+nlohmann::ordered_json coverage_json(const Metrics& m) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (std::size_t p = 0; p < m.coverage.size(); ++p)
+    list.push_back({{"nominal", kRegionProbabilities[p]}, {"observed", m.coverage[p]}});
+  return list;
+}
+
+nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double>& horizons_s) {
+  nlohmann::ordered_json json{
+      {"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
+  json["horizons"] = nlohmann::ordered_json::array();
+  for (std::size_t h = 0; h < horizons_s.size(); ++h) {
+    json["horizons"].push_back({{"horizon_s", horizons_s[h]},
+                                {"model", to_json(group.model[h])},
+                                {"constant_velocity", to_json(group.constant[h])}});
+  }
+  for (std::size_t r = 0; r < group.references.size(); ++r)
+    json["references"][kReferences[r]] = to_json(group.references[r]);
+  return json;
+}
+
+std::string row(const GroupScore& group, double horizon_s, const Metrics& m, const Metrics& c) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%-8s %7zu %5.1f  %6.3f %6.3f %6.3f  %6.3f %6.3f %6.3f %6.3f %7.2f | %6.3f %6.3f %6.3f %7.2f\n",
+                group.name.c_str(), group.windows, horizon_s, m.weighted_mhd_m, m.most_likely_mhd_m, m.best_mhd_m,
+                m.ade_m, m.fde_m, m.best_ade_m, m.best_fde_m, m.nll, c.weighted_mhd_m, c.ade_m, c.fde_m, c.nll);
+  return text;
+}
+
+/// How much of the truth the nominal regions hold at the whole horizon.
+std::string coverage_row(const GroupScore& group) {
+  std::string text = group.name + ": inside the";
+  for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
+    char part[60];
+    std::snprintf(part, sizeof part, "%s %.0f %% region %.0f %%", p > 0 ? "," : "", 100.0 * kRegionProbabilities[p],
+                  100.0 * group.model.back().coverage[p]);
+    text += part;
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Metrics& m) {
+  return {{"weighted_mhd_m", m.weighted_mhd_m},
+          {"most_likely_mhd_m", m.most_likely_mhd_m},
+          {"best_mhd_m", m.best_mhd_m},
+          {"mean_path_mhd_m", m.mean_path_mhd_m},
+          {"mean_path_ade_m", m.mean_path_ade_m},
+          {"mean_path_fde_m", m.mean_path_fde_m},
+          {"ade_m", m.ade_m},
+          {"fde_m", m.fde_m},
+          {"best_ade_m", m.best_ade_m},
+          {"best_fde_m", m.best_fde_m},
+          {"nll", m.nll},
+          {"coverage", coverage_json(m)}};
+}
+
+nlohmann::ordered_json to_json(const Evaluation& evaluation) {
+  nlohmann::ordered_json json;
+  for (const GroupScore& group : evaluation.groups) json["groups"][group.name] = to_json(group, evaluation.horizons_s);
+  json["skipped"] = nlohmann::ordered_json::object();
+  for (const SkippedTracks& skipped : evaluation.skipped) json["skipped"][skipped.reason] = skipped.tracks;
+  return json;
+}
+
+std::string to_text(const Evaluation& evaluation) {
+  std::string text =
+      "                        sila: MHD [m]                                             | constant velocity\n"
+      "group    windows  to s  weight likely   best     ADE    FDE minADE minFDE     NLL |    MHD    ADE    FDE     "
+      "NLL\n";
+  for (const GroupScore& group : evaluation.groups) {
+    if (group.windows == 0) text += group.name + ": no window\n";
+    for (std::size_t h = 0; group.windows > 0 && h < evaluation.horizons_s.size(); ++h) {
+      text += row(group, evaluation.horizons_s[h], group.model[h], group.constant[h]);
+    }
+  }
+  for (const GroupScore& group : evaluation.groups) {
+    char line[120];
+    std::snprintf(line, sizeof line, "%s: %.1f %% fallback, %.1f modes on average\n", group.name.c_str(),
+                  100.0 * group.fallback_rate, group.modes);
+    if (group.windows > 0) text += line + coverage_row(group);
+  }
+  for (const SkippedTracks& skipped : evaluation.skipped)
+    text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";
+  return text;
+}
+
+}  // namespace sila

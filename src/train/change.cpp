@@ -1,0 +1,147 @@
+#include "sila/train/change.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace sila {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Where each primitive of the joint model is in the updated one; -1 if nowhere.
+std::vector<int> places_of(const FusionPlan& plan) {
+  std::vector<int> places(plan.in.size(), -1);
+  for (std::size_t k = 0; k < plan.kept.size(); ++k)
+    places.at(static_cast<std::size_t>(plan.kept[k])) = static_cast<int>(k);
+  return places;
+}
+
+ordered_json cells_json(const MotionPrimitive& primitive) {
+  ordered_json cells = ordered_json::array();
+  for (const CellVelocity& entry : primitive.cells) {
+    const double degrees = std::atan2(entry.velocity.y(), entry.velocity.x()) * 180.0 / std::numbers::pi;
+    cells.push_back(entry.cell.x);
+    cells.push_back(entry.cell.y);
+    cells.push_back(std::lround(degrees));
+  }
+  return cells;
+}
+
+/// The transitions of a model under the indices of the next one, as far as their primitives still are.
+std::map<std::pair<int, int>, double> carried_counts(const ModelChange& change, const Model& previous) {
+  const std::set<int> gone(change.gone.begin(), change.gone.end());
+  std::vector<int> place;
+  int next = 0;
+  for (int i = 0; i < change.primitives_before; ++i) place.push_back(gone.contains(i) ? -1 : next++);
+  std::map<std::pair<int, int>, double> counts;
+  for (const Transition& edge : previous.transitions) {
+    const int from = place[static_cast<std::size_t>(edge.from)], to = place[static_cast<std::size_t>(edge.to)];
+    if (from >= 0 && to >= 0) counts[{from, to}] = edge.count;
+  }
+  return counts;
+}
+
+}  // namespace
+
+ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model& updated) {
+  ModelChange change;
+  change.primitives_before = static_cast<int>(previous.primitives.size());
+  change.primitives_after = static_cast<int>(updated.primitives.size());
+  if (plan.kept.size() != updated.primitives.size() || plan.in.size() < previous.primitives.size()) {
+    throw std::invalid_argument("change_by: plan keeps " + std::to_string(plan.kept.size()) + " of " +
+                                std::to_string(plan.in.size()) + " primitives, the updated model has " +
+                                std::to_string(updated.primitives.size()));
+  }
+  const std::vector<int> places = places_of(plan);
+  const auto place = [&](int joint) { return places.at(static_cast<std::size_t>(joint)); };
+  const int known = change.primitives_before;
+  for (int i = 0; i < known; ++i) {
+    if (place(i) < 0) change.gone.push_back(i);
+  }
+  for (const std::vector<int>& tuple : plan.fusion_set) {
+    FusedPrimitive fused{place(tuple.front()), {}, 0};
+    for (const int member : tuple) {
+      if (member < known)
+        fused.previous.push_back(member);
+      else
+        ++fused.incoming;
+    }
+    change.fused.push_back(std::move(fused));
+  }
+  for (const PrimitiveSplit& split : plan.splits) {
+    if (split.primitive < known)
+      change.split.push_back({split.primitive, place(split.first), place(split.second)});
+    else
+      ++change.incoming_split;
+  }
+  for (int k = known - static_cast<int>(change.gone.size()); k < change.primitives_after; ++k)
+    change.added.push_back(k);
+  return change;
+}
+
+ModelChange change_by_retraining(const Model& previous, const Model& updated) {
+  ModelChange change;
+  change.primitives_before = static_cast<int>(previous.primitives.size());
+  change.primitives_after = static_cast<int>(updated.primitives.size());
+  for (int i = 0; i < change.primitives_before; ++i) change.gone.push_back(i);
+  for (int k = 0; k < change.primitives_after; ++k) change.added.push_back(k);
+  return change;
+}
+
+ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
+  std::vector<int> place(static_cast<std::size_t>(change.primitives_after), -1);
+  for (std::size_t k = 0; k < kept.size(); ++k) place.at(static_cast<std::size_t>(kept[k])) = static_cast<int>(k);
+  const auto at = [&](int updated) { return place.at(static_cast<std::size_t>(updated)); };
+  const std::set<int> gone_before(change.gone.begin(), change.gone.end());
+  for (int i = 0, updated = 0; i < change.primitives_before; ++i) {
+    if (!gone_before.contains(i) && at(updated++) < 0) change.gone.push_back(i);
+  }
+  std::sort(change.gone.begin(), change.gone.end());
+  std::erase_if(change.added, [&](int k) { return at(k) < 0; });
+  for (int& k : change.added) k = at(k);
+  std::erase_if(change.fused, [&](const FusedPrimitive& fused) { return at(fused.primitive) < 0; });
+  for (FusedPrimitive& fused : change.fused) fused.primitive = at(fused.primitive);
+  std::erase_if(change.split,
+                [&](const ReplacedPrimitive& split) { return at(split.first) < 0 || at(split.second) < 0; });
+  for (ReplacedPrimitive& split : change.split) split.first = at(split.first), split.second = at(split.second);
+  change.primitives_after = static_cast<int>(kept.size());
+  return change;
+}
+
+ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated) {
+  ordered_json json{{"before", change.primitives_before}, {"after", change.primitives_after}, {"gone", change.gone}};
+  json["added"] = ordered_json::array();
+  for (const int k : change.added)
+    json["added"].push_back(cells_json(updated.primitives.at(static_cast<std::size_t>(k))));
+  json["fused"] = ordered_json::array();
+  for (const FusedPrimitive& fused : change.fused) {
+    json["fused"].push_back({{"primitive", fused.primitive},
+                             {"previous", fused.previous},
+                             {"incoming", fused.incoming},
+                             {"cells", cells_json(updated.primitives.at(static_cast<std::size_t>(fused.primitive)))}});
+  }
+  json["split"] = ordered_json::array();
+  for (const ReplacedPrimitive& split : change.split)
+    json["split"].push_back({split.previous, split.first, split.second});
+  json["incoming_split"] = change.incoming_split;
+  json["transitions"] = ordered_json::array();
+  std::map<std::pair<int, int>, double> carried = carried_counts(change, previous);
+  for (const Transition& edge : updated.transitions) {
+    const auto known = carried.find({edge.from, edge.to});
+    if (known == carried.end() || known->second != edge.count)
+      json["transitions"].push_back({edge.from, edge.to, edge.count});
+    if (known != carried.end()) carried.erase(known);
+  }
+  json["transitions_gone"] = ordered_json::array();
+  for (const auto& [edge, count] : carried) json["transitions_gone"].push_back({edge.first, edge.second});
+  return json;
+}
+
+}  // namespace sila

@@ -1,0 +1,59 @@
+#include "sila/evaluate/recorded.hpp"
+
+#include <gtest/gtest.h>
+
+#include "sila/core/errors.hpp"
+#include "sila/refine/prediction_json.hpp"
+#include "support/scratch.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+RecordedPredictions recorded_in(const std::string& text) {
+  const tests::ScratchFolder folder;
+  return read_predictions(folder.write("recorded.ndjson", text));
+}
+
+TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(30, 4);
+  const EpisodeConfig config;
+  const EvaluateConfig judged;
+  const Model model = run_episode(Model{}, std::span(tracks).first(15), config).model;
+  const std::span<const FramedTrajectory> unseen = std::span(tracks).subspan(15);
+  std::string text = "{\"refused\":\"late\",\"count\":3}\n";
+  const Predictor predictor(model, config.predict);
+  for (const Window& window : windows_of(unseen, config.sampling, config.predict, judged.every_s))
+    text += prediction_line(window.observed.id, predictor.predict(window.observed)) + "\n";
+  const RecordedPredictions recorded = recorded_in(text);
+  const Evaluation direct = evaluate(model, unseen, config, judged);
+  const Evaluation read = evaluate_forecast(forecast_of(recorded), unseen, config, judged);
+  ASSERT_EQ(read.windows.size(), direct.windows.size());
+  for (std::size_t w = 0; w < read.windows.size(); ++w) {
+    EXPECT_EQ(read.windows[w].t0_s, direct.windows[w].t0_s);
+    for (std::size_t h = 0; h < read.horizons_s.size(); ++h) {
+      EXPECT_NEAR(read.windows[w].model[h].weighted_mhd_m, direct.windows[w].model[h].weighted_mhd_m, 1e-12);
+      EXPECT_EQ(read.windows[w].model[h].coverage, direct.windows[w].model[h].coverage);
+    }
+  }
+}
+
+TEST(RecordedPredictions, WindowsWithoutOneAreLeftOut) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(3, 4);
+  const RecordedPredictions none_recorded;
+  const Evaluation none = evaluate_forecast(forecast_of(none_recorded), tracks, EpisodeConfig{}, EvaluateConfig{});
+  EXPECT_TRUE(none.windows.empty());
+  EXPECT_EQ(none.groups.front().windows, 0u);
+}
+
+TEST(RecordedPredictions, ALineThatIsNoneIsNamed) {
+  try {
+    recorded_in("{\"count\":3}\n{\"modes\":[{}]}\n");
+    FAIL() << "no error";
+  } catch (const FormatError& error) {
+    EXPECT_EQ(error.line, 2u);
+  }
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,134 @@
+#include "sila/train/change.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "sila/train/training.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+/// Cells and directions as the file has them.
+using Shape = std::vector<int>;
+using Edges = std::map<std::pair<int, int>, double>;
+
+struct Told {
+  std::vector<Shape> primitives;
+  Edges transitions;
+};
+
+/// What the viewer does, by another road: one episode further from nothing but the JSON.
+Told told_after(const Told& before, const nlohmann::ordered_json& change) {
+  Told after;
+  std::set<int> gone = change.at("gone").get<std::set<int>>();
+  std::vector<int> place;
+  for (int i = 0; i < static_cast<int>(before.primitives.size()); ++i) {
+    place.push_back(gone.contains(i) ? -1 : static_cast<int>(after.primitives.size()));
+    if (!gone.contains(i)) after.primitives.push_back(before.primitives[static_cast<std::size_t>(i)]);
+  }
+  for (const auto& cells : change.at("added")) after.primitives.push_back(cells);
+  for (const auto& fused : change.at("fused"))
+    after.primitives.at(fused.at("primitive").get<std::size_t>()) = fused.at("cells").get<Shape>();
+  for (const auto& [edge, count] : before.transitions) {
+    const int from = place[static_cast<std::size_t>(edge.first)], to = place[static_cast<std::size_t>(edge.second)];
+    if (from >= 0 && to >= 0) after.transitions[{from, to}] = count;
+  }
+  for (const auto& edge : change.at("transitions_gone")) after.transitions.erase({edge[0], edge[1]});
+  for (const auto& edge : change.at("transitions")) after.transitions[{edge[0], edge[1]}] = edge[2];
+  return after;
+}
+
+Edges edges_of(const Model& model) {
+  Edges edges;
+  for (const Transition& transition : model.transitions) edges[{transition.from, transition.to}] = transition.count;
+  return edges;
+}
+
+std::vector<std::set<std::pair<int, int>>> cells_of(const Model& model) {
+  std::vector<std::set<std::pair<int, int>>> list;
+  for (const MotionPrimitive& primitive : model.primitives) {
+    list.emplace_back();
+    for (const CellVelocity& entry : primitive.cells) list.back().insert({entry.cell.x, entry.cell.y});
+  }
+  return list;
+}
+
+std::vector<std::set<std::pair<int, int>>> cells_of(const Told& told) {
+  std::vector<std::set<std::pair<int, int>>> list;
+  for (const Shape& shape : told.primitives) {
+    list.emplace_back();
+    for (std::size_t i = 0; i + 2 < shape.size(); i += 3) list.back().insert({shape[i], shape[i + 1]});
+  }
+  return list;
+}
+
+/// Tells every episode of a run from the changes alone and compares it with the model; how many were fused.
+int fused_as_told(const Update& update, unsigned seed) {
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  Told told;
+  Model previous;
+  int fused = 0;
+  run_episodes({}, testing::corner_walks(120, seed), 20, kConfig, update, [&](int number, const Episode& episode) {
+    SCOPED_TRACE("episode " + std::to_string(number));
+    const ModelChange& change = episode.report.change;
+    EXPECT_EQ(change.primitives_after, static_cast<int>(episode.model.primitives.size()));
+    fused += static_cast<int>(change.fused.size());
+    told = told_after(told, to_json(change, previous, episode.model));
+    EXPECT_EQ(cells_of(told), cells_of(episode.model));
+    EXPECT_EQ(told.transitions, edges_of(episode.model));
+    for (const ReplacedPrimitive& split : change.split) {
+      EXPECT_LT(split.previous, change.primitives_before);
+      EXPECT_LT(split.first, change.primitives_after);
+      EXPECT_NE(split.first, split.second);
+    }
+    previous = episode.model;
+  });
+  return fused;
+}
+
+TEST(Change, TellsEveryEpisodeOfSila) {
+  for (unsigned seed : {1u, 2u, 3u}) EXPECT_GT(fused_as_told(sila_update(kConfig), seed), 0);
+}
+
+TEST(Change, TellsEveryEpisodeOfTheBaselines) {
+  EXPECT_EQ(fused_as_told(accumulate_update(kConfig), 4), 0);
+  EXPECT_EQ(fused_as_told(retrain_update(kConfig), 5), 0);
+}
+
+TEST(Change, OfOneFusionAndOneSplitIsWhatThePlanSays) {
+  Model previous, updated;
+  previous.primitives.resize(3);
+  updated.primitives.resize(3);
+  FusionPlan plan;  // 0 takes up incoming 3; 1 is split into 2 and the incoming 4, which is new
+  plan.in = {0, 2, 2, 0, 4};
+  plan.out = {0, 4, 2, 0, 4};
+  plan.fusion_set = {{0, 3}};
+  plan.splits = {{1, 2, 4}};
+  plan.kept = {0, 2, 4};
+  const ModelChange change = change_by(plan, previous, updated);
+  EXPECT_EQ(change.gone, std::vector<int>{1});
+  EXPECT_EQ(change.added, std::vector<int>{2});
+  ASSERT_EQ(change.fused.size(), 1u);
+  EXPECT_EQ(change.fused[0].primitive, 0);
+  EXPECT_EQ(change.fused[0].previous, std::vector<int>{0});
+  EXPECT_EQ(change.fused[0].incoming, 1);
+  ASSERT_EQ(change.split.size(), 1u);
+  EXPECT_EQ(change.split[0].previous, 1);
+  EXPECT_EQ(change.split[0].first, 1);
+  EXPECT_EQ(change.split[0].second, 2);
+}
+
+TEST(Change, RefusesAPlanOfOtherModels) {
+  Model two;
+  two.primitives.resize(2);
+  EXPECT_THROW(change_by(FusionPlan{}, two, two), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila

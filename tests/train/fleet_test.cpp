@@ -1,0 +1,241 @@
+#include "sila/train/fleet.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <string>
+
+#include "sila/model/packing.hpp"
+#include "sila/train/training.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+using Tracks = std::vector<FramedTrajectory>;
+
+Tracks part(const Tracks& tracks, std::size_t from, std::size_t count) {
+  const auto first = tracks.begin() + static_cast<std::ptrdiff_t>(from);
+  return {first, first + static_cast<std::ptrdiff_t>(count)};
+}
+
+std::vector<Leaf> leaves_of(const Tracks& tracks, std::size_t leaf, std::size_t batch) {
+  std::vector<Leaf> leaves;
+  for (std::size_t i = 0; i < tracks.size(); i += leaf)
+    leaves.push_back({part(tracks, i, std::min(leaf, tracks.size() - i)), batch, {}, {}});
+  return leaves;
+}
+
+TEST(EpisodeIds, StandForTheContentWhateverItsNamesAndOrder) {
+  Tracks tracks = testing::corner_walks(6, 1);
+  const EpisodeId id = episode_id(tracks);
+  std::reverse(tracks.begin(), tracks.end());
+  for (FramedTrajectory& track : tracks) track.track.id = "other";
+  EXPECT_EQ(episode_id(tracks), id);
+  EXPECT_EQ(episode_id_of(to_text(id)), id);
+  EXPECT_EQ(to_text(id).size(), 32u);
+}
+
+TEST(EpisodeIds, DifferByABitOfATrackByItsCornerAndByATrackMore) {
+  const Tracks tracks = testing::corner_walks(6, 2);
+  const EpisodeId id = episode_id(tracks);
+  Tracks other = tracks;
+  other[3].track.positions_m[2].x() = std::nextafter(other[3].track.positions_m[2].x(), 1e9);
+  EXPECT_NE(episode_id(other), id);
+  other = tracks;
+  other[3].frame.origin_m.y() += 1e-9;
+  EXPECT_NE(episode_id(other), id);
+  other = tracks;
+  other.push_back(tracks.front());
+  EXPECT_NE(episode_id(other), id);
+  EXPECT_NE(episode_id(part(tracks, 0, 5)), id);
+}
+
+TEST(EpisodeIds, AreReadFromNothingElse) {
+  for (const char* text : {"", "12", "0123456789abcdef0123456789abcdeg", "0123456789abcdef0123456789abcdef0"})
+    EXPECT_THROW(episode_id_of(text), std::invalid_argument) << text;
+}
+
+TEST(Episode, ThatTheModelHasLearntBeforeChangesNothing) {
+  const Tracks tracks = testing::corner_walks(60, 3);
+  const auto learn = [&](const Model& start, const Tracks& some) {
+    return run_episodes(start, some, 20, kConfig, sila_update(kConfig));
+  };
+  const Training whole = learn({}, tracks);
+  EXPECT_EQ(whole.known, 0);
+  EXPECT_EQ(whole.model.episode_ids.size(), 3u);
+  const Training again = learn(whole.model, tracks);
+  EXPECT_EQ(again.known, 3);
+  EXPECT_TRUE(again.episodes.empty());
+  EXPECT_TRUE(identical(again.model, whole.model));
+  // A run that was killed after its second episode and is started anew.
+  const Training killed = learn({}, part(tracks, 0, 40));
+  const Training resumed = learn(killed.model, tracks);
+  EXPECT_EQ(resumed.known, 2);
+  EXPECT_TRUE(identical(resumed.model, whole.model));
+}
+
+TEST(FuseModels, RefusesToCountAnEpisodeTwice) {
+  const Tracks tracks = testing::corner_walks(60, 4);
+  const Model all = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
+  const Model last = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
+  EXPECT_THROW(fuse_models(all, last, kConfig.fuse), std::invalid_argument);
+  const Model other = run_episodes({}, testing::corner_walks(20, 5), 20, kConfig, sila_update(kConfig)).model;
+  const Model fused = fuse_models(all, other, kConfig.fuse).model;
+  EXPECT_EQ(fused.episode_ids.size(), 4u);
+  EXPECT_TRUE(std::ranges::is_sorted(fused.episode_ids));
+}
+
+TEST(FuseModels, NeedsOneReferenceWidthAndSaysSo) {
+  Tracks narrow = testing::corner_walks(20, 6), wide = testing::corner_walks(20, 7);
+  for (FramedTrajectory& track : narrow) track.frame = testing::square_frame(2.5, CurbScaling::mean_width);
+  for (FramedTrajectory& track : wide) track.frame = testing::square_frame(3.5, CurbScaling::mean_width);
+  EpisodeConfig config = kConfig;
+  config.scaling = CurbScaling::mean_width;
+  const auto learnt = [&](const Tracks& tracks) { return run_episode({}, tracks, config).model; };
+  try {
+    fuse_models(learnt(narrow), learnt(wide), config.fuse);
+    FAIL() << "fused";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("reference_width_m"), std::string::npos) << error.what();
+  }
+  config.reference_width_m = 3.0;
+  const Model fused = fuse_models(learnt(narrow), learnt(wide), config.fuse).model;
+  EXPECT_EQ(fused.settings.reference_width_m, 3.0);
+  EXPECT_EQ(fused.tracks, 40);
+  config.reference_width_m = 3.1;
+  EXPECT_THROW(run_episode(fused, part(narrow, 0, 5), config), std::invalid_argument);
+}
+
+TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
+  const Tracks tracks = testing::corner_walks(110, 9);
+  std::vector<Leaf> leaves = leaves_of(tracks, 20, 10);
+  const Model model = learn_fleet({}, leaves, kConfig);
+  EXPECT_EQ(model.tracks, 110);
+  EXPECT_EQ(model.episodes, 11);
+  EXPECT_EQ(model.episode_ids.size(), 11u);
+  ASSERT_EQ(model.sites.size(), 1u);
+  EXPECT_FALSE(model.sites[0].error_statistics.empty());
+  std::mt19937_64 random(1);
+  for (int trial = 0; trial < 3; ++trial) {
+    std::shuffle(leaves.begin(), leaves.end(), random);
+    EXPECT_TRUE(identical(learn_fleet({}, leaves, kConfig), model)) << "trial " << trial;
+  }
+}
+
+TEST(Fleet, LearnsNothingTwice) {
+  const Tracks tracks = testing::corner_walks(80, 10);
+  std::vector<Leaf> leaves = leaves_of(tracks, 40, 20);
+  const Model model = learn_fleet({}, leaves, kConfig);
+  EXPECT_TRUE(identical(learn_fleet(model, leaves, kConfig), model));
+  leaves.push_back(leaves.front());
+  EXPECT_TRUE(identical(learn_fleet({}, leaves, kConfig), model));
+  // A leaf of which one batch is known.
+  Tracks mixed = part(tracks, 0, 20);
+  const Tracks fresh = testing::corner_walks(20, 11);
+  mixed.insert(mixed.end(), fresh.begin(), fresh.end());
+  const Model more = learn_fleet(model, leaves_of(mixed, 40, 20), kConfig);
+  EXPECT_TRUE(identical(more, learn_fleet(model, leaves_of(fresh, 40, 20), kConfig)));
+  EXPECT_EQ(more.tracks, 100);
+}
+
+TEST(Fleet, TakesModelsThatWereLearntElsewhere) {
+  const Tracks tracks = testing::corner_walks(60, 12);
+  std::vector<Leaf> leaves = leaves_of(part(tracks, 0, 40), 20, 20);
+  Leaf elsewhere;
+  elsewhere.model = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
+  leaves.push_back(elsewhere);
+  const Model model = learn_fleet({}, leaves, kConfig);
+  EXPECT_EQ(model.tracks, 60);
+  EXPECT_EQ(model.episode_ids.size(), 3u);
+  const Model alone = learn_fleet({}, {elsewhere}, kConfig);
+  EXPECT_TRUE(identical(alone, *elsewhere.model));
+}
+
+TEST(Fleet, BeginsWithTheMedianWidthOfItsPlaces) {
+  EXPECT_EQ(agreed_width_m({4.0, 2.0, 3.0}), 3.0);
+  EXPECT_EQ(agreed_width_m({4.0, 2.0}), 2.0);
+  EXPECT_THROW(agreed_width_m({}), std::invalid_argument);
+  std::vector<Leaf> leaves;
+  for (const double width_m : {3.5, 2.0, 2.5}) {
+    leaves.push_back({testing::corner_walks(20, static_cast<unsigned>(10.0 * width_m)), 20, {}, {}});
+    for (FramedTrajectory& track : leaves.back().tracks)
+      track.frame = testing::square_frame(width_m, CurbScaling::mean_width);
+  }
+  EpisodeConfig by_width = kConfig;
+  by_width.scaling = CurbScaling::mean_width;
+  EXPECT_EQ(learn_fleet({}, leaves, by_width).settings.reference_width_m, 2.5);
+}
+
+TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
+  std::vector<std::vector<EpisodeId>> episodes;
+  std::vector<CurbFrame> sites;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    episodes.push_back({{i, 0}});
+    sites.push_back(testing::square_frame());
+    sites.back().origin_m.x() = i < 8 ? 0.0 : 100.0;
+  }
+  const std::vector<ChosenLeaf> chosen = choose_leaves(episodes, sites, {});
+  ASSERT_EQ(chosen.size(), 12u);
+  const auto of_second = [&](std::size_t from) {
+    return std::count_if(chosen.begin() + static_cast<std::ptrdiff_t>(from),
+                         chosen.begin() + static_cast<std::ptrdiff_t>(from) + 6,
+                         [](const ChosenLeaf& leaf) { return leaf.leaf >= 8; });
+  };
+  EXPECT_EQ(of_second(0), 2);
+  EXPECT_EQ(of_second(6), 2);
+  EXPECT_THROW(choose_leaves(episodes, std::span(sites).first(3), {}), std::invalid_argument);
+}
+
+TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
+  Tracks elsewhere = testing::corner_walks(60, 13);
+  for (FramedTrajectory& placed : elsewhere) placed.frame.origin_m.x() += 100.0;
+  for (FramedTrajectory& placed : elsewhere) {
+    for (Vector2& position : placed.track.positions_m) position.x() += 100.0;
+  }
+  const Leaf here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
+  const Model model = learn_fleet({}, {here, there}, kConfig);
+  ASSERT_EQ(model.sites.size(), 2u);
+  for (const Site& site : model.sites) {
+    double with_roll_outs = 0.0;
+    for (const RegressionMoments& moments : site.error_statistics.with_map) with_roll_outs += moments.weight;
+    EXPECT_GT(with_roll_outs, 100.0);
+  }
+}
+
+TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
+  for (const int leaves : {1, 2, 3, 7, 16, 33}) {
+    for (const bool goes_on : {false, true}) {
+      const std::vector<FleetTask> plan = plan_fleet(leaves, goes_on, kConfig);
+      std::vector<std::set<int>> knows(plan.size());
+      std::vector<int> fitted(static_cast<std::size_t>(leaves), 0);
+      for (std::size_t t = 0; t < plan.size(); ++t) {
+        const FleetTask& task = plan[t];
+        for (const int input : task.inputs) {
+          ASSERT_LT(input, static_cast<int>(t)) << "a task needs a later one";
+          if (input >= 0)
+            knows[t].insert(knows[static_cast<std::size_t>(input)].begin(),
+                            knows[static_cast<std::size_t>(input)].end());
+        }
+        if (task.step == FleetStep::learn) knows[t].insert(task.leaf);
+        if (task.step != FleetStep::teach && task.step != FleetStep::warm_up) continue;
+        ++fitted[static_cast<std::size_t>(task.leaf)];
+        const int judge = task.inputs.front();
+        if (judge >= 0) {
+          EXPECT_FALSE(knows[static_cast<std::size_t>(judge)].contains(task.leaf)) << leaves << " leaves";
+        }
+      }
+      for (const int rounds : fitted) EXPECT_EQ(rounds, kConfig.fleet.warm_up_rounds);
+      EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(leaves)) << "every leaf counts";
+    }
+  }
+  EXPECT_THROW(plan_fleet(0, false, kConfig), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila

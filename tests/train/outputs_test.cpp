@@ -1,0 +1,84 @@
+// Fields of two GPs, one for each component of the velocity, through everything that a model goes through.
+
+#include <gtest/gtest.h>
+
+#include "sila/model/packing.hpp"
+#include "sila/profile.hpp"
+#include "sila/refine/fade.hpp"
+#include "sila/refine/predictor.hpp"
+#include "sila/train/episode.hpp"
+#include "sila/train/training.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+EpisodeConfig with_outputs(FieldOutputs outputs) {
+  EpisodeConfig config = profile("paper").episode;
+  config.learn.field.outputs = outputs;
+  return config;
+}
+
+Model learnt(const EpisodeConfig& config, std::span<const FramedTrajectory> tracks) {
+  return run_episodes({}, tracks, 20, config, sila_update(config)).model;
+}
+
+TEST(IndependentOutputs, PredictAsSharedOnesUnderOneTheta) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 11);
+  EpisodeConfig shared = with_outputs(FieldOutputs::shared), independent = with_outputs(FieldOutputs::independent);
+  for (const bool compacted : {false, true}) {
+    SCOPED_TRACE(compacted);
+    shared.compact.enabled = independent.compact.enabled = compacted;
+    const Model a = learnt(shared, tracks), b = learnt(independent, tracks);
+    EXPECT_NO_THROW(check(b));
+    ASSERT_EQ(size(a), size(b));
+    const Predictor first(a, shared.predict), second(b, shared.predict);
+    for (const Window& window : windows_of(testing::corner_walks(10, 77), shared.sampling, shared.predict, 2.0)) {
+      const Prediction p = first.predict(window.observed), q = second.predict(window.observed);
+      ASSERT_EQ(p.modes.size(), q.modes.size());
+      for (std::size_t m = 0; m < p.modes.size(); ++m) {
+        EXPECT_NEAR(p.modes[m].weight, q.modes[m].weight, 1e-6);
+        EXPECT_LT((p.modes[m].path_m.back() - q.modes[m].path_m.back()).norm(), 1e-6);
+        EXPECT_LT((p.modes[m].covariances_m2.back() - q.modes[m].covariances_m2.back()).norm(), 1e-6);
+      }
+    }
+  }
+}
+
+TEST(IndependentOutputs, HaveAThetaAndPseudoInputsOfTheirOwn) {
+  EpisodeConfig config = profile("paper-literal").episode;
+  const Model model = learnt(config, testing::corner_walks(40, 5));
+  std::size_t apart = 0;
+  for (const Transition& transition : model.transitions) {
+    ASSERT_TRUE(transition.field.independent());
+    const SparseGp &x = transition.field.gp, &y = transition.field.gp_y;
+    const bool same_inputs = x.pseudo_inputs.cols() == y.pseudo_inputs.cols() && x.pseudo_inputs == y.pseudo_inputs;
+    apart += x.kernel != y.kernel && !same_inputs;
+  }
+  EXPECT_GT(apart, 0U);
+  EXPECT_NO_THROW(check(model));
+}
+
+TEST(IndependentOutputs, ArePackedBitForBitAndFadeTogether) {
+  const Model model = learnt(with_outputs(FieldOutputs::independent), testing::corner_walks(20, 6));
+  for (const Transition& transition : model.transitions) {
+    const FlowField again = unpack_flow_field(pack(transition.field));
+    EXPECT_TRUE(again.gp == transition.field.gp && again.gp_y == transition.field.gp_y);
+  }
+  const FlowField faded = fade(model, 0.5, std::vector<int>{0}).transitions.front().field;
+  EXPECT_EQ(faded.gp.points, faded.gp_y.points);
+  EXPECT_EQ(faded.gp_y.points, 0.5 * model.transitions.front().field.gp_y.points);
+}
+
+TEST(IndependentOutputs, AreNotMixedWithSharedOnes) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 7);
+  const Model shared = learnt(with_outputs(FieldOutputs::shared), std::span(tracks).first(20));
+  const EpisodeConfig independent = with_outputs(FieldOutputs::independent);
+  EXPECT_THROW(run_episode(shared, std::span(tracks).last(20), independent), std::invalid_argument);
+  Model mixed = shared;
+  mixed.transitions.back().field = learnt(independent, std::span(tracks).last(20)).transitions.back().field;
+  EXPECT_THROW(check(mixed), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila

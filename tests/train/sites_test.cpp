@@ -1,0 +1,213 @@
+// Several sites in one model: each predicts as if it were alone.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sila/evaluate/metrics.hpp"
+#include "sila/model/packing.hpp"
+#include "sila/train/fleet.hpp"
+#include "sila/train/training.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+using Tracks = std::vector<FramedTrajectory>;
+
+const EpisodeConfig kConfig;
+
+/// The corner at the origin, and one far away that is turned and narrower, where people walk slower.
+Tracks here(int count, unsigned seed) {
+  return testing::corner_walks(count, seed);
+}
+
+Tracks there(int count, unsigned seed) {
+  const CurbFrame frame = make_curb_frame({200, 50}, {0, 1}, {-1, 0}, {1.8, 1.8, 1.8}, CurbScaling::metres);
+  Tracks tracks = testing::corner_walks(count, seed);
+  for (FramedTrajectory& placed : tracks) {
+    for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
+    for (double& t : placed.track.times_s) t *= 1.3;
+    placed.frame = frame;
+  }
+  return tracks;
+}
+
+Tracks both(Tracks first, const Tracks& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+Model learnt(const Tracks& tracks, const Model& start = {}, const EpisodeConfig& config = kConfig) {
+  return run_episodes(start, tracks, 20, config, sila_update(config)).model;
+}
+
+/// Largest distance of the mean paths of two models on the windows of tracks [m].
+double apart_m(const Model& a, const Model& b, const Tracks& tracks) {
+  const Predictor of_a(a, kConfig.predict), of_b(b, kConfig.predict);
+  double largest = 0.0;
+  for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, 1.0)) {
+    const Prediction first = of_a.predict(window.observed), second = of_b.predict(window.observed);
+    const std::size_t steps = first.times_s.size();
+    const std::vector<Vector2> path_a = mean_path(first, steps), path_b = mean_path(second, steps);
+    for (std::size_t j = 0; j < steps; ++j) largest = std::max(largest, (path_a[j] - path_b[j]).norm());
+  }
+  return largest;
+}
+
+/// Mean distance of the mean path from what happened at the end of the horizon [m].
+double error_m(const Model& model, const Tracks& tracks) {
+  const Predictor predictor(model, kConfig.predict);
+  double sum = 0.0, count = 0.0;
+  for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, 1.0)) {
+    if (window.future_m.size() < 25) continue;
+    sum += (mean_path(predictor.predict(window.observed), 25).back() - window.future_m[24]).norm();
+    count += 1.0;
+  }
+  return sum / count;
+}
+
+TEST(Sites, LearntTogetherPredictAsApartInAnyOrder) {
+  const Tracks a = here(60, 1), b = there(60, 2), test_a = here(10, 3), test_b = there(10, 4);
+  const Model of_a = learnt(a), of_b = learnt(b);
+  ASSERT_GT(apart_m(of_a, learnt(here(60, 5)), test_a), 0.01) << "or the test could not fail";
+  for (const Model& together : {learnt(b, of_a), learnt(a, of_b), learnt(both(here(0, 1), b), learnt(a))}) {
+    EXPECT_NO_THROW(check(together));
+    ASSERT_EQ(together.sites.size(), 2u);
+    EXPECT_EQ(size(together), size(of_a) + size(of_b));
+    EXPECT_LT(apart_m(together, of_a, test_a), 1e-9);
+    EXPECT_LT(apart_m(together, of_b, test_b), 1e-9);
+  }
+}
+
+TEST(Sites, LaterTracksOfOneLeaveTheOthersPaths) {
+  const Tracks b = there(100, 2), test_a = here(10, 3);
+  Model model = learnt(b, learnt(here(60, 1)));
+  const Model before = model;
+  model = learnt(there(60, 9), model);
+  EXPECT_EQ(model.sites[1].episodes, 8);
+  EXPECT_EQ(model.sites[0].episodes, 3);
+  EXPECT_LT(apart_m(model, before, test_a), 1e-9);
+  EXPECT_GT(apart_m(model, before, there(10, 4)), 0.01);
+}
+
+TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
+  const Tracks a = here(80, 1), b = there(80, 2);
+  const auto leaves_of = [](const Tracks& tracks) {
+    std::vector<Leaf> leaves;
+    for (std::size_t i = 0; i < tracks.size(); i += 20)
+      leaves.push_back({Tracks(tracks.begin() + static_cast<std::ptrdiff_t>(i),
+                               tracks.begin() + static_cast<std::ptrdiff_t>(i + 20)),
+                        20,
+                        {},
+                        {}});
+    return leaves;
+  };
+  const Model of_a = learn_fleet({}, leaves_of(a), kConfig), of_b = learn_fleet({}, leaves_of(b), kConfig);
+  const Model together = learn_fleet({}, leaves_of(both(a, b)), kConfig);
+  EXPECT_NO_THROW(check(together));
+  ASSERT_EQ(together.sites.size(), 2u);
+  for (const Site& site : together.sites) {
+    EXPECT_EQ(site.tracks, 80);
+    EXPECT_EQ(site.episodes, 4);
+    EXPECT_FALSE(site.error_statistics.empty());
+  }
+  const Tracks test_a = here(30, 3), test_b = there(30, 4);
+  EXPECT_NEAR(error_m(together, test_a), error_m(of_a, test_a), 0.05 * error_m(of_a, test_a));
+  EXPECT_NEAR(error_m(together, test_b), error_m(of_b, test_b), 0.05 * error_m(of_b, test_b));
+}
+
+TEST(Sites, OfOneBatchAreLearntEachByItself) {
+  const Tracks a = here(20, 1), b = there(20, 2);
+  Tracks mixed;
+  for (std::size_t i = 0; i < a.size(); ++i) mixed.push_back(a[i]), mixed.push_back(b[i]);
+  const Model model = run_episode({}, mixed, kConfig).model;
+  EXPECT_NO_THROW(check(model));
+  ASSERT_EQ(model.sites.size(), 2u);
+  EXPECT_EQ(model.episodes, 1);
+  const Model of_a = run_episode({}, a, kConfig).model, of_b = run_episode({}, b, kConfig).model;
+  EXPECT_EQ(size(model), size(of_a) + size(of_b));
+  EXPECT_LT(apart_m(model, of_a, here(10, 3)), 1e-9);
+  EXPECT_LT(apart_m(model, of_b, there(10, 4)), 1e-9);
+}
+
+TEST(Sites, ThatAreSharedFuseAndSayWhereFrom) {
+  EpisodeConfig shared = kConfig;
+  shared.fuse.sites = SiteSharing::shared;
+  const Model model = learnt(there(60, 2), learnt(here(60, 1), {}, shared), shared);
+  EXPECT_NO_THROW(check(model));
+  EXPECT_LT(size(model), size(learnt(there(60, 2), learnt(here(60, 1)))));
+  EXPECT_TRUE(std::ranges::any_of(model.transitions, [](const Transition& t) { return t.sites.size() == 2; }));
+  EXPECT_THROW(learnt(here(20, 6), model), std::invalid_argument);
+}
+
+TEST(Sites, WithoutTrainingGetTheGlobalPart) {
+  const Model model = learnt(there(60, 2), learnt(here(60, 1)));
+  Model nothing_but_global = model;
+  nothing_but_global.primitives.clear(), nothing_but_global.transitions.clear();
+  Tracks elsewhere = here(10, 3);
+  for (FramedTrajectory& placed : elsewhere) {
+    for (Vector2& p : placed.track.positions_m) p.x() += 500.0;
+    placed.frame.origin_m.x() += 500.0;
+  }
+  EXPECT_EQ(apart_m(model, nothing_but_global, elsewhere), 0.0);
+  const Predictor predictor(model, kConfig.predict);
+  for (const Window& window : windows_of(elsewhere, kConfig.sampling, kConfig.predict, 2.0)) {
+    const Prediction prediction = predictor.predict(window.observed);
+    EXPECT_TRUE(prediction.fallback);
+    EXPECT_FALSE(prediction.regions.empty()) << "what errors at all sites show";
+  }
+}
+
+TEST(Sites, FadeByTheirOwnEpisodes) {
+  EpisodeConfig fading = kConfig;
+  fading.compact.half_life_episodes = 2.0;
+  const Model of_a = learnt(here(60, 1), {}, fading);
+  const Model together = learnt(there(60, 2), of_a, fading);
+  EXPECT_EQ(pack(together.sites[0].error_statistics), pack(of_a.sites[0].error_statistics));
+  EXPECT_EQ(pack(together.sites[0].global_residual), pack(of_a.sites[0].global_residual));
+  EXPECT_LT(apart_m(together, of_a, here(10, 3)), 1e-9);
+}
+
+TEST(Sites, AreTheSameInMetresAndInWidths) {
+  EpisodeConfig by_width = kConfig;
+  by_width.scaling = CurbScaling::mean_width;
+  Tracks tracks = here(60, 1), test = here(10, 3);
+  const Model in_metres = learnt(tracks);
+  const Predictor first(in_metres, kConfig.predict);
+  const std::vector<Window> windows = windows_of(test, kConfig.sampling, kConfig.predict, 1.0);
+  for (Tracks* some : {&tracks, &test}) {
+    for (FramedTrajectory& placed : *some) placed.frame = testing::square_frame(2.5, CurbScaling::mean_width);
+  }
+  const Model in_widths = learnt(tracks, {}, by_width);
+  ASSERT_EQ(size(in_metres), size(in_widths));
+  for (std::size_t i = 0; i < in_metres.transitions.size(); ++i) {
+    const Transition &a = in_metres.transitions[i], &b = in_widths.transitions[i];
+    EXPECT_EQ(a.count, b.count);
+    EXPECT_LT((a.field.gp.pseudo_inputs - 2.5 * b.field.gp.pseudo_inputs).norm(), 1e-9);
+    EXPECT_LT((a.residual.pseudo_inputs - 2.5 * b.residual.pseudo_inputs).norm(), 1e-9);
+  }
+  const Predictor second(in_widths, kConfig.predict);
+  const std::vector<Window> same = windows_of(test, kConfig.sampling, kConfig.predict, 1.0);
+  double distance_m = 0.0;
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    const Prediction a = first.predict(windows[i].observed), b = second.predict(same[i].observed);
+    distance_m += (mean_path(a, 25).back() - mean_path(b, 25).back()).norm() / static_cast<double>(windows.size());
+  }
+  // Rounding decides on which side of a cell's border a field ends that hardly knows it, so not each path is the same.
+  EXPECT_LT(distance_m, 1e-3);
+}
+
+TEST(Sites, RefuseAUnitThatIsNotThatOfTheScaling) {
+  EpisodeConfig config = kConfig;
+  config.reference_width_m = 3.0;
+  EXPECT_THROW(run_episode({}, here(5, 1), config), std::invalid_argument);
+  Tracks tracks = here(5, 1);
+  for (FramedTrajectory& placed : tracks) placed.frame = testing::square_frame(2.5, CurbScaling::mean_width);
+  EXPECT_THROW(run_episode({}, tracks, kConfig), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,144 @@
+#include "sila/train/training.hpp"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <set>
+
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/evaluate/split.hpp"
+#include "sila/model/packing.hpp"
+#include "sila/train/episode.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+const EpisodeConfig kConfig;
+
+TEST(Episode, SizeNeverExceedsThatOfAccumulateAndTracksAddUp) {
+  for (unsigned seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const std::vector<FramedTrajectory> tracks = testing::corner_walks(100, seed);
+    const Training fused = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
+    const Training sum = run_episodes({}, tracks, 20, kConfig, accumulate_update(kConfig));
+    ASSERT_EQ(fused.episodes.size(), 5u);
+    for (std::size_t n = 0; n < 5; ++n) EXPECT_LE(fused.episodes[n].size_after, sum.episodes[n].size_after);
+    EXPECT_LT(size(fused.model), size(sum.model));
+    EXPECT_EQ(fused.model.tracks, 100);
+    EXPECT_EQ(fused.model.episodes, 5);
+    EXPECT_NO_THROW(check(fused.model));
+    EXPECT_NO_THROW(check(sum.model));
+  }
+}
+
+TEST(Episode, GivesTheSameModelOnOneThreadAndOnMany) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 5);
+  const auto learnt = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
+  };
+  const Model one = learnt(1), two = learnt(2), eight = learnt(8);
+  EXPECT_TRUE(identical(one, two));
+  EXPECT_TRUE(identical(one, eight));
+}
+
+TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 6);
+  const Training run = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
+  ASSERT_FALSE(run.model.sites.at(0).error_statistics.empty());
+  const Training longer = run_episodes(run.model, testing::corner_walks(60, 7), 20, kConfig, sila_update(kConfig));
+  EXPECT_EQ(longer.model.sites[0].error_statistics.with_map.size(),
+            run.model.sites[0].error_statistics.with_map.size());
+  EpisodeConfig none = kConfig;
+  none.error_statistics.enabled = false;
+  EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.sites.at(0).error_statistics.empty());
+}
+
+TEST(Episode, RefusesAnotherGridOrIntervalThanTheModels) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 8);
+  const Model model = run_episode({}, tracks, kConfig).model;
+  EpisodeConfig other = kConfig;
+  other.learn.grid.cell_m = 2.0;
+  EXPECT_THROW(run_episode(model, tracks, other), std::invalid_argument);
+  other = kConfig;
+  other.sampling.interval_s = 0.1;
+  EXPECT_THROW(run_episode(model, tracks, other), std::invalid_argument);
+}
+
+TEST(Episode, AnEmptyBatchChangesNothing) {
+  const Model model = run_episode({}, testing::corner_walks(20, 9), kConfig).model;
+  EXPECT_TRUE(identical(run_episode(model, {}, kConfig).model, model));
+}
+
+TEST(Retrain, SeesAllBatchesSoFar) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 10);
+  const Training retrained = run_episodes({}, tracks, 20, kConfig, retrain_update(kConfig));
+  EXPECT_EQ(retrained.model.tracks, 40);
+  EXPECT_EQ(retrained.model.episodes, 2);
+  EpisodeConfig plain = kConfig;
+  plain.error_statistics.enabled = plain.compact.enabled = false;
+  const Model at_once = run_episode({}, tracks, plain).model;
+  EXPECT_EQ(size(retrained.model), size(at_once));
+}
+
+TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
+  const Model model = run_episodes({}, testing::corner_walks(100, 12), 20, kConfig, sila_update(kConfig)).model;
+  std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 13);
+  tracks.push_back({testing::walk("brief", {{0, 0}, {2, 0}}, 1.0), testing::square_frame()});
+  tracks.push_back({testing::walk("short future", {{0, 1}, {5, 1}}, 1.0), testing::square_frame()});
+  const Evaluation evaluation = evaluate(model, tracks, kConfig, {});
+  std::set<std::string> judged;
+  for (const WindowScore& window : evaluation.windows) judged.insert(window.track);
+  std::size_t skipped = 0;
+  for (const SkippedTracks& reason : evaluation.skipped) skipped += reason.tracks;
+  EXPECT_EQ(judged.size() + skipped, tracks.size());
+  EXPECT_EQ(evaluation.horizons_s, (std::vector<double>{1, 2, 3, 4, 5}));
+  const GroupScore& turning = evaluation.groups[3];
+  ASSERT_GT(turning.windows, 20u);
+  EXPECT_LT(turning.model.back().weighted_mhd_m, turning.constant.back().weighted_mhd_m);
+}
+
+TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
+  std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 21);
+  for (unsigned i = 0; i < 60; ++i) {
+    const double x = 2.0 + 0.1 * i;
+    FramedTrajectory standing{
+        testing::walk("s" + std::to_string(i), {{x, 1}, {x + 0.01, 1}}, 0.0008, 0.1, 0.02, 90 + i),
+        testing::square_frame()};
+    standing.track.recording = 100 + i;
+    tracks.push_back(std::move(standing));
+  }
+  const Split split = split_tracks(std::move(tracks), 0.25, 5, SplitBy::track);
+  const Model model = run_episodes({}, split.train, 20, kConfig, sila_update(kConfig)).model;
+  const GroupScore standing = evaluate(model, split.test, kConfig, {}).groups[2];
+  ASSERT_EQ(standing.name, "standing");
+  ASSERT_GT(standing.windows, 40u);
+  const double better_m = std::min(standing.references[0].weighted_mhd_m, standing.references[1].weighted_mhd_m);
+  EXPECT_LT(standing.model.back().weighted_mhd_m, better_m);  // the position is smoothed, so it may be below
+}
+
+TEST(Evaluate, JudgesAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval) {
+  EpisodeConfig config;
+  config.sampling.interval_s = 0.3;  // 16 steps in 5 s, and the 17th is nearer to it
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 9);
+  const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+  EXPECT_EQ(model.sites.at(0).error_statistics.steps, 16);
+  const Evaluation evaluation = evaluate(model, tracks, config, {});
+  EXPECT_EQ(evaluation.groups.front().model.size(), evaluation.horizons_s.size());
+  EXPECT_GT(evaluation.groups.front().windows, 0u);
+}
+
+TEST(Evaluate, TellsTurningFromStraightWalks) {
+  const auto path = [](const std::vector<Vector2>& way) {
+    std::vector<Vector2> positions;
+    const Trajectory track = testing::walk("a", way, 1.0, 0.2);
+    return track.positions_m;
+  };
+  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {8, 0}})), 0.0, 1e-9);
+  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {4, 0}, {4, 4}})), 1.5707963, 1e-6);
+  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {4, 0}, {4, -4}})), 1.5707963, 1e-6);
+}
+
+}  // namespace
+}  // namespace sila
