@@ -5,10 +5,11 @@
 
 #include "options.hpp"
 #include "sila/evaluate/recorded.hpp"
-#include "sila/evaluate/report.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
+#include "sila/io/evaluation_report.hpp"
 #include "sila/io/model_store.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "sila/io/track_report.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"

@@ -9,7 +9,7 @@
 
 #include "experiment_file.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/evaluate/experiment_report.hpp"
+#include "sila/experiment/report.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/output.hpp"
 #include "sila/version.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "options.hpp"
-#include "sila/evaluate/experiment.hpp"
+#include "sila/experiment/experiment.hpp"
 
 namespace sila::cli {
 

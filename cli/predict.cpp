@@ -7,7 +7,7 @@
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_store.hpp"
 #include "sila/io/output.hpp"
-#include "sila/refine/prediction_json.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "sila/refine/predictor.hpp"
 #include "threads.hpp"
 #include "verbs.hpp"

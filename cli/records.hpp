@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "sila/io/change_json.hpp"
 #include "sila/io/model_store.hpp"
-#include "sila/train/change.hpp"
 #include "sila/train/episode.hpp"
 
 // What a model file is told of its episodes, by the program and by the Python package alike.

@@ -1,23 +1,42 @@
-// Places a point in the frame of a corner, and inspects a model file if one is given:  consumer [model.sila]
-#include <iostream>
+// Learns people who walk along a sidewalk and predicts another one, with sila::core alone: no file, no JSON.
+#include <cstdio>
 #include <sila/core/curb_frame.hpp>
-#include <sila/core/errors.hpp>
-#include <sila/io/inspect.hpp>
+#include <sila/refine/predictor.hpp>
+#include <sila/train/training.hpp>
 #include <sila/version.hpp>
+#include <string>
+#include <vector>
 
-int main(int argc, char** argv) {
-  const sila::Vector2 origin_m(10.0, 5.0);
-  const sila::SidewalkWidths widths{2.0, 2.0, 2.0};
-  const sila::CurbFrame corner = sila::make_curb_frame(origin_m, sila::Vector2::UnitX(), sila::Vector2::UnitY(), widths,
-                                                       sila::CurbScaling::mean_width);
-  const sila::Vector2 place = to_curb(corner, sila::Vector2(13.0, 4.0));
-  std::cout << "sila " SILA_VERSION ": the point lies " << place.x() << " and " << place.y()
-            << " sidewalk widths along the curbs\n";
-  if (argc < 2) return 0;
-  try {
-    std::cout << sila::describe(sila::load_model(argv[1]));
-  } catch (const sila::FormatError& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
+namespace {
+
+const sila::CurbFrame kCorner = sila::make_curb_frame({0.0, 0.0}, sila::Vector2::UnitX(), sila::Vector2::UnitY(),
+                                                      sila::SidewalkWidths{2.0, 2.0, 2.0}, sila::CurbScaling::metres);
+
+/// A person who walks along the x axis at 1.3 m/s, seen ten times a second.
+sila::FramedTrajectory walker(int number, double seconds) {
+  sila::Trajectory track;
+  track.id = std::to_string(number);
+  for (int step = 0; step < static_cast<int>(10.0 * seconds); ++step) {
+    const double walked_s = 0.1 * step;
+    track.times_s.push_back(100.0 * number + walked_s);
+    track.positions_m.emplace_back(1.3 * walked_s, 0.1 * (number % 5));
   }
+  return {track, kCorner};
+}
+
+}  // namespace
+
+int main() {
+  std::vector<sila::FramedTrajectory> tracks;
+  for (int number = 0; number < 40; ++number) tracks.push_back(walker(number, 12.0));
+  const sila::EpisodeConfig config;
+  const sila::Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+
+  const sila::FramedTrajectory seen = walker(40, 4.0);
+  const sila::CurbTrajectory observed =
+      sila::observe(seen.track, seen.track.times_s.size() - 1, seen.frame, config.predict.observe_s, config.sampling);
+  const sila::Prediction prediction = sila::Predictor(model, config.predict).predict(observed);
+  const sila::Vector2 end_m = prediction.modes.front().path_m.back();
+  std::printf("sila " SILA_VERSION ": after %.1f s at %.1f m, %.1f m: %zu modes\n", prediction.times_s.back(),
+              end_m.x(), end_m.y(), prediction.modes.size());
 }

@@ -4,7 +4,7 @@
 
 #include "arrays.hpp"
 #include "sila/evaluate/mhd.hpp"
-#include "sila/evaluate/report.hpp"
+#include "sila/io/evaluation_report.hpp"
 #include "sila/io/model_store.hpp"
 #include "threads.hpp"
 

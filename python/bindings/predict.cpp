@@ -3,7 +3,7 @@
 #include "arrays.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_store.hpp"
-#include "sila/refine/prediction_json.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "sila/refine/predictor.hpp"
 #include "threads.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "round.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/evaluate/report.hpp"
+#include "sila/io/evaluation_report.hpp"
 #include "sila/io/track_report.hpp"
 #include "sila/report/judged.hpp"
 #include "sila/report/model_data.hpp"

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "sila/refine/prediction_json.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "sila/serve/lines.hpp"
 #include "sila/serve/live_page.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sila/core/errors.hpp"
-#include "sila/refine/prediction_json.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <set>
 
+#include "sila/io/change_json.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/report/judged.hpp"
 #include "sila/train/training.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "sila/model/fusion_problem.hpp"
@@ -42,10 +41,5 @@ ModelChange change_by_retraining(const Model& previous, const Model& updated);
 
 /// The change if of the updated primitives only those in `kept` (sorted indices) stay.
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept);
-
-/// The change as a model file keeps it: the shapes of the primitives that are new or fused, and the transitions whose
-/// count is another one. Constant in the size of the model, but for what changed.
-/// Shapes: `cells` is x, y and direction [whole degrees] of each cell, one after the other.
-nlohmann::ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated);
 
 }  // namespace sila

@@ -1,4 +1,4 @@
-#include "sila/evaluate/baselines/semi_wrapped.hpp"
+#include "sila/experiment/baselines/semi_wrapped.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>

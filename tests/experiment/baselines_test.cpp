@@ -4,9 +4,9 @@
 #include <numbers>
 #include <random>
 
-#include "sila/evaluate/baselines/cliff.hpp"
-#include "sila/evaluate/baselines/memory.hpp"
-#include "sila/evaluate/course.hpp"
+#include "sila/experiment/baselines/cliff.hpp"
+#include "sila/experiment/baselines/memory.hpp"
+#include "sila/experiment/course.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
 

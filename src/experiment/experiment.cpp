@@ -1,4 +1,4 @@
-#include "sila/evaluate/experiment.hpp"
+#include "sila/experiment/experiment.hpp"
 
 #include <algorithm>
 #include <cmath>

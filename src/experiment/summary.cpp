@@ -1,4 +1,4 @@
-#include "sila/evaluate/summary.hpp"
+#include "sila/experiment/summary.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "sila/evaluate/baselines/memory.hpp"
+#include "sila/experiment/baselines/memory.hpp"
 
 #include <algorithm>
 #include <cmath>

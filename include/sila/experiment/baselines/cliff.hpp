@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "sila/evaluate/baselines/semi_wrapped.hpp"
+#include "sila/experiment/baselines/semi_wrapped.hpp"
 #include "sila/train/episode.hpp"
 
 namespace sila {

@@ -1,4 +1,4 @@
-#include "sila/evaluate/experiment_report.hpp"
+#include "sila/experiment/report.hpp"
 
 #include <algorithm>
 #include <cmath>

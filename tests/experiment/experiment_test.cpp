@@ -1,11 +1,11 @@
-#include "sila/evaluate/experiment.hpp"
+#include "sila/experiment/experiment.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "sila/evaluate/experiment_report.hpp"
+#include "sila/experiment/report.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

@@ -1,4 +1,4 @@
-#include "sila/evaluate/course.hpp"
+#include "sila/experiment/course.hpp"
 
 #include <algorithm>
 #include <chrono>

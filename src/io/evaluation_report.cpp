@@ -1,4 +1,4 @@
-#include "sila/evaluate/report.hpp"
+#include "sila/io/evaluation_report.hpp"
 
 #include <cstdio>
 

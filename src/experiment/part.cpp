@@ -1,9 +1,9 @@
-#include "sila/evaluate/part.hpp"
+#include "sila/experiment/part.hpp"
 
 #include <iterator>
 
-#include "sila/evaluate/report.hpp"
 #include "sila/evaluate/split.hpp"
+#include "sila/io/evaluation_report.hpp"
 
 namespace sila {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "sila/evaluate/course.hpp"
 #include "sila/evaluate/split.hpp"
+#include "sila/experiment/course.hpp"
 
 namespace sila {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "sila/evaluate/summary.hpp"
+#include "sila/experiment/summary.hpp"
 
 namespace sila {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sila/evaluate/experiment.hpp"
+#include "sila/experiment/experiment.hpp"
 
 namespace sila {
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
+#include "sila/evaluate/recorded.hpp"
 #include "sila/refine/explanation.hpp"
 
 namespace sila {
@@ -10,5 +12,9 @@ namespace sila {
 /// t0; covariances as [xx, xy, yy].
 std::string prediction_line(const std::string& track, const Prediction& prediction,
                             const Explanation* explanation = nullptr);
+
+/// Reads predictions; lines of other kinds (what a live service tells) are passed over.
+/// Throws: FormatError, with the line, for one that begins like a prediction and is none.
+RecordedPredictions read_predictions(const std::filesystem::path& path);
 
 }  // namespace sila

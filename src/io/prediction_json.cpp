@@ -1,10 +1,14 @@
-#include "sila/refine/prediction_json.hpp"
+#include "sila/io/prediction_json.hpp"
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
-namespace sila {
+#include "sila/core/errors.hpp"
 
+namespace sila {
 namespace {
+
+using nlohmann::json;
 
 nlohmann::ordered_json regions_json(const std::vector<Region>& regions) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -20,11 +24,11 @@ nlohmann::ordered_json transitions_json(const std::vector<TransitionUse>& transi
 }
 
 nlohmann::ordered_json explanation_json(const Explanation& explanation) {
-  nlohmann::ordered_json json{{"likelihood_power", explanation.likelihood_power},
+  nlohmann::ordered_json told{{"likelihood_power", explanation.likelihood_power},
                               {"alike", explanation.alike},
                               {"raw_novelty", explanation.raw_novelty},
                               {"at_least_as_novel", explanation.at_least_as_novel}};
-  json["modes"] = nlohmann::ordered_json::array();
+  told["modes"] = nlohmann::ordered_json::array();
   for (const ModeExplanation& mode : explanation.modes) {
     nlohmann::ordered_json entry{{"weight", mode.weight},
                                  {"variant", kVariantKinds[static_cast<std::size_t>(mode.variant)]},
@@ -37,9 +41,38 @@ nlohmann::ordered_json explanation_json(const Explanation& explanation) {
                                    {"chain_probability", rollout.chain_probability},
                                    {"transitions", transitions_json(rollout.transitions)}});
     }
-    json["modes"].push_back(std::move(entry));
+    told["modes"].push_back(std::move(entry));
   }
-  return json;
+  return told;
+}
+
+Mode mode_of(const json& object) {
+  Mode mode;
+  mode.weight = object.at("weight").get<double>();
+  const json &x = object.at("x"), &y = object.at("y"), &cov = object.at("cov");
+  for (std::size_t j = 0; j < x.size(); ++j) {
+    mode.path_m.emplace_back(x.at(j).get<double>(), y.at(j).get<double>());
+    const json& entry = cov.at(j);
+    Matrix2 covariance;
+    covariance << entry.at(0).get<double>(), entry.at(1).get<double>(), entry.at(1).get<double>(),
+        entry.at(2).get<double>();
+    mode.covariances_m2.push_back(covariance);
+  }
+  return mode;
+}
+
+Prediction prediction_of(const json& object) {
+  Prediction prediction;
+  prediction.t0_s = object.at("t0").get<double>();
+  prediction.times_s = object.at("modes").at(0).at("t").get<std::vector<double>>();
+  prediction.fallback = object.at("fallback").get<bool>();
+  prediction.novelty = object.at("novelty").get<double>();
+  for (const json& mode : object.at("modes")) prediction.modes.push_back(mode_of(mode));
+  if (!object.contains("regions")) return prediction;
+  for (const json& region : object.at("regions"))
+    prediction.regions.push_back(
+        {region.at("probability").get<double>(), region.at("level").get<std::vector<double>>()});
+  return prediction;
 }
 
 }  // namespace
@@ -69,6 +102,25 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   if (explanation) line["explanation"] = explanation_json(*explanation);
   // A track id that is not UTF-8 must not cost the line.
   return line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+RecordedPredictions read_predictions(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw FormatError(path.string(), 0, "a file of predictions", "no file that can be read");
+  RecordedPredictions recorded;
+  std::string line;
+  for (std::size_t number = 1; std::getline(file, line); ++number) {
+    const json object = json::parse(line, nullptr, false);
+    if (object.is_object() && !object.contains("modes")) continue;
+    try {
+      Prediction prediction = prediction_of(object);
+      const double t0_s = prediction.t0_s;
+      recorded[{object.at("track").get<std::string>(), t0_s}] = std::move(prediction);
+    } catch (const json::exception& error) {
+      throw FormatError(path.string(), number, "a prediction", error.what());
+    }
+  }
+  return recorded;
 }
 
 }  // namespace sila

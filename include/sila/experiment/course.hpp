@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "sila/evaluate/baselines/cliff.hpp"
-#include "sila/evaluate/baselines/memory.hpp"
 #include "sila/evaluate/evaluate.hpp"
+#include "sila/experiment/baselines/cliff.hpp"
+#include "sila/experiment/baselines/memory.hpp"
 
 namespace sila {
 

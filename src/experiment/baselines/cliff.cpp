@@ -1,4 +1,4 @@
-#include "sila/evaluate/baselines/cliff.hpp"
+#include "sila/experiment/baselines/cliff.hpp"
 
 #include <tbb/parallel_for.h>
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sila/evaluate/part.hpp"
+#include "sila/experiment/part.hpp"
 
 namespace sila {
 
