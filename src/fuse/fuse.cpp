@@ -295,6 +295,7 @@ Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, c
 
 void validate(const FuseConfig& config) {
   validate_fields("fuse", config);
+  validate(config.gp);
 }
 
 Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config) {

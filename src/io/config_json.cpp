@@ -68,34 +68,91 @@ std::size_t nearest_word(std::string_view name, const std::vector<std::string_vi
 /// Earlier names of fields and groups, and those that they have now.
 constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"outlook", "residual"},
-    {"gait_scale_mps", "global_scale_mps"},
     {"gait_pseudo_inputs", "global_pseudo_inputs"},
-    {"gait_examples_elsewhere", "max_effective_samples"},
-    {"settled_share", "keep_pseudo_inputs_share"},
     {"lessons", "error_statistics"},
-    {"lesson_rounds", "warm_up_rounds"},
     {"blend", "stacking"},
-    {"blend_ridge", "stacking_ridge"},
-    {"blend_class_ridge", "stacking_class_ridge"},
     {"alternatives", "mode_variants"},
     {"alternative_weight", "variant_weight"},
-    {"alternative_reach", "variant_reach"},
     {"max_asked", "max_shortlisted"},
     {"known_places_only", "trained_sites_only"},
     {"tuning_step", "calibration_step"},
+    {"gp.fusion", "gp_fusion"},
+    {"gp.max_fused_pseudo_inputs", "max_pseudo_inputs"},
+    {"field.gp", "field"},
+    {"fuse.gp", "fuse"},
 };
 
-/// A path with the present name of each of its parts.
+/// Last names of fields that are constants now.
+constexpr std::string_view kConstants[] = {
+    "jump_tolerance_m",
+    "max_abs_position_m",
+    "standing_extent_m",
+    "min_speed_mps",
+    "activeness_weight",
+    "gain_m",
+    "dilation_cells",
+    "segmentation",
+    "min_coefficient",
+    "switch_penalty",
+    "min_run_samples",
+    "drop_below",
+    "every_s",
+    "warm_up_rounds",
+    "knots",
+    "signal_std_mps",
+    "noise_std_mps",
+    "min_seen_share",
+    "selection_stop",
+    "keep_pseudo_inputs_share",
+    "settled_share",
+    "global_scale_mps",
+    "gait_scale_mps",
+    "max_count",
+    "agreement_share",
+    "agreement_mps",
+    "max_branches",
+    "support_ratio",
+    "leave_ratio",
+    "min_relative_weight",
+    "chaining",
+    "max_effective_samples",
+    "gait_examples_elsewhere",
+    "stacking_ridge",
+    "stacking_class_ridge",
+    "blend_ridge",
+    "blend_class_ridge",
+    "variant_reach",
+    "alternative_reach",
+    "own_speed_relaxation_s",
+    "noise_correlation_s",
+    "moving_m",
+    "turning_rad",
+    "clock_jump_s",
+    "drift_pedestrians",
+    "drift_deviations",
+    "constant_mean",
+    "alpha",
+    "min_points_to_optimise",
+    "max_iterations",
+    "gradient_tolerance",
+    "relative_tolerance",
+    "min_length_scale",
+    "max_length_scale_extents",
+    "min_noise_variance",
+    "min_noise_to_signal",
+    "pooling_rounds",
+    "lattice_step",
+};
+
+/// A path with the present names of its parts.
 std::string renamed(std::string_view path) {
-  std::string result;
-  while (!path.empty()) {
-    const std::size_t dot = std::min(path.find('.'), path.size());
-    const std::string_view part = path.substr(0, dot);
-    const auto* const found = std::ranges::find(kRenamed, part, &std::pair<std::string_view, std::string_view>::first);
-    result += (result.empty() ? "" : ".") + std::string(found == std::end(kRenamed) ? part : found->second);
-    path.remove_prefix(std::min(dot + 1, path.size()));
+  std::string result = "." + std::string(path) + ".";
+  for (const auto& [before, now] : kRenamed) {
+    const std::string part = "." + std::string(before) + ".";
+    if (const std::size_t at = result.find(part); at != std::string::npos)
+      result.replace(at, part.size(), "." + std::string(now) + ".");
   }
-  return result;
+  return result.substr(1, result.size() - 2);
 }
 
 const Field& find_field(std::span<const Field> list, std::string_view path) {
@@ -106,6 +163,8 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
   const auto has_new_name = [&](const Field& field) { return (field.path + ".").starts_with(now + "."); };
   if (now != path && std::ranges::any_of(list, has_new_name))
     throw Refusal{now + " (the new name of this field)", excerpt(path)};
+  if (std::ranges::find(kConstants, path.substr(path.rfind('.') + 1)) != std::end(kConstants))
+    throw Refusal{"a field that can be set (this one is a constant now)", excerpt(path)};
   std::vector<std::string_view> names;  // the whole path, and its last name alone: people forget the group
   for (const Field& field : list) {
     names.push_back(field.path);

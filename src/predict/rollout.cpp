@@ -126,7 +126,7 @@ class Roller {
     std::size_t most = branches.size();
     for (std::size_t b = 0; b < branches.size(); ++b) {
       nexts[b] = {};
-      if (!config_.chaining || !has_left(branches[b])) continue;
+      if (!has_left(branches[b])) continue;
       nexts[b] = successors(map_, branches[b].link->transition, branches[b].position, may_branch, config_.support_ratio,
                             scratch_);
       most += nexts[b].size();

@@ -388,7 +388,7 @@ TEST(FuseConfig, NamesTheFieldThatIsOutOfRange) {
   EXPECT_EQ(refusal([] { fuse({}, {}, with_threshold(0.0)); }), "fuse: similarity_threshold = 0 is outside (0, 1]");
   FuseConfig config;
   config.gp.alpha = 2.0;
-  EXPECT_EQ(refusal([&] { validate(config); }), "fuse: gp.alpha = 2 is outside [0, 1]");
+  EXPECT_EQ(refusal([&] { validate(config); }), "gp: alpha = 2 is outside [0, 1]");
   EXPECT_EQ(refusal([] { validate(FuseConfig{}); }), "accepted");
 }
 

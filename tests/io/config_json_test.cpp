@@ -105,6 +105,10 @@ TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
             "c.json: expected residual (the new name of this field), found \"outlook\"");
   EXPECT_EQ(said({{"predict.blend", false}}),
             "c.json: expected predict.stacking (the new name of this field), found \"predict.blend\"");
+  EXPECT_EQ(said({{"learn", {{"field", {{"gp", {{"pseudo_inputs", "optimised"}}}}}}}}),
+            "c.json: expected learn.field (the new name of this field), found \"learn.field.gp\"");
+  EXPECT_EQ(said({{"predict", {{"leave_ratio", 0.5}}}}),
+            "c.json: expected a field that can be set (this one is a constant now), found \"predict.leave_ratio\"");
 }
 
 TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {

@@ -17,9 +17,12 @@ namespace sila {
 struct CleanConfig {
   double max_gap_s = 1.0;
   double max_speed_mps = 12.0;
-  double jump_tolerance_m = 0.5;
-  double max_abs_position_m = 1e6;
-  double standing_extent_m = 0.5;
+  /// Noise that is allowed on top of max_speed_mps, and between samples of the same time stamp [m].
+  static constexpr double jump_tolerance_m = 0.5;
+  /// Coordinates beyond this are absurd and dropped [m].
+  static constexpr double max_abs_position_m = 1e6;
+  /// Tracks of a smaller extent are counted as standing (and kept) [m].
+  static constexpr double standing_extent_m = 0.5;
   bool pedestrians_only = true;
 };
 
@@ -30,12 +33,6 @@ void fields(Config& config, Visitor&& visit) {
                "a longer gap between samples splits a track");
   visit.number("max_speed_mps", config.max_speed_mps, Range{0.0, 100.0, true}, "m/s",
                "a faster jump is a re-used id (the track is split) or an outlier (the sample is dropped)");
-  visit.number("jump_tolerance_m", config.jump_tolerance_m, Range{0.0, 10.0}, "m",
-               "noise that is allowed on top of max_speed_mps, and between samples of the same time stamp");
-  visit.number("max_abs_position_m", config.max_abs_position_m, Range{0.0, 1e9, true}, "m",
-               "coordinates beyond this are absurd and dropped");
-  visit.number("standing_extent_m", config.standing_extent_m, Range{0.0, 100.0}, "m",
-               "tracks of a smaller extent are counted as standing (and kept)");
   visit.flag("pedestrians_only", config.pedestrians_only, "drop rows whose class label is not that of a pedestrian");
 }
 

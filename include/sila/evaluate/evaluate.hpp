@@ -17,18 +17,16 @@ namespace sila {
 /// Which windows are judged and how they are parted.
 struct EvaluateConfig {
   double every_s = 1.6;
-  double moving_m = 0.5;
-  double turning_rad = 0.5235987755982988;
+  /// A window is moving from this displacement on while observed [m].
+  static constexpr double moving_m = 0.5;
+  /// A moving window is turning if the heading changes by more from its start to its end [rad].
+  static constexpr double turning_rad = 0.5235987755982988;
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, EvaluateConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("every_s", config.every_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
-  visit.number("moving_m", config.moving_m, Range{0.0, 100.0}, "m",
-               "a window is moving from this displacement on while observed");
-  visit.number("turning_rad", config.turning_rad, Range{0.0, 3.2}, "rad",
-               "a moving window is turning if the heading changes by more from its start to its end");
 }
 
 /// One judged window.

@@ -26,7 +26,8 @@ struct FuseConfig : FusionRules {
 
   double similarity_threshold = 0.7;
   PrimitiveMean mean = PrimitiveMean::plain;
-  double drop_below = 0.05;
+  /// Arrows shorter than this after a mean are dropped.
+  static constexpr double drop_below = 0.05;
   SiteSharing sites = SiteSharing::apart;
   GpConfig gp;
 };
@@ -45,12 +46,13 @@ void fields(Config& config, Visitor&& visit) {
   visit.flag("case_3_fuses_stronger", config.case_3_fuses_stronger, "case 3 fuses the stronger pair, not nothing");
   visit.choice("mean", config.mean, primitive_mean_names,
                "mean of fused primitives: plain, by count, over active cells");
-  visit.number("drop_below", config.drop_below, Range{.min = 0, .max = 0.5}, "",
-               "arrows shorter than this after a mean are dropped");
   visit.choice("sites", config.sites, kSiteSharings,
                "apart: only what sites have in common fuses, a site predicts by what was seen there; shared: all "
                "sites are laid over each other (paper)");
-  visit.group("gp", config.gp);
+  visit.choice("gp_fusion", config.gp.fusion, gp_fusion_names,
+               "GPs without their data: transfer of the stored information, or weighted pseudo-data (Suk 2012)");
+  visit.number("max_pseudo_inputs", config.gp.max_fused_pseudo_inputs, Range{1, 1000}, "",
+               "most pseudo-inputs after a fusion");
 }
 
 /// Throws: std::invalid_argument for the first field out of its range.

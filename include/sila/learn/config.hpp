@@ -31,12 +31,16 @@ inline constexpr const char* kCutRules[] = {"aligned", "first_unexplained"};
 
 /// Dictionary learning (ASNSC). Source: Chen, Liu, How 2016; algorithms 1.3 to 1.8.
 struct DictionaryConfig {
-  double min_speed_mps = 0.2;
-  double activeness_weight = 1.0;
+  /// Slower samples have no heading (v_min) [m/s].
+  static constexpr double min_speed_mps = 0.2;
+  /// Weight of the activeness channel (gamma).
+  static constexpr double activeness_weight = 1.0;
   double sparsity = 1.0;
-  double gain_m = 6.0;
+  /// A new primitive must explain so much path (tau) [m].
+  static constexpr double gain_m = 6.0;
   bool support_mask = true;
-  int dilation_cells = 1;
+  /// How far the support reaches beyond the path (delta) [cells].
+  static constexpr int dilation_cells = 1;
   CutRule cut = CutRule::aligned;
   double run_m = 10.0;
   int max_primitives = 2000;
@@ -45,16 +49,10 @@ struct DictionaryConfig {
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("min_speed_mps", config.min_speed_mps, Range{0.0, 5.0}, "m/s", "slower samples have no heading (v_min)");
-  visit.number("activeness_weight", config.activeness_weight, Range{0.0, 100.0, true}, "-",
-               "weight of the activeness channel (gamma)");
   visit.number("sparsity", config.sparsity, Range{0.0, 100.0}, "cells",
                "using a primitive must pay for so many cell visits (lambda)");
-  visit.number("gain_m", config.gain_m, Range{0.0, 1000.0}, "m", "a new primitive must explain so much path (tau)");
   visit.flag("support_mask", config.support_mask,
              "limit each primitive to its own cells; off: one primitive swallows a whole route");
-  visit.number("dilation_cells", config.dilation_cells, Range{0, 10}, "cells",
-               "how far the support reaches beyond the path (delta)");
   visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
   visit.number("run_m", config.run_m, Range{0.5, 1000.0}, "m", "longest path of a primitive under first_unexplained");
   visit.number("max_primitives", config.max_primitives, Range{1, 100000}, "-",
@@ -63,20 +61,13 @@ void fields(Config& config, Visitor&& visit) {
 
 /// Labelling of samples by primitives. Source: algorithms 1.9.
 struct SegmentationConfig {
-  double min_coefficient = 0.1;
-  double switch_penalty = 1.5;
-  int min_run_samples = 3;
+  /// Primitives used less by a track do not label it.
+  static constexpr double min_coefficient = 0.1;
+  /// Evidence that a change of primitive needs [samples].
+  static constexpr double switch_penalty = 1.5;
+  /// Shorter runs join the run before [samples].
+  static constexpr int min_run_samples = 3;
 };
-
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, SegmentationConfig>
-void fields(Config& config, Visitor&& visit) {
-  visit.number("min_coefficient", config.min_coefficient, Range{0.0, 1.0}, "-",
-               "primitives used less by a track do not label it");
-  visit.number("switch_penalty", config.switch_penalty, Range{0.0, 100.0}, "samples",
-               "evidence that a change of primitive needs");
-  visit.number("min_run_samples", config.min_run_samples, Range{1, 100}, "samples", "shorter runs join the run before");
-}
 
 /// How the two components of a field's velocity are modelled.
 enum class FieldOutputs {
@@ -109,7 +100,12 @@ void fields(Config& config, Visitor&& visit) {
                "distance over which velocities agree (l)");
   visit.number("noise_std_mps", config.noise_std_mps, Range{0.01, 20.0}, "m/s",
                "spread of people around a field (sigma_n)");
-  visit.group("gp", config.gp);
+  visit.choice("pseudo_inputs", config.gp.pseudo_inputs, pseudo_input_choice_names,
+               "pseudo-inputs Z: chosen from the data, or moved by gradient as in the paper");
+  visit.choice(
+      "hyperparameters", config.gp.hyperparameters, hyperparameter_choice_names,
+      "theta: as given, one for all transitions of a batch, or one per transition by gradient as in the paper");
+  visit.number("max_pseudo_inputs", config.gp.max_pseudo_inputs, Range{1, 1000}, "", "most pseudo-inputs of a fit, M");
 }
 
 struct LearnConfig {
@@ -124,7 +120,6 @@ requires std::same_as<std::remove_const_t<Config>, LearnConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.group("grid", config.grid);
   visit.group("dictionary", config.dictionary);
-  visit.group("segmentation", config.segmentation);
   visit.group("field", config.field);
 }
 

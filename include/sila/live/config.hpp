@@ -11,7 +11,8 @@ struct LiveConfig {
   int batch = 20;
   double every_s = 0.0;
   double late_s = 0.5;
-  double clock_jump_s = 10.0;
+  /// A detection that is newer by more is off the clock while others are on it [s].
+  static constexpr double clock_jump_s = 10.0;
   int clock_patience = 10;
   double silence_s = 5.0;
   int max_ids = 2000;
@@ -20,8 +21,10 @@ struct LiveConfig {
   int max_waiting_tracks = 1000;
   double calibration_step = 0.05;
   int remembered = 1000;
-  int drift_pedestrians = 50;
-  double drift_deviations = 4.0;
+  /// Whose error is watched for drift [pedestrians].
+  static constexpr int drift_pedestrians = 50;
+  /// Half width of the band round the error of those before [standard errors].
+  static constexpr double drift_deviations = 4.0;
 };
 
 template <class Config, class Visitor>
@@ -32,8 +35,6 @@ void fields(Config& config, Visitor&& visit) {
                "between the predictions of a pedestrian; 0: at each detection");
   visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",
                "a detection may be this much older than the newest of its stream; a track waits for it as long");
-  visit.number("clock_jump_s", config.clock_jump_s, Range{0.0, 1e9, true}, "s",
-               "a detection that is newer by more is off the clock while others are on it");
   visit.number("clock_patience", config.clock_patience, Range{1, 100000}, "detections",
                "so many in a row that agree with each other and not with the clock set it anew");
   visit.number("silence_s", config.silence_s, Range{0.0, 3600.0, true}, "s",
@@ -48,10 +49,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("calibration_step", config.calibration_step, Range{0.0, 1.0}, "per pedestrian",
                "how fast nominal regions follow how often they held; 0: never");
   visit.number("remembered", config.remembered, Range{10, 1000000}, "pedestrians", "that running figures are over");
-  visit.number("drift_pedestrians", config.drift_pedestrians, Range{5, 100000}, "pedestrians",
-               "whose error is watched for drift");
-  visit.number("drift_deviations", config.drift_deviations, Range{0.0, 100.0, true}, "standard errors",
-               "half width of the band round the error of those before");
 }
 
 }  // namespace sila

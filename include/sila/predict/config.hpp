@@ -22,26 +22,36 @@ struct PredictConfig {
   int max_modes = 6;
   int max_shortlisted = 24;
   int max_candidates = 4;
-  int max_branches = 12;
+  /// Maximum number of open branches while transitions are chained.
+  static constexpr int max_branches = 12;
   double evidence_s = 1.6;
   double likelihood_power = 0.25;
   WeightPrior prior = WeightPrior::local_evidence;
-  double support_ratio = 0.5;
-  double leave_ratio = 0.7;
+  /// A field knows a position if var/sigma_f^2 is below this.
+  static constexpr double support_ratio = 0.5;
+  /// A roll-out has left its field if var/sigma_f^2 is above this.
+  static constexpr double leave_ratio = 0.7;
   int min_supported_samples = 3;
-  double min_relative_weight = 0.01;
-  bool chaining = true;
+  /// Modes lighter than this share of the heaviest are dropped.
+  static constexpr double min_relative_weight = 0.01;
   double merge_radius_m = 2.0;
   bool stacking = true;
   bool trained_sites_only = true;
-  double max_effective_samples = 25.0;
-  double stacking_ridge = 7.0;
-  double stacking_class_ridge = 50.0;
+  /// Maximum effective sample size of the global residual GP at an untrained site.
+  static constexpr double max_effective_samples = 25.0;
+  /// Ridge towards the residual GPs (without them: constant velocity), all speeds together, in units of the error
+  /// variance.
+  static constexpr double stacking_ridge = 7.0;
+  /// Ridge of each speed class towards all speeds, and of stacking with a roll-out towards that without one.
+  static constexpr double stacking_class_ridge = 50.0;
   int mode_variants = 4;
   double variant_weight = 0.01;
-  double variant_reach = 0.9;
-  double own_speed_relaxation_s = 0.8;
-  double noise_correlation_s = 1.6;
+  /// Distance of a variant from its mode [standard deviations].
+  static constexpr double variant_reach = 0.9;
+  /// Time constant with which the speed-preserving roll-out turns into the field [s].
+  static constexpr double own_speed_relaxation_s = 0.8;
+  /// Correlation time of a pedestrian's deviation from the field [s].
+  static constexpr double noise_correlation_s = 1.6;
   bool own_deviation = false;
 };
 
@@ -57,46 +67,23 @@ void fields(Config& config, Visitor&& visit) {
                "maximum number of transitions evaluated; if more overlap, those that best match the current velocity");
   visit.number("max_candidates", config.max_candidates, Range{1, 1000}, "-",
                "maximum number of transitions rolled out");
-  visit.number("max_branches", config.max_branches, Range{1, 1000}, "-",
-               "maximum number of open branches while transitions are chained");
   visit.number("evidence_s", config.evidence_s, Range{0.2, 60.0}, "s",
                "last part of the observed window that scores transitions");
   visit.number("likelihood_power", config.likelihood_power, Range{0.0, 1.0}, "-",
                "exponent of the likelihood; below 1 because successive velocities are correlated (paper: 1)");
   visit.choice("prior", config.prior, kWeightPriors, "prior that multiplies the likelihood of a transition");
-  visit.number("support_ratio", config.support_ratio, Range{0.0, 1.0, true}, "-",
-               "a field knows a position if var/sigma_f^2 is below this");
-  visit.number("leave_ratio", config.leave_ratio, Range{0.0, 1.0, true}, "-",
-               "a roll-out has left its field if var/sigma_f^2 is above this");
   visit.number("min_supported_samples", config.min_supported_samples, Range{0, 1000}, "samples",
                "minimum number of observed samples at positions that a field knows");
-  visit.number("min_relative_weight", config.min_relative_weight, Range{0.0, 1.0}, "-",
-               "modes lighter than this share of the heaviest are dropped");
-  visit.flag("chaining", config.chaining, "follow the graph of primitives when a roll-out leaves its field");
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes with a smaller mean distance are merged");
   visit.flag("stacking", config.stacking,
              "stack kinematics, residual GPs and roll-outs by ridge regression on past errors (paper: off)");
   visit.flag("trained_sites_only", config.trained_sites_only,
              "at an untrained site, use only what does not depend on the site");
-  visit.number("max_effective_samples", config.max_effective_samples, Range{0.0, 1e9, true}, "-",
-               "maximum effective sample size of the global residual GP at an untrained site");
-  visit.number("stacking_ridge", config.stacking_ridge, Range{0.0, 1e6}, "-",
-               "ridge towards the residual GPs (without them: constant velocity), all speeds together, in units of the "
-               "error variance");
-  visit.number(
-      "stacking_class_ridge", config.stacking_class_ridge, Range{0.0, 1e6}, "-",
-      "ridge of each speed class towards all speeds, and of stacking with a roll-out towards that without one");
   visit.number("mode_variants", config.mode_variants, Range{0, 4}, "-",
                "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
   visit.number("variant_weight", config.variant_weight, Range{0.0, 0.1, true}, "-",
                "share of its mode's weight that each variant gets");
-  visit.number("variant_reach", config.variant_reach, Range{0.0, 2.0, true}, "standard deviations",
-               "distance of a variant from its mode");
-  visit.number("own_speed_relaxation_s", config.own_speed_relaxation_s, Range{0.01, 60.0}, "s",
-               "time constant with which the speed-preserving roll-out turns into the field");
-  visit.number("noise_correlation_s", config.noise_correlation_s, Range{0.01, 60.0}, "s",
-               "correlation time of a pedestrian's deviation from the field");
   visit.flag("own_deviation", config.own_deviation,
              "start a roll-out with the pedestrian's own deviation from the field, which decays over that time");
 }

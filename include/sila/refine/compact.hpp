@@ -19,10 +19,13 @@ namespace sila {
 /// Source: none in the paper, whose models grow for ever; docs/decisions/0047-compaction.md.
 struct CompactConfig {
   bool enabled = true;
-  double max_count = 3.0;
-  double agreement_share = 0.8;
+  /// A transition seen at most so often is absorbed by one that agrees with it [trajectories].
+  static constexpr double max_count = 3.0;
+  /// Of its pseudo-inputs, which the other field must know.
+  static constexpr double agreement_share = 0.8;
   double known_ratio = 0.4;
-  double agreement_mps = 0.3;
+  /// Fields whose root mean square difference there is below this agree [m/s].
+  static constexpr double agreement_mps = 0.3;
   double forget_count = 3.0;
   double forget_after_episodes = 10.0;
   double half_life_episodes = std::numeric_limits<double>::infinity();
@@ -33,14 +36,8 @@ requires std::same_as<std::remove_const_t<Config>, CompactConfig>
 void fields(Config& config, Visitor&& visit) {
   const double none = std::numeric_limits<double>::infinity();
   visit.flag("enabled", config.enabled, "absorb and forget transitions that are rare after each episode (paper: off)");
-  visit.number("max_count", config.max_count, Range{0.0, none}, "trajectories",
-               "a transition seen at most so often is absorbed by one that agrees with it");
-  visit.number("agreement_share", config.agreement_share, Range{0.0, 1.0, true}, "",
-               "of its pseudo-inputs, which the other field must know");
   visit.number("known_ratio", config.known_ratio, Range{0.0, 1.0, true}, "of the signal variance",
                "a field knows a place where its variance is below this");
-  visit.number("agreement_mps", config.agreement_mps, Range{0.0, 10.0, true}, "m/s",
-               "fields whose root mean square difference there is below this agree");
   visit.number("forget_count", config.forget_count, Range{0.0, none}, "trajectories",
                "a transition seen at most so often is not kept for itself where another one knows its place");
   visit.number("forget_after_episodes", config.forget_after_episodes, Range{1.0, none}, "episodes",

@@ -15,6 +15,7 @@ namespace sila {
 /// What past errors teach.
 struct ErrorStatisticsConfig {
   bool enabled = true;
+  /// Between the windows of a track that are predicted [s].
   double every_s = 1.6;
   double decay = 0.97;
 };
@@ -23,8 +24,6 @@ template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and learn from the errors");
-  visit.number("every_s", config.every_s, Range{0.0, 60.0, true}, "s",
-               "between the windows of a track that are predicted");
   visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode",
                "how much older error statistics still count");
 }
@@ -33,7 +32,8 @@ void fields(Config& config, Visitor&& visit) {
 struct FleetConfig {
   bool case_3_fuses_stronger = true;
   PrimitiveMean mean = PrimitiveMean::count;
-  int warm_up_rounds = 2;
+  /// How often each half is predicted by the other half, the last time to learn from the errors.
+  static constexpr int warm_up_rounds = 2;
 };
 
 template <class Config, class Visitor>
@@ -43,8 +43,6 @@ void fields(Config& config, Visitor&& visit) {
              "case 3 fuses the stronger pair: halves meet once, what stays apart stays apart (paper: off)");
   visit.choice("mean", config.mean, primitive_mean_names,
                "mean of fused primitives: plain (paper), by count, over active cells");
-  visit.number("warm_up_rounds", config.warm_up_rounds, Range{1, 20}, "-",
-               "how often each half is predicted by the other half, the last time to learn from the errors");
 }
 
 /// Everything that an episode is governed by.
