@@ -12,7 +12,7 @@ namespace {
 const sila::CurbFrame kCorner = sila::make_curb_frame({0.0, 0.0}, sila::Vector2::UnitX(), sila::Vector2::UnitY(),
                                                       sila::SidewalkWidths{2.0, 2.0, 2.0}, sila::CurbScaling::metres);
 
-/// A person who walks along the x axis at 1.3 m/s, seen ten times a second.
+/// A person who walks along the x axis at 1.3 m/s, sampled at 10 Hz.
 sila::FramedTrajectory walker(int number, double seconds) {
   sila::Trajectory track;
   track.id = std::to_string(number);

@@ -30,7 +30,6 @@ GpConfig global_residual_gp_config(const ResidualConfig& config) {
   gp.constant_mean = ConstantMean::zero;
   gp.max_pseudo_inputs = gp.max_fused_pseudo_inputs = config.global_pseudo_inputs;
   gp.selection_stop = kSelectionStop;
-  gp.keep_pseudo_inputs_share = config.keep_pseudo_inputs_share;
   return gp;
 }
 

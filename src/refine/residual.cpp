@@ -58,7 +58,6 @@ GpConfig residual_gp_config(const ResidualConfig& config) {
   gp.constant_mean = ConstantMean::zero;
   gp.max_pseudo_inputs = gp.max_fused_pseudo_inputs = config.max_pseudo_inputs;
   gp.selection_stop = config.selection_stop;
-  gp.keep_pseudo_inputs_share = config.keep_pseudo_inputs_share;
   return gp;
 }
 

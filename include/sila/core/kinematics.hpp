@@ -4,7 +4,7 @@
 
 namespace sila {
 
-/// Constant velocity is the mean velocity of the last so many seconds.
+/// Constant velocity is the mean velocity over this last part of the observed window [s].
 inline constexpr double kConstantVelocityWindow_s = 0.8;
 
 /// Mean velocity over the last `window_s` of the observed path, or over what there is; of a single sample its own

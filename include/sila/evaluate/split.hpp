@@ -19,7 +19,7 @@ enum class SplitBy {
 };
 inline constexpr const char* kSplitBy[] = {"time", "track"};
 
-/// Nobody is learnt from who was there within so long of a held-back block of time [s].
+/// Embargo [s]: training leaves out pedestrians who were present within this time of a held-back block.
 inline constexpr double kEmbargo_s = 5.0;
 
 /// Tracks to learn from, in the order of learning, and tracks held back.

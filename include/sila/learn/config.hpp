@@ -36,7 +36,7 @@ struct DictionaryConfig {
   /// Weight of the activeness channel (gamma).
   static constexpr double activeness_weight = 1.0;
   double sparsity = 1.0;
-  /// A new primitive must explain so much path (tau) [m].
+  /// Minimum path length that a new primitive must explain (tau) [m].
   static constexpr double gain_m = 6.0;
   bool support_mask = true;
   /// How far the support reaches beyond the path (delta) [cells].

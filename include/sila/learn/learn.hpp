@@ -12,7 +12,7 @@
 
 namespace sila {
 
-/// The conventions of a model whose curb unit is so many metres long: configured metres become units by it.
+/// The conventions of a model. The length of its curb unit converts configured metres into units.
 ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                              const GridConfig& config);
 

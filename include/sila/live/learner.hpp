@@ -34,7 +34,7 @@ struct Learning {
   std::uint64_t episodes = 0;          ///< since the start
   std::uint64_t failed_episodes = 0;
   std::uint64_t known_episodes = 0;  ///< batches that the model had learnt before: nothing was done
-  std::uint64_t renewals = 0;        ///< models taken up that another party put in the place of the kept one
+  std::uint64_t renewals = 0;        ///< models that another process wrote and the learner loaded
   std::uint64_t learnt_tracks = 0;
   bool busy = false;
   double last_episode_s = 0.0;

@@ -17,7 +17,7 @@ struct CellVelocity {
 struct MotionPrimitive {
   std::vector<CellVelocity> cells;
   double weight = 1.0;  ///< how many primitives of how many batches were fused into it
-  int support = 0;      ///< at least so many different tracks showed it; more where fusing could not tell them apart
+  int support = 0;      ///< lower bound of the number of different tracks that showed it
 };
 
 }  // namespace sila

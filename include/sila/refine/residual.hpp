@@ -34,9 +34,6 @@ struct ResidualConfig {
   int max_pseudo_inputs = 120;
   /// Selection of pseudo-inputs stops when every conditional variance is below this [of the signal variance].
   static constexpr double selection_stop = 0.1;
-  /// A GP at its pseudo-input limit that holds at least this share of all points keeps its pseudo-inputs when fused; 1
-  /// disables this [of the points].
-  static constexpr double keep_pseudo_inputs_share = GpConfig().keep_pseudo_inputs_share;
   /// Length scale of the velocities of the global residual GP [m/s].
   static constexpr double global_scale_mps = 0.9;
   int global_pseudo_inputs = 40;
