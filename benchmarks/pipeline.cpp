@@ -12,7 +12,7 @@
 #include <string>
 
 #include "place.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace {

@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "place.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace {

@@ -4,14 +4,14 @@
 #include <memory>
 
 #include "options.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/recorded.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/evaluation_report.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
-#include "sila/io/track_report.hpp"
-#include "threads.hpp"
+#include "sila/io/scene_tracks.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -26,8 +26,7 @@ struct EvaluateOptions {
 void evaluate_model(const EvaluateOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel stored = load_model(options.model);
-  const Config base = apply_json(Config{}, nlohmann::json::parse(stored.configuration), options.model);
-  const Config config = configured(options.common, base);
+  const Config config = configured(options.common, stored, options.model);
   const RecordedPredictions recorded =
       options.predictions.empty() ? RecordedPredictions{} : read_predictions(options.predictions);
   SceneTracks input = read_placed(options.tracks, config);
@@ -57,12 +56,12 @@ void evaluate_model(const EvaluateOptions& options) {
 
 void add_evaluate(CLI::App& app) {
   auto options = std::make_shared<EvaluateOptions>();
-  CLI::App* verb = add_verb(app, "evaluate", "Judge a model's predictions on tracks, beside constant velocity.",
+  CLI::App* verb = add_verb(app, "evaluate", "Score a model's predictions on tracks, beside constant velocity.",
                             "sila evaluate tracks.csv --scene corner.json --model corner.sila", options->common);
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--predictions", options->predictions,
-                   "judge these lines, of `predict` or `serve`, instead of what the model predicts now")
+                   "score these lines, of `predict` or `serve`, instead of what the model predicts now")
       ->type_name("FILE");
   verb->callback([options] { evaluate_model(*options); });
 }

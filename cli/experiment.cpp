@@ -9,11 +9,11 @@
 
 #include "experiment_file.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/experiment/report.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 #include "sila/version.hpp"
-#include "threads.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

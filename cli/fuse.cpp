@@ -7,15 +7,15 @@
 #include <stdexcept>
 
 #include "options.hpp"
-#include "records.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/fuse/reindex.hpp"
 #include "sila/io/config_json.hpp"
+#include "sila/io/episode_json.hpp"
+#include "sila/io/files.hpp"
 #include "sila/io/fusion_case.hpp"
-#include "sila/io/model_store.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/train/episode.hpp"
-#include "threads.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -62,8 +62,7 @@ void fuse_files(const FuseOptions& options) {
   }
   const ThreadLimit limit(options.common.threads);
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
-  const Config base = apply_json(Config{}, nlohmann::json::parse(previous.configuration), options.previous);
-  const Config config = configured(options.common, base);
+  const Config config = configured(options.common, previous, options.previous);
   const Fused fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
   StoredModel result;
   result.model = fused.model;

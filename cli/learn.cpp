@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "options.hpp"
-#include "records.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/episode_json.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/refine/share.hpp"
 #include "sila/train/training.hpp"
-#include "threads.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -64,7 +64,7 @@ void tell_episode(int number, const EpisodeReport& report) {
 class Batches {
  public:
   Batches(const LearnOptions& options, const Config& config) : corners_(config.corners), size_(options.batch) {
-    if (options.tracks.hold_out > 0.0) {  // who is held back is drawn among all
+    if (options.tracks.hold_out > 0.0) {  // the tracks held back are drawn from all
       SceneTracks input = read_placed(options.tracks, config);
       waiting_ = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
                               options.tracks.split)
@@ -103,7 +103,7 @@ class Batches {
   std::size_t tracks_ = 0;
 };
 
-/// Writes what of a model may be given away, without the records of its episodes and without undo.
+/// Writes the part of a model that may be given away, without records of episodes and without earlier models.
 void write_shareable(const LearnOptions& options, const Model& model, const std::string& configuration) {
   StoredModel shared;
   shared.model = shareable(model, options.min_people);
@@ -124,16 +124,10 @@ void learn_tracks(const LearnOptions& options) {
     throw std::invalid_argument("learn: --min-people and --share belong together");
   const ThreadLimit limit(options.common.threads);
   ModelFile file = ModelFile::open_or_create(options.model);
-  Model model;
-  Config base;
-  int before = 0;
-  if (!file.empty()) {
-    StoredModel stored = file.read();
-    base = apply_json(base, nlohmann::json::parse(stored.configuration), options.model);
-    before = static_cast<int>(stored.episodes.size());
-    model = std::move(stored.model);
-  }
-  const Config config = configured(options.common, base);
+  StoredModel stored = file.empty() ? StoredModel{} : file.read();
+  const Config config = configured(options.common, stored, options.model);
+  const int before = static_cast<int>(stored.episodes.size());
+  Model model = std::move(stored.model);
   Batches batches(options, config);
   const std::string configuration = to_json(config).dump();
   GivenUp given_up;
@@ -156,7 +150,8 @@ void learn_tracks(const LearnOptions& options) {
                                 {"known", counts.known},
                                 {"tracks", batches.tracks()},
                                 {"size", size(model)}};
-    json["absorbed"] = given_up.absorbed, json["forgotten"] = given_up.forgotten;
+    json["absorbed"] = given_up.absorbed;
+    json["forgotten"] = given_up.forgotten;
     json["given_up"] = to_json(given_up.over_limit);
     std::cout << json.dump(2) << "\n";
   } else {

@@ -1,9 +1,8 @@
-#include "sila/io/log.hpp"
-
 #include <iostream>
 #include <memory>
 
 #include "options.hpp"
+#include "sila/io/model_report.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

@@ -2,9 +2,11 @@
 
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "sila/io/config_json.hpp"
+#include "sila/io/files.hpp"
 #include "sila/profile.hpp"
 
 namespace sila::cli {
@@ -66,7 +68,7 @@ void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required) {
   verb.add_option("--metres-per-unit", options.read.metres_per_unit,
                   "scale of the positions, e.g. metres per pixel [1]");
   verb.add_option("--hold-out", options.hold_out,
-                  "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` judges them alone")
+                  "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` scores them alone")
       ->check(CLI::Range(0.0, 0.99));
   verb.add_option("--split", options.split,
                   "how --hold-out chooses: a block of time with an embargo, or by track [time]")
@@ -88,6 +90,10 @@ Config configured(const CommonOptions& common, Config base) {
   if (common.seed) config.simulate.seed = *common.seed;
   validate_fields("config", config);
   return config;
+}
+
+Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path) {
+  return configured(common, apply_json(Config{}, nlohmann::json::parse(stored.configuration), path));
 }
 
 void tell(const TrackReport& report) {

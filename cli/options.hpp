@@ -13,9 +13,9 @@
 #include "sila/config.hpp"
 #include "sila/core/framed_trajectory.hpp"
 #include "sila/evaluate/split.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
-#include "sila/io/track_stream.hpp"
 
 namespace sila::cli {
 
@@ -63,6 +63,8 @@ void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required = tru
 
 /// `base` with the profile, the configuration file, then the --set assignments, applied.
 Config configured(const CommonOptions& common, Config base = {});
+/// The same with the configuration that a model was learnt with as its base; `path` is for messages.
+Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path);
 
 /// Reads tracks and tells what became of their rows on stderr.
 ReadTracks read_clean(const TrackOptions& options, const Config& config);

@@ -4,12 +4,12 @@
 #include <memory>
 
 #include "options.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_store.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "sila/refine/predictor.hpp"
-#include "threads.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -25,12 +25,11 @@ struct PredictOptions {
 };
 
 Config predict_config(const PredictOptions& options, const StoredModel& stored) {
-  Config base = apply_json(Config{}, nlohmann::json::parse(stored.configuration), options.model);
-  base = configured(options.common, base);
-  if (options.observe_s) base.episode.predict.observe_s = *options.observe_s;
-  if (options.horizon_s) base.episode.predict.horizon_s = *options.horizon_s;
-  validate_fields("predict", base.episode.predict);
-  return base;
+  Config config = configured(options.common, stored, options.model);
+  if (options.observe_s) config.episode.predict.observe_s = *options.observe_s;
+  if (options.horizon_s) config.episode.predict.horizon_s = *options.horizon_s;
+  validate_fields("predict", config.episode.predict);
+  return config;
 }
 
 /// One line a prediction, in the order of the tracks.
@@ -63,7 +62,8 @@ void predict_tracks(const PredictOptions& options) {
   std::string text;
   std::size_t count = 0;
   for (const auto& of_track : lines) {
-    for (const std::string& line : of_track) text += line + "\n", ++count;
+    count += of_track.size();
+    for (const std::string& line : of_track) text += line + "\n";
   }
   if (options.out.empty())
     std::cout << text;

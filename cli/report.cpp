@@ -6,12 +6,11 @@
 
 #include "options.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/json.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 #include "sila/version.hpp"
-#include "threads.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -40,8 +39,7 @@ nlohmann::json read_results(const std::string& path) {
 nlohmann::ordered_json model_data(const ReportOptions& options) {
   ReportInput input;
   input.stored = load_model(options.subject);
-  const Config base = apply_json(Config{}, nlohmann::json::parse(input.stored.configuration), options.subject);
-  const Config config = configured(options.common, base);
+  const Config config = configured(options.common, input.stored, options.subject);
   input.name = std::filesystem::path(options.subject).filename().string();
   input.episode = config.episode;
   input.evaluate = config.evaluate;

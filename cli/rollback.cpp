@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "options.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

@@ -6,12 +6,12 @@
 #include <optional>
 
 #include "options.hpp"
-#include "records.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/episode_json.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/serve/online_calibration_json.hpp"
 #include "sila/serve/server.hpp"
-#include "threads.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -46,12 +46,8 @@ struct Kept {
 
 Kept open_model(const ServeVerb& options) {
   Kept kept{ModelFile::open_or_create(options.model), {}, {}};
-  Config base;
-  if (!kept.file.empty()) {
-    kept.stored = kept.file.read();
-    base = apply_json(base, nlohmann::json::parse(kept.stored.configuration), options.model);
-  }
-  kept.config = configured(options.common, base);
+  if (!kept.file.empty()) kept.stored = kept.file.read();
+  kept.config = configured(options.common, kept.stored, options.model);
   if (options.every_s) kept.config.live.every_s = *options.every_s;
   if (options.batch) kept.config.live.batch = *options.batch;
   validate_fields("serve", kept.config);

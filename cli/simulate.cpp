@@ -5,7 +5,7 @@
 
 #include "options.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/write_tracks.hpp"
+#include "sila/io/track_files.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

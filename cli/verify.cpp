@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "options.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -15,18 +15,18 @@ void add_verify(CLI::App& app) {
                             "sila verify corner.sila", *common);
   verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
   verb->callback([common, path] {
-    const Verified verified = ModelFile::open(*path).verify();
+    const VerifyReport report = ModelFile::open(*path).verify();
     if (common->json) {
       std::cout << nlohmann::ordered_json{{"model", *path},
                                           {"intact", true},
-                                          {"pages", verified.pages},
-                                          {"episodes", verified.episodes},
-                                          {"undone", verified.undone}}
+                                          {"pages", report.pages},
+                                          {"episodes", report.episodes},
+                                          {"undone", report.undone}}
                        .dump(2)
                 << "\n";
     } else {
-      std::cout << *path << ": intact; " << verified.pages << " pages, " << verified.episodes
-                << " recorded episodes, the last " << verified.undone << " of which can be taken back\n";
+      std::cout << *path << ": intact; " << report.pages << " pages, " << report.episodes
+                << " recorded episodes, the last " << report.undone << " of which can be taken back\n";
     }
   });
 }

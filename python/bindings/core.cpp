@@ -3,7 +3,7 @@
 
 #include "arrays.hpp"
 #include "sila/core/clean.hpp"
-#include "sila/io/track_report.hpp"
+#include "sila/io/scene_tracks.hpp"
 
 namespace sila::python {
 

@@ -3,10 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include "arrays.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/mhd.hpp"
 #include "sila/io/evaluation_report.hpp"
-#include "sila/io/model_store.hpp"
-#include "threads.hpp"
+#include "sila/io/model_file.hpp"
 
 namespace sila::python {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 std::pair<std::string, std::string> evaluate_stored(const StoredModel& stored, const std::vector<Track>& tracks,
                                                     const ScaledScene& scene, const std::string& config_json,
                                                     int threads) {
-  const cli::ThreadLimit limit(threads);
+  const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   const Evaluation evaluation = evaluate(stored.model, placed(tracks, scene, config), config.episode, config.evaluate);
   return {to_json(evaluation).dump(), to_text(evaluation)};

@@ -7,10 +7,10 @@
 #include <stdexcept>
 
 #include "bindings.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/model/packing.hpp"
-#include "threads.hpp"
 
 namespace sila::python {
 namespace {
@@ -93,7 +93,7 @@ StoredModel recorded(Model model, const StoredModel& start, const Config& config
 
 PythonValue run(const std::string& step, const Leaf& leaf, std::vector<PythonValue> inputs, const Config& config,
                 int threads) {
-  const cli::ThreadLimit limit(threads);
+  const ThreadLimit limit(threads);
   const FleetStep what = step_named(step);
   const auto* start = inputs.size() == 3 ? std::get_if<StoredModel>(&inputs[2]) : nullptr;
   const StoredModel before = start == nullptr ? StoredModel{} : *start;

@@ -4,8 +4,7 @@
 #include "bindings.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/scene_tracks.hpp"
-#include "sila/io/track_report.hpp"
-#include "sila/io/write_tracks.hpp"
+#include "sila/io/track_files.hpp"
 #include "sila/profile.hpp"
 
 namespace sila::python {

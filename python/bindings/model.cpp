@@ -3,8 +3,8 @@
 #include <stdexcept>
 
 #include "arrays.hpp"
-#include "sila/io/inspect.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
+#include "sila/io/model_report.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila::python {

@@ -2,18 +2,18 @@
 
 #include "arrays.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/core/thread_limit.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "sila/refine/predictor.hpp"
-#include "threads.hpp"
 
 namespace sila::python {
 namespace {
 
 /// A prediction and whose it is.
 struct TrackPrediction {
-  std::string track;  ///< id as in the input
-  std::string piece;  ///< unique id
+  std::string track;     ///< id as in the input
+  std::string tracklet;  ///< unique id
   Prediction content;
 };
 
@@ -30,7 +30,7 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
                                   OfWindow&& of_window) {
   if (!(every_s > 0.0))
     throw std::invalid_argument("predict: every_s = " + std::to_string(every_s) + ", must be positive");
-  const cli::ThreadLimit limit(threads);
+  const ThreadLimit limit(threads);
   const std::vector<FramedTrajectory> input = placed(tracks, scene, made.config);
   const double observe_s = made.config.episode.predict.observe_s;
   std::vector<std::vector<Value>> of_track(input.size());
@@ -130,13 +130,13 @@ PredictionState state_of(const TrackPrediction& prediction) {
   const Prediction& content = prediction.content;
   std::vector<RegionState> regions;
   for (const Region& region : content.regions) regions.push_back({region.probability, region.levels});
-  return {prediction.track, prediction.piece, content.t0_s, content.times_s,
-          content.fallback, content.novelty,  modes,        regions};
+  return {prediction.track, prediction.tracklet, content.t0_s, content.times_s,
+          content.fallback, content.novelty,     modes,        regions};
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {
-  const auto& [track, piece, t0_s, times_s, fallback, novelty, modes, regions] = state;
-  TrackPrediction prediction{track, piece, {t0_s, times_s, {}, {}, fallback, novelty}};
+  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, modes, regions] = state;
+  TrackPrediction prediction{track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty}};
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
   for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
     Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
@@ -173,7 +173,8 @@ void bind_prediction(nb::module_& module) {
   nb::class_<TrackPrediction>(module, "Prediction",
                               "The next seconds of one person as m weighted modes over t times, heaviest first.")
       .def_ro("track", &TrackPrediction::track, "The id that the rows of the track had in the input.")
-      .def_ro("piece", &TrackPrediction::piece, "The unique id of the track, \"17#2\" for a later piece of 17.")
+      .def_ro("tracklet", &TrackPrediction::tracklet,
+              "The unique id of the track, \"17#2\" for a later tracklet of 17.")
       .def_prop_ro(
           "t0_s", [](const TrackPrediction& p) { return p.content.t0_s; },
           "Time of the last observed sample, on the clock of the input.")

@@ -1,13 +1,13 @@
 #include <nlohmann/json.hpp>
 
 #include "bindings.hpp"
-#include "records.hpp"
+#include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
+#include "sila/io/episode_json.hpp"
 #include "sila/io/fusion_case.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
-#include "threads.hpp"
 
 namespace sila::python {
 namespace {
@@ -18,7 +18,7 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
                          const std::string& config_json, std::size_t batch, int threads,
                          const std::optional<nb::callable>& on_episode) {
   const nb::gil_scoped_release release;
-  const cli::ThreadLimit limit(threads);
+  const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   const std::vector<FramedTrajectory> input = placed(tracks, scene, config);
   StoredModel result = start;
@@ -26,7 +26,7 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
   const auto episodes = batch == 0 ? 0 : (input.size() + batch - 1) / batch;
   Model previous = start.model;
   const auto observe = [&](int number, const Episode& episode) {
-    result.episodes.push_back(cli::record_of(static_cast<int>(start.episodes.size()) + number, previous, episode));
+    result.episodes.push_back(record_of(static_cast<int>(start.episodes.size()) + number, previous, episode));
     previous = episode.model;
     const nb::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
@@ -38,25 +38,24 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
 
 StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene, const std::string& config_json,
                       int threads) {
-  const cli::ThreadLimit limit(threads);
+  const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   const Training run = train_batch(placed(tracks, scene, config), config.episode);
   StoredModel result;
   result.model = run.model;
   result.configuration = to_json(config).dump();
-  for (const EpisodeReport& report : run.episodes)
-    result.episodes.push_back(cli::record_of(1, {}, {run.model, report}));
+  for (const EpisodeReport& report : run.episodes) result.episodes.push_back(record_of(1, {}, {run.model, report}));
   return result;
 }
 
 StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json,
                         int threads) {
-  const cli::ThreadLimit limit(threads);
+  const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   StoredModel result;
   result.model = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual).model;
   result.configuration = to_json(config).dump();
-  result.episodes = cli::joined(previous.episodes, incoming.episodes);
+  result.episodes = joined(previous.episodes, incoming.episodes);
   return result;
 }
 

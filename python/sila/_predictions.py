@@ -40,7 +40,7 @@ class Predictions(Sequence[Prediction]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        tracks = len({prediction.piece for prediction in self._predictions})
+        tracks = len({prediction.tracklet for prediction in self._predictions})
         return f"Predictions({len(self)} predictions for {tracks} tracks)"
 
     def of(self, track: str) -> Predictions:

@@ -177,8 +177,8 @@ def predictions(
         for number in reversed(range(len(prediction.modes))):
             seen_modes = max(seen_modes, number + 1)
             _draw_mode(ax, prediction, number, shares, at_s)
-        if prediction.piece in by_id:
-            _draw_truth(ax, prediction, by_id[prediction.piece])
+        if prediction.tracklet in by_id:
+            _draw_truth(ax, prediction, by_id[prediction.tracklet])
     ax.legend(
         handles=_legend(some, seen_modes, _coverage_text(some, shares, at_s), bool(by_id)),
         loc="best",

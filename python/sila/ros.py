@@ -204,14 +204,14 @@ def write_predictions(
             update = SceneUpdate()
             entity = update.entities.add()
             _head(entity, prediction, frame_id, lifetime_s)
-            _draw(entity, prediction, observed.get(prediction.piece), coverage, at_s)
+            _draw(entity, prediction, observed.get(prediction.tracklet), coverage, at_s)
             now = round(prediction.t0_s * 1e9)
             writer.write_message(topic=topic, message=update, log_time=now, publish_time=now)
     return len(some)
 
 
 def _head(entity: Any, prediction: Prediction, frame_id: str, lifetime_s: float) -> None:
-    entity.id = prediction.piece
+    entity.id = prediction.tracklet
     entity.frame_id = frame_id
     entity.timestamp.FromNanoseconds(round(prediction.t0_s * 1e9))
     entity.lifetime.FromNanoseconds(round(lifetime_s * 1e9))

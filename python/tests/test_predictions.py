@@ -90,7 +90,7 @@ def test_what_is_written_is_what_is_shown(tmp_path, predictions):
     assert {prediction.track for prediction in one} == {predictions[0].track}
     assert (
         repr(predictions)
-        == f"Predictions({len(predictions)} predictions for {len({p.piece for p in predictions})} tracks)"
+        == f"Predictions({len(predictions)} predictions for {len({p.tracklet for p in predictions})} tracks)"
     )
 
 
@@ -110,7 +110,7 @@ def test_what_comes_after_t0_changes_no_prediction(model, unseen, predictions):
 
 def test_at_the_end_there_is_one_prediction_a_track(model, unseen):
     found = sila.predict(model, unseen.tracks, scene=unseen.scene, at_end=True)
-    assert [prediction.piece for prediction in found] == [track.id for track in unseen.tracks]
+    assert [prediction.tracklet for prediction in found] == [track.id for track in unseen.tracks]
     assert [prediction.t0_s for prediction in found] == [track.times_s[-1] for track in unseen.tracks]
 
 

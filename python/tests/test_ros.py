@@ -207,7 +207,7 @@ def test_predictions_are_written_for_foxglove(tmp_path, predictions, unseen):
     for (_, channel, message), prediction in zip(found, by_time, strict=True):
         entity = SceneUpdate.FromString(message.data).entities[0]
         assert (channel.topic, message.log_time) == ("/sila/predictions", round(prediction.t0_s * 1e9))
-        assert (entity.id, entity.frame_id, entity.lifetime.ToNanoseconds()) == (prediction.piece, "map", 1_500_000_000)
+        assert (entity.id, entity.frame_id, entity.lifetime.ToNanoseconds()) == (prediction.tracklet, "map", 1_500_000_000)
         paths = [line for line in entity.lines if line.type == line.LINE_STRIP]
         assert len(paths) == 1 + len(prediction.modes)  # what was observed comes first
         for line, mode in zip(paths[1:], prediction.modes, strict=True):

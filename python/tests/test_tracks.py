@@ -102,7 +102,7 @@ def test_rows_that_make_no_track_are_refused_with_the_reasons():
     assert len(sila.as_tracks({})) == 0
 
 
-def test_a_gap_splits_and_the_pieces_keep_the_id_of_the_input():
+def test_a_gap_splits_and_the_tracklets_keep_the_id_of_the_input():
     walk = WALK.copy()
     walk[6:, 0] += 10.0
     tracks = sila.as_tracks({"a": walk})

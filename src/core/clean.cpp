@@ -11,7 +11,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "sila/core/plausibility.hpp"
+#include "sila/core/unit_warnings.hpp"
 
 namespace sila {
 namespace {
@@ -32,8 +32,8 @@ struct RawTrack {
   std::vector<Sample> samples;
 };
 
-/// One piece of a raw track, after the cuts.
-struct Piece {
+/// A part of a raw track between two cuts.
+struct Tracklet {
   const RawTrack* track = nullptr;
   std::vector<Sample> samples;
 };
@@ -147,12 +147,12 @@ bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
 }
 
 /// Cuts at gaps and jumps; a single sample off a path that goes on without it is dropped.
-std::vector<Piece> pieces_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
-                             Ledger& ledger) {
+std::vector<Tracklet> tracklets_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
+                                   Ledger& ledger) {
   const std::vector<Sample> samples = one_per_stamp(track, source, config, ledger);
-  std::vector<Piece> pieces;
+  std::vector<Tracklet> tracklets;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Sample* last = pieces.empty() ? nullptr : &pieces.back().samples.back();
+    const Sample* last = tracklets.empty() ? nullptr : &tracklets.back().samples.back();
     const bool jump = last != nullptr && is_jump(*last, samples[i], config);
     if (jump && i + 1 < samples.size() && !is_jump(*last, samples[i + 1], config) &&
         !is_gap(*last, samples[i + 1], config)) {
@@ -162,15 +162,15 @@ std::vector<Piece> pieces_of(const RawTrack& track, const std::string& source, c
     const bool gap = last != nullptr && is_gap(*last, samples[i], config);
     if (jump) ++ledger.report.splits_at_jumps;
     if (gap && !jump) ++ledger.report.splits_at_gaps;
-    if (last == nullptr || jump || gap) pieces.push_back({&track, {}});
-    pieces.back().samples.push_back(samples[i]);
+    if (last == nullptr || jump || gap) tracklets.push_back({&track, {}});
+    tracklets.back().samples.push_back(samples[i]);
   }
-  std::erase_if(pieces, [&](const Piece& piece) {
-    if (piece.samples.size() > 1) return false;
-    ledger.drop(DropReason::single_sample, source, track.id, piece.samples.front().line);
+  std::erase_if(tracklets, [&](const Tracklet& tracklet) {
+    if (tracklet.samples.size() > 1) return false;
+    ledger.drop(DropReason::single_sample, source, track.id, tracklet.samples.front().line);
     return true;
   });
-  return pieces;
+  return tracklets;
 }
 
 Trajectory trajectory_of(std::string id, std::span<const Sample> samples) {
@@ -203,17 +203,17 @@ std::string tail_of(const std::filesystem::path& path, std::size_t parts) {
   return name;
 }
 
-/// Ids for pieces in their final order: the first piece of a track keeps its id, later ones get "#2", "#3", ...
-std::vector<std::string> ids_of(const std::vector<Piece>& pieces, const std::string& prefix) {
+/// Ids for tracklets in their final order: the first tracklet of a track keeps its id, later ones get "#2", "#3", ...
+std::vector<std::string> ids_of(const std::vector<Tracklet>& tracklets, const std::string& prefix) {
   std::unordered_set<std::string> taken;
-  for (const Piece& piece : pieces) taken.insert(piece.track->id);
+  for (const Tracklet& tracklet : tracklets) taken.insert(tracklet.track->id);
   std::unordered_map<const RawTrack*, std::size_t> count;
   std::vector<std::string> ids;
-  for (const Piece& piece : pieces) {
-    std::string id = piece.track->id;
-    if (std::size_t& n = count[piece.track]; ++n > 1) {
+  for (const Tracklet& tracklet : tracklets) {
+    std::string id = tracklet.track->id;
+    if (std::size_t& n = count[tracklet.track]; ++n > 1) {
       // A recording may have an id "17#2" of its own.
-      while (!taken.insert(id = piece.track->id + "#" + std::to_string(n)).second) ++n;
+      while (!taken.insert(id = tracklet.track->id + "#" + std::to_string(n)).second) ++n;
     }
     ids.push_back(prefix + id);
   }
@@ -225,8 +225,8 @@ std::vector<std::string> unit_warnings(const Detections& source, const std::vect
   std::vector<Trajectory> paths;
   for (const RawTrack& track : tracks) paths.push_back(trajectory_of(track.id, track.samples));
   std::vector<std::string> warnings;
-  for (const std::string& doubt : unit_doubts(paths, config.max_gap_s))
-    warnings.push_back(source.source + ": " + doubt);
+  for (const std::string& warning : unit_warnings(paths, config.max_gap_s))
+    warnings.push_back(source.source + ": " + warning);
   return warnings;
 }
 
@@ -244,18 +244,19 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   auto& warnings = ledger.report.warnings;
   warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
   for (std::string& warning : unit_warnings(source, tracks, config)) warnings.push_back(std::move(warning));
-  std::vector<Piece> pieces;
+  std::vector<Tracklet> tracklets;
   for (const RawTrack& track : tracks) {
-    for (Piece& piece : pieces_of(track, source.source, config, ledger)) pieces.push_back(std::move(piece));
+    for (Tracklet& tracklet : tracklets_of(track, source.source, config, ledger))
+      tracklets.push_back(std::move(tracklet));
   }
-  std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
+  std::sort(tracklets.begin(), tracklets.end(), [](const Tracklet& a, const Tracklet& b) {
     if (a.samples.front().t_s != b.samples.front().t_s) return a.samples.front().t_s < b.samples.front().t_s;
     return id_less(a.track->id, b.track->id);
   });
-  std::vector<std::string> ids = ids_of(pieces, prefix);
+  std::vector<std::string> ids = ids_of(tracklets, prefix);
   std::vector<CleanedTrack> result;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    result.push_back({trajectory_of(std::move(ids[i]), pieces[i].samples), pieces[i].track->id});
+  for (std::size_t i = 0; i < tracklets.size(); ++i) {
+    result.push_back({trajectory_of(std::move(ids[i]), tracklets[i].samples), tracklets[i].track->id});
   }
   return result;
 }

@@ -27,7 +27,9 @@ double common_step(const std::vector<Detection>& rows) {
   double best = 1.0;
   std::size_t most = 0;
   for (const auto& [step, count] : counts) {
-    if (count > most) best = step, most = count;
+    if (count <= most) continue;
+    best = step;
+    most = count;
   }
   return best;
 }

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sila/io/read_tracks.hpp"
+#include "sila/io/track_files.hpp"
 
 namespace sila {
 
@@ -17,7 +17,7 @@ struct FrameClock {
 
 /// Detections whose `t_s` still is a frame number become detections in seconds: by the frame rate of the options, else
 /// by their sample interval, else by what the format says. An interval is the time of the commonest step of a person's
-/// frames. Throws: FormatError if nobody knows the rate.
+/// frames. Throws: FormatError if the rate is not known.
 TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const FrameClock& of_format);
 
 }  // namespace sila

@@ -252,7 +252,7 @@ std::vector<std::string> differences(const json& expect, const FusionPlan& plan)
   std::vector<std::string> lines;
   for (const auto& [key, value] : expected.items()) {
     if (!found.contains(key)) {
-      lines.push_back(key + ": nobody knows this result");
+      lines.push_back(key + ": an unknown result");
     } else if (value != found.at(key)) {
       lines.push_back(difference(key, value, found.at(key)));
     }

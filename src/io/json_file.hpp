@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "sila/io/json.hpp"
+#include "sila/io/files.hpp"
 
 namespace sila {
 
-/// Whoever copies or prints JSON does so by recursion: what is deeper could be the end of the stack.
+/// JSON is copied and printed by recursion: deeper nesting could exhaust the stack.
 inline constexpr std::size_t kDeepestJson = 100;
 
 /// What read_json makes of a file, of the text that is in it; `path` is for messages.

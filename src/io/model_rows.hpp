@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "model_content.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sqlite.hpp"
 
 /// The rows of a model file: what stands in which column. Nothing here opens files or begins transactions, and no model

@@ -24,11 +24,11 @@ nlohmann::ordered_json transitions_json(const std::vector<TransitionUse>& transi
 }
 
 nlohmann::ordered_json explanation_json(const Explanation& explanation) {
-  nlohmann::ordered_json told{{"likelihood_power", explanation.likelihood_power},
-                              {"alike", explanation.alike},
-                              {"raw_novelty", explanation.raw_novelty},
-                              {"at_least_as_novel", explanation.at_least_as_novel}};
-  told["modes"] = nlohmann::ordered_json::array();
+  nlohmann::ordered_json result{{"likelihood_power", explanation.likelihood_power},
+                                {"alike", explanation.alike},
+                                {"raw_novelty", explanation.raw_novelty},
+                                {"at_least_as_novel", explanation.at_least_as_novel}};
+  result["modes"] = nlohmann::ordered_json::array();
   for (const ModeExplanation& mode : explanation.modes) {
     nlohmann::ordered_json entry{{"weight", mode.weight},
                                  {"variant", kVariantKinds[static_cast<std::size_t>(mode.variant)]},
@@ -41,9 +41,9 @@ nlohmann::ordered_json explanation_json(const Explanation& explanation) {
                                    {"chain_probability", rollout.chain_probability},
                                    {"transitions", transitions_json(rollout.transitions)}});
     }
-    told["modes"].push_back(std::move(entry));
+    result["modes"].push_back(std::move(entry));
   }
-  return told;
+  return result;
 }
 
 Mode mode_of(const json& object) {
@@ -89,7 +89,10 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
     entry["weight"] = mode.weight;
     entry["t"] = prediction.times_s;
     std::vector<double> x, y;
-    for (const Vector2& position : mode.path_m) x.push_back(position.x()), y.push_back(position.y());
+    for (const Vector2& position : mode.path_m) {
+      x.push_back(position.x());
+      y.push_back(position.y());
+    }
     entry["x"] = x;
     entry["y"] = y;
     entry["cov"] = nlohmann::ordered_json::array();

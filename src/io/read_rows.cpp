@@ -15,8 +15,9 @@ struct Fault {
 /// Reads the cells of one row; remembers the first fault instead of throwing.
 class RowReader {
  public:
-  RowReader(const std::vector<std::string_view>& cells, const Layout& layout) : cells_(cells), layout_(layout) {
-    if (cells.size() < layout.cells) fault_ = Fault{DropReason::missing_cells, {}};
+  RowReader(const std::vector<std::string_view>& cells, const TrackColumns& columns)
+      : cells_(cells), columns_(columns) {
+    if (cells.size() < columns.cells) fault_ = Fault{DropReason::missing_cells, {}};
   }
 
   double number(std::size_t column) {
@@ -29,38 +30,40 @@ class RowReader {
   /// The middle of a box, or the plain coordinate where there is no box.
   double middle(std::size_t column, std::size_t opposite) {
     const double value = number(column);
-    return opposite == Layout::kNone ? value : 0.5 * (value + number(opposite));
+    return opposite == TrackColumns::kNone ? value : 0.5 * (value + number(opposite));
   }
 
   double stamp() {
-    return layout_.time == Layout::kNone ? number(layout_.frame) : number(layout_.time) * layout_.seconds_per_time;
+    return columns_.time == TrackColumns::kNone ? number(columns_.frame)
+                                                : number(columns_.time) * columns_.seconds_per_time;
   }
 
   std::string track(const std::string& only_track) {
     if (fault_) return {};
-    if (layout_.id == Layout::kNone) return only_track;
-    const std::string_view cell = cells_[layout_.id];
+    if (columns_.id == TrackColumns::kNone) return only_track;
+    const std::string_view cell = cells_[columns_.id];
     if (cell.empty()) fault_ = Fault{DropReason::missing_cells, "an empty track id"};
-    if (!layout_.numeric_ids) return std::string(cell);
-    const double value = number(layout_.id);
+    if (!columns_.numeric_ids) return std::string(cell);
+    const double value = number(columns_.id);
     return std::abs(value) < 1e15 && value == std::floor(value) ? std::to_string(static_cast<long long>(value))
                                                                 : std::string(cell);
   }
 
   std::string label() const {
-    const bool present = layout_.label != Layout::kNone && layout_.label < cells_.size();
-    return present ? std::string(cells_[layout_.label]) : std::string();
+    const bool present = columns_.label != TrackColumns::kNone && columns_.label < cells_.size();
+    return present ? std::string(cells_[columns_.label]) : std::string();
   }
 
   void refuse_lost() {
-    if (layout_.lost != Layout::kNone && number(layout_.lost) != 0.0 && !fault_) fault_ = Fault{DropReason::lost, {}};
+    if (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0 && !fault_)
+      fault_ = Fault{DropReason::lost, {}};
   }
 
   const std::optional<Fault>& fault() const { return fault_; }
 
  private:
   const std::vector<std::string_view>& cells_;
-  const Layout& layout_;
+  const TrackColumns& columns_;
   std::optional<Fault> fault_;
 };
 
@@ -80,18 +83,18 @@ std::vector<DroppedRows> BadRows::by_reason() const {
   return result;
 }
 
-Detections read_rows(const TextTable& table, const Layout& layout, const std::string& only_track) {
+Detections read_rows(const TextTable& table, const TrackColumns& columns, const std::string& only_track) {
   Detections result{table.path, {}};
   BadRows bad;
   result.rows.reserve(table.rows.size());
-  for (std::size_t i = layout.header ? 1 : 0; i < table.rows.size(); ++i) {
+  for (std::size_t i = columns.header ? 1 : 0; i < table.rows.size(); ++i) {
     const TextLine& line = table.rows[i];
-    const auto cells = cells_of(line.text, layout.separator);
-    RowReader row(cells, layout);
+    const auto cells = cells_of(line.text, columns.separator);
+    RowReader row(cells, columns);
     Detection detection;
     detection.track = row.track(only_track);
     detection.t_s = row.stamp();
-    detection.position_m = Vector2(row.middle(layout.x, layout.x2), row.middle(layout.y, layout.y2));
+    detection.position_m = Vector2(row.middle(columns.x, columns.x2), row.middle(columns.y, columns.y2));
     detection.label = row.label();
     detection.line = line.number;
     row.refuse_lost();

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "layout.hpp"
 #include "sila/core/detections.hpp"
+#include "track_columns.hpp"
 
 namespace sila {
 
@@ -25,9 +25,9 @@ class BadRows {
   std::map<DropReason, DroppedRows> counts_;
 };
 
-/// The rows of a table. `t_s` is in seconds if the layout has a time column, else it is the frame number; positions are
+/// The rows of a table. `t_s` is in seconds if there is a column of times, else it is the frame number; positions are
 /// in the units of the file. `only_track` is the id where the file is one track.
-Detections read_rows(const TextTable& table, const Layout& layout, const std::string& only_track);
+Detections read_rows(const TextTable& table, const TrackColumns& columns, const std::string& only_track);
 
 /// The rows of TrajNet++ ndjson, `t_s` the frame number, and the rate that its scenes name.
 struct NdjsonRows {

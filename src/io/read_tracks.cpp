@@ -1,5 +1,3 @@
-#include "sila/io/read_tracks.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -9,6 +7,7 @@
 #include "clock.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/io/track_files.hpp"
 #include "table_reader.hpp"
 
 namespace sila {

@@ -8,7 +8,7 @@
 #include "json_file.hpp"
 #include "scene_json.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 #include "text_file.hpp"
 
 namespace sila {
@@ -68,7 +68,8 @@ void read_corners(Scene& scene, const JsonFields& fields, CurbScaling scaling) {
       if (!same_place(corner, first_level)) {
         scene.warnings.push_back(file + ": " + entry.where() +
                                  "origin, axes or width differ from the first-level ones, which are used");
-        corner = first_level, corner.name = name;
+        corner = first_level;
+        corner.name = name;
       }
     }
     scene.corners.push_back(std::move(corner));
@@ -201,7 +202,10 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
   if (track.positions_m.empty()) throw std::invalid_argument("nearest_corner: track '" + track.id + "' has no sample");
   std::vector<double> x;
   std::vector<double> y;
-  for (const Vector2& position : track.positions_m) x.push_back(position.x()), y.push_back(position.y());
+  for (const Vector2& position : track.positions_m) {
+    x.push_back(position.x());
+    y.push_back(position.y());
+  }
   const Vector2 middle(median(std::move(x)), median(std::move(y)));
   const auto distance = [&](const Corner& corner) { return (corner.frame.origin_m - middle).norm(); };
   const auto nearest = std::min_element(scene.corners.begin(), scene.corners.end(),

@@ -1,6 +1,7 @@
 #include "sila/io/scene_tracks.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -55,7 +56,8 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
     const std::size_t length = common_tail(normal, std::filesystem::path(file.path).lexically_normal());
     if (length == 0 || length < longest) continue;
     ambiguous = length == longest && !same_settings(file, *best);
-    if (length > longest) best = &file, longest = length;
+    if (length > longest) best = &file;
+    longest = length;
   }
   return ambiguous ? nullptr : best;
 }
@@ -104,6 +106,24 @@ CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scen
                         const CleanConfig& config) {
   const std::vector<TrackSource> sources = sources_of(paths, scene, options);
   return read_sources(sources, paths.front().string(), config);
+}
+
+nlohmann::json to_json(const TrackReport& report) {
+  nlohmann::json dropped = nlohmann::json::object();
+  for (const DroppedRows& entry : report.dropped) {
+    dropped[std::string(name_of(entry.reason))] = {{"rows", entry.rows}, {"first", entry.first}};
+  }
+  return {{"sources", report.sources},
+          {"rows_read", report.rows_read},
+          {"rows_kept", report.rows_kept},
+          {"dropped", dropped},
+          {"track_ids", report.track_ids},
+          {"tracks_kept", report.tracks_kept},
+          {"out_of_order_rows", report.out_of_order_rows},
+          {"splits_at_gaps", report.splits_at_gaps},
+          {"splits_at_jumps", report.splits_at_jumps},
+          {"standing_tracks", report.standing_tracks},
+          {"warnings", report.warnings}};
 }
 
 }  // namespace sila

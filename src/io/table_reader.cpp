@@ -66,28 +66,28 @@ TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format
 }
 
 std::optional<TableReader> table_reader(const TextTable& first, const ReadOptions& options) {
-  const auto layout = layout_of(first, options.format);
-  if (!layout) return std::nullopt;
-  TableReader reader{*layout, options, {}, 1.0, {}};
-  if (layout->time == Layout::kNone) reader.clock = format_clock(layout->format, first);
-  if (layout->format == TrackFormat::juelich) reader.metres_per_unit = commented_metres_per_unit(first);
-  if (layout->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);
+  const auto columns = columns_of(first, options.format);
+  if (!columns) return std::nullopt;
+  TableReader reader{*columns, options, {}, 1.0, {}};
+  if (columns->time == TrackColumns::kNone) reader.clock = format_clock(columns->format, first);
+  if (columns->format == TrackFormat::juelich) reader.metres_per_unit = commented_metres_per_unit(first);
+  if (columns->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);
   return reader;
 }
 
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track) {
-  const Layout& layout = reader.layout;
-  TrackFile file{read_rows(table, layout, only_track), layout.format, {}};
-  if (layout.format == TrackFormat::ind) {
+  const TrackColumns& columns = reader.columns;
+  TrackFile file{read_rows(table, columns, only_track), columns.format, {}};
+  if (columns.format == TrackFormat::ind) {
     for (Detection& row : file.detections.rows) {
       const auto found = reader.classes.find(row.track);
       row.label = found == reader.classes.end() ? "unknown" : found->second;
     }
   }
-  if (layout.time == Layout::kNone) {
+  if (columns.time == TrackColumns::kNone) {
     file = with_seconds(std::move(file), reader.options, reader.clock);
   } else {
-    file.clock = "time stamps of column " + layout.time_name;
+    file.clock = "time stamps of column " + columns.time_name;
   }
   return in_metres(std::move(file), reader.options, reader.metres_per_unit);
 }

@@ -5,13 +5,13 @@
 #include <string>
 
 #include "clock.hpp"
-#include "layout.hpp"
+#include "track_columns.hpp"
 
 namespace sila {
 
 /// How the rows of a file are to be understood: what its first lines say, the files beside it, and the options.
 struct TableReader {
-  Layout layout;
+  TrackColumns columns;
   ReadOptions options;
   FrameClock clock;                            ///< of the format, if there are frame numbers alone
   double metres_per_unit = 1.0;                ///< of the format; the options win
@@ -21,8 +21,8 @@ struct TableReader {
 /// Nothing for a format of JSON lines. `first`: the whole file, or its first lines. Throws: FormatError.
 std::optional<TableReader> table_reader(const TextTable& first, const ReadOptions& options);
 
-/// The rows of a file, or of a part of it whose layout has no header, in seconds and metres. `only_track` is the id
-/// where the file is one track. Throws: FormatError if nobody knows the frame rate.
+/// The rows of a file, or of a part of it without a header line, in seconds and metres. `only_track` is the id
+/// where the file is one track. Throws: FormatError if the frame rate is not known.
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track);
 
 /// Positions times the scale of the options, else of the format.

@@ -8,16 +8,15 @@
 namespace sila {
 
 TextBlocks::TextBlocks(const std::filesystem::path& path, std::size_t block_bytes)
-    : path_((require_file(path), path.string())), file_(path_), block_bytes_(block_bytes) {}
+    : path_(path.string()), file_(path_), block_bytes_(block_bytes) {}
 
-bool TextBlocks::read(std::size_t index, TextBlock& block) {
+std::optional<TextBlock> TextBlocks::read(std::size_t index) {
   if (index >= places_.size()) throw std::logic_error("TextBlocks: a block was left out");
   const Place place = places_[index];
   file_.seek(place.offset);
-  block.first_line = place.line;
-  block.text.resize(block_bytes_);
+  TextBlock block{std::string(block_bytes_, '\0'), place.line};
   block.text.resize(file_.read(block.text));
-  if (block.text.empty()) return false;
+  if (block.text.empty()) return std::nullopt;
   if (block.text.size() == block_bytes_) {
     const std::size_t end = block.text.rfind('\n');
     if (end == std::string::npos) {
@@ -32,7 +31,7 @@ bool TextBlocks::read(std::size_t index, TextBlock& block) {
     places_.push_back({place.offset + block.text.size(), place.line + lines});
   }
   if (place.offset == 0 && block.text.starts_with(kByteOrderMark)) block.text.erase(0, kByteOrderMark.size());
-  return true;
+  return block;
 }
 
 }  // namespace sila

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,9 @@ class TextBlocks {
   /// Throws: FormatError for a file that is missing, a folder or unreadable.
   TextBlocks(const std::filesystem::path& path, std::size_t block_bytes);
 
-  /// Reads block `index`; false behind the last one. A block is known once all before it were read.
+  /// Block `index`; null behind the last one. A block is known once all before it were read.
   /// Throws: FormatError for bytes that are truncated or no text, or a line that is longer than a block.
-  bool read(std::size_t index, TextBlock& block);
+  std::optional<TextBlock> read(std::size_t index);
 
  private:
   struct Place {

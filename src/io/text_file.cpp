@@ -27,6 +27,14 @@ std::string system_error_text() {
   throw FormatError(path, 0, "a whole gzip file", "one that is truncated or damaged");
 }
 
+/// Throws: FormatError if it does not exist or is a folder.
+void require_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw FormatError(path.string(), 0, std::string(kReadable), "no such file");
+  if (std::filesystem::is_directory(status)) throw FormatError(path.string(), 0, std::string(kReadable), "a folder");
+}
+
 std::string unzipped_bytes(const std::string& path) {
   GzipFile file(path);
   std::string bytes;
@@ -41,6 +49,7 @@ std::string unzipped_bytes(const std::string& path) {
 }  // namespace
 
 GzipFile::GzipFile(std::string path) : path_(std::move(path)) {
+  require_file(path_);
   errno = 0;
   file_ = gzopen(path_.c_str(), "rb");
   if (file_ == nullptr) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
@@ -74,16 +83,8 @@ void refuse_binary(const std::string& path, std::string_view bytes) {
   throw FormatError(path, 0, "a text file", "binary data (a zero byte at offset " + std::to_string(zero) + ")");
 }
 
-void require_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw FormatError(path.string(), 0, std::string(kReadable), "no such file");
-  if (std::filesystem::is_directory(status)) throw FormatError(path.string(), 0, std::string(kReadable), "a folder");
-}
-
 std::string read_text(const std::filesystem::path& path) {
   const std::string name = path.string();
-  require_file(path);
   return text_of_bytes(name, unzipped_bytes(name));
 }
 

@@ -12,8 +12,8 @@ struct gzFile_s;  // of zlib
 
 namespace sila {
 
-/// A file, unzipped if it is gzipped, piece by piece.
-/// Throws: FormatError for one that cannot be opened or read, or is truncated.
+/// A file, unzipped if it is gzipped, read in parts.
+/// Throws: FormatError for one that is missing, a folder, unreadable or truncated.
 class GzipFile {
  public:
   explicit GzipFile(std::string path);
@@ -32,9 +32,6 @@ class GzipFile {
 };
 
 inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-/// Throws: FormatError if it does not exist or is a folder.
-void require_file(const std::filesystem::path& path);
 
 /// Throws: FormatError for bytes that are no text.
 void refuse_binary(const std::string& path, std::string_view bytes);

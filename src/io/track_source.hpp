@@ -28,7 +28,7 @@ std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths
 /// What rows of the source are in the scene's frame.
 Detections in_scene(Detections detections, const SimilarityTransform& to_scene);
 
-/// Throws: FormatError that tells what became of the rows, if they made not one track.
+/// Throws: FormatError with the counts of dropped rows, if they made no track.
 void require_tracks(const TrackReport& report, const std::string& source);
 
 }  // namespace sila

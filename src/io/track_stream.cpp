@@ -1,5 +1,3 @@
-#include "sila/io/track_stream.hpp"
-
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "sila/io/scene_tracks.hpp"
 #include "table_reader.hpp"
 #include "text_blocks.hpp"
 #include "track_source.hpp"
@@ -18,7 +17,7 @@ namespace sila {
 namespace {
 
 /// Where the rows of a track are.
-struct Whereabouts {
+struct TrackPlace {
   std::string id;
   double start_s = std::numeric_limits<double>::infinity();
   std::size_t rows = 0;
@@ -36,23 +35,23 @@ class LargeFile {
         reader_(std::move(reader)),
         blocks_(source.path, limits.block_bytes) {
     headless_ = reader_;
-    headless_.layout.header = false;
+    headless_.columns.header = false;
     look_through();
   }
 
-  bool finished() const { return next_track_ == tracks_.size() && told_; }
+  bool finished() const { return next_track_ == tracks_.size() && reported_; }
 
-  /// The rows of the next tracks; nothing after the last. What the reader dropped is told with the first.
+  /// The rows of the next tracks; nothing after the last. What the reader dropped is reported with the first.
   std::optional<Detections> next() {
     if (finished()) return std::nullopt;
-    Detections part = told_ ? Detections{name_, {}} : std::move(told_with_the_first_);
-    told_ = true;
+    Detections part = reported_ ? Detections{name_, {}} : std::move(dropped_);
+    reported_ = true;
     std::size_t end = next_track_;
     std::size_t rows = 0;
     std::unordered_set<std::string_view> wanted;
     std::vector<char> needed(block_count_, 0);
     for (; end < tracks_.size() && (rows == 0 || rows + tracks_[end].rows <= limits_.rows_at_once); ++end) {
-      const Whereabouts& track = tracks_[end];
+      const TrackPlace& track = tracks_[end];
       rows += track.rows;
       wanted.insert(track.id);
       std::fill(needed.begin() + static_cast<std::ptrdiff_t>(track.first_block),
@@ -73,37 +72,35 @@ class LargeFile {
  private:
   /// Nothing behind the last block.
   Detections rows_of_block(std::size_t index) {
-    more_ = blocks_.read(index, block_);
-    const bool only_blanks = trimmed(block_.text).empty();
-    if (!more_ || only_blanks) return {name_, {}};
-    const TextTable table = table_of(name_, block_.text, block_.first_line);
+    block_ = blocks_.read(index);
+    if (!block_ || trimmed(block_->text).empty()) return {name_, {}};
+    const TextTable table = table_of(name_, block_->text, block_->first_line);
     return read_table(table, index == 0 ? reader_ : headless_, {}).detections;
   }
 
   void look_through() {
     std::unordered_map<std::string, std::size_t> index;
     std::map<DropReason, DroppedRows> dropped;
-    Detections& told = told_with_the_first_;
-    told.source = name_;
+    dropped_.source = name_;
     for (;; ++block_count_) {
       const Detections rows = rows_of_block(block_count_);
-      if (!more_) break;
-      if (block_count_ == 0) told.warnings = rows.warnings;
+      if (!block_) break;
+      if (block_count_ == 0) dropped_.warnings = rows.warnings;
       for (const DroppedRows& entry : rows.dropped) {
         dropped.try_emplace(entry.reason, DroppedRows{entry.reason, 0, entry.first}).first->second.rows += entry.rows;
-        told.rows_read += entry.rows;
+        dropped_.rows_read += entry.rows;
       }
       for (const Detection& row : rows.rows) {
         const auto [entry, is_new] = index.try_emplace(row.track, tracks_.size());
         if (is_new) tracks_.push_back({.id = row.track, .first_block = block_count_});
-        Whereabouts& track = tracks_[entry->second];
+        TrackPlace& track = tracks_[entry->second];
         ++track.rows;
         track.last_block = block_count_;
         if (row.t_s < track.start_s) track.start_s = row.t_s;
       }
     }
-    for (auto& [reason, entry] : dropped) told.dropped.push_back(std::move(entry));
-    std::ranges::sort(tracks_, [](const Whereabouts& a, const Whereabouts& b) {
+    for (auto& [reason, entry] : dropped) dropped_.dropped.push_back(std::move(entry));
+    std::ranges::sort(tracks_, [](const TrackPlace& a, const TrackPlace& b) {
       return a.start_s != b.start_s ? a.start_s < b.start_s : id_less(a.id, b.id);
     });
   }
@@ -113,18 +110,17 @@ class LargeFile {
   StreamLimits limits_;
   TableReader reader_, headless_;
   TextBlocks blocks_;
-  TextBlock block_;
-  bool more_ = true;
+  std::optional<TextBlock> block_;  ///< the rows that were read last point into it
   std::size_t block_count_ = 0;
-  std::vector<Whereabouts> tracks_;
+  std::vector<TrackPlace> tracks_;
   std::size_t next_track_ = 0;
-  bool told_ = false;
-  Detections told_with_the_first_;
+  bool reported_ = false;
+  Detections dropped_;
 };
 
 /// Whether the seconds of a row follow from the row alone. An interval is the time of the commonest step of all.
 bool has_clock_of_rows(const TableReader& reader) {
-  if (reader.layout.time != Layout::kNone || reader.options.frames_per_second) return true;
+  if (reader.columns.time != TrackColumns::kNone || reader.options.frames_per_second) return true;
   return !reader.options.sample_interval_s && reader.clock.frames_per_second.has_value();
 }
 
@@ -133,12 +129,12 @@ std::optional<TableReader> reader_in_parts(const TrackSource& source, const Stre
   std::error_code unknown;
   if (std::filesystem::is_directory(source.path, unknown)) return std::nullopt;
   validate(source.options);
-  TextBlock head;
-  TextBlocks(source.path, limits.block_bytes).read(0, head);
-  if (trimmed(head.text).empty()) return std::nullopt;
-  auto reader = table_reader(table_of(source.path.string(), head.text), source.options);
+  const std::optional<TextBlock> head = TextBlocks(source.path, limits.block_bytes).read(0);
+  if (!head || trimmed(head->text).empty()) return std::nullopt;
+  auto reader = table_reader(table_of(source.path.string(), head->text), source.options);
   const bool is_large = std::filesystem::file_size(source.path, unknown) > limits.whole_bytes && !unknown;
-  if (!reader || !is_large || reader->layout.id == Layout::kNone || !has_clock_of_rows(*reader)) return std::nullopt;
+  if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))
+    return std::nullopt;
   return reader;
 }
 
@@ -180,12 +176,16 @@ struct TrackStream::State {
     }
     const TrackReport& part = tracks.report;
     report.sources += begins ? 1 : 0;
-    report.rows_read += part.rows_read, report.rows_kept += part.rows_kept;
-    report.track_ids += part.track_ids, report.tracks_kept += part.tracks_kept;
-    report.out_of_order_rows += part.out_of_order_rows, report.standing_tracks += part.standing_tracks;
-    report.splits_at_gaps += part.splits_at_gaps, report.splits_at_jumps += part.splits_at_jumps;
+    report.rows_read += part.rows_read;
+    report.rows_kept += part.rows_kept;
+    report.track_ids += part.track_ids;
+    report.tracks_kept += part.tracks_kept;
+    report.out_of_order_rows += part.out_of_order_rows;
+    report.standing_tracks += part.standing_tracks;
+    report.splits_at_gaps += part.splits_at_gaps;
+    report.splits_at_jumps += part.splits_at_jumps;
     add(report.dropped, part.dropped);
-    // Doubts about units are judged on the first part alone: once is enough.
+    // Units are checked on the first part alone.
     if (begins) report.warnings.insert(report.warnings.end(), part.warnings.begin(), part.warnings.end());
     return tracks;
   }

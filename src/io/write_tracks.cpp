@@ -1,8 +1,7 @@
-#include "sila/io/write_tracks.hpp"
-
 #include <string>
 
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
+#include "sila/io/track_files.hpp"
 #include "text_file.hpp"
 
 namespace sila {

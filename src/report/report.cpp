@@ -8,7 +8,7 @@
 #include "round.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/evaluation_report.hpp"
-#include "sila/io/track_report.hpp"
+#include "sila/io/scene_tracks.hpp"
 #include "sila/report/judged.hpp"
 #include "sila/report/model_data.hpp"
 #include "sila/version.hpp"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "sila/io/detection_json.hpp"
+#include "sila/io/track_files.hpp"
 
 namespace sila {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <random>
 
-#include "sila/core/plausibility.hpp"
+#include "sila/core/unit_warnings.hpp"
 
 namespace sila {
 namespace {
@@ -158,7 +158,7 @@ TEST(Clean, SortsTracksByStartThenById) {
   EXPECT_EQ(ids_of(tracks), (std::vector<std::string>{"9", "10", "a", "1"}));
 }
 
-TEST(Clean, MakesIdsUniqueAcrossSourcesAndPieces) {
+TEST(Clean, MakesIdsUniqueAcrossSourcesAndTracklets) {
   const auto ids = [](std::vector<std::string> names) {
     std::vector<Detections> sources;
     for (const std::string& name : names) sources.push_back(source_of(walk("7", 0.0, 2), name));
@@ -267,27 +267,27 @@ Trajectory straight(double speed, double interval_s, double start) {
   return track;
 }
 
-TEST(UnitDoubts, AreSilentOnWalkersInMetresAndSeconds) {
+TEST(UnitWarnings, AreSilentOnWalkersInMetresAndSeconds) {
   const std::vector<Trajectory> tracks = {straight(1.3, 0.4, 0.1), straight(0.0, 0.4, 0.2), straight(3.5, 0.04, 0.3)};
-  EXPECT_TRUE(unit_doubts(tracks, 1.0).empty());
-  EXPECT_TRUE(unit_doubts({}, 1.0).empty());
+  EXPECT_TRUE(unit_warnings(tracks, 1.0).empty());
+  EXPECT_TRUE(unit_warnings({}, 1.0).empty());
 }
 
-TEST(UnitDoubts, SeePixelsByTheirSpeedOrByWholeNumbers) {
+TEST(UnitWarnings, SeePixelsByTheirSpeedOrByWholeNumbers) {
   const std::vector<Trajectory> fast = {straight(35.0, 0.033, 200.1), straight(30.0, 0.033, 100.1)};
-  ASSERT_EQ(unit_doubts(fast, 1.0).size(), 1U);
-  EXPECT_NE(unit_doubts(fast, 1.0)[0].find("look like pixels"), std::string::npos);
+  ASSERT_EQ(unit_warnings(fast, 1.0).size(), 1U);
+  EXPECT_NE(unit_warnings(fast, 1.0)[0].find("look like pixels"), std::string::npos);
   Trajectory slow = straight(5.0, 0.4, 600.0);
   Trajectory far = straight(0.0, 0.4, 100.0);
   const std::vector<Trajectory> whole = {slow, far};
-  ASSERT_EQ(unit_doubts(whole, 1.0).size(), 1U);
-  EXPECT_NE(unit_doubts(whole, 1.0)[0].find("multiples of one half"), std::string::npos);
+  ASSERT_EQ(unit_warnings(whole, 1.0).size(), 1U);
+  EXPECT_NE(unit_warnings(whole, 1.0)[0].find("multiples of one half"), std::string::npos);
 }
 
-TEST(UnitDoubts, SeeStampsThatAreNotSeconds) {
+TEST(UnitWarnings, SeeStampsThatAreNotSeconds) {
   const std::vector<Trajectory> milliseconds = {straight(0.0013, 40.0, 0.1)};
-  ASSERT_EQ(unit_doubts(milliseconds, 1.0).size(), 1U);
-  EXPECT_NE(unit_doubts(milliseconds, 1.0)[0].find("milliseconds"), std::string::npos);
+  ASSERT_EQ(unit_warnings(milliseconds, 1.0).size(), 1U);
+  EXPECT_NE(unit_warnings(milliseconds, 1.0)[0].find("milliseconds"), std::string::npos);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "sila/evaluate/metrics.hpp"
-#include "sila/io/read_tracks.hpp"
+#include "sila/io/track_files.hpp"
 #include "support/data.hpp"
 
 namespace sila {

@@ -11,7 +11,7 @@
 #include "io/made_up_model.hpp"
 #include "numbers.hpp"
 #include "promises.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 #include "sila/model/packing.hpp"
 #include "support/scratch.hpp"
 

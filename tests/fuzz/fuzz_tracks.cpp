@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 #include "support/scratch.hpp"
 #include "track_text.hpp"
 

@@ -5,7 +5,7 @@
 #include "made_up_model.hpp"
 #include "sila/config.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 
 namespace sila {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "io/files.hpp"
 #include "sila/core/clean.hpp"
-#include "sila/io/read_tracks.hpp"
 #include "sila/io/scene.hpp"
+#include "sila/io/track_files.hpp"
 
 // Files damaged at random must be read or refused as bad files; nothing else may come out, and what is read must be
 // sound.

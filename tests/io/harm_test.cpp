@@ -8,7 +8,7 @@
 #include "made_up_model.hpp"
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/json.hpp"
+#include "sila/io/files.hpp"
 
 namespace sila {
 namespace {

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/refine/global_residual.hpp"
 #include "support/scratch.hpp"
 

@@ -1,9 +1,8 @@
-#include "sila/io/output.hpp"
-
 #include <gtest/gtest.h>
 
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/io/files.hpp"
 
 namespace sila {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "io/files.hpp"
 #include "io/rows.hpp"
-#include "sila/io/read_tracks.hpp"
+#include "sila/io/track_files.hpp"
 
 namespace sila {
 namespace {

@@ -1,5 +1,3 @@
-#include "sila/io/read_tracks.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +6,7 @@
 #include "io/files.hpp"
 #include "io/rows.hpp"
 #include "sila/core/clean.hpp"
-#include "sila/io/write_tracks.hpp"
+#include "sila/io/track_files.hpp"
 
 namespace sila {
 namespace {

@@ -7,7 +7,7 @@
 #include "support/data.hpp"
 
 // The recordings are not part of this repository; without them these tests are skipped. Expected numbers of ids are
-// those that the recordings' own documentation states; pieces differ where gaps and jumps split tracks.
+// those that the recordings' own documentation states; tracklets differ where gaps and jumps split tracks.
 
 namespace sila {
 namespace {
@@ -49,7 +49,7 @@ TEST_F(RealTracks, AreRecognisedCountedAndWithoutDoubtsOfTheirUnits) {
       {"eth_ucy/sgan_format/biwi_eth.txt", TrackFormat::frame_id_x_y, 360, 360},
       {"trajnetpp/biwi_hotel.ndjson", TrackFormat::trajnetpp, 263, 261},  // two ids have a single row
       {"trajnetpp/crowds_zara01.ndjson", TrackFormat::trajnetpp, 148, 148},
-      {"trajnetpp/crowds_zara03.ndjson", TrackFormat::trajnetpp, 137, 139},  // three gaps, one piece of a single row
+      {"trajnetpp/crowds_zara03.ndjson", TrackFormat::trajnetpp, 137, 139},  // three gaps, one tracklet of a single row
       {"sdd/derived_stitched/deathCircle_1.txt", TrackFormat::frame_id_x_y, 285, 285},
       {"sdd/derived_stitched/gates_3.txt", TrackFormat::frame_id_x_y, 121, 121},
   };

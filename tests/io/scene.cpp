@@ -6,7 +6,6 @@
 
 #include "io/files.hpp"
 #include "sila/io/scene_tracks.hpp"
-#include "sila/io/track_report.hpp"
 
 namespace sila {
 namespace {

@@ -1,5 +1,3 @@
-#include "sila/io/track_stream.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -6,8 +6,8 @@
 #include <iterator>
 #include <set>
 
-#include "sila/io/change_json.hpp"
 #include "sila/io/config_json.hpp"
+#include "sila/io/episode_json.hpp"
 #include "sila/report/judged.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "sila/io/change_json.hpp"
+#include "sila/io/episode_json.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
 

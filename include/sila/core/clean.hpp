@@ -60,7 +60,7 @@ struct CleanTracks {
 };
 
 /// Sorts, splits and counts: rows in, trajectories out, every row accounted for. The order of the rows has no influence
-/// on the trajectories. Ids stay as they are; later pieces of a split track are "17#2", "17#3"; if there are several
+/// on the trajectories. Ids stay as they are; later tracklets of a split track are "17#2", "17#3"; if there are several
 /// sources, ids begin with the shortest distinct name of the source, "file:17". Each source is a recording,
 /// or each of its tracks where they have clocks of their own. Throws: std::invalid_argument for a
 /// configuration out of range.

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "sila/core/fields.hpp"
-#include "sila/io/json.hpp"
+#include "sila/io/files.hpp"
 
 namespace sila {
 

@@ -17,8 +17,8 @@ struct FusionCase {
   nlohmann::json expect;  ///< as in the file, lists that are sets sorted
 };
 
-/// Throws: FormatError if the file cannot be read, is not JSON, lacks a key, or has a key in `options` or `expect` that
-/// nobody knows.
+/// Throws: FormatError if the file cannot be read, is not JSON, lacks a key, or has an unknown key in `options` or
+/// `expect`.
 FusionCase read_fusion_case(const std::string& path);
 
 /// The plan in the keys of `expect`, 1-based.

@@ -13,7 +13,7 @@ namespace sila {
 std::string prediction_line(const std::string& track, const Prediction& prediction,
                             const Explanation* explanation = nullptr);
 
-/// Reads predictions; lines of other kinds (what a live service tells) are passed over.
+/// Reads predictions; lines of other kinds (events of a live service) are skipped.
 /// Throws: FormatError, with the line, for one that begins like a prediction and is none.
 RecordedPredictions read_predictions(const std::filesystem::path& path);
 

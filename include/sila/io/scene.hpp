@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sila/core/framed_trajectory.hpp"
-#include "sila/io/read_tracks.hpp"
+#include "sila/io/track_files.hpp"
 
 namespace sila {
 

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,5 +27,44 @@ CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scen
 /// trailing components (at least the file name). Null if there is none, or several equally good ones with different
 /// settings.
 const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path& path);
+
+/// What is held in memory at once. The rows of a part take some 200 bytes each.
+struct StreamLimits {
+  std::size_t whole_bytes = 16U << 20;  ///< a file of no more bytes is read whole
+  std::size_t block_bytes = 4U << 20;   ///< of a larger one at once while it is looked through
+  std::size_t rows_at_once = 400'000;   ///< of a larger one at once when its tracks are read
+};
+
+/// The tracks of files, a part at a time, so that memory does not grow with their number: read_tracks for more than
+/// memory holds. Tracks come by source, then start time, then id, with the same ids, the tracklets of a track that was
+/// split together. A large file is looked through once for where each track is, then read in parts; a track is never
+/// torn, however its rows are mixed with others'. Files whose frames are made seconds by an interval, TrajNet++ and
+/// folders of one-track files are read whole.
+class TrackStream {
+ public:
+  /// `paths` as for read_tracks; if there are none, the files of the scene. Throws: as read_tracks.
+  TrackStream(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
+              const CleanConfig& config, const StreamLimits& limits = {});
+  TrackStream(TrackStream&&) noexcept;
+  TrackStream& operator=(TrackStream&&) noexcept;
+  ~TrackStream();
+
+  /// The next tracks, maybe none; nothing after the last. Throws: FormatError as read_tracks does.
+  std::optional<CleanTracks> next();
+
+  /// Whether the last part was given, as far as that is known without reading on.
+  bool exhausted() const;
+
+  /// The report on the rows so far; after the last part on all of them, as read_tracks reports it (the first row
+  /// of a reason may be another one).
+  const TrackReport& report() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The report as JSON: the counts under their names, `dropped` as {reason: {rows, first}}, `warnings`.
+nlohmann::json to_json(const TrackReport& report);
 
 }  // namespace sila

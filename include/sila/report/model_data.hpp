@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"
 
 // Parts of the data that the viewer shows (docs/viewer.md).

@@ -8,7 +8,7 @@
 #include "sila/core/clean.hpp"
 #include "sila/core/framed_trajectory.hpp"
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"
 
 namespace sila {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/live/online_calibration.hpp"
 
 namespace sila {

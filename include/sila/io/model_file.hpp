@@ -37,8 +37,8 @@ inline constexpr int kUndoKept = 20;
 /// Of how many of the last episodes a file keeps the details (`change` of their statistics).
 inline constexpr int kDetailsKept = 200;
 
-/// What `ModelFile::verify` looked at.
-struct Verified {
+/// What `ModelFile::verify` found intact.
+struct VerifyReport {
   std::int64_t pages = 0;
   std::size_t episodes = 0;  ///< recorded
   std::size_t undone = 0;    ///< steps of undo that were tried
@@ -96,7 +96,7 @@ class ModelFile {
 
   /// Looks at every page and checksum, and takes all episodes back that can be, without writing anything.
   /// Throws: FormatError with what is wrong and what helps.
-  Verified verify();
+  VerifyReport verify();
 
  private:
   struct State;

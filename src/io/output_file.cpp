@@ -1,5 +1,3 @@
-#include "sila/io/output.hpp"
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -8,6 +6,7 @@
 #include <system_error>
 
 #include "sila/core/errors.hpp"
+#include "sila/io/files.hpp"
 
 namespace sila {
 namespace {

@@ -2,13 +2,13 @@
 
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/inspect.hpp"
+#include "sila/io/model_report.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
 namespace {
 
-TEST(ModelStore, LoadsWhatItSavedBitForBit) {
+TEST(ModelFile, LoadsWhatItSavedBitForBit) {
   const ScratchFolder folder;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -18,7 +18,7 @@ TEST(ModelStore, LoadsWhatItSavedBitForBit) {
   }
 }
 
-TEST(ModelStore, KeepsSubnormalsNegativeZeroAndExtremes) {
+TEST(ModelFile, KeepsSubnormalsNegativeZeroAndExtremes) {
   const ScratchFolder folder;
   Model model = random_model(1);
   SparseGp& gp = model.transitions[0].field.gp;
@@ -38,7 +38,7 @@ TEST(ModelStore, KeepsSubnormalsNegativeZeroAndExtremes) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, model));
 }
 
-TEST(ModelStore, IdenticalTellsTheSignOfZeroAndTheLastBit) {
+TEST(ModelFile, IdenticalTellsTheSignOfZeroAndTheLastBit) {
   const Model model = random_model(2);
   EXPECT_TRUE(identical(model, model));
   Model other = model;
@@ -54,14 +54,14 @@ TEST(ModelStore, IdenticalTellsTheSignOfZeroAndTheLastBit) {
   EXPECT_FALSE(identical(model, fewer));
 }
 
-TEST(ModelStore, KeepsAnEmptyModelAndEmptyErrorStatistics) {
+TEST(ModelFile, KeepsAnEmptyModelAndEmptyErrorStatistics) {
   const ScratchFolder folder;
   const Model nothing;
   save_model(folder / "m.sila", {nothing, "{}", {}, "", 0});
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, nothing));
 }
 
-TEST(ModelStore, TravelsAsTheBytesOfItsFile) {
+TEST(ModelFile, TravelsAsTheBytesOfItsFile) {
   for (const std::uint64_t seed : {3u, 14u, 15u}) {
     const StoredModel there = stored(random_model(seed));
     const std::string bytes = model_bytes(there);
@@ -79,7 +79,7 @@ TEST(ModelStore, TravelsAsTheBytesOfItsFile) {
   EXPECT_THROW(model_of_bytes("no model at all"), FormatError);
 }
 
-TEST(ModelStore, KeepsConfigurationAndEpisodesInOrder) {
+TEST(ModelFile, KeepsConfigurationAndEpisodesInOrder) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   EXPECT_TRUE(file.empty());
@@ -100,14 +100,14 @@ TEST(ModelStore, KeepsConfigurationAndEpisodesInOrder) {
   EXPECT_EQ(read.bytes, std::filesystem::file_size(folder / "m.sila"));
 }
 
-TEST(ModelStore, CommittingContinuesAFileThatWasOpenedAgain) {
+TEST(ModelFile, CommittingContinuesAFileThatWasOpenedAgain) {
   const ScratchFolder folder;
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(2), record(2), "{}");
   EXPECT_EQ(load_model(folder / "m.sila").episodes.size(), 2u);
 }
 
-TEST(ModelStore, SavingReplacesModelAndEpisodes) {
+TEST(ModelFile, SavingReplacesModelAndEpisodes) {
   const ScratchFolder folder;
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(7), "{}");
   save_model(folder / "m.sila", stored(random_model(3)));
@@ -117,7 +117,7 @@ TEST(ModelStore, SavingReplacesModelAndEpisodes) {
   EXPECT_EQ(read.episodes[0].number, 1);
 }
 
-TEST(ModelStore, LearningLeavesOneFileThatCanBeCopied) {
+TEST(ModelFile, LearningLeavesOneFileThatCanBeCopied) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   file.commit(random_model(1), record(1), "{}");
@@ -127,13 +127,13 @@ TEST(ModelStore, LearningLeavesOneFileThatCanBeCopied) {
   EXPECT_TRUE(identical(load_model(folder / "copy.sila").model, random_model(1)));
 }
 
-TEST(ModelStore, OpeningAloneMakesNoFile) {
+TEST(ModelFile, OpeningAloneMakesNoFile) {
   const ScratchFolder folder;
   EXPECT_TRUE(ModelFile::open_or_create(folder / "m.sila").empty());
   EXPECT_FALSE(std::filesystem::exists(folder / "m.sila"));
 }
 
-TEST(ModelStore, RefusesAModelThatBreaksAnInvariantAndKeepsTheFile) {
+TEST(ModelFile, RefusesAModelThatBreaksAnInvariantAndKeepsTheFile) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   file.commit(random_model(1), record(1), "{}");
@@ -143,7 +143,7 @@ TEST(ModelStore, RefusesAModelThatBreaksAnInvariantAndKeepsTheFile) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
 
-TEST(ModelStore, RefusesAnEpisodeTwice) {
+TEST(ModelFile, RefusesAnEpisodeTwice) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   file.commit(random_model(1), record(1), "{}");
@@ -153,7 +153,7 @@ TEST(ModelStore, RefusesAnEpisodeTwice) {
   EXPECT_TRUE(identical(file.read().model, random_model(2)));
 }
 
-TEST(ModelStore, RefusesToLoseTheEpisodeOfAnotherProcess) {
+TEST(ModelFile, RefusesToLoseTheEpisodeOfAnotherProcess) {
   const ScratchFolder folder;
   ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
   ModelFile other = ModelFile::open_or_create(folder / "m.sila");
@@ -164,7 +164,7 @@ TEST(ModelStore, RefusesToLoseTheEpisodeOfAnotherProcess) {
   EXPECT_EQ(load_model(folder / "m.sila").episodes.size(), 2u);
 }
 
-TEST(ModelStore, TellsThatAnotherProcessChangedTheFile) {
+TEST(ModelFile, TellsThatAnotherProcessChangedTheFile) {
   const ScratchFolder folder;
   ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
   ModelFile other = ModelFile::open_or_create(folder / "m.sila");
@@ -184,7 +184,7 @@ TEST(ModelStore, TellsThatAnotherProcessChangedTheFile) {
   EXPECT_EQ(mine.read().episodes.size(), 1u);
 }
 
-TEST(ModelStore, InspectionHasTheContractsKeysAndFitsADozenLines) {
+TEST(ModelFile, InspectionHasTheContractsKeysAndFitsADozenLines) {
   const ScratchFolder folder;
   const Model model = random_model(42);
   save_model(folder / "m.sila", stored(model));

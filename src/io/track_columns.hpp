@@ -6,13 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "sila/io/read_tracks.hpp"
+#include "sila/io/track_files.hpp"
 #include "text_file.hpp"
 
 namespace sila {
 
 /// Which column of a table means what. Indices into the cells of a row.
-struct Layout {
+struct TrackColumns {
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
   TrackFormat format = TrackFormat::csv;
@@ -46,11 +46,11 @@ TextTable table_of(const std::string& path, std::string_view text, std::size_t f
 /// Which of the two formats of one JSON object a line.
 TrackFormat ndjson_format(const TextTable& table);
 
-/// The layout that the content shows, or nothing for a format of JSON lines.
+/// The columns that the content shows, or nothing for a format of JSON lines.
 /// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.
-std::optional<Layout> layout_of(const TextTable& table, std::optional<TrackFormat> forced);
+std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced);
 
-/// The layout of a header line, or nothing if it does not name enough.
-std::optional<Layout> header_layout(std::string_view header);
+/// The columns of a header line, or nothing if it does not name enough.
+std::optional<TrackColumns> header_columns(std::string_view header);
 
 }  // namespace sila

@@ -4,9 +4,9 @@
 
 #include <optional>
 
-namespace sila::cli {
+namespace sila {
 
-/// Limits the threads of everything that runs in its scope; 0 means no limit.
+/// Limits the threads of everything that runs while it exists; 0 means no limit.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads) {
@@ -17,4 +17,4 @@ class ThreadLimit {
   std::optional<tbb::global_control> control_;
 };
 
-}  // namespace sila::cli
+}  // namespace sila

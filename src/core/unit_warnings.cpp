@@ -1,4 +1,4 @@
-#include "sila/core/plausibility.hpp"
+#include "sila/core/unit_warnings.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -73,14 +73,14 @@ std::string size_text(const Eigen::AlignedBox2d& box) {
 
 }  // namespace
 
-std::vector<std::string> unit_doubts(std::span<const Trajectory> tracks, double max_gap_s) {
+std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s) {
   const Impression seen = impression_of(tracks);
-  std::vector<std::string> doubts;
-  if (seen.rows < kFewRows) return doubts;
+  std::vector<std::string> warnings;
+  if (seen.rows < kFewRows) return warnings;
   std::ostringstream text;
   if (seen.interval_s > max_gap_s) {
     text << "the samples of a track are " << seen.interval_s << " s apart; are the stamps frames or milliseconds?";
-    doubts.push_back(text.str());
+    warnings.push_back(text.str());
     text.str({});
   }
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
@@ -88,13 +88,13 @@ std::vector<std::string> unit_doubts(std::span<const Trajectory> tracks, double 
     text << "these look like pixels (or centimetres, or stamps that are not seconds): a quarter of the tracks is "
             "faster than "
          << seen.brisk_mps << " m/s, in a place of " << size_text(seen.box) << " m; give metres_per_unit";
-    doubts.push_back(text.str());
+    warnings.push_back(text.str());
   } else if (seen.half_numbers && large) {
     text << "these look like pixels: all coordinates are multiples of one half, in a place of " << size_text(seen.box)
          << " m; give metres_per_unit";
-    doubts.push_back(text.str());
+    warnings.push_back(text.str());
   }
-  return doubts;
+  return warnings;
 }
 
 }  // namespace sila

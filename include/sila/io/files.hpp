@@ -2,12 +2,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 namespace sila {
 
 /// A file that comes into being in one step: what is written goes to a temporary file beside the target, and `commit`
-/// puts that in the target's place. Whoever reads the target sees the old content or the whole new one; without a
+/// puts that in the target's place. A reader of the target sees the old content or the whole new one; without a
 /// `commit` nothing changes. A target that is no regular file (a pipe, /dev/stdout) cannot be replaced and is written
 /// to directly.
 class OutputFile {
@@ -32,5 +33,9 @@ class OutputFile {
 
 /// Writes a whole file in one step, as OutputFile does.
 void write_file(const std::filesystem::path& path, std::string_view content);
+
+/// The JSON of a file; comments (// and /* */) are skipped.
+/// Throws: FormatError, with the line, for a file that is missing, empty or not JSON.
+nlohmann::json read_json(const std::filesystem::path& path);
 
 }  // namespace sila

@@ -106,10 +106,10 @@ TEST_P(DiskThatFails, ForAWhileIsForgivenByALearnerThatGoesOn) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(ModelStoreFaults, DiskThatFails, testing::Values(SQLITE_IOERR, SQLITE_FULL),
+INSTANTIATE_TEST_SUITE_P(ModelFileFaults, DiskThatFails, testing::Values(SQLITE_IOERR, SQLITE_FULL),
                          [](const auto& which) { return which.param == SQLITE_FULL ? "Full" : "Broken"; });
 
-TEST(ModelStoreFaults, NoLossOfPowerTakesAnEpisodeThatWasSaidToBeKept) {
+TEST(ModelFileFaults, NoLossOfPowerTakesAnEpisodeThatWasSaidToBeKept) {
   const ScratchFolder folder;
   const fs::path path = folder / "m.sila";
   for (const int before : {0, 1}) {

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "sila/core/detections.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 
@@ -64,5 +66,13 @@ struct TrackFile {
 /// Throws: FormatError for a file that is missing, empty, truncated, binary, of no known format or without a usable
 /// row; std::invalid_argument for options out of range.
 TrackFile read_detections(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// One row of a tracker as JSON, `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`: seconds, metres, an id of 1 to 64 bytes
+/// or a whole number, and a `label` if there is one. Null for any other JSON.
+std::optional<Detection> detection_of(const nlohmann::json& json);
+
+/// Writes the generic CSV, header `track_id,t,x,y`; every number reads back as the same double. The file appears whole
+/// or not at all. Units: seconds, metres. Throws: FormatError if the path cannot be written.
+void write_tracks_csv(const std::filesystem::path& path, std::span<const Trajectory> tracks);
 
 }  // namespace sila

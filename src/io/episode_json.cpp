@@ -1,5 +1,6 @@
-#include "sila/io/change_json.hpp"
+#include "sila/io/episode_json.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -40,6 +41,13 @@ std::map<std::pair<int, int>, double> carried_counts(const ModelChange& change, 
 
 }  // namespace
 
+ordered_json to_json(const LimitReport& report) {
+  return {{"primitives", report.primitives},
+          {"transitions", report.transitions},
+          {"count", report.count},
+          {"narrowed", report.narrowed}};
+}
+
 ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated) {
   ordered_json json{{"before", change.primitives_before}, {"after", change.primitives_after}, {"gone", change.gone}};
   json["added"] = ordered_json::array();
@@ -67,6 +75,31 @@ ordered_json to_json(const ModelChange& change, const Model& previous, const Mod
   json["transitions_gone"] = ordered_json::array();
   for (const auto& [edge, count] : carried) json["transitions_gone"].push_back({edge.first, edge.second});
   return json;
+}
+
+EpisodeRecord record_of(int number, const Model& previous, const Episode& episode) {
+  const EpisodeReport& report = episode.report;
+  const nlohmann::ordered_json statistics{
+      {"standing", report.learn.standing},           {"unexplained", report.learn.unexplained},
+      {"batch_primitives", report.learn.primitives}, {"batch_transitions", report.learn.transitions},
+      {"absorbed", report.compact.absorbed},         {"forgotten", report.compact.forgotten},
+      {"given_up", to_json(report.given_up)},        {"change", to_json(report.change, previous, episode.model)}};
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return {number,
+          report.tracks,
+          report.seconds,
+          report.size_before,
+          report.size_after,
+          statistics.dump(),
+          std::chrono::duration_cast<std::chrono::seconds>(now).count()};
+}
+
+std::vector<EpisodeRecord> joined(std::vector<EpisodeRecord> first, const std::vector<EpisodeRecord>& second) {
+  for (EpisodeRecord record : second) {
+    record.number = static_cast<int>(first.size()) + 1;
+    first.push_back(std::move(record));
+  }
+  return first;
 }
 
 }  // namespace sila

@@ -1,4 +1,4 @@
-#include "layout.hpp"
+#include "track_columns.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ std::size_t column(const std::vector<std::string>& names, Names aliases) {
     const auto found = std::find(names.begin(), names.end(), alias);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   }
-  return Layout::kNone;
+  return TrackColumns::kNone;
 }
 
 char separator_of(std::string_view header) {
@@ -39,43 +39,45 @@ char separator_of(std::string_view header) {
   std::ptrdiff_t most = 0;
   for (const char candidate : {',', ';', '\t'}) {
     const std::ptrdiff_t count = std::count(header.begin(), header.end(), candidate);
-    if (count > most) best = candidate, most = count;
+    if (count <= most) continue;
+    best = candidate;
+    most = count;
   }
   return best;
 }
 
-void find_time(Layout& layout, const std::vector<std::string>& names) {
+void find_time(TrackColumns& columns, const std::vector<std::string>& names) {
   const auto use = [&](Names aliases, double seconds) {
-    if (layout.time != Layout::kNone) return;
-    layout.time = column(names, aliases);
-    layout.seconds_per_time = seconds;
+    if (columns.time != TrackColumns::kNone) return;
+    columns.time = column(names, aliases);
+    columns.seconds_per_time = seconds;
   };
   use({"t", "t_s", "time", "time_s", "timestamp", "timestamp_s", "seconds", "sec", "secs", "time_sec", "stamp"}, 1.0);
   use({"t_ms", "time_ms", "timestamp_ms", "milliseconds"}, 1e-3);
   use({"t_us", "time_us", "timestamp_us", "microseconds"}, 1e-6);
   use({"t_ns", "time_ns", "timestamp_ns", "stamp_ns", "nanoseconds"}, 1e-9);
-  if (layout.time != Layout::kNone) layout.time_name = names[layout.time];
+  if (columns.time != TrackColumns::kNone) columns.time_name = names[columns.time];
 }
 
-TrackFormat format_of_names(const Layout& layout, const std::vector<std::string>& names) {
+TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
   const auto has = [&](std::string_view name) { return std::find(names.begin(), names.end(), name) != names.end(); };
-  if (layout.id == Layout::kNone) return TrackFormat::vru;
+  if (columns.id == TrackColumns::kNone) return TrackFormat::vru;
   if (has("trackid") && has("xcenter") && has("ycenter") && has("frame")) return TrackFormat::ind;
   if (has("track_id") && has("timestamp_ms") && has("agent_type")) return TrackFormat::sind;
   if (has("x_est") && has("y_est") && has("frame")) return TrackFormat::dut;
   return TrackFormat::csv;
 }
 
-std::size_t widest(const Layout& layout) {
+std::size_t widest(const TrackColumns& columns) {
   std::size_t last = 0;
   for (const std::size_t index :
-       {layout.id, layout.time, layout.frame, layout.x, layout.y, layout.x2, layout.y2, layout.lost}) {
-    if (index != Layout::kNone) last = std::max(last, index);
+       {columns.id, columns.time, columns.frame, columns.x, columns.y, columns.x2, columns.y2, columns.lost}) {
+    if (index != TrackColumns::kNone) last = std::max(last, index);
   }
   return last + 1;
 }
 
-Layout obsmat_layout() {
+TrackColumns obsmat_columns() {
   return {.format = TrackFormat::obsmat,
           .separator = ' ',
           .id = 1,
@@ -86,7 +88,7 @@ Layout obsmat_layout() {
           .numeric_ids = true};
 }
 
-Layout frame_id_x_y_layout() {
+TrackColumns frame_id_x_y_columns() {
   return {.format = TrackFormat::frame_id_x_y,
           .separator = ' ',
           .id = 1,
@@ -97,7 +99,7 @@ Layout frame_id_x_y_layout() {
           .numeric_ids = true};
 }
 
-Layout juelich_layout() {
+TrackColumns juelich_columns() {
   return {.format = TrackFormat::juelich,
           .separator = ' ',
           .id = 0,
@@ -108,10 +110,18 @@ Layout juelich_layout() {
           .numeric_ids = true};
 }
 
-Layout stanford_drone_layout() {
-  Layout layout{.format = TrackFormat::stanford_drone, .separator = ' ', .id = 0, .frame = 5, .x = 1, .y = 2};
-  layout.x2 = 3, layout.y2 = 4, layout.label = 9, layout.lost = 6, layout.cells = 10;
-  return layout;
+TrackColumns stanford_drone_columns() {
+  return {.format = TrackFormat::stanford_drone,
+          .separator = ' ',
+          .id = 0,
+          .frame = 5,
+          .x = 1,
+          .y = 2,
+          .x2 = 3,
+          .y2 = 4,
+          .label = 9,
+          .lost = 6,
+          .cells = 10};
 }
 
 /// How many of the leading cells are numbers.
@@ -148,13 +158,13 @@ bool comments_name_juelich(const TextTable& table) {
   });
 }
 
-std::optional<Layout> headerless_layout(const TextTable& table) {
+std::optional<TrackColumns> headerless_columns(const TextTable& table) {
   const Shape shape = common_shape(table);
-  if (shape.cells == 10 && shape.numbers == 9) return stanford_drone_layout();
+  if (shape.cells == 10 && shape.numbers == 9) return stanford_drone_columns();
   if (shape.numbers != shape.cells) return std::nullopt;
-  if (shape.cells == 8) return obsmat_layout();
-  if (shape.cells == 5 || (shape.cells == 4 && comments_name_juelich(table))) return juelich_layout();
-  if (shape.cells == 4) return frame_id_x_y_layout();
+  if (shape.cells == 8) return obsmat_columns();
+  if (shape.cells == 5 || (shape.cells == 4 && comments_name_juelich(table))) return juelich_columns();
+  if (shape.cells == 4) return frame_id_x_y_columns();
   return std::nullopt;
 }
 
@@ -165,22 +175,22 @@ bool looks_like_ndjson(const TextTable& table) {
          (has("\"track\"") || has("\"scene\"") || (has("\"t\"") && has("\"id\"")));
 }
 
-std::optional<Layout> forced_layout(const TextTable& table, TrackFormat format) {
+std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat format) {
   if (format == TrackFormat::trajnetpp || format == TrackFormat::ndjson) return std::nullopt;
-  if (format == TrackFormat::obsmat) return obsmat_layout();
-  if (format == TrackFormat::frame_id_x_y) return frame_id_x_y_layout();
-  if (format == TrackFormat::juelich) return juelich_layout();
-  if (format == TrackFormat::stanford_drone) return stanford_drone_layout();
+  if (format == TrackFormat::obsmat) return obsmat_columns();
+  if (format == TrackFormat::frame_id_x_y) return frame_id_x_y_columns();
+  if (format == TrackFormat::juelich) return juelich_columns();
+  if (format == TrackFormat::stanford_drone) return stanford_drone_columns();
   const TextLine& header = table.rows.front();
-  auto layout = header_layout(header.text);
+  auto columns = header_columns(header.text);
   const bool fits =
-      layout && (layout->format == format || (format == TrackFormat::csv && layout->format != TrackFormat::vru));
+      columns && (columns->format == format || (format == TrackFormat::csv && columns->format != TrackFormat::vru));
   if (!fits) {
     throw FormatError(table.path, header.number, std::string(kFormats[static_cast<std::size_t>(format)].columns),
                       excerpt(header.text));
   }
-  layout->format = format;
-  return layout;
+  columns->format = format;
+  return columns;
 }
 
 [[noreturn]] void refuse_unknown(const TextTable& table) {
@@ -224,34 +234,35 @@ TextTable table_of(const std::string& path, std::string_view text, std::size_t f
   return table;
 }
 
-std::optional<Layout> header_layout(std::string_view header) {
-  Layout layout;
-  layout.header = true;
-  layout.separator = separator_of(header);
+std::optional<TrackColumns> header_columns(std::string_view header) {
+  TrackColumns columns;
+  columns.header = true;
+  columns.separator = separator_of(header);
   std::vector<std::string> names;
-  for (const std::string_view cell : cells_of(header, layout.separator)) names.push_back(lower(cell));
-  layout.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
-                             "object_id", "obj_id", "traj_id", "trajectory_id", "id"});
-  find_time(layout, names);
-  layout.frame = column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index"});
-  layout.x =
+  for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
+  columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
+                              "object_id", "obj_id", "traj_id", "trajectory_id", "id"});
+  find_time(columns, names);
+  columns.frame = column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index"});
+  columns.x =
       column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
-  layout.y =
+  columns.y =
       column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
-  layout.label =
+  columns.label =
       column(names, {"label", "class", "agent_type", "agent_class", "object_type", "object_class", "category"});
-  const bool timed = layout.time != Layout::kNone || (layout.frame != Layout::kNone && layout.id != Layout::kNone);
-  if (!timed || layout.x == Layout::kNone || layout.y == Layout::kNone) return std::nullopt;
-  layout.format = format_of_names(layout, names);
-  layout.cells = widest(layout);
-  return layout;
+  const bool timed = columns.time != TrackColumns::kNone ||
+                     (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
+  if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
+  columns.format = format_of_names(columns, names);
+  columns.cells = widest(columns);
+  return columns;
 }
 
-std::optional<Layout> layout_of(const TextTable& table, std::optional<TrackFormat> forced) {
-  if (forced) return forced_layout(table, *forced);
+std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced) {
+  if (forced) return forced_columns(table, *forced);
   if (looks_like_ndjson(table)) return std::nullopt;
-  if (auto layout = header_layout(table.rows.front().text)) return layout;
-  if (auto layout = headerless_layout(table)) return layout;
+  if (auto columns = header_columns(table.rows.front().text)) return columns;
+  if (auto columns = headerless_columns(table)) return columns;
   refuse_unknown(table);
 }
 

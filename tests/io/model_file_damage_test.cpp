@@ -14,7 +14,7 @@
 
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/output.hpp"
+#include "sila/io/files.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
@@ -44,7 +44,7 @@ void run_sql(const fs::path& path, const std::string& sql) {
 
 /// Tests of several processes. Model files are read by one thread there: a process that forks while another thread of
 /// it holds a lock, as a sanitizer's of its memory, leaves a child for which nobody will ever open that lock.
-class ModelStoreProcesses : public testing::Test {
+class ModelFileProcesses : public testing::Test {
  private:
   tbb::global_control one_thread_{tbb::global_control::max_allowed_parallelism, 1};
 };
@@ -67,14 +67,14 @@ pid_t fork_to(Action&& action) {
   return child;
 }
 
-TEST(ModelStoreDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
+TEST(ModelFileDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(7)));
   run_sql(folder / "m.sila", "DELETE FROM learnt WHERE episode = (SELECT min(episode) FROM learnt)");
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "the checksum does not agree"));
 }
 
-TEST(ModelStoreDamage, RefusesWhatIsNoModelAndSaysSo) {
+TEST(ModelFileDamage, RefusesWhatIsNoModelAndSaysSo) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(refusal_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));
   EXPECT_TRUE(says(refusal_to_load(folder.path()), "found a folder"));
@@ -91,14 +91,14 @@ TEST(ModelStoreDamage, RefusesWhatIsNoModelAndSaysSo) {
   EXPECT_TRUE(says(refusal_to_learn(folder / "foreign.db"), "another program"));
 }
 
-TEST(ModelStoreDamage, LearnsIntoAnEmptyFile) {
+TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
   const ScratchFolder folder;
   put(folder / "m.sila", "");
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
 
-TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
+TEST(ModelFileDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
   run_sql(folder / "m.sila", "PRAGMA user_version = 6");
@@ -108,7 +108,7 @@ TEST(ModelStoreDamage, RefusesNewerAndOlderSchemas) {
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
 }
 
-TEST_F(ModelStoreProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
+TEST_F(ModelFileProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(refusal_to_learn(folder / "absent/m.sila"), "absent does not exist"));
   save_model(folder / "m.sila", stored(random_model(1)));
@@ -128,7 +128,7 @@ TEST_F(ModelStoreProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
   EXPECT_EQ(status, 0);
 }
 
-TEST(ModelStoreDamage, RefusesEveryTruncation) {
+TEST(ModelFileDamage, RefusesEveryTruncation) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(5)));
   const std::string whole = content_of(folder / "m.sila");
@@ -139,7 +139,7 @@ TEST(ModelStoreDamage, RefusesEveryTruncation) {
   }
 }
 
-TEST(ModelStoreDamage, NeverReadsAFlippedBitAsAnotherModel) {
+TEST(ModelFileDamage, NeverReadsAFlippedBitAsAnotherModel) {
   const ScratchFolder folder;
   const Model model = random_model(6);
   save_model(folder / "m.sila", stored(model));
@@ -162,7 +162,7 @@ TEST(ModelStoreDamage, NeverReadsAFlippedBitAsAnotherModel) {
   EXPECT_GT(refused, 0);
 }
 
-TEST(ModelStoreDamage, RefusesEveryFlippedBitOfANumber) {
+TEST(ModelFileDamage, RefusesEveryFlippedBitOfANumber) {
   const ScratchFolder folder;
   const Model model = random_model(6);
   save_model(folder / "m.sila", stored(model));
@@ -181,7 +181,7 @@ TEST(ModelStoreDamage, RefusesEveryFlippedBitOfANumber) {
   }
 }
 
-TEST(ModelStoreDamage, RefusesGarbageInPages) {
+TEST(ModelFileDamage, RefusesGarbageInPages) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(6)));
   const std::string whole = content_of(folder / "m.sila");
@@ -199,7 +199,7 @@ TEST(ModelStoreDamage, RefusesGarbageInPages) {
   }
 }
 
-TEST(ModelStoreDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
+TEST(ModelFileDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
   const char* const spoilers[] = {
       "UPDATE transitions SET field = substr(field, 1, 80)",
       "UPDATE transitions SET field = substr(field, 1, length(field) - 3)",
@@ -239,7 +239,7 @@ TEST(ModelStoreDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
   }
 }
 
-TEST_F(ModelStoreProcesses, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
+TEST_F(ModelFileProcesses, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
   const ScratchFolder folder;
   std::mt19937_64 random(11);
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
@@ -264,7 +264,7 @@ TEST_F(ModelStoreProcesses, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) 
   }
 }
 
-TEST_F(ModelStoreProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastCompleteEpisode) {
+TEST_F(ModelFileProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastCompleteEpisode) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(12)));
   const std::string whole = content_of(folder / "m.sila");
@@ -286,7 +286,7 @@ TEST_F(ModelStoreProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastComple
   EXPECT_EQ(content_of(folder / "m.sila"), whole);
 }
 
-TEST_F(ModelStoreProcesses, OthersReadCompleteEpisodesWhileOneLearns) {
+TEST_F(ModelFileProcesses, OthersReadCompleteEpisodesWhileOneLearns) {
   const ScratchFolder folder;
   ModelFile writer = ModelFile::open_or_create(folder / "m.sila");
   writer.commit(random_model(1), record(1), "{}");

@@ -1,4 +1,4 @@
-#include "sila/io/model_store.hpp"
+#include "sila/io/model_file.hpp"
 
 #include <unistd.h>
 
@@ -304,16 +304,16 @@ void ModelFile::keep_undo(int episodes) {
   });
 }
 
-Verified ModelFile::verify() {
+VerifyReport ModelFile::verify() {
   return state_->look([&](sqlite::Database& database) {
-    Verified verified;
-    verified.pages = database.integer("PRAGMA page_count");
+    VerifyReport report;
+    report.pages = database.integer("PRAGMA page_count");
     const StoredModel stored = stored_in(database);
-    verified.episodes = stored.episodes.size();
+    report.episodes = stored.episodes.size();
     rows::require_all_intact(database);
     try {
       WayBack way(database);
-      for (; !way.steps().empty(); ++verified.undone) {
+      for (; !way.steps().empty(); ++report.undone) {
         way.step();
         check(rows::model_of(way.content()));
       }
@@ -321,7 +321,7 @@ Verified ModelFile::verify() {
       refuse(state_->path, std::string("a sound model whose history is damaged (") + error.what() +
                                "); it can be used and learnt on, `sila rollback --keep 0` forgets the history");
     }
-    return verified;
+    return report;
   });
 }
 

@@ -1,0 +1,306 @@
+#include "sila/io/model_report.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Counts of a stored model, for both forms of the report.
+struct Counts {
+  std::size_t cells = 0;           ///< that any primitive covers, each once
+  std::size_t arrows = 0;          ///< cells of all primitives
+  Eigen::Index pseudo_inputs = 0;  ///< of all transitions
+  double points = 0.0;             ///< samples absorbed by all transitions
+  double seconds = 0.0;            ///< of all recorded episodes
+};
+
+Counts counts_of(const StoredModel& stored) {
+  Counts counts;
+  std::set<CellKey> covered;
+  for (const MotionPrimitive& primitive : stored.model.primitives) {
+    counts.arrows += primitive.cells.size();
+    for (const CellVelocity& entry : primitive.cells) covered.insert(entry.cell);
+  }
+  counts.cells = covered.size();
+  for (const Transition& transition : stored.model.transitions) {
+    counts.pseudo_inputs += transition.field.gp.pseudo_inputs.cols();
+    counts.pseudo_inputs += transition.field.gp_y.pseudo_inputs.cols();
+    counts.points += transition.field.gp.points;
+  }
+  for (const EpisodeRecord& episode : stored.episodes) counts.seconds += episode.seconds;
+  return counts;
+}
+
+/// How many transitions a site has shown.
+std::ptrdiff_t transitions_of(const Model& model, std::size_t site) {
+  return std::ranges::count_if(model.transitions, [&](const Transition& transition) {
+    return std::ranges::binary_search(transition.sites, static_cast<int>(site), {}, &SiteCount::site);
+  });
+}
+
+/// Which share of all that was counted was seen at this site.
+double share_of(const Model& model, std::size_t site) {
+  double all = 0.0, here = 0.0;
+  for (const Transition& transition : model.transitions) {
+    all += transition.count;
+    for (const SiteCount& part : transition.sites) here += part.site == static_cast<int>(site) ? part.count : 0.0;
+  }
+  return all > 0.0 ? here / all : 0.0;
+}
+
+ordered_json sites_json(const Model& model) {
+  ordered_json sites = ordered_json::array();
+  const auto pair = [](const Vector2& v) { return ordered_json{v.x(), v.y()}; };
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const auto& [frame, episodes, tracks, error_statistics, global_residual] = model.sites[i];
+    sites.push_back({{"origin", pair(frame.origin_m)},
+                     {"axis_1", pair(frame.axis_1)},
+                     {"axis_2", pair(frame.axis_2)},
+                     {"sidewalk_width_m", frame.sidewalk_width_m},
+                     {"episodes", episodes},
+                     {"tracks", tracks},
+                     {"transitions", transitions_of(model, i)},
+                     {"share", share_of(model, i)}});
+  }
+  return sites;
+}
+
+std::string busiest_transitions(const Model& model, std::size_t how_many) {
+  std::vector<const Transition*> order;
+  for (const Transition& transition : model.transitions) order.push_back(&transition);
+  std::ranges::stable_sort(order, std::ranges::greater{}, &Transition::count);
+  order.resize(std::min(order.size(), how_many));
+  std::ostringstream text;
+  for (const Transition* transition : order) {
+    text << (text.tellp() > 0 ? ", " : "") << transition->from << " -> " << transition->to << " (" << transition->count
+         << ")";
+  }
+  return order.empty() ? "none" : std::move(text).str();
+}
+
+/// How many primitives an episode changed.
+struct Changes {
+  std::size_t added = 0, fused = 0, split = 0, gone = 0;
+};
+
+std::size_t length_of(const ordered_json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_array() ? found->size() : 0;
+}
+
+std::optional<Changes> changes_of(const EpisodeRecord& episode) {
+  const ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
+  if (!statistics.is_object() || !statistics.contains("change") || !statistics["change"].is_object()) return {};
+  const ordered_json& change = statistics["change"];
+  Changes changes{length_of(change, "added"), length_of(change, "fused"), length_of(change, "split"),
+                  length_of(change, "gone")};
+  if (change.contains("incoming_split") && change["incoming_split"].is_number_unsigned())
+    changes.split += change["incoming_split"].get<std::size_t>();
+  return changes;
+}
+
+/// As ISO 8601, UTC; "-" if not known.
+std::string when(const EpisodeRecord& episode) {
+  const auto time = static_cast<std::time_t>(episode.committed_s);
+  std::tm parts{};
+  if (episode.committed_s <= 0 || gmtime_r(&time, &parts) == nullptr) return "-";
+  std::ostringstream text;
+  text << std::put_time(&parts, "%FT%TZ");
+  return std::move(text).str();
+}
+
+std::string line_of(const char* name, std::size_t same, std::size_t changed, std::size_t only_a, std::size_t only_b) {
+  std::ostringstream text;
+  text << std::left << std::setw(13) << name << same << " the same, " << changed << " changed, " << only_a
+       << " only in A, " << only_b << " only in B\n";
+  return std::move(text).str();
+}
+
+template <class List, class Text>
+std::string list(const char* title, const List& items, Text&& text) {
+  if (items.empty()) return {};
+  std::string line = std::string("  ") + title + ":";
+  for (const auto& item : items) line += " " + text(item);
+  return line + "\n";
+}
+
+}  // namespace
+
+std::string describe(const StoredModel& stored) {
+  const Model& model = stored.model;
+  const Counts counts = counts_of(stored);
+  std::ostringstream text;
+  const auto line = [&](const char* name) -> std::ostream& {
+    return text << '\n' << std::left << std::setw(14) << name;
+  };
+  text << std::left << std::setw(14) << "file" << stored.bytes << " bytes, written by sila " << stored.sila_version;
+  line("learnt from") << model.tracks << " tracks in " << model.episodes << " episodes";
+  line("size") << size(model) << " = " << model.primitives.size() << " primitives + " << model.transitions.size()
+               << " transitions";
+  line("primitives") << counts.arrows << " arrows in " << counts.cells << " cells";
+  line("transitions") << counts.pseudo_inputs << " pseudo-inputs, " << counts.points << " samples absorbed";
+  line("busiest") << busiest_transitions(model, 5);
+  line("grid") << "cells of " << model.settings.grid.cell * model.settings.reference_width_m << " m, tiles of "
+               << model.settings.grid.tile_cells << " cells";
+  line("frame") << "scaled by " << kCurbScalings[static_cast<std::size_t>(model.settings.scaling)] << ", a unit is "
+                << model.settings.reference_width_m << " m";
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const Site& site = model.sites[i];
+    line("site") << "(" << site.frame.origin_m.x() << ", " << site.frame.origin_m.y() << ") m: " << site.tracks
+                 << " tracks in " << site.episodes << " episodes, " << transitions_of(model, i) << " transitions, "
+                 << (site.error_statistics.empty() ? "not calibrated" : "calibrated");
+  }
+  line("samples") << "every " << model.settings.sample_interval_s << " s";
+  line("time") << counts.seconds << " s in " << stored.episodes.size() << " recorded episodes";
+  if (!stored.episodes.empty()) {
+    const EpisodeRecord& last = stored.episodes.back();
+    line("last episode") << "number " << last.number << ": " << last.tracks << " tracks, " << last.seconds
+                         << " s, size " << last.size_before << " -> " << last.size_after;
+  }
+  text << '\n';
+  return std::move(text).str();
+}
+
+ordered_json inspect_json(const StoredModel& stored) {
+  const Model& model = stored.model;
+  const Counts counts = counts_of(stored);
+  ordered_json episodes = ordered_json::array();
+  for (const EpisodeRecord& episode : stored.episodes) {
+    ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
+    if (statistics.is_object()) statistics.erase("change");  // thousands of numbers, which `sila report` draws
+    episodes.push_back({{"number", episode.number},
+                        {"tracks", episode.tracks},
+                        {"seconds", episode.seconds},
+                        {"size_before", episode.size_before},
+                        {"size_after", episode.size_after},
+                        {"statistics", std::move(statistics)}});
+  }
+  return {{"primitives", model.primitives.size()},
+          {"transitions", model.transitions.size()},
+          {"size", size(model)},
+          {"episodes", model.episodes},
+          {"tracks", model.tracks},
+          {"bytes", stored.bytes},
+          {"model_bytes", packed_bytes(stored.model)},
+          {"sila_version", stored.sila_version},
+          {"cells", counts.cells},
+          {"arrows", counts.arrows},
+          {"pseudo_inputs", counts.pseudo_inputs},
+          {"points", counts.points},
+          {"seconds", counts.seconds},
+          {"grid",
+           {{"cell", model.settings.grid.cell},
+            {"origin", {model.settings.grid.origin.x(), model.settings.grid.origin.y()}},
+            {"tile_cells", model.settings.grid.tile_cells}}},
+          {"scaling", kCurbScalings[static_cast<std::size_t>(model.settings.scaling)]},
+          {"sharing", kSiteSharings[static_cast<std::size_t>(model.sharing)]},
+          {"sites", sites_json(model)},
+          {"sample_interval_s", model.settings.sample_interval_s},
+          {"reference_width_m", model.settings.reference_width_m},
+          {"configuration", ordered_json::parse(stored.configuration, nullptr, false)},
+          {"records", std::move(episodes)}};
+}
+
+std::string describe_log(const StoredModel& stored, int oldest) {
+  std::ostringstream text;
+  const auto column = [&](int width) -> std::ostream& { return text << std::right << std::setw(width); };
+  text << "episode  when                  tracks   seconds   size          added  fused  split  gone\n";
+  for (const EpisodeRecord& episode : stored.episodes) {
+    column(7) << episode.number << "  " << std::left << std::setw(20) << when(episode);
+    column(8) << episode.tracks;
+    column(10) << std::fixed << std::setprecision(3) << episode.seconds;
+    column(6) << episode.size_before << " -> " << std::left << std::setw(6) << episode.size_after;
+    const std::optional<Changes> changes = changes_of(episode);
+    const auto number = [&](std::size_t Changes::*member) {
+      return changes ? std::to_string((*changes).*member) : std::string("-");
+    };
+    column(5) << number(&Changes::added);
+    column(7) << number(&Changes::fused);
+    column(7) << number(&Changes::split);
+    column(6) << number(&Changes::gone) << '\n';
+  }
+  if (stored.episodes.empty()) return "no episode is recorded\n";
+  text << "can be rolled back to episode " << oldest;
+  text << (oldest == stored.episodes.back().number ? ", the last, alone\n" : " and those after it\n");
+  return std::move(text).str();
+}
+
+ordered_json log_json(const StoredModel& stored, int oldest) {
+  ordered_json list = ordered_json::array();
+  for (const EpisodeRecord& episode : stored.episodes) {
+    ordered_json& entry = list.emplace_back(ordered_json{{"number", episode.number},
+                                                         {"committed_s", episode.committed_s},
+                                                         {"tracks", episode.tracks},
+                                                         {"seconds", episode.seconds},
+                                                         {"size_before", episode.size_before},
+                                                         {"size_after", episode.size_after}});
+    if (const auto changes = changes_of(episode)) {
+      entry["added"] = changes->added;
+      entry["fused"] = changes->fused;
+      entry["split"] = changes->split;
+      entry["gone"] = changes->gone;
+    }
+  }
+  return {{"episodes", std::move(list)}, {"oldest_rollback", oldest}};
+}
+
+std::string describe(const ModelComparison& difference, std::span<const HorizonDifference> predictions,
+                     std::size_t windows) {
+  const auto edge = [](const std::pair<int, int>& pair) {
+    return std::to_string(pair.first) + "->" + std::to_string(pair.second);
+  };
+  const auto number = [](int primitive) { return std::to_string(primitive); };
+  std::ostringstream text;
+  text << line_of("primitives", difference.same_primitives, difference.changed_primitives.size(),
+                  difference.primitives_of_a.size(), difference.primitives_of_b.size())
+       << list("changed (A=B)", difference.changed_primitives,
+               [&](const PrimitivePair& pair) { return number(pair.a) + "=" + number(pair.b); })
+       << list("only in A", difference.primitives_of_a, number) << list("only in B", difference.primitives_of_b, number)
+       << line_of("transitions", difference.same_transitions, difference.changed_transitions.size(),
+                  difference.transitions_of_a.size(), difference.transitions_of_b.size())
+       << list("changed (of A)", difference.changed_transitions,
+               [&](const TransitionPair& pair) { return edge(pair.a); })
+       << list("only in A", difference.transitions_of_a, edge) << list("only in B", difference.transitions_of_b, edge)
+       << "predictions  mean paths on " << windows << " windows are apart by\n"
+       << std::fixed;
+  for (const HorizonDifference& horizon : predictions) {
+    text << "  at " << std::setprecision(1) << horizon.horizon_s << std::setprecision(3) << " s: " << horizon.mean_m
+         << " m on average, " << horizon.max_m << " m at most\n";
+  }
+  return std::move(text).str();
+}
+
+ordered_json to_json(const ModelComparison& difference, std::span<const HorizonDifference> predictions,
+                     std::size_t windows) {
+  ordered_json primitives{{"same", difference.same_primitives}, {"changed", ordered_json::array()}};
+  for (const PrimitivePair& pair : difference.changed_primitives)
+    primitives["changed"].push_back({{"a", pair.a}, {"b", pair.b}, {"similarity", pair.similarity}});
+  primitives["only_a"] = difference.primitives_of_a;
+  primitives["only_b"] = difference.primitives_of_b;
+  ordered_json transitions{{"same", difference.same_transitions}, {"changed", ordered_json::array()}};
+  for (const TransitionPair& pair : difference.changed_transitions) {
+    transitions["changed"].push_back(
+        {{"a", pair.a}, {"b", pair.b}, {"count_a", pair.count_a}, {"count_b", pair.count_b}});
+  }
+  transitions["only_a"] = difference.transitions_of_a;
+  transitions["only_b"] = difference.transitions_of_b;
+  ordered_json distances = ordered_json::array();
+  for (const HorizonDifference& horizon : predictions)
+    distances.push_back({{"horizon_s", horizon.horizon_s}, {"mean_m", horizon.mean_m}, {"max_m", horizon.max_m}});
+  return {{"primitives", std::move(primitives)},
+          {"transitions", std::move(transitions)},
+          {"windows", windows},
+          {"predictions", std::move(distances)}};
+}
+
+}  // namespace sila
