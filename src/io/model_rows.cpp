@@ -97,7 +97,7 @@ std::int64_t log_checksum(sqlite::Database& database, const FileFacts& facts) {
 }
 
 template <class Count>
-Count count_of(std::int64_t value) {
+Count row_count(std::int64_t value) {
   if (std::in_range<Count>(value) && value >= 0) return static_cast<Count>(value);
   throw std::invalid_argument(std::to_string(value) + " is no count");
 }
@@ -183,8 +183,8 @@ std::vector<EpisodeRecord> select_episodes(sqlite::Database& database, const std
       "SELECT number, tracks, seconds, size_before, size_after, statistics, committed_s, checksum FROM episodes " +
       which);
   while (row.step()) {
-    episodes.push_back({count_of<int>(row.integer(0)), count_of<long>(row.integer(1)), row.real(2),
-                        count_of<std::size_t>(row.integer(3)), count_of<std::size_t>(row.integer(4)), row.text(5),
+    episodes.push_back({row_count<int>(row.integer(0)), row_count<long>(row.integer(1)), row.real(2),
+                        row_count<std::size_t>(row.integer(3)), row_count<std::size_t>(row.integer(4)), row.text(5),
                         row.integer(6)});
     if (row.integer(7) != checksum_of(episodes.back())) {
       throw std::invalid_argument("the checksum of the record of episode " + std::to_string(episodes.back().number) +
@@ -208,7 +208,7 @@ std::int64_t revision(sqlite::Database& database) {
 FileFacts read_facts(sqlite::Database& database) {
   sqlite::Statement row = database.prepare("SELECT revision, sila_version, undo_kept, log_checksum FROM meta");
   if (!row.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
-  const FileFacts facts{row.integer(0), row.text(1), count_of<int>(row.integer(2))};
+  const FileFacts facts{row.integer(0), row.text(1), row_count<int>(row.integer(2))};
   if (row.integer(3) != log_checksum(database, facts))
     throw std::invalid_argument("the checksum of the episodes does not agree");
   return facts;
@@ -266,7 +266,7 @@ void remove_episode(sqlite::Database& database, int number) {
 std::vector<int> undo_steps(sqlite::Database& database) {
   std::vector<int> numbers;
   sqlite::Statement row = database.prepare("SELECT episode FROM undo ORDER BY episode");
-  while (row.step()) numbers.push_back(count_of<int>(row.integer(0)));
+  while (row.step()) numbers.push_back(row_count<int>(row.integer(0)));
   return numbers;
 }
 

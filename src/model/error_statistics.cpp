@@ -8,18 +8,20 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) {
+[[noreturn]] void refuse_statistics(const std::string& what) {
   throw std::invalid_argument("error statistics: " + what);
 }
 
 void require_length(const char* name, std::size_t length, std::size_t wanted) {
   if (length == wanted) return;
-  refuse(std::string(name) + " has " + std::to_string(length) + " entries, must have " + std::to_string(wanted));
+  refuse_statistics(std::string(name) + " has " + std::to_string(length) + " entries, must have " +
+                    std::to_string(wanted));
 }
 
 /// Of something that was counted or summed up from squares.
 void require_sum(const char* name, double value) {
-  if (!(value >= 0.0) || !std::isfinite(value)) refuse(std::string(name).append(" has a number that is no sum"));
+  if (!(value >= 0.0) || !std::isfinite(value))
+    refuse_statistics(std::string(name).append(" has a number that is no sum"));
 }
 
 void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells,
@@ -29,9 +31,9 @@ void require_regressions(const char* name, const std::vector<RegressionMoments>&
     require_sum(name, moments.weight);
     if (moments.features.rows() != features || moments.features.cols() != features ||
         moments.products.size() != features)
-      refuse(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
+      refuse_statistics(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
     if (!moments.features.allFinite() || !moments.products.allFinite())
-      refuse(std::string(name) + " has a number that is not finite");
+      refuse_statistics(std::string(name) + " has a number that is not finite");
   }
 }
 
@@ -147,10 +149,11 @@ void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
 void validate(const ErrorStatistics& error_statistics) {
   const bool empty = error_statistics.empty();
   if (error_statistics.steps < 0 || (!empty && error_statistics.classes != kSpeedClasses))
-    refuse("steps = " + std::to_string(error_statistics.steps) + ", classes = " +
-           std::to_string(error_statistics.classes) + ", there must be " + std::to_string(kSpeedClasses) + " classes");
+    refuse_statistics("steps = " + std::to_string(error_statistics.steps) +
+                      ", classes = " + std::to_string(error_statistics.classes) + ", there must be " +
+                      std::to_string(kSpeedClasses) + " classes");
   if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
-    refuse("interval_s must be positive");
+    refuse_statistics("interval_s must be positive");
   const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
   require_regressions("with_map", error_statistics.with_map, cells, kMapFeatures);
   require_regressions("without_map", error_statistics.without_map, cells, kAloneFeatures);

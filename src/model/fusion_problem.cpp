@@ -9,7 +9,7 @@ namespace sila {
 namespace {
 
 template <class... Parts>
-[[noreturn]] void refuse(const Parts&... parts) {
+[[noreturn]] void refuse_problem(const Parts&... parts) {
   std::ostringstream text;
   text << "fusion problem: ";
   (text << ... << parts);
@@ -24,8 +24,8 @@ void check_similarities(const FusionProblem& problem) {
   std::set<std::pair<int, int>> seen;
   for (const Similarity& pair : problem.similarities) {
     const auto refuse_pair = [&](const char* what) {
-      refuse("similarity of primitives ", pair.first, " and ", pair.second, " (counted from 0) = ", pair.value, ", ",
-             what);
+      refuse_problem("similarity of primitives ", pair.first, " and ", pair.second, " (counted from 0) = ", pair.value,
+                     ", ", what);
     };
     if (!exists(problem, pair.first) || !exists(problem, pair.second))
       refuse_pair("of a primitive that does not exist");
@@ -39,7 +39,8 @@ void check_transitions(const FusionProblem& problem) {
   std::set<std::pair<int, int>> seen;
   for (const TransitionCount& edge : problem.transitions) {
     const auto refuse_edge = [&](const char* what) {
-      refuse("transition ", edge.from, " -> ", edge.to, " (counted from 0) with count ", edge.count, ", ", what);
+      refuse_problem("transition ", edge.from, " -> ", edge.to, " (counted from 0) with count ", edge.count, ", ",
+                     what);
     };
     if (!exists(problem, edge.from) || !exists(problem, edge.to)) refuse_edge("of a primitive that does not exist");
     if ((edge.from < problem.previous_primitives) != (edge.to < problem.previous_primitives)) {
@@ -54,10 +55,12 @@ void check_transitions(const FusionProblem& problem) {
 
 void validate(const FusionProblem& problem) {
   if (!(problem.similarity_threshold > 0.0) || !std::isfinite(problem.similarity_threshold)) {
-    refuse("similarity_threshold = ", problem.similarity_threshold, ", it must be positive");
+    refuse_problem("similarity_threshold = ", problem.similarity_threshold, ", it must be positive");
   }
-  if (problem.previous_primitives < 0) refuse("previous_primitives = ", problem.previous_primitives, " is negative");
-  if (problem.incoming_primitives < 0) refuse("incoming_primitives = ", problem.incoming_primitives, " is negative");
+  if (problem.previous_primitives < 0)
+    refuse_problem("previous_primitives = ", problem.previous_primitives, " is negative");
+  if (problem.incoming_primitives < 0)
+    refuse_problem("incoming_primitives = ", problem.incoming_primitives, " is negative");
   check_similarities(problem);
   check_transitions(problem);
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMeanVelocityWindow_s = 3.0;
 
-double square(double value) {
+double squared(double value) {
   return value * value;
 }
 
@@ -50,7 +50,7 @@ Hyperparameters residual_hyperparameters(const ModelSettings& settings, const Re
   Eigen::VectorXd scales(kResidualInputs);
   scales << config.place_scale_m, config.place_scale_m, config.velocity_scale_mps, config.velocity_scale_mps,
       config.mean_velocity_scale_mps, config.mean_velocity_scale_mps;
-  return {{square(config.signal_std_mps / width_m), scales / width_m}, square(config.noise_std_mps / width_m)};
+  return {{squared(config.signal_std_mps / width_m), scales / width_m}, squared(config.noise_std_mps / width_m)};
 }
 
 GpConfig residual_gp_config(const ResidualConfig& config) {
