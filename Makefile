@@ -1,9 +1,9 @@
 # The front door. Nothing but calls of the CMake presets and of tools/; docs/hacking.md has the rest.
 MAKEFLAGS += --no-print-directory
-.PHONY: help demo test bench check fuzz format clean setup build
+.PHONY: help demo test bench results results-small peers check fuzz format clean setup build
 
 help:    ## what there is to make
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 demo: setup build/release/build.ninja    ## learn a simulated intersection and predict, in a minute
 	@cmake --build --preset release --target cli/all
@@ -14,6 +14,18 @@ test: build    ## build everything and run all tests
 
 bench: build    ## run the benchmarks
 	@tools/bench build/release/benchmarks
+
+results: build    ## make the tables of docs/results.md, in hours: make results DATA=DIR
+	@tools/setup --python
+	@tools/results $(DATA)
+
+results-small: build    ## a small experiment from end to end, in minutes
+	@tools/setup --python
+	@tools/results --small
+
+peers: build    ## compare with methods of others: make peers DATA=DIR BASE_MDN=DIR
+	@tools/setup --python
+	@tools/results $(DATA) peers
 
 check:    ## format, layers, budgets, links, clang warnings, clang-tidy
 	@tools/setup --check

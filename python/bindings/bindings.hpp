@@ -19,6 +19,7 @@
 #include "sila/config.hpp"
 #include "sila/core/framed_trajectory.hpp"
 #include "sila/io/scene.hpp"
+#include "sila/predict/prediction.hpp"
 
 namespace sila::python {
 
@@ -29,6 +30,13 @@ using namespace nb::literals;
 struct Track {
   Trajectory trajectory;
   std::string input_id;
+};
+
+/// A prediction and whose it is.
+struct TrackPrediction {
+  std::string track;     ///< id as in the input
+  std::string tracklet;  ///< unique id
+  Prediction content;
 };
 
 /// A scene as each way of scaling sees it: which one holds is only known when a configuration is.
@@ -50,6 +58,7 @@ void bind_episode(nb::module_& module);
 void bind_fleet(nb::module_& module);
 void bind_predict(nb::module_& module);
 void bind_eval(nb::module_& module);
+void bind_experiments(nb::module_& module);
 void bind_sim(nb::module_& module);
 
 /// A frame as it travels between processes: bit for bit, where make_curb_frame would normalise again.

@@ -35,5 +35,6 @@ NB_MODULE(_sila, module) {
   bindings::bind_fleet(module);
   bindings::bind_predict(module);
   bindings::bind_eval(module);
+  bindings::bind_experiments(module);
   bindings::bind_sim(module);
 }

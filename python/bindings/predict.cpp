@@ -10,13 +10,6 @@
 namespace sila::python {
 namespace {
 
-/// A prediction and whose it is.
-struct TrackPrediction {
-  std::string track;     ///< id as in the input
-  std::string tracklet;  ///< unique id
-  Prediction content;
-};
-
 struct PlacedPredictor {
   Config config;
   Predictor predictor;

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Union
 
@@ -39,6 +39,27 @@ def config(changes: ConfigLike = None) -> dict[str, Any]:
     """
     result: dict[str, Any] = json.loads(merged("{}", changes))
     return result
+
+
+def assignments(file: str | os.PathLike[str] | None, assigned: Iterable[str]) -> dict[str, Any]:
+    """The changes of a configuration file, then those of texts PATH=VALUE; the file is checked by itself."""
+    changes: dict[str, Any] = {}
+    if file is not None:
+        changes = json.loads(_sila.config_from_file(os.fspath(file)))
+        config(file)
+    for assignment in assigned:
+        name, equals, value = assignment.partition("=")
+        if not equals:
+            raise ValueError(f"--set: expected PATH=VALUE, found {assignment}")
+        *groups, last = name.split(".")
+        group = changes
+        for key in groups:
+            group = group.setdefault(key, {})
+        try:
+            group[last] = json.loads(value)
+        except json.JSONDecodeError:
+            group[last] = value
+    return changes
 
 
 def merged(base: str, changes: ConfigLike) -> str:

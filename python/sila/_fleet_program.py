@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import fleet
-from ._config import config as checked
+from ._config import assignments
 from ._sila import Model
 from .errors import FormatError
 
@@ -88,33 +88,12 @@ def _learn(options: argparse.Namespace) -> fleet.Outcome:
             client=client,
             batch=options.batch,
             leaf=options.leaf,
-            config=_configuration(options),
+            config=assignments(options.config, options.set),
             strict=options.strict,
         )
     if outcome.tracks > 0:
         outcome.model.save(path)
     return outcome
-
-
-def _configuration(options: argparse.Namespace) -> dict[str, Any]:
-    """The file, then the assignments; names and values are checked by the library."""
-    changes: dict[str, Any] = {}
-    if options.config is not None:
-        changes = json.loads(Path(options.config).read_text(encoding="utf-8"))
-        checked(options.config)
-    for assignment in options.set:
-        name, equals, value = assignment.partition("=")
-        if not equals:
-            raise ValueError(f"--set: expected PATH=VALUE, found {assignment}")
-        *groups, last = name.split(".")
-        group = changes
-        for key in groups:
-            group = group.setdefault(key, {})
-        try:
-            group[last] = json.loads(value)
-        except json.JSONDecodeError:
-            group[last] = value
-    return changes
 
 
 @contextlib.contextmanager

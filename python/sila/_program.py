@@ -1,4 +1,4 @@
-"""The `sila` program that the wheel brings, and the one verb that is Python."""
+"""The `sila` program that the wheel brings, and the verbs that are Python."""
 
 from __future__ import annotations
 
@@ -11,9 +11,13 @@ PROGRAM = Path(__file__).parent / "bin" / "sila"
 
 
 def main() -> None:
-    """Puts the program in the place of this process; `sila fleet` runs in it."""
+    """Puts the program in the place of this process; `sila fleet` and `sila experiment` run in it."""
     if sys.argv[1:2] == ["fleet"]:
         from ._fleet_program import run
 
         sys.exit(run(sys.argv[2:]))
+    if sys.argv[1:2] == ["experiment"]:
+        from .experiments.program import run as experiment
+
+        sys.exit(experiment(sys.argv[2:]))
     os.execv(PROGRAM, ["sila", *sys.argv[1:]])

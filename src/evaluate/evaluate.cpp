@@ -87,16 +87,15 @@ int steps_of(const EpisodeConfig& config) {
 
 /// No mode: there was no forecast for this window.
 WindowScore judge(const Forecast& forecast, const Window& window, std::span<const LinearReference> own,
-                  const EpisodeConfig& config, const EvaluateConfig& judged, const Background* background) {
+                  const EpisodeConfig& config, const EvaluateConfig& judged, const TrainingSupport* support) {
   const Prediction prediction = forecast(window.observed);
   if (prediction.modes.empty()) return {};
-  if (background == nullptr) return score_window(prediction, window, own, config, judged);
+  if (support == nullptr) return score_window(prediction, window, own, config, judged);
   const bool moving = is_moving(window, judged);
-  WindowScore score =
-      score_window(prediction, window, moving ? background->moving : background->standing, config, judged);
+  WindowScore score = score_window(prediction, window, moving ? support->moving : support->standing, config, judged);
   const auto constant_m = constant_velocity(window.past_m, steps_of(config), config.sampling.interval_s);
-  score.inside = contains(background->area, constant_m.back());
-  const std::vector<Way> ways = ways_on(background->passages, window, config.sampling.interval_s);
+  score.inside = contains(support->area, constant_m.back());
+  const std::vector<Way> ways = ways_on(support->passages, window, config.sampling.interval_s);
   if (const auto probability = probability_of_way_taken(prediction, window, ways))
     score.way_log_probability = std::log(*probability);
   return score;
@@ -159,8 +158,8 @@ double heading_change_rad(std::span<const Vector2> path_m) {
   return std::abs(std::atan2(first.x() * last.y() - first.y() * last.x(), first.dot(last)));
 }
 
-Background background_of(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
-                         const EvaluateConfig& judged) {
+TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
+                                 const EvaluateConfig& judged) {
   const auto steps = static_cast<std::size_t>(steps_of(config));
   const std::vector<JudgedWindow> windows = windows_with_future(train, config, judged.every_s, steps).windows;
   const auto references = [&](bool moving) {
@@ -174,7 +173,7 @@ Background background_of(std::span<const FramedTrajectory> train, const EpisodeC
 
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
                              const EpisodeConfig& config, const EvaluateConfig& judged_config,
-                             const Background* background) {
+                             const TrainingSupport* support) {
   validate_fields("evaluate", judged_config);
   const auto steps = static_cast<std::size_t>(steps_of(config));
   const Judged judged = windows_with_future(tracks, config, judged_config.every_s, steps);
@@ -186,10 +185,10 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
   evaluation.skipped = judged.skipped;
   evaluation.windows.resize(judged.windows.size());
   tbb::parallel_for(std::size_t{0}, judged.windows.size(), [&](std::size_t i) {
-    evaluation.windows[i] = judge(forecast, judged.windows[i].window, own, config, judged_config, background);
+    evaluation.windows[i] = judge(forecast, judged.windows[i].window, own, config, judged_config, support);
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
-  add_groups(evaluation, background != nullptr);
+  add_groups(evaluation, support != nullptr);
   return evaluation;
 }
 

@@ -139,6 +139,7 @@ TEST_F(Program, LearnsNoBatchTwice) {
 
 TEST_F(Program, SaysWhereTheFleetIs) {
   expect_refused("fleet sites --model m.sila", {"pip install"});
+  expect_refused("experiment e.json --out out", {"pip install"});
 }
 
 TEST_F(Program, RunsCasesAndSaysWhichFail) {
@@ -233,50 +234,6 @@ TEST_F(Program, TakesAProfileFromTheCommandLineOrAFile) {
   usual["predict"]["max_modes"] = 3;
   EXPECT_EQ(configured("--profile default --config paper.json"), usual);
   expect_refused("config --profile papr", {"papr", "the nearest is paper"});
-}
-
-TEST_F(Program, RunsAnExperimentAndGoesOnWhereItWasInterrupted) {
-  write(folder_ / "e.json", R"({"trials": 2, "test_tracks": 10, "train_tracks": 30, "bootstraps": 100,
-    "scenes": [{"name": "four-way", "simulate": {"tracks": 75, "occlusions_per_min": 0, "cut_share": 0}}],
-    "methods": ["sila", {"name": "t", "method": "sila", "thresholds": [0.5]}, "kinematics", "memory"]})");
-  const Outcome first = run("experiment e.json --out out --trials 1");
-  ASSERT_EQ(first.code, 0) << first.err;
-  const auto results = nlohmann::json::parse(read(folder_ / "out/results.json"));
-  EXPECT_EQ(results.at("summary").size(), 4u);
-  EXPECT_EQ(results.at("seed"), 100);
-  EXPECT_EQ(results.at("curves").at(0).at("milestones").size(), 2u);
-  EXPECT_NE(read(folder_ / "out/table.md").find("| t 0.5 |"), std::string::npos);
-  const std::string kept = read(folder_ / "out/parts/001-four-way-sila.json");
-  fs::remove(folder_ / "out/parts/001-four-way-memory.json");
-  const Outcome second = run("experiment e.json --out out");
-  ASSERT_EQ(second.code, 0) << second.err;
-  EXPECT_NE(second.err.find("3 of 8 parts"), std::string::npos) << second.err;
-  EXPECT_EQ(read(folder_ / "out/parts/001-four-way-sila.json"), kept);
-  EXPECT_TRUE(fs::exists(folder_ / "out/parts/001-four-way-memory.json"));
-  expect_refused("experiment e.json --out out --set predict.max_modes=2", {"001-four-way-sila.json", "--redo"});
-  EXPECT_EQ(run("experiment e.json --out out --trials 1 --set predict.max_modes=2 --redo").code, 0);
-  EXPECT_NE(read(folder_ / "out/parts/001-four-way-sila.json"), kept);
-}
-
-TEST_F(Program, RefusesWhatIsNoExperiment) {
-  const std::string scene = R"("scenes": [{"name": "a", "simulate": {"tracks": 20}}])";
-  const auto refused = [&](const std::string& content, const std::vector<std::string>& words) {
-    write(folder_ / "e.json", content);
-    expect_refused("experiment e.json --out out", words);
-  };
-  refused("{" + scene + R"(, "methods": ["sila"], "trails": 3})", {"e.json", "trails", "trials"});
-  refused("{" + scene + R"(, "methods": [{"method": "sila", "thresholds": [0.5], "confg": {}}]})", {"confg", "config"});
-  refused("{" + scene + R"(, "methods": ["silo"]})", {"silo", "sila"});
-  refused("{" + scene + R"(, "methods": ["sila"], "test_tracks": 100, "train_tracks": 5})", {"'a'", "100"});
-  refused("{" + scene + R"(, "methods": [{"method": "sila", "config": {"predict": {"horizon_s": 3}}}]})",
-          {"horizon_s"});
-  refused(R"({"scenes": [], "methods": ["sila"]})", {"scenes"});
-  refused(R"({"scenes": [{"name": "a", "scene": "none.json"}], "methods": ["sila"]})", {"none.json"});
-  write(folder_ / "empty.csv", "track_id,t,x,y\n");
-  write(folder_ / "empty.scene.json", R"({"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 2,
-    "files": [{"path": "empty.csv"}]})");
-  refused(R"({"scenes": [{"name": "a", "scene": "empty.scene.json"}], "methods": ["sila"]})", {"empty.csv"});
-  EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
 /// The JSON inside a report.

@@ -37,13 +37,13 @@ function errorOf(groups: unknown, whose: "model" | "constant_velocity"): number 
 export function rowsOf(results: unknown): Row[] {
   if (!isObject(results)) return [];
   return listOf(results["curves"]).flatMap((curve) => {
-    const stones = listOf(curve["milestones"]);
-    const last = stones.at(-1)?.["places"];
+    const checkpoints = listOf(curve["checkpoints"]);
+    const last = checkpoints.at(-1)?.["places"];
     const places = isObject(last) ? Object.keys(last) : [textOf(curve["scene"])];
-    return stones.flatMap((stone) => places.map((place) => {
-      const groups = isObject(stone["places"]) ? stone["places"][place] : undefined;
-      return { place, method: textOf(curve["method"]), trial: numberOf(curve["trial"]) ?? 1, episode: numberOf(stone["episode"]) ?? 0, tracks: numberOf(stone["tracks"]) ?? 0,
-               error_m: errorOf(groups, "model"), constant_m: errorOf(groups, "constant_velocity"), size: numberOf(stone["size"]) ?? NaN, seconds: numberOf(stone["seconds"]) ?? NaN };
+    return checkpoints.flatMap((checkpoint) => places.map((place) => {
+      const groups = isObject(checkpoint["places"]) ? checkpoint["places"][place] : undefined;
+      return { place, method: textOf(curve["method"]), trial: numberOf(curve["trial"]) ?? 1, episode: numberOf(checkpoint["episode"]) ?? 0, tracks: numberOf(checkpoint["tracks"]) ?? 0,
+               error_m: errorOf(groups, "model"), constant_m: errorOf(groups, "constant_velocity"), size: numberOf(checkpoint["size"]) ?? NaN, seconds: numberOf(checkpoint["seconds"]) ?? NaN };
     }));
   });
 }

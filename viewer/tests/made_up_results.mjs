@@ -8,7 +8,7 @@ for (const scene of ["made-up crossing", "made-up corner"]) {
     for (const [method, [error, size, seconds]] of Object.entries(methods)) {
       const shift = 0.03 * random();
       const episodes = method === "batch" ? [12] : Array.from({ length: 12 }, (_, i) => i + 1);
-      curves.push({ scene, method, trial, order: 0, milestones: episodes.map((n, i) => ({
+      curves.push({ scene, method, trial, order: 0, checkpoints: episodes.map((n, i) => ({
         episode: i + 1, tracks: 20 * n, size: Math.round(size * (method === "accumulate" ? n / 3 : Math.sqrt(n)) * (1 + 0.1 * random())),
         seconds: seconds * (method === "retrain" ? n / 4 : 1) * (1 + 0.2 * random()),
         places: { [scene]: { moving: { windows: 200, model: { weighted_mhd_m: error + 0.2 / n + shift + 0.01 * random() }, constant_velocity: { weighted_mhd_m: 0.78 + shift } } } } })) });

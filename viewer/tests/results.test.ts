@@ -4,9 +4,9 @@ import { constantOf, curvesOf, rowsOf } from "../src/results";
 
 const judged = (mhd: number) => ({ here: { moving: { windows: 9, model: { weighted_mhd_m: mhd }, constant_velocity: { weighted_mhd_m: 0.8 } } } });
 const results = { curves: [
-  { scene: "here", method: "sila", trial: 1, order: 0, milestones: [{ episode: 1, tracks: 20, size: 10, seconds: 1 }, { episode: 2, tracks: 40, size: 14, seconds: 1, places: judged(0.6) }] },
-  { scene: "here", method: "sila", trial: 2, order: 0, milestones: [{ episode: 1, tracks: 20, size: 12, seconds: 3 }, { episode: 2, tracks: 40, size: 18, seconds: 1, places: judged(0.4) }] },
-  { scene: "here", method: "batch", trial: 1, order: 0, milestones: [{ episode: 1, tracks: 40, size: 9, seconds: 5, places: judged(0.5) }] },
+  { scene: "here", method: "sila", trial: 1, order: 0, checkpoints: [{ episode: 1, tracks: 20, size: 10, seconds: 1 }, { episode: 2, tracks: 40, size: 14, seconds: 1, places: judged(0.6) }] },
+  { scene: "here", method: "sila", trial: 2, order: 0, checkpoints: [{ episode: 1, tracks: 20, size: 12, seconds: 3 }, { episode: 2, tracks: 40, size: 18, seconds: 1, places: judged(0.4) }] },
+  { scene: "here", method: "batch", trial: 1, order: 0, checkpoints: [{ episode: 1, tracks: 40, size: 9, seconds: 5, places: judged(0.5) }] },
 ] };
 
 test("curves are means over trials with their standard deviation", () => {

@@ -41,13 +41,14 @@ struct WindowScore {
   std::size_t modes = 0;
   std::vector<Metrics> model;       ///< at each horizon
   std::vector<Metrics> constant;    ///< constant velocity on the same window
-  std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without a background the first two
+  std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without training support the first two
   std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (forks.hpp)
 };
 
 /// Means over a group of windows.
 struct GroupScore {
-  std::string name;  ///< all, moving, standing, turning; with a background also inside and outside, of the moving ones
+  std::string
+      name;  ///< all, moving, standing, turning; with training support also inside and outside, of the moving ones
   std::size_t windows = 0;
   double fallback_rate = 0.0;
   double modes = 0.0;          ///< on average
@@ -73,7 +74,7 @@ struct Evaluation {
 using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 
 /// What the tracks that were learnt tell the judge.
-struct Background {
+struct TrainingSupport {
   CoveredArea area;
   std::vector<LinearReference> moving;  ///< fitted to their moving windows
   std::vector<LinearReference> standing;
@@ -81,16 +82,16 @@ struct Background {
 };
 
 /// Windows are taken from the training tracks as they are from those that are judged.
-Background background_of(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
-                         const EvaluateConfig& judged);
+TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
+                                 const EvaluateConfig& judged);
 
 /// Judges a forecast on tracks, beside the references on the same windows. A window needs its whole future. The truth
-/// is the raw track. The references are the background's; without one constant velocity and "stays" have the Gaussian
-/// errors that suit these very windows best. Throws: std::invalid_argument for a configuration out of range, or a
-/// forecast shorter than the horizon.
+/// is the raw track. The references are those of the training support; without one constant velocity and "stays" have
+/// the Gaussian errors that suit these very windows best. Throws: std::invalid_argument for a configuration out of
+/// range, or a forecast shorter than the horizon.
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
                              const EpisodeConfig& config, const EvaluateConfig& judged,
-                             const Background* background = nullptr);
+                             const TrainingSupport* support = nullptr);
 
 /// The same for a model.
 Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "bindings.hpp"
+#include "sila/evaluate/evaluate.hpp"
+
+// What the experiments in Python pass from one binding to another.
+namespace sila::python {
+
+/// Tracks of one or more sites, each with its frame.
+struct FramedTracks {
+  std::vector<FramedTrajectory> tracks;
+};
+
+/// Windows of tracks that have their whole future.
+struct WindowSet {
+  std::vector<Window> windows;
+  double interval_s = 0.0;
+  std::size_t steps = 0;
+};
+
+void bind_model_learner(nb::module_& module);
+
+}  // namespace sila::python

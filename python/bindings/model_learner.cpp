@@ -1,0 +1,93 @@
+#include <tbb/parallel_for.h>
+
+#include <stdexcept>
+
+#include "experiments.hpp"
+#include "sila/train/fleet.hpp"
+#include "sila/train/training.hpp"
+
+namespace sila::python {
+namespace {
+
+/// The library's own methods, in the loop of episodes that the program learns by.
+class ModelLearner {
+ public:
+  ModelLearner(const std::string& method, const std::string& config_json)
+      : config_(config_of(config_json).episode), at_once_(method == "batch"), update_(update_of(method)) {}
+
+  /// One more episode; of "batch" the only one.
+  void learn(const FramedTracks& batch) {
+    if (batch.tracks.empty()) return;
+    Training run = at_once_ ? train_batch(batch.tracks, config_)
+                            : run_episodes(model_, batch.tracks, batch.tracks.size(), config_, update_);
+    model_ = std::move(run.model);
+  }
+
+  /// As a fleet does: leaves of a site each, learnt by themselves and fused in a tree.
+  void learn_tree(const FramedTracks& all, std::size_t batch, std::size_t leaf_tracks) {
+    std::vector<Leaf> leaves;
+    std::vector<Site> sites;
+    std::vector<std::size_t> filling;  // of each site the leaf that has room
+    for (const FramedTrajectory& track : all.tracks) {
+      const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
+      const bool first = site == filling.size();
+      if (first) filling.push_back(0);
+      if (first || leaves[filling[site]].tracks.size() == leaf_tracks) {
+        filling[site] = leaves.size();
+        leaves.push_back({{}, batch, {}, {}});
+      }
+      leaves[filling[site]].tracks.push_back(track);
+    }
+    model_ = learn_fleet(model_, std::move(leaves), config_);
+  }
+
+  std::vector<TrackPrediction> predict(const WindowSet& set) const {
+    const Predictor predictor(model_, config_.predict);
+    std::vector<TrackPrediction> predictions(set.windows.size());
+    tbb::parallel_for(std::size_t{0}, set.windows.size(), [&](std::size_t i) {
+      const CurbTrajectory& observed = set.windows[i].observed;
+      predictions[i] = {observed.id, observed.id, predictor.predict(observed)};
+    });
+    return predictions;
+  }
+
+  std::size_t model_size() const { return size(model_); }
+
+ private:
+  /// Keeps nothing of the tracks; the episode around it still learns from the errors of the kinematic model.
+  static Updated keep_nothing(const Model& previous, const Batch& batch, const ModelSettings& settings) {
+    Updated updated;
+    updated.model.settings = settings;
+    updated.model.sites = join_sites(previous.sites, sites_of(batch.tracks)).sites;
+    updated.model.episodes = previous.episodes + 1;
+    updated.model.tracks = previous.tracks + static_cast<long>(batch.tracks.size());
+    return updated;
+  }
+
+  Update update_of(const std::string& method) const {
+    if (method == "accumulate") return accumulate_update(config_);
+    if (method == "retrain") return retrain_update(config_);
+    if (method == "linear") return keep_nothing;
+    if (method == "sila" || method == "batch" || method == "tree") return sila_update(config_);
+    throw std::invalid_argument("ModelLearner: method = \"" + method + "\" is none of the library's");
+  }
+
+  EpisodeConfig config_;
+  bool at_once_ = false;
+  Update update_;
+  Model model_;
+};
+
+}  // namespace
+
+void bind_model_learner(nb::module_& module) {
+  nb::class_<ModelLearner>(module, "ModelLearner", "SILA and what it is compared with inside the library.")
+      .def(nb::init<const std::string&, const std::string&>(), "method"_a, "config"_a)
+      .def("learn", &ModelLearner::learn, "batch"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("learn_tree", &ModelLearner::learn_tree, "all"_a, "batch"_a, "leaf_tracks"_a,
+           nb::call_guard<nb::gil_scoped_release>())
+      .def("predict", &ModelLearner::predict, "windows"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def_prop_ro("size", &ModelLearner::model_size);
+}
+
+}  // namespace sila::python

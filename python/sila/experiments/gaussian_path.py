@@ -1,0 +1,94 @@
+"""Methods that predict one path with a Gaussian around each of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from .._sila import FramedTracks, WindowSet
+from .method import Array, Forecast, Method, constant_velocity
+from .scores import person_of
+
+STRIDE_S = 0.4  #: between the training windows of a track
+MOVING_M = 0.5  #: training windows are those who move, as those are scored
+FOLDS = 5
+
+
+class GaussianPath(Method):
+    """Learns the deviation of the future from constant velocity, in the heading frame. A subclass says how, in `learn`;
+    the Gaussian has the covariance of the errors on people who were left out."""
+
+    at_once = True
+
+    def learn(self, past_m: Array, deviation_m: Array, person: Array) -> tuple[Callable[[Array], Array], Array]:
+        """past_m (n, p, 2) in the world; deviation_m (n, t, 2) in the heading frame; person (n,). Gives what predicts
+        deviations from pasts, and the deviations predicted for people who were left out."""
+        raise NotImplementedError
+
+    def fit(self, tracks: FramedTracks) -> None:
+        past, future, person = training_windows(self, tracks)
+        straight = constant_velocity(past, future.shape[1], self.interval_s)
+        deviation = np.einsum("nab,ntb->nta", to_heading(past), future - straight)
+        self.deviation_of, left_out = self.learn(past, deviation, person)
+        error = deviation - left_out
+        self.covariance = np.einsum("nta,ntb->tab", error, error) / len(error) + 1e-6 * np.eye(2)
+
+    def predict(self, windows: WindowSet) -> Forecast:
+        past = np.asarray(windows.past_m)
+        turn = to_heading(past)
+        straight = constant_velocity(past, windows.steps, windows.interval_s)
+        path = straight + np.einsum("nba,ntb->nta", turn, self.deviation_of(past))
+        covariances = np.einsum("nba,tbc,ncd->ntad", turn, self.covariance, turn)
+        return Forecast(np.ones((len(past), 1)), path[:, None], np.ascontiguousarray(covariances[:, None]))
+
+
+def training_windows(method: Method, tracks: FramedTracks) -> tuple[Array, Array, Array]:
+    """Pasts, futures and persons (as numbers) of those who move; sets the method's `interval_s`."""
+    windows = method.windows(tracks, STRIDE_S)
+    setattr(method, "interval_s", windows.interval_s)  # noqa: B010
+    past = np.asarray(windows.past_m)
+    moving = np.linalg.norm(past[:, -1] - past[:, 0], axis=1) >= MOVING_M
+    person = np.unique([person_of(track) for track in windows.track_ids], return_inverse=True)[1]
+    return past[moving], np.asarray(windows.future_m)[moving], person[moving]
+
+
+def to_heading(past_m: Array) -> Array:
+    """(n, 2, 2): rotations of the world into the frame whose first axis points from the first to the last position."""
+    along = past_m[:, -1] - past_m[:, 0]
+    angle = np.arctan2(along[:, 1], along[:, 0])
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.stack([np.stack([cos, sin], -1), np.stack([-sin, cos], -1)], -2)
+
+
+def heading_features(past_m: Array) -> Array:
+    """(n, 2 p - 1): a one, and the earlier positions as seen from the last one in the heading frame."""
+    seen = np.einsum("nab,ntb->nta", to_heading(past_m), past_m - past_m[:, -1:])[:, :-1]
+    return np.column_stack([np.ones(len(past_m)), seen.reshape(len(past_m), -1)])
+
+
+def folds(person: Array, count: int = FOLDS) -> Iterator[tuple[Array, Array]]:
+    """(learnt, left out) as masks; a person is on one side."""
+    fold = np.random.default_rng(0).permutation(person.max() + 1)[person] % count
+    for k in range(count):
+        yield fold != k, fold == k
+
+
+def ridge(features: Array, targets: Array, person: Array, penalties: Array) -> tuple[Array, Array]:
+    """Weights of the ridge regression of the best penalty, and its predictions for people who were left out."""
+    flat = targets.reshape(len(targets), -1)
+    best = np.inf
+    result: tuple[Array, Array] = np.empty(0), np.empty(0)
+    for penalty in penalties:
+        left_out = np.zeros_like(flat)
+        for learnt, other in folds(person):
+            left_out[other] = features[other] @ _solved(features[learnt], flat[learnt], penalty)
+        error = np.linalg.norm((left_out - flat).reshape(targets.shape), axis=2).mean()
+        if error < best:
+            best, result = error, (_solved(features, flat, penalty), left_out.reshape(targets.shape))
+    return result
+
+
+def _solved(features: Array, targets: Array, penalty: float) -> Array:
+    gram = features.T @ features + penalty * np.eye(features.shape[1])
+    return np.asarray(np.linalg.solve(gram, features.T @ targets), dtype=np.float64)

@@ -1,0 +1,146 @@
+"""Measures of predicted densities, on samples: what the C++ metrics do not have. Vectorised over windows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from .._sila import Prediction
+from .method import Array, Forecast
+
+NOMINAL = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
+AREAS = (0.68, 0.95)
+SAMPLES = 100
+MOST_MODES = 6  #: of which the least ADE is taken
+ECE_BINS = 10
+_CHUNK = 4_000_000  # densities at once
+
+Modes = tuple[Array, Array, Array]  # weights (n, k, t), paths (n, k, t, 2), covariances (n, k, t, 2, 2)
+
+
+def modes_of(found: Forecast | Sequence[Prediction]) -> Modes:
+    """The modes as arrays, padded with modes of weight 0."""
+    if not isinstance(found, Forecast):
+        return _padded(found)
+    weights = found.weights[..., None] if found.weights.ndim == 2 else found.weights
+    return np.broadcast_to(weights, found.paths_m.shape[:3]), found.paths_m, found.covariances_m2
+
+
+def _padded(predictions: Sequence[Prediction]) -> Modes:
+    most = max((len(p.weights) for p in predictions), default=1)
+    steps = len(predictions[0].times_s) if predictions else 0
+    weights, paths = np.zeros((len(predictions), most)), np.zeros((len(predictions), most, steps, 2))
+    covariances = np.tile(np.eye(2), (len(predictions), most, steps, 1, 1))
+    for n, prediction in enumerate(predictions):
+        k = len(prediction.weights)
+        weights[n, :k], paths[n, :k] = prediction.weights, prediction.paths_m[:, :steps]
+        covariances[n, :k] = prediction.covariances_m2[:, :steps]
+    return np.broadcast_to(weights[..., None], paths.shape[:3]), paths, covariances
+
+
+def mixture_density(modes: Modes, points: Array) -> Array:
+    """Density [1/m²] at points (n, s, t, 2): (n, s, t)."""
+    weights, paths, covariances = modes
+    a, b, c = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
+    determinant = np.maximum(a * c - b * b, 1e-12)
+    scale = weights / (2 * np.pi * np.sqrt(determinant))
+    density = np.zeros(points.shape[:3])
+    for k in range(weights.shape[1]):
+        d = points - paths[:, None, k]
+        x, y = d[..., 0], d[..., 1]
+        ak, bk, ck = (m[:, None, k] for m in (a, b, c))
+        squared = (ck * x * x - 2 * bk * x * y + ak * y * y) / determinant[:, None, k]
+        density += scale[:, None, k] * np.exp(-0.5 * squared)
+    return density
+
+
+def samples_of(modes: Modes, count: int, random: np.random.Generator) -> Array:
+    """(n, count, t, 2), each step by itself."""
+    weights, paths, covariances = modes
+    edges = np.cumsum(weights / weights.sum(1, keepdims=True), 1)  # (n, k, t)
+    kinds = (random.random((len(weights), count, 1, weights.shape[2])) >= edges[:, None, :-1]).sum(2)
+    factors = np.linalg.cholesky(covariances + 1e-12 * np.eye(2))
+    rows, steps = np.arange(len(weights))[:, None, None], np.arange(weights.shape[2])
+    normal = random.standard_normal((*kinds.shape, 2))
+    return np.asarray(paths[rows, kinds, steps] + np.einsum("nstab,nstb->nsta", factors[rows, kinds, steps], normal))
+
+
+def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Per window (0 for those who stand), and how many truths the regions of highest density held, by step and nominal
+    probability. Densities are looked at every second step, the last included.
+
+    energy_score_m: E|X - y| - E|X - X'| / 2, mean over the steps. area_68_m2, area_95_m2: of the regions of highest
+    density, mean over the steps. min_ade_6_m: least ADE of the six heaviest modes. ece_*: by bins of a mode's weight,
+    the modes, their weights and how many of them came nearest.
+    """
+    n, steps = len(truth_m), truth_m.shape[1]
+    chosen = np.flatnonzero(np.asarray(moving, dtype=bool))
+    every = np.arange(steps - 1, -1, -2)[::-1]
+    values = {name: np.zeros(n) for name in ("energy_score_m", *(f"area_{100 * p:.0f}_m2" for p in AREAS))}
+    confidence = np.zeros((len(chosen), len(every)))
+    random = np.random.default_rng(0)
+    for some in _chunks(len(chosen), len(every), modes[0].shape[1]):
+        at = chosen[some]
+        part = modes[0][at][:, :, every], modes[1][at][:, :, every], modes[2][at][:, :, every]
+        truth = truth_m[at][:, every]
+        first, second = samples_of(part, SAMPLES, random), samples_of(part, SAMPLES, random)
+        to_truth = np.linalg.norm(first - truth[:, None], axis=-1).mean(1)
+        apart = np.linalg.norm(first - second, axis=-1).mean(1)
+        values["energy_score_m"][at] = (to_truth - 0.5 * apart).mean(1)
+        density = mixture_density(part, first)
+        confidence[some] = (density > mixture_density(part, truth[:, None])).mean(1)
+        for p in AREAS:
+            inside = density >= np.quantile(density, 1 - p, axis=1, keepdims=True)
+            values[f"area_{100 * p:.0f}_m2"][at] = (inside / np.maximum(density, 1e-300)).mean(1).mean(1)
+    held = [[int(count) for count in (confidence <= p).sum(0)] for p in NOMINAL]
+    reliability = {"nominal": list(NOMINAL), "held": held, "windows": len(chosen), "steps": every.tolist()}
+    return {**values, **_modes_measures(modes, truth_m)}, reliability
+
+
+def stepwise_measures(modes: Modes, truth_m: Array) -> dict[str, Array]:
+    """What the library cannot score of mixtures whose weights change from step to step: errors of their mean path, NLL."""
+    mean = np.einsum("nkt,nktc->ntc", modes[0] / modes[0].sum(1, keepdims=True), modes[1])
+    error = np.linalg.norm(mean - truth_m, axis=-1)
+    density = mixture_density(modes, truth_m[:, None])[:, 0]
+    return {"ade_m": error.mean(1), "fde_m": error[:, -1], "nll": -np.log(np.maximum(density, 1e-300)).mean(1)}
+
+
+def _modes_measures(modes: Modes, truth_m: Array) -> dict[str, Array]:
+    whole = modes[0].mean(2)
+    order = np.argsort(-whole, axis=1, kind="stable")[:, :MOST_MODES]
+    weights = np.take_along_axis(whole, order, 1)
+    weights = weights / weights.sum(1, keepdims=True)
+    paths = np.take_along_axis(modes[1], order[..., None, None], 1)
+    ade = np.where(weights > 0, np.linalg.norm(paths - truth_m[:, None], axis=-1).mean(-1), np.inf)
+    nearest = np.arange(weights.shape[1]) == ade.argmin(1)[:, None]
+    bins = np.minimum((ECE_BINS * weights).astype(int), ECE_BINS - 1)
+    values = {"min_ade_6_m": ade.min(1)}
+    for b in range(ECE_BINS):
+        here = (bins == b) & (weights > 0)
+        values[f"ece_modes_{b}"] = here.sum(1).astype(float)
+        values[f"ece_weights_{b}"] = (weights * here).sum(1)
+        values[f"ece_nearest_{b}"] = (nearest & here).sum(1).astype(float)
+    return values
+
+
+def _chunks(windows: int, steps: int, modes: int) -> Iterator[slice]:
+    size = max(1, _CHUNK // max(1, steps * SAMPLES * min(modes, 4)))
+    for first in range(0, windows, size):
+        yield slice(first, min(first + size, windows))
+
+
+def reliability_scores(held: Array, windows: int) -> tuple[float, float]:
+    """(average, least): one less the mean and the largest deviation of the share held from the nominal one, over nominal
+    probabilities and steps. held: (nominal, steps) counts."""
+    deviation = np.abs(held / windows - np.array(NOMINAL)[:, None])
+    return float(1 - deviation.mean()), float(1 - deviation.max())
+
+
+def calibration_error(sums: dict[str, float]) -> float | None:
+    """Expected calibration error of the weights as probabilities that a mode comes nearest."""
+    modes = sum(sums[f"ece_modes_{b}"] for b in range(ECE_BINS))
+    if modes == 0:
+        return None
+    return sum(abs(sums[f"ece_weights_{b}"] - sums[f"ece_nearest_{b}"]) for b in range(ECE_BINS)) / modes

@@ -1,0 +1,115 @@
+"""What an experiment compares: anything that learns tracks and predicts windows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._sila import FramedTracks, Prediction, WindowSet
+
+Array = NDArray[np.float64]
+
+#: Deviation of a mode that samples agree on entirely [m], and how it grows [m/s].
+LEAST_DEVIATION_M, LEAST_GROWTH_MPS = 0.1, 0.1
+#: Constant velocity over the last seconds of what was observed, and how its deviation grows [m/s].
+CONSTANT_VELOCITY_S, FALLBACK_GROWTH_MPS = 0.8, 0.3
+
+
+@dataclass
+class Forecast:
+    """Predictions of n windows as k Gaussian modes over t steps. A mode of weight 0 is left out."""
+
+    weights: Array  #: (n, k), or (n, k, t) of a mixture whose weights change from step to step
+    paths_m: Array  #: (n, k, t, 2)
+    covariances_m2: Array  #: (n, k, t, 2, 2)
+    fallback: bool = False  #: nothing was learnt yet
+
+
+class Method:
+    """A method of an experiment. A subclass names its parameters with their defaults and defines `partial_fit` and
+    `predict`; one that can only learn everything at once defines `fit` instead and sets `at_once`.
+    """
+
+    parameters: ClassVar[dict[str, Any]] = {}
+    at_once: ClassVar[bool] = False
+
+    if TYPE_CHECKING:  # parameters are attributes
+
+        def __getattr__(self, name: str) -> Any: ...
+
+    def __init__(self, config: str = "{}", *, batch: int = 20, seed: int = 0, **parameters: Any) -> None:
+        unknown = sorted(set(parameters) - set(self.parameters))
+        if unknown:
+            known = ", ".join(self.parameters) or "none"
+            raise ValueError(f"{type(self).__name__}: parameters: expected {known}, found {unknown[0]}")
+        self.config, self.batch, self.seed = config, batch, seed
+        for name, value in {**self.parameters, **parameters}.items():
+            setattr(self, name, value)
+
+    @property
+    def size(self) -> int:
+        """What is told as the size of the model."""
+        return 0
+
+    def fit(self, tracks: FramedTracks) -> None:
+        """Learns all tracks, in batches."""
+        for first in range(0, len(tracks), self.batch):
+            self.partial_fit(tracks.take(list(range(first, min(first + self.batch, len(tracks))))))
+
+    def partial_fit(self, tracks: FramedTracks) -> None:
+        """Learns one more batch."""
+        raise NotImplementedError
+
+    def predict(self, windows: WindowSet) -> Forecast | Sequence[Prediction]:
+        """Predicts every window; the futures are hidden."""
+        raise NotImplementedError
+
+    def windows(self, tracks: FramedTracks, stride_s: float) -> WindowSet:
+        """Windows of tracks with their whole future, as they are scored."""
+        return tracks.windows(self.config, stride_s)
+
+
+def modes_sorted(forecast: Forecast) -> Forecast:
+    """Heaviest mode first, weights of sum 1."""
+    order = np.argsort(-forecast.weights, axis=1, kind="stable")
+    weights = np.take_along_axis(forecast.weights, order, 1)
+    return Forecast(
+        weights / weights.sum(1, keepdims=True),
+        np.take_along_axis(forecast.paths_m, order[..., None, None], 1),
+        np.take_along_axis(forecast.covariances_m2, order[..., None, None, None], 1),
+        forecast.fallback,
+    )
+
+
+def kernel_forecast(weights: Array, paths_m: Array, interval_s: float) -> Forecast:
+    """Weighted sample paths as modes, each with the covariance of a kernel density estimate (Scott's rule on the
+    effective number of samples), as samples alone have no density."""
+    weights = weights / weights.sum(1, keepdims=True)
+    scale = (weights**2).sum(1) ** (1 / 3)  # n^(-1 / (d + 4)), squared, of d = 2
+    off = paths_m - np.einsum("nk,nktc->ntc", weights, paths_m)[:, None]
+    spread = np.einsum("nk,nkta,nktb->ntab", weights, off, off)
+    least = LEAST_DEVIATION_M + LEAST_GROWTH_MPS * interval_s * np.arange(1, paths_m.shape[2] + 1)
+    kernel = scale[:, None, None, None] * spread + least[:, None, None] ** 2 * np.eye(2)
+    covariances = np.repeat(kernel[:, None], weights.shape[1], axis=1)
+    return modes_sorted(Forecast(weights, paths_m, covariances))
+
+
+def constant_velocity(past_m: Array, steps: int, interval_s: float) -> Array:
+    """(n, p, 2) observed, (n, steps, 2) predicted: on at the mean velocity of the last 0.8 s."""
+    back = min(max(1, round(CONSTANT_VELOCITY_S / interval_s)), past_m.shape[1] - 1)
+    velocity = (past_m[:, -1] - past_m[:, -1 - back]) / (back * interval_s)
+    ahead_s = interval_s * np.arange(1, steps + 1)
+    return np.asarray(past_m[:, -1:] + ahead_s[:, None] * velocity[:, None])
+
+
+def constant_fallback(windows: WindowSet) -> Forecast:
+    """The answer of a method that knows nothing yet."""
+    past_m = np.asarray(windows.past_m)
+    paths = constant_velocity(past_m, windows.steps, windows.interval_s)[:, None]
+    deviation = LEAST_DEVIATION_M + FALLBACK_GROWTH_MPS * windows.interval_s * np.arange(1, windows.steps + 1)
+    covariances = np.broadcast_to(deviation[:, None, None] ** 2 * np.eye(2), (len(paths), 1, windows.steps, 2, 2))
+    return Forecast(np.ones((len(paths), 1)), paths, np.ascontiguousarray(covariances), fallback=True)

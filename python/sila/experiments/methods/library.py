@@ -1,0 +1,67 @@
+"""SILA and what it is compared with inside the library, in one and the same loop of episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from ..._sila import FramedTracks, ModelLearner, Prediction, WindowSet
+from ..method import Method
+
+
+class Sila(Method):
+    """Learns each batch and fuses it into the model."""
+
+    kind: ClassVar[str] = "sila"
+
+    def __init__(self, config: str = "{}", **parameters: Any) -> None:
+        super().__init__(config, **parameters)
+        self.learner = ModelLearner(self.kind, config)
+
+    @property
+    def size(self) -> int:
+        return self.learner.size
+
+    def partial_fit(self, tracks: FramedTracks) -> None:
+        self.learner.learn(tracks)
+
+    def predict(self, windows: WindowSet) -> Sequence[Prediction]:
+        return self.learner.predict(windows)
+
+
+class Accumulate(Sila):
+    """Learns each batch and adds it without fusing."""
+
+    kind = "accumulate"
+
+
+class Retrain(Sila):
+    """Learns anew from all tracks so far, batch by batch."""
+
+    kind = "retrain"
+
+
+class Linear(Sila):
+    """Past velocities stacked by past errors: the kinematic model alone, without a map."""
+
+    kind = "linear"
+
+
+class Batch(Sila):
+    """Learns all tracks at once."""
+
+    kind, at_once = "batch", True
+
+    def fit(self, tracks: FramedTracks) -> None:
+        self.learner.learn(tracks)
+
+
+class Tree(Sila):
+    """Learns as a fleet does: leaves by themselves, fused in a tree."""
+
+    kind, at_once = "tree", True
+    parameters: ClassVar[dict[str, Any]] = {"leaf_episodes": 1}
+    leaf_episodes: int
+
+    def fit(self, tracks: FramedTracks) -> None:
+        self.learner.learn_tree(tracks, self.batch, self.batch * self.leaf_episodes)

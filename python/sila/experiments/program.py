@@ -1,0 +1,74 @@
+"""`sila experiment`: data on stdout, talk on stderr; 0 done, 1 bad input, 2 wrong use."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from .. import _sila
+from .._config import assignments
+from ..errors import FormatError
+from .read import SPLITS, Overrides, read_experiment
+from .runner import run_experiment
+
+EXAMPLE = "example: sila experiment experiments/smoke.json --out out/smoke"
+
+
+def run(arguments: list[str]) -> int:
+    options = _parser().parse_args(arguments)
+    try:
+        _sila.limit_threads(options.threads)
+        config = assignments(options.config, options.set)
+        overrides = Overrides(options.trials, options.split, options.seed, options.data_dir, config)
+        experiment = read_experiment(options.file, overrides)
+        written = run_experiment(
+            experiment, options.out, redo=options.redo, workers=options.workers, overrides=overrides
+        )
+        if options.plots:
+            from .plots import draw
+
+            for path in draw(Path(options.out), png=options.png):
+                print(path, file=sys.stderr)
+    except FormatError as error:
+        return _failed(1, error)
+    except (ValueError, TypeError, ImportError) as error:
+        return _failed(2, error)
+    except (OSError, RuntimeError) as error:
+        return _failed(1, error)
+    for name, reason in written["not_run_here"].items():
+        print(f"{name}: not run here: {reason}", file=sys.stderr)
+    if options.json:
+        print(json.dumps(written["summary"], indent=2))
+    print(f"results in {Path(options.out) / 'table.md'}, results.json, results.csv, curves.csv", file=sys.stderr)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="sila experiment",
+        description="Compare methods on scenes, trial by trial; an interrupted experiment goes on.",
+        epilog=EXAMPLE,
+    )
+    add = parser.add_argument
+    add("file", metavar="FILE", help="experiment file (docs/experiments.md)")
+    add("--out", required=True, metavar="DIR", help="folder for the results; runs that are there already are kept")
+    add("--data-dir", metavar="DIR", help="also look here for scene files and the files that they name")
+    add("--trials", type=int, metavar="N", help="instead of what the file says")
+    add("--split", choices=SPLITS, help="instead of what the file says")
+    add("--redo", action="store_true", help="make runs anew that another configuration or build has made")
+    add("--workers", type=int, default=1, metavar="N", help="processes that do runs side by side [1]")
+    add("--plots", action="store_true", help="draw the figures as well (needs matplotlib)")
+    add("--png", action="store_true", help="figures as PNG beside the SVG")
+    add("--config", metavar="FILE", help="JSON file with configuration for all scenes")
+    add("--set", action="append", default=[], metavar="PATH=VALUE", help="one configuration field; see `sila config`")
+    add("--threads", type=int, default=0, metavar="N", help="threads of the library; 0: all [0]")
+    add("--seed", type=int, metavar="N", help="of the first trial, instead of what the file says")
+    add("--json", action="store_true", help="print the summary as JSON")
+    return parser
+
+
+def _failed(code: int, error: Exception) -> int:
+    print(f"sila: {error}", file=sys.stderr)
+    return code

@@ -1,0 +1,324 @@
+"""Experiment files: JSON to an `Experiment`, the tracks of its scenes read or simulated."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from .. import _sila
+from .._config import merged
+from .._sila import FramedTracks, Scene
+from ..errors import FormatError
+from .method import Method
+from .methods import METHODS, load_method
+
+KINDS = ("one_place", "places", "transfer")
+SPLITS = ("time", "track", "both")
+#: The parts of a configuration that decide which windows are scored and how: one for all methods of a scene.
+SCORED_ALIKE = (
+    "clean",
+    "corners",
+    "sampling.interval_s",
+    "evaluate",
+    "predict.observe_s",
+    "predict.horizon_s",
+)
+RANGES = {
+    "trials": (1, 10000),
+    "test_share": (1e-9, 0.9),
+    "test_tracks": (0, 1e9),
+    "train_tracks": (0, 1e9),
+    "min_track_s": (0, 1e6),
+    "batch": (1, 1e6),
+    "seed": (0, 9e15),
+    "orders": (0, 100000),
+    "bootstraps": (100, 1e6),
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What an experiment does with its scenes and methods; docs/experiments.md has the meanings."""
+
+    kind: str = "one_place"
+    trials: int = 12
+    split: str = "time"
+    test_share: float = 0.15
+    test_tracks: int = 0
+    train_tracks: int = 0
+    take_fewer: bool = False
+    min_track_s: float = 0.0
+    batch: int = 20
+    seed: int = 100
+    every_episode: bool = False
+    orders: int = 1
+    bootstraps: int = 2000
+
+    @property
+    def splits(self) -> tuple[str, ...]:
+        return ("time", "track") if self.split == "both" else (self.split,)
+
+
+@dataclass(frozen=True)
+class ExperimentScene:
+    name: str
+    tracks: FramedTracks
+    config: str  #: JSON
+    tracks_hash: str
+
+
+@dataclass(frozen=True)
+class ExperimentMethod:
+    """A method under one name, with its configuration at each scene."""
+
+    name: str
+    kind: str  #: a known method, or "file.py:Class"
+    parameters: Mapping[str, Any]
+    configs: Sequence[str]
+    cls: type[Method] | None  #: none: it cannot run here,
+    missing: str = ""  #: and why
+
+
+@dataclass(frozen=True)
+class Experiment:
+    settings: Settings
+    scenes: Sequence[ExperimentScene]
+    methods: Sequence[ExperimentMethod]
+    reference: str  #: the method that the others are compared with
+    file: str = ""
+    about: str = ""
+
+    def resolved(self) -> dict[str, Any]:
+        """Every value in force, defaults included."""
+        scenes = {
+            scene.name: {
+                "tracks": len(scene.tracks),
+                "tracks_hash": scene.tracks_hash,
+                "config": json.loads(scene.config),
+            }
+            for scene in self.scenes
+        }
+        methods = {
+            method.name: {
+                "method": method.kind,
+                "parameters": dict(method.parameters),
+                "config": {scene.name: json.loads(config) for scene, config in zip(self.scenes, method.configs)},
+            }
+            for method in self.methods
+        }
+        return {**asdict(self.settings), "reference": self.reference, "scenes": scenes, "methods": methods}
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What a caller says instead of the file."""
+
+    trials: int | None = None
+    split: str | None = None
+    seed: int | None = None
+    data_dir: str | None = None
+    config: Mapping[str, Any] = field(default_factory=dict)
+
+
+def read_experiment(path: str | os.PathLike[str], overrides: Overrides | None = None) -> Experiment:
+    """Reads and checks an experiment file, and the tracks of its scenes.
+
+    Raises FormatError for what is no experiment, naming the nearest known key; ValueError for splits larger than the
+    data and other contradictions.
+    """
+    file, overrides = os.fspath(path), overrides or Overrides()
+    whole = json.loads(_sila.config_from_file(file))
+    settings_known = list(Settings.__dataclass_fields__)
+    _require_keys(file, whole, "the experiment", ["about", "config", "scenes", "methods", "reference", *settings_known])
+    settings = _settings(file, {key: whole[key] for key in settings_known if key in whole}, overrides)
+    base = merged("{}", _part(file, whole, "the experiment", "config"))
+    scenes = [
+        _scene(file, item, f"scene {n}", base, overrides)
+        for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1)
+    ]
+    methods = [
+        method
+        for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1)
+        for method in _methods(file, item, f"method {n}", scenes)
+    ]
+    names = [method.name for method in methods]
+    reference = whole.get("reference", "sila" if "sila" in names else names[0])
+    if reference not in names:
+        raise FormatError(file, 0, f"reference to be a method (the nearest is {_nearest(reference, names)})", reference)
+    experiment = Experiment(settings, scenes, methods, reference, file, str(whole.get("about", "")))
+    _check(experiment)
+    return experiment
+
+
+def _settings(file: str, given: dict[str, Any], overrides: Overrides) -> Settings:
+    for name in ("trials", "split", "seed"):
+        if getattr(overrides, name) is not None:
+            given[name] = getattr(overrides, name)
+    for name, value in given.items():
+        default = getattr(Settings, name)
+        fits = isinstance(value, (int, float)) if isinstance(default, float) else type(value) is type(default)
+        if not fits:
+            raise FormatError(file, 0, f"{name} as a {type(default).__name__}", json.dumps(value))
+        low, high = RANGES.get(name, (None, None))
+        if low is not None and high is not None and not low <= value <= high:
+            raise FormatError(file, 0, f"{name} from {low:g} to {high:g}", json.dumps(value))
+    for name, known in (("kind", KINDS), ("split", SPLITS)):
+        if given.get(name, known[0]) not in known:
+            nearest = _nearest(given[name], list(known))
+            raise FormatError(
+                file, 0, f"{name} to be one of {', '.join(known)} (the nearest is {nearest})", given[name]
+            )
+    return replace(Settings(), **given)
+
+
+def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) -> ExperimentScene:
+    _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "config"])
+    name = _text(file, item, where, "name")
+    config = merged(base, _part(file, item, where, "config"))
+    sources = [key for key in ("scene", "scenes", "simulate") if key in item]
+    if len(sources) != 1:
+        raise FormatError(file, 0, f"{where} with one of scene, scenes and simulate", str(len(sources)))
+    config = merged(config, {"simulate": _part(file, item, where, "simulate")})
+    config = merged(config, overrides.config)
+    print(f"reading {name}", file=sys.stderr)
+    if "simulate" in item:
+        tracks = FramedTracks.simulated(config)
+    elif "scene" in item:
+        tracks = _recorded(file, _text(file, item, where, "scene"), config, overrides)
+    else:
+        files = _list(file, item, where, "scenes")
+        tracks = FramedTracks.joined([(Path(s).stem, _recorded(file, s, config, overrides)) for s in files])
+    return ExperimentScene(name, tracks, config, tracks.hash)
+
+
+def _recorded(file: str, name: str, config: str, overrides: Overrides) -> FramedTracks:
+    folders = [Path(file).parent] + ([Path(overrides.data_dir)] if overrides.data_dir else [])
+    for folder in folders:
+        if (folder / name).exists():
+            scene = Scene.load(folder / name, data_dir=overrides.data_dir or "")
+            tracks, _ = _sila.read_files([], scene, None, None, None, config)
+            return FramedTracks(tracks, scene, config)
+    looked = f" or in {overrides.data_dir}" if overrides.data_dir else " (or in --data-dir, which is not given)"
+    raise FormatError(file, 0, f"the scene file beside the experiment file{looked}", json.dumps(name))
+
+
+def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]) -> list[ExperimentMethod]:
+    """The methods of an entry: one, or one a similarity threshold."""
+    if isinstance(item, str):
+        item = {"method": item}
+    _require_keys(file, item, where, ["name", "method", "thresholds", "config", "parameters"])
+    kind = _text(file, item, where, "method") if "method" in item else _text(file, item, where, "name")
+    if kind not in METHODS and ".py:" not in kind:
+        nearest = _nearest(kind, list(METHODS))
+        raise FormatError(file, 0, f"a known method in {where} (the nearest is {nearest})", json.dumps(kind))
+    cls, missing = None, ""
+    try:
+        cls = load_method(kind, Path(file).parent)
+    except (ImportError, FileNotFoundError) as error:
+        missing = str(error)
+    changes = _part(file, item, where, "config")
+    parameters = _part(file, item, where, "parameters")
+    if cls is not None:
+        _require_keys(file, parameters, f"{where}, parameters", list(cls.parameters))
+    named = item.get("name", kind)
+    thresholds = _list(file, item, where, "thresholds") if "thresholds" in item else [None]
+    made = []
+    for threshold in thresholds:
+        configs = []
+        for scene in scenes:
+            config = merged(scene.config, changes)
+            _require_scored_alike(file, where, scene.config, config)
+            if threshold is not None:
+                config = merged(config, {"fuse": {"similarity_threshold": threshold}})
+            configs.append(config)
+        name = named if threshold is None else f"{named} {json.dumps(threshold)}"
+        made.append(ExperimentMethod(name, kind, parameters, configs, cls, missing))
+    return made
+
+
+def _require_scored_alike(file: str, where: str, of_scene: str, of_method: str) -> None:
+    def scored(config: str) -> list[Any]:
+        values = []
+        for path in SCORED_ALIKE:
+            value = json.loads(config)
+            for key in path.split("."):
+                value = value[key]
+            values.append(value)
+        return values
+
+    if scored(of_scene) != scored(of_method):
+        expected = f"{where} to leave {', '.join(SCORED_ALIKE)} as the scene has them, so that all are scored alike"
+        raise FormatError(file, 0, expected, "a change of one of them")
+
+
+def _check(experiment: Experiment) -> None:
+    from .protocol import split_scene
+
+    settings, scenes, methods = experiment.settings, experiment.scenes, experiment.methods
+    if settings.train_tracks > 0 and settings.test_tracks == 0:
+        raise ValueError("experiment: train_tracks needs test_tracks beside it")
+    if settings.kind != "one_place" and len(scenes) < 2:
+        raise ValueError("experiment: scenes = one, this kind needs at least two")
+    for what, names in (("scenes", [s.name for s in scenes]), ("methods", [m.name for m in methods])):
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"experiment: {what} has '{twice}' twice, names must differ")
+    for scene in scenes:
+        for split in settings.splits:
+            split_scene(scene, settings, 1, split)
+    if settings.kind == "one_place":
+        return
+    for method in methods:  # a model goes from one scene to the next
+        for scene, config in zip(scenes, method.configs):
+            if _learnt_by(config) != _learnt_by(method.configs[0]):
+                expected = (
+                    "scenes of one configuration, as a model goes from one to the next "
+                    '(put it in the "config" of the experiment)'
+                )
+                raise FormatError(experiment.file, 0, expected, f"another for {scene.name}")
+
+
+def _learnt_by(config: str) -> dict[str, Any]:
+    """A configuration without how its scene was simulated."""
+    return {name: value for name, value in json.loads(config).items() if name != "simulate"}
+
+
+def _nearest(name: Any, known: list[str]) -> str:
+    return difflib.get_close_matches(str(name), known, 1, 0.0)[0]
+
+
+def _require_keys(file: str, item: Any, where: str, known: list[str]) -> None:
+    if not isinstance(item, dict):
+        raise FormatError(file, 0, f"{where} to be an object", json.dumps(item))
+    for key in item:
+        if key not in known:
+            nearest = f" (the nearest is {_nearest(key, known)})" if known else ""
+            raise FormatError(file, 0, f"a known key in {where}{nearest}", json.dumps(key))
+
+
+def _part(file: str, item: dict[str, Any], where: str, key: str) -> dict[str, Any]:
+    part = item.get(key, {})
+    if not isinstance(part, dict):
+        raise FormatError(file, 0, f"{where}, {key} to be an object", json.dumps(part))
+    return part
+
+
+def _text(file: str, item: dict[str, Any], where: str, key: str) -> str:
+    if not isinstance(item.get(key), str):
+        raise FormatError(
+            file, 0, f'{where} with a text "{key}"', json.dumps(item[key]) if key in item else "no such key"
+        )
+    return str(item[key])
+
+
+def _list(file: str, item: dict[str, Any], where: str, key: str) -> list[Any]:
+    if not isinstance(item.get(key), list) or not item[key]:
+        found = json.dumps(item[key]) if key in item else "no such key"
+        raise FormatError(file, 0, f'{where} with a list "{key}" that is not empty', found)
+    return list(item[key])

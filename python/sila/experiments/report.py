@@ -1,0 +1,318 @@
+"""What an experiment leaves in its folder: results.json, results.csv, curves.csv, table.md."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .. import _sila
+from .read import Experiment
+from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Comparison, compare, rows_of, summarise
+
+SPLITS = {"time": "by blocks of time with an embargo", "track": "by track (companions are learnt from)"}
+MEASURES = {"mhd_m": "weighted MHD", "ade_m": "ADE of the mean path"}
+#: Of the summary over places: value -> title.
+BRIEF = {
+    "ratio": "wMHD / CV",
+    "ade_ratio": "ADE / CV",
+    "fde_ratio": "FDE / CV",
+    "turning_ratio": "turning / CV",
+    "min_ade_6_ratio": "min ADE of 6 / CV",
+    "nll": "NLL",
+    "energy_score_m": "energy score [m]",
+    "reliability_average": "reliability",
+}
+#: Means over places leave out places with fewer such windows in all trials.
+LEAST_WINDOWS = 50
+
+
+def write_results(
+    folder: Path, experiment: Experiment, results: Sequence[Mapping[str, Any]], trials: int
+) -> dict[str, Any]:
+    """Writes everything about the results of the first `trials` trials; gives what results.json holds."""
+    from .runner import build_hash, write_text
+
+    settings = experiment.settings
+    rows = rows_of(results)
+    summary = summarise(rows, results)
+    comparisons = {
+        measure: compare(results, experiment.reference, settings.bootstraps, settings.seed, measure)
+        for measure in MEASURES
+    }
+    orders = _sila.orders_of(len(experiment.scenes), settings.orders, settings.seed)
+    names = [scene.name for scene in experiment.scenes]
+    written: dict[str, Any] = {
+        "version": _sila.version,
+        "build": build_hash(),
+        "made_with": made_with(experiment),
+        "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split}",
+        "seed": settings.seed,
+        "experiment": experiment.resolved(),
+        **({"orders": [[names[i] for i in order] for order in orders]} if settings.kind == "places" else {}),
+        "not_run_here": {method.name: method.missing for method in experiment.methods if method.cls is None},
+        "summary": _summary_json(summary),
+        "comparisons": [_labelled(c, settings.split) for c in comparisons["mhd_m"]],
+        "ade_comparisons": [_labelled(c, settings.split) for c in comparisons["ade_m"]],
+        "curves": [_curve_json(result, settings.split) for result in results],
+    }
+    write_text(folder / "results.json", _json(written))
+    write_text(folder / "results.csv", rows.to_csv(index=False, lineterminator="\n"))
+    write_text(folder / "curves.csv", curves(results).to_csv(index=False, lineterminator="\n"))
+    write_text(folder / "table.md", markdown(experiment, results, summary, comparisons, trials, written["made_with"]))
+    return written
+
+
+def _label(place: str, split: str, of: str) -> str:
+    """Places of two splits have two curves."""
+    return f"{place} (by track)" if of == "both" and split == "track" else place
+
+
+def _labelled(comparison: Comparison, of: str) -> dict[str, Any]:
+    return comparison._asdict() | {"place": _label(comparison.place, comparison.split, of)}
+
+
+def _curve_json(result: Mapping[str, Any], of: str) -> dict[str, Any]:
+    def labelled(checkpoint: Mapping[str, Any]) -> dict[str, Any]:
+        if "places" not in checkpoint:
+            return dict(checkpoint)
+        places = {_label(place, result["split"], of): groups for place, groups in checkpoint["places"].items()}
+        return {**checkpoint, "places": places}
+
+    curve = {key: result[key] for key in ("method", "split", "trial", "order")}
+    scene = _label(result["scene"], result["split"], of)
+    return {"scene": scene, **curve, "checkpoints": [labelled(c) for c in result["checkpoints"]]}
+
+
+def made_with(experiment: Experiment) -> dict[str, Any]:
+    """The git revision of the experiment file, and the versions of everything."""
+    packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch")
+    versions = {"sila": _sila.version, "python": platform.python_version()}
+    for package in packages:
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return {"revision": _revision(Path(experiment.file).parent), "versions": versions, "machine": platform.machine()}
+
+
+def _revision(folder: Path) -> str | None:
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+    try:
+        return git("rev-parse", "--short", "HEAD") + (", changed since" if git("status", "--porcelain", "-uno") else "")
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, indent=1, allow_nan=False) + "\n"
+
+
+def _summary_json(summary: pd.DataFrame) -> list[dict[str, Any]]:
+    found = []
+    for (split, place, method), row in summary.iterrows():
+        item: dict[str, Any] = {"place": place, "method": method, "split": split}
+        for name in BY_NAME:
+            if row[name, "count"] > 0:
+                deviation = row[name, "std"] if row[name, "count"] > 1 else 0.0
+                item[name] = {"trials": int(row[name, "count"]), "mean": row[name, "mean"], "deviation": deviation}
+        item |= {name: row[name, "mean"] for name, _ in POOLED if not np.isnan(row[name, "mean"])}
+        found.append(item)
+    return found
+
+
+def curves(results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """A row a checkpoint and place that was scored."""
+    rows = []
+    for result in results:
+        for checkpoint in result["checkpoints"]:
+            row = {key: result[key] for key in ("scene", "method", "split", "trial", "order")}
+            row |= {key: checkpoint[key] for key in ("episode", "tracks", "size", "seconds")}
+            if "places" not in checkpoint:
+                rows.append({**row, "place": None})
+            for place, groups in checkpoint.get("places", {}).items():
+                moving = groups.get("moving")
+                if moving is None:
+                    continue
+                model, constant = moving["model"], moving["constant_velocity"]
+                rows.append({**row, "place": place, "windows": moving["windows"]})
+                for name in ("weighted_mhd_m", "mean_path_mhd_m", "best_mhd_m", "mean_path_ade_m", "nll"):
+                    rows[-1][name] = model[name]
+                rows[-1]["constant_mhd_m"] = constant["weighted_mhd_m"]
+                rows[-1]["constant_ade_m"] = constant["mean_path_ade_m"]
+    first = ["scene", "place", "method", "split", "trial", "order", "episode", "tracks", "size", "seconds"]
+    table = pd.DataFrame(rows)
+    return table[[*first, *[name for name in table.columns if name not in first]]]
+
+
+def markdown(
+    experiment: Experiment,
+    results: Sequence[Mapping[str, Any]],
+    summary: pd.DataFrame,
+    comparisons: Mapping[str, Sequence[Comparison]],
+    trials: int,
+    made: Mapping[str, Any],
+) -> str:
+    settings = experiment.settings
+    finished = f"{trials}" + (f" of {settings.trials}" if trials < settings.trials else "")
+    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
+    text = [
+        f"# {Path(experiment.file).stem}\n",
+        f"Revision {made['revision'] or 'unknown'}; {finished} trials, seed {settings.seed}; {versions}.\n",
+        "Moving windows, mean over trials ± deviation. CV: constant velocity on the same windows.\n",
+    ]
+    places = summary.index.get_level_values("place").unique()
+    text.append(_brief(experiment, summary))
+    if any(len(result["checkpoints"]) > 1 for result in results):
+        text.append(_growth(results))
+    for split in settings.splits:
+        if split not in summary.index.get_level_values("split"):
+            continue
+        text.append(f"# Split {SPLITS[split]}\n")
+        for place in places:
+            text.append(
+                _table(
+                    f"## {place}", "method", [(m, r) for (s, p, m), r in summary.iterrows() if (s, p) == (split, place)]
+                )
+            )
+        if len(places) > 1:
+            text.append(_means(summary.loc[split]))
+        for measure, rows in comparisons.items():
+            text.append(_comparison_table(MEASURES[measure], [c for c in rows if c.split == split]))
+    return "\n".join(text)
+
+
+def _number(value: float, decimals: int) -> str:
+    return "–" if np.isnan(value) else f"{value:.{decimals}f}"
+
+
+def _lines(first: str, titles: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+    lines = [f"| {' | '.join([first, *titles])} |", "|" + "---|" * (len(titles) + 1)]
+    lines += [f"| {' | '.join([name, *cells])} |" for name, cells in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(row: Any, name: str) -> str:
+    text = _number(row[name, "mean"], BY_NAME[name].decimals)
+    if row[name, "count"] > 1 and name in WITH_SPREAD:
+        text += " ± " + _number(row[name, "std"], BY_NAME[name].decimals)
+    return text
+
+
+def _table(heading: str, first: str, rows: Sequence[tuple[str, Any]]) -> str:
+    shown = [column for column in COLUMNS if column.title]
+    titles = [column.title for column in shown] + [title for _, title in POOLED]
+    cells = [
+        (name, [_cell(row, c.name) for c in shown] + [_number(row[p, "mean"], 3) for p, _ in POOLED])
+        for name, row in rows
+    ]
+    return f"{heading}\n\n{_lines(first, titles, cells)}"
+
+
+def _over_places(rows: pd.DataFrame, name: str) -> tuple[float, float]:
+    """Mean and deviation over places of the mean over trials; of the size the geometric mean, as places differ by orders
+    of magnitude."""
+    means = rows[name, "mean"]
+    group = name.partition("_")[0]
+    if group in ("turning", "standing") and not name.endswith("windows"):
+        means = means[rows[f"{group}_windows", "mean"] * rows[f"{group}_windows", "count"] >= LEAST_WINDOWS]
+    means = means.dropna()
+    if len(means) == 0:
+        return np.nan, np.nan
+    if name == "size":
+        return float(np.exp(np.log(means.clip(lower=1)).mean())), np.nan
+    return float(means.mean()), float(means.std()) if len(means) > 1 else np.nan
+
+
+def _means(summary: pd.DataFrame) -> str:
+    shown = [column for column in COLUMNS if column.title]
+    lines = []
+    own = summary[summary.index.get_level_values("place") != ALL]
+    for method in own.index.get_level_values("method").unique():
+        rows = own.xs(method, level="method")
+        cells = []
+        for column in shown:
+            mean, deviation = _over_places(rows, column.name)
+            text = _number(mean, column.decimals)
+            if column.name in WITH_SPREAD and not np.isnan(deviation):
+                text += " ± " + _number(deviation, column.decimals)
+            cells.append(text)
+        lines.append((method, cells + [_number(rows[p, "mean"].mean(), 3) for p, _ in POOLED]))
+    titles = [column.title for column in shown] + [title for _, title in POOLED]
+    return (
+        "## Mean over the places\n\n± is the deviation between places; size: geometric mean; turning and standing: places "
+        f"with at least {LEAST_WINDOWS} such windows in all trials.\n\n{_lines('method', titles, lines)}"
+    )
+
+
+def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
+    """Mean over places, both splits side by side; the best of a column is bold."""
+    splits = [split for split in experiment.settings.splits if split in summary.index.get_level_values("split")]
+    own = summary[summary.index.get_level_values("place") != ALL]
+    methods = list(own.index.get_level_values("method").unique())
+    table: dict[tuple[str, str], list[float]] = {}
+    for name in BRIEF:
+        for split in splits:
+            table[name, split] = [
+                _over_places(own.loc[split].xs(method, level="method"), name)[0] for method in methods
+            ]
+    cells: list[list[str]] = [[] for _ in methods]
+    for (name, _), values in table.items():
+        decimals = BY_NAME[name].decimals if name in BY_NAME else 3
+        texts = [_number(value, decimals) for value in values]
+        finite = [value for value in values if not np.isnan(value)]
+        best = (max if name == "reliability_average" else min)(finite) if finite else np.nan
+        for row, text in zip(cells, texts):
+            row.append(f"**{text}**" if len(methods) > 1 and text == _number(best, decimals) and text != "–" else text)
+    titles = [BRIEF[name] + (f", {split}" if len(splits) > 1 else "") for name, split in table]
+    lines = list(zip(methods, cells))
+    lines += [(f"{m.name} (not run here)", ["–"] * len(titles)) for m in experiment.methods if m.cls is None]
+    return f"# Mean over the places\n\nThe best of a column is bold.\n\n{_lines('method', titles, lines)}"
+
+
+def _growth(results: Sequence[Mapping[str, Any]]) -> str:
+    """The paper's measures: size after shares of the episodes and for each trajectory, time to learn an episode."""
+    rows = [
+        {"scene": r["scene"], "method": r["method"], "share": c["episode"] / len(r["checkpoints"]), **c}
+        for r in results
+        for c in r["checkpoints"]
+        if len(r["checkpoints"]) > 1
+    ]
+    lines = []
+    for (scene, method), table in pd.DataFrame(rows).groupby(["scene", "method"], sort=False):
+        sizes = [
+            table[(table["share"] - share).abs() <= 0.5 / table["episode"].max()]["size"].mean()
+            for share in (0.25, 0.5, 1)
+        ]
+        last = table[table["share"] == 1]
+        halves = [1000 * table[half]["seconds"].mean() for half in (table["share"] <= 0.5, table["share"] > 0.5)]
+        growth = sizes[-1] / last["tracks"].mean()
+        cells = [*(f"{size:.0f}" for size in sizes), f"{growth:.2f}", *(f"{ms:.0f}" for ms in halves)]
+        lines.append((str(scene), [str(method), *cells]))
+    titles = ["method", "size after 25 %", "50 %", "100 %", "per trajectory", "ms an episode, 1st half", "2nd half"]
+    return f"# Growth\n\nMeans over trials, splits and orders.\n\n{_lines('scene', titles, lines)}"
+
+
+def _comparison_table(measure: str, comparisons: Sequence[Comparison]) -> str:
+    rows = [
+        (
+            c.place,
+            [c.method, c.against, str(c.people), f"{c.difference:.3f}", f"{c.low:.3f} to {c.high:.3f}"],
+        )
+        for c in comparisons
+    ]
+    return (
+        f"## Paired comparisons: {measure}\n\nDifference over the moving windows of the same people in the same trials, as "
+        "a share of constant velocity's error; below 0 the method is better. 95 % interval by resampling people.\n\n"
+        + _lines("place", ["method", "against", "people", "difference", "95 %"], rows)
+    )

@@ -1,0 +1,253 @@
+"""Does the runs of an experiment, side by side if asked, and keeps their results."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _sila
+from .._sila import Prediction, WindowSet
+from .measures import measures_of, modes_of, stepwise_measures
+from .method import Forecast, Method
+from .protocol import Run, TestSite, batches_of, protocol_of, runs_of
+from .read import Experiment, ExperimentMethod, Overrides, read_experiment
+from .scores import sums_of
+
+Json = dict[str, Any]
+NOTHING_ELSE = Overrides()
+
+
+def do_run(experiment: Experiment, run: Run) -> Json:
+    """The result of a run: a checkpoint an episode, and the scores after the last."""
+    settings, entry = experiment.settings, experiment.methods[run.method_index]
+    assert entry.cls is not None
+    protocol = protocol_of(experiment, run)
+    config = entry.configs[run.scene_index]
+    method = entry.cls(config, batch=settings.batch, seed=run.trial, **entry.parameters)
+    if method.at_once:
+        whole = protocol.training[0]
+        for more in protocol.training[1:]:
+            whole = whole + more
+        batches = [whole]
+    else:
+        batches = list(batches_of(protocol.training, settings.batch))
+    result: Json = {key: value for key, value in asdict(run).items() if key in ("trial", "order", "split", "scene")}
+    result |= {"method": run.method, "checkpoints": [], "places": {}}
+    tracks = 0
+    for episode, batch in enumerate(batches, 1):
+        tracks += len(batch)
+        started = time.perf_counter()
+        method.fit(batch) if method.at_once else method.partial_fit(batch)
+        seconds = time.perf_counter() - started
+        checkpoint: Json = {"episode": episode, "tracks": tracks, "size": method.size, "seconds": seconds}
+        last = episode == len(batches)
+        for site in protocol.test_sites if last or settings.every_episode else ():
+            scores, brief = score(method, site, config, with_measures=last)
+            checkpoint.setdefault("places", {})[site.name] = brief
+            if last:
+                result["places"][site.name] = scores
+        checkpoint["size"] = method.size
+        result["checkpoints"].append(checkpoint)
+    return result
+
+
+def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -> tuple[Json, Json]:
+    """The scores of a method at a scene, and what a checkpoint keeps of them."""
+    stride_s = json.loads(config)["evaluate"]["every_s"]
+    windows = site.test.windows(config, stride_s)
+    started = time.perf_counter()
+    found = method.predict(windows.without_future())
+    seconds = time.perf_counter() - started
+    predictions = predictions_of(windows, found) if isinstance(found, Forecast) else found
+    evaluation_json, windows_json = _sila.scores_of(predictions, site.test, site.support, config)
+    evaluation, scored = json.loads(evaluation_json), json.loads(windows_json)
+    brief = {
+        name: {"windows": group["windows"], **{k: group["horizons"][-1][k] for k in ("model", "constant_velocity")}}
+        for name, group in evaluation["groups"].items()
+        if group["windows"] > 0
+    }
+    if not with_measures:
+        return {}, brief
+    modes, truth_m = modes_of(found if stepwise(found) else predictions), np.asarray(windows.future_m)
+    more, reliability = measures_of(modes, truth_m, [window["moving"] for window in scored])
+    if stepwise(found):
+        more |= stepwise_measures(modes, truth_m)
+    scores = sums_of(scored, more)
+    scores |= {"reliability": reliability, "evaluation": evaluation}
+    scores["seconds_per_prediction"] = seconds / max(1, len(windows))
+    return scores, brief
+
+
+def predictions_of(windows: WindowSet, forecast: Forecast) -> list[Prediction]:
+    """A forecast as the library's predictions; of weights that change from step to step the means."""
+    weights = forecast.weights.mean(2) if stepwise(forecast) else forecast.weights
+    return _sila.predictions_of(windows, weights, forecast.paths_m, forecast.covariances_m2, forecast.fallback)
+
+
+def stepwise(found: Forecast | Sequence[Prediction]) -> bool:
+    return isinstance(found, Forecast) and found.weights.ndim == 3
+
+
+def hash_of(*values: Any) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def build_hash() -> str:
+    """Tells builds of one version apart: the extension module and the Python files of experiments."""
+    files = [Path(_sila.__file__), *sorted(Path(__file__).parent.rglob("*.py"))]
+    return hash_of([hashlib.sha256(file.read_bytes()).hexdigest() for file in files])
+
+
+def key_of(experiment: Experiment, run: Run, build: str) -> Json:
+    """What the result of a run depends on. Trials that are added later leave the earlier ones as they are."""
+    settings = {k: v for k, v in asdict(experiment.settings).items() if k not in ("trials", "bootstraps", "split")}
+    one = experiment.settings.kind == "one_place"
+    scenes = [experiment.scenes[run.scene_index]] if one else experiment.scenes
+    method: ExperimentMethod = experiment.methods[run.method_index]
+    source = ""
+    if method.cls is not None and ".py:" in method.kind:
+        source = (Path(experiment.file).parent / method.kind.partition(":")[0]).read_text(encoding="utf-8")
+    return {
+        "version": _sila.version,
+        "build": build,
+        "experiment": hash_of(settings, run.split),
+        "tracks": hash_of([[scene.name, scene.tracks_hash] for scene in scenes]),
+        "method": hash_of(method.kind, dict(method.parameters), method.configs[run.scene_index], source),
+    }
+
+
+_NAMES = {
+    "version": "version of sila",
+    "experiment": "setting of the experiment",
+    "tracks": "set of tracks",
+    "method": "configuration of the method",
+    "build": "build of sila",
+}
+
+
+def kept_result(path: Path, key: Json, redo: bool) -> Json | None:
+    """The result of an earlier run, if it is there and was made alike. Raises ValueError if it was not, unless `redo`."""
+    if not path.exists():
+        return None
+    try:
+        result: Json = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:  # half a file
+        result = {}
+    kept = result.get("key", {})
+    if kept == key:
+        return result
+    if redo:
+        return None
+    other = next((text for name, text in _NAMES.items() if kept.get(name) != key[name]), "something else")
+    raise ValueError(
+        f"experiment: {path} was made with another {other}; name another --out, or say --redo to make such results anew"
+    )
+
+
+def write_text(path: Path, text: str) -> None:
+    """In one step, so that an interruption leaves no half file."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
+def run_experiment(
+    experiment: Experiment,
+    out: str | os.PathLike[str],
+    *,
+    redo: bool = False,
+    workers: int = 1,
+    overrides: Overrides = NOTHING_ELSE,
+) -> Json:
+    """Does all runs that are not in `out` yet, and writes the tables after each trial; gives what results.json holds.
+
+    `workers` processes do runs side by side; each reads the experiment again, with the same `overrides`.
+    """
+    from .report import write_results
+
+    folder, build, runs = Path(out), build_hash(), runs_of(experiment)
+    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    results: list[Json | None] = []
+    for run in runs:
+        results.append(kept_result(folder / "runs" / run.file, key_of(experiment, run, build), redo))
+    missing = [i for i, result in enumerate(results) if result is None]
+    if len(missing) < len(runs):
+        print(f"{len(runs) - len(missing)} of {len(runs)} runs are there from before", file=sys.stderr)
+    written: Json = {}
+    trial = 0
+    for done, (i, result) in enumerate(_done(experiment, [runs[i] for i in missing], missing, workers, overrides), 1):
+        result["key"] = key_of(experiment, runs[i], build)
+        write_text(folder / "runs" / runs[i].file, json.dumps(result) + "\n")
+        results[i] = result
+        print(f"{done}/{len(missing)}: {_told(result)}", file=sys.stderr)
+        finished = _finished_trials(runs, results)
+        if finished > trial and done < len(missing):
+            trial = finished
+            write_results(folder, experiment, [r for r in results if r is not None and r["trial"] <= trial], trial)
+    written = write_results(folder, experiment, [r for r in results if r is not None], experiment.settings.trials)
+    return written
+
+
+def _finished_trials(runs: Sequence[Run], results: Sequence[Json | None]) -> int:
+    open_trials = [run.trial for run, result in zip(runs, results) if result is None]
+    return min(open_trials) - 1 if open_trials else runs[-1].trial
+
+
+_worker_experiment: Experiment | None = None
+
+
+def _start_worker(file: str, overrides: Overrides, threads: int) -> None:
+    global _worker_experiment
+    _sila.limit_threads(threads)
+    _worker_experiment = read_experiment(file, overrides)
+
+
+def _work(run: Run) -> Json:
+    assert _worker_experiment is not None
+    return _named(_worker_experiment, run)
+
+
+def _named(experiment: Experiment, run: Run) -> Json:
+    try:
+        return do_run(experiment, run)
+    except Exception as error:
+        where = f"trial {run.trial}, {run.scene}, {run.method}"
+        raise RuntimeError(f"experiment: {where}: {error}; what was finished is kept") from error
+
+
+def _done(
+    experiment: Experiment, runs: Sequence[Run], indices: Sequence[int], workers: int, overrides: Overrides
+) -> Iterator[tuple[int, Json]]:
+    if workers <= 1:
+        for i, run in zip(indices, runs):
+            yield i, _named(experiment, run)
+        return
+    threads = max(1, (os.cpu_count() or 1) // workers)
+    context = get_context("spawn")  # the threads of the library do not survive a fork
+    starting = (experiment.file, overrides, threads)
+    with ProcessPoolExecutor(workers, context, _start_worker, starting) as pool:
+        yield from zip(indices, pool.map(_work, runs))
+
+
+def _told(result: Json) -> str:
+    last = result["checkpoints"][-1]
+    seconds = sum(c["seconds"] for c in result["checkpoints"]) / len(result["checkpoints"])
+    sums = [site["groups"]["moving"] for site in result["places"].values()]
+    constant = sum(s["constant_mhd_m"] for s in sums)
+    ratio = f"{sum(s['mhd_m'] for s in sums) / constant:.3f}" if constant > 0 else "–"
+    order = f", order {result['order']}" if result["order"] else ""
+    return (
+        f"trial {result['trial']}{order}, split by {result['split']}, {result['scene']}, {result['method']}: "
+        f"wMHD / CV {ratio}, size {last['size']}, {seconds:.3f} s per episode"
+    )

@@ -1,0 +1,230 @@
+"""Experiments: the same numbers as the library's own harness gave, resumed runs, refused files, measures that are right."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+pytest.importorskip("scipy")
+from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment
+from sila.experiments.measures import measures_of, modes_of, reliability_scores
+from sila.experiments.methods.cliff import fit_mixture
+from sila.experiments.program import run
+from sila.experiments.protocol import protocol_of, runs_of
+from sila.experiments.read import Overrides
+from sila.experiments.tables import compare
+
+GOLDEN = Path(__file__).parent / "golden"
+SCENE = {"name": "four-way", "simulate": {"tracks": 75, "occlusions_per_min": 0, "cut_share": 0}}
+SMALL = {
+    "trials": 1,
+    "test_tracks": 10,
+    "train_tracks": 30,
+    "bootstraps": 200,
+    "config": {"profile": "paper"},
+    "scenes": [SCENE],
+    "methods": ["sila"],
+}
+
+
+def written(folder, **changes):
+    path = folder / "e.json"
+    path.write_text(json.dumps({**SMALL, **changes}))
+    return path
+
+
+def csv_of(folder, file, changes=None):
+    experiment = json.loads(file.read_text()) | (changes or {})
+    (folder / "e.json").write_text(json.dumps(experiment))
+    assert run([str(folder / "e.json"), "--out", str(folder / "out"), "--threads", "1"]) == 0
+    return pd.read_csv(folder / "out/results.csv")
+
+
+@pytest.mark.parametrize(
+    ("golden", "changes"),
+    [("experiment.csv", {}), ("experiment_places.csv", {"kind": "places", "orders": 2, "trials": 1})],
+)
+def test_the_numbers_are_those_of_the_harness_in_cpp(tmp_path, golden, changes):
+    expected = pd.read_csv(GOLDEN / golden)
+    found = csv_of(tmp_path, GOLDEN / "experiment.json", changes)
+    keys = ["place", "method", "trial", "order"]
+    expected, found = (table.sort_values(keys, ignore_index=True) for table in (expected, found))
+    assert found[keys].values.tolist() == expected[keys].values.tolist()
+    for column in expected.columns.difference([*keys, "seconds_per_episode"]):
+        np.testing.assert_allclose(found[column], expected[column], rtol=1e-9, atol=1e-12, err_msg=column)
+
+
+def test_goes_on_where_it_was_interrupted_and_refuses_results_of_another_making(tmp_path, capsys):
+    path, out = written(tmp_path, methods=["sila", "knn"], trials=2), tmp_path / "out"
+    assert run([str(path), "--out", str(out), "--trials", "1"]) == 0
+    kept = (out / "runs/001-four-way-sila.json").read_text()
+    (out / "runs/001-four-way-knn.json").unlink()
+    assert run([str(path), "--out", str(out)]) == 0
+    assert "1 of 4 runs" in capsys.readouterr().err
+    assert (out / "runs/001-four-way-sila.json").read_text() == kept
+    changed = [str(path), "--out", str(out), "--set", "predict.max_modes=2"]
+    assert run(changed) == 2
+    assert "--redo" in capsys.readouterr().err
+    assert run([*changed, "--redo"]) == 0
+    results = json.loads((out / "results.json").read_text())
+    assert len(results["curves"]) == 4
+    assert results["made_with"]["versions"]["sila"]
+    assert "| knn |" in (out / "table.md").read_text()
+
+
+def test_workers_give_the_same_numbers(tmp_path):
+    path = written(tmp_path, methods=["sila", "linear"], split="both")
+    one, two = tmp_path / "one", tmp_path / "two"
+    assert run([str(path), "--out", str(one)]) == 0
+    assert run([str(path), "--out", str(two), "--workers", "2"]) == 0
+    times = ["seconds_per_episode", "ms_per_prediction"]
+    tables = [pd.read_csv(folder / "results.csv").drop(columns=times) for folder in (one, two)]
+    pd.testing.assert_frame_equal(*tables, rtol=1e-12)
+    assert set(tables[0]["split"]) == {"time", "track"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"trails": 3}, ["trails", "trials"]),
+        ({"methods": [{"method": "sila", "confg": {}}]}, ["confg", "config"]),
+        ({"methods": ["silo"]}, ["silo", "sila"]),
+        ({"methods": [{"method": "knn", "parameters": {"neighbour": 3}}]}, ["neighbour", "neighbours"]),
+        ({"methods": ["sila", "sila"]}, ["'sila' twice"]),
+        ({"test_tracks": 100}, ["'four-way'", "75 tracks"]),
+        ({"methods": [{"method": "sila", "config": {"predict": {"horizon_s": 3}}}]}, ["horizon_s"]),
+        ({"scenes": []}, ["scenes"]),
+        ({"scenes": [{"name": "a", "scene": "none.json"}]}, ["none.json"]),
+        ({"kind": "transfer"}, ["at least two"]),
+        ({"trials": 0}, ["trials", "1 to 10000"]),
+        ({"split": "tracks"}, ["track"]),
+    ],
+)
+def test_what_is_no_experiment_is_refused(tmp_path, changes, words, capsys):
+    assert run([str(written(tmp_path, **changes)), "--out", str(tmp_path / "out")]) in (1, 2)
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_split_larger_than_the_data_takes_fewer_if_told(tmp_path):
+    experiment = read_experiment(written(tmp_path, test_tracks=50, train_tracks=150, take_fewer=True))
+    protocol = protocol_of(experiment, runs_of(experiment)[0])
+    tracks = len(experiment.scenes[0].tracks)
+    assert len(protocol.test_sites[0].test) >= round(tracks / 4)
+    assert len(protocol.training[0]) <= tracks - len(protocol.test_sites[0].test)
+
+
+def test_transfer_learns_elsewhere_and_beside_it_here(tmp_path):
+    scenes = [{**SCENE, "name": name, "simulate": {**SCENE["simulate"], "seed": n}} for n, name in enumerate("abc", 1)]
+    experiment = read_experiment(written(tmp_path, kind="transfer", scenes=scenes))
+    runs = runs_of(experiment)
+    assert [run.method for run in runs] == ["sila", "sila here"] * 3
+    for run_ in runs:
+        protocol = protocol_of(experiment, run_)
+        assert len(protocol.training) == (1 if run_.here else 2)
+        assert [site.name for site in protocol.test_sites] == [run_.scene]
+
+
+BASELINE = """
+import numpy as np
+from sila.experiments import Forecast, Method
+from sila.experiments.method import constant_velocity
+
+class Straight(Method):
+    parameters = {"deviation_m": 1.0}
+    learnt = 0
+
+    def partial_fit(self, tracks):
+        self.learnt += len(tracks)
+
+    def predict(self, windows):
+        assert windows.future_m.shape[1] == 0  # hidden
+        path = constant_velocity(np.asarray(windows.past_m), windows.steps, windows.interval_s)[:, None]
+        covariance = np.tile(self.deviation_m**2 * np.eye(2), (*path.shape[:3], 1, 1))
+        return Forecast(np.ones((len(path), 1)), path, covariance)
+"""
+
+
+def test_a_new_baseline_is_one_file(tmp_path):
+    (tmp_path / "straight.py").write_text(BASELINE)
+    (tmp_path / "gone.py").write_text("import no_such_package\n")
+    own = {"name": "own", "method": "straight.py:Straight", "parameters": {"deviation_m": 0.8}}
+    path = written(tmp_path, methods=["sila", own, {"name": "gone", "method": "gone.py:Gone"}])
+    written_results = run_experiment(read_experiment(path), tmp_path / "out")
+    table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
+    assert table.loc["own", "ratio"] == pytest.approx(1.0, abs=1e-12)
+    assert "no_such_package" in written_results["not_run_here"]["gone"]
+    assert "gone (not run here)" in (tmp_path / "out/table.md").read_text()
+
+
+def gaussians(windows, deviation_m, steps=5):
+    paths = np.zeros((windows, 1, steps, 2))
+    return Forecast(np.ones((windows, 1)), paths, np.tile(deviation_m**2 * np.eye(2), (windows, 1, steps, 1, 1)))
+
+
+def test_measures_of_a_gaussian_are_those_of_the_textbook():
+    truth = np.random.default_rng(1).normal(size=(2000, 5, 2)) * 0.7
+    values, reliability = measures_of(modes_of(gaussians(2000, 0.7)), truth, [True] * 2000)
+    average, least = reliability_scores(np.array(reliability["held"]), reliability["windows"])
+    assert average > 0.98
+    assert least > 0.95
+    assert values["area_68_m2"].mean() == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.05)
+    assert values["area_95_m2"].mean() == pytest.approx(-2 * np.log(0.05) * np.pi * 0.49, rel=0.08)
+    # E|X - Y| - E|X - X'| / 2 of equal Gaussians in the plane: half of sqrt(pi) sigma
+    assert values["energy_score_m"].mean() == pytest.approx(0.5 * np.sqrt(np.pi) * 0.7, rel=0.03)
+    narrow, _ = measures_of(modes_of(gaussians(2000, 0.3)), truth, [True] * 2000)
+    assert narrow["energy_score_m"].mean() > values["energy_score_m"].mean()
+
+
+def test_the_kernel_of_samples_grows_with_their_spread():
+    paths = np.random.default_rng(2).normal(size=(1, 20, 3, 2)) * np.array([1.0, 2.0, 4.0])[:, None]
+    forecast = kernel_forecast(np.ones((1, 20)), paths, 0.2)
+    assert forecast.weights.sum() == pytest.approx(1.0)
+    assert (np.diff(np.linalg.det(forecast.covariances_m2[0, 0])) > 0).all()
+
+
+def test_cliff_finds_two_streams_one_of_them_across_the_cut():
+    random = np.random.default_rng(7)
+    west = np.arange(300) % 3 == 0
+    direction = np.where(west, np.pi, 0) + 0.15 * random.normal(size=300)
+    samples = np.stack(
+        [(direction + np.pi) % (2 * np.pi) - np.pi, np.where(west, 0.8, 1.5) + 0.1 * random.normal(size=300)], -1
+    )
+    weights, means, _ = fit_mixture(samples)
+    assert len(weights) == 2
+    east = weights.argmax()
+    assert weights[east] == pytest.approx(2 / 3, abs=0.01)
+    assert means[east] == pytest.approx([0, 1.5], abs=0.05)
+    assert abs(means[1 - east][0]) == pytest.approx(np.pi, abs=0.05)
+
+
+def test_cliff_follows_a_stream_round_a_corner(tmp_path):
+    experiment = read_experiment(written(tmp_path, methods=["cliff"]), Overrides())
+    protocol = protocol_of(experiment, runs_of(experiment)[0])
+    method: Method = experiment.methods[0].cls(experiment.methods[0].configs[0], beta=0.1)
+    method.fit(protocol.training[0])
+    windows = protocol.test_sites[0].test.windows(experiment.methods[0].configs[0], 1.6)
+    again = [method.predict(windows.without_future()).paths_m for _ in range(2)]
+    np.testing.assert_array_equal(*again)
+    assert method.size > 10
+    assert np.isfinite(again[0]).all()
+
+
+def result(method, trial, error, people=30):
+    sums = {f"p{p}": {"mhd_m": error * (1 + 0.1 * p), "constant_mhd_m": 1 + 0.1 * p} for p in range(people)}
+    return {"split": "time", "method": method, "trial": trial, "order": 0, "places": {"a": {"people": sums}}}
+
+
+def test_comparisons_find_the_difference_with_an_interval_round_it():
+    results = [result("sila", 1, 0.8), result("other", 1, 0.9), result("other", 2, 5.0)]  # trial 2 has no partner
+    results[1]["places"]["a"]["people"]["p3"]["mhd_m"] += 1.0
+    found = {(c.method, c.against): c for c in compare(results, "sila", 500, 1)}
+    assert found["sila", "constant velocity"].difference == pytest.approx(-0.2)
+    other = found["other", "sila"]
+    assert other.people == 30
+    assert other.low == pytest.approx(0.1, abs=1e-9)  # samples without the one person whose error differs
+    assert other.low < other.difference < other.high
+    assert compare(results, "sila", 500, 1) == compare(results, "sila", 500, 1)

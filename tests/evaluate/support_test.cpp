@@ -1,0 +1,43 @@
+#include <gtest/gtest.h>
+
+#include "sila/evaluate/evaluate.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+TEST(CoveredArea, HasTheCellsOfTheTracksAndTheirNeighbours) {
+  const std::vector<FramedTrajectory> tracks{
+      {testing::walk("a", {{14.0, 1.5}, {-14.0, 1.5}}, 1.4), testing::square_frame()}};
+  const CoveredArea area = covered_area(tracks);
+  EXPECT_TRUE(contains(area, {0.0, 1.5}));
+  EXPECT_TRUE(contains(area, {0.0, 2.9}));
+  EXPECT_FALSE(contains(area, {0.0, 3.1}));
+  EXPECT_TRUE(contains(area, {0.0, 0.1}));
+  EXPECT_FALSE(contains(area, {0.0, -0.1}));
+  EXPECT_THROW(covered_area(tracks, 0.0), std::invalid_argument);
+}
+
+TEST(EvaluateForecast, ScoresConstantVelocityAsItselfAndPartsInsideFromOutside) {
+  const EpisodeConfig config;
+  const std::vector<FramedTrajectory> train = testing::corner_walks(40, 14), test = testing::corner_walks(20, 15);
+  const TrainingSupport support = training_support(train, config, {});
+  std::map<std::pair<std::string, double>, Prediction> constant;
+  for (const Window& window : windows_of(test, config.sampling, config.predict, EvaluateConfig{}.every_s))
+    constant[{window.observed.id, window.observed.times_s.back()}] =
+        support.moving.front().predict(window.past_m, config.sampling.interval_s);
+  const Forecast forecast = [&](const CurbTrajectory& observed) {
+    return constant.at({observed.id, observed.times_s.back()});
+  };
+  const Evaluation evaluation = evaluate_forecast(forecast, test, config, {}, &support);
+  ASSERT_EQ(evaluation.groups.size(), 6u);
+  EXPECT_EQ(evaluation.groups[1].windows + evaluation.groups[2].windows, evaluation.groups[0].windows);
+  EXPECT_EQ(evaluation.groups[4].name, "inside");
+  EXPECT_EQ(evaluation.groups[4].windows + evaluation.groups[5].windows, evaluation.groups[1].windows);
+  EXPECT_GT(evaluation.groups[5].windows, 0u);
+  for (const WindowScore& window : evaluation.windows)
+    EXPECT_EQ(window.model.back().weighted_mhd_m, window.constant.back().weighted_mhd_m);
+}
+
+}  // namespace
+}  // namespace sila
