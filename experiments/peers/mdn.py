@@ -10,7 +10,7 @@ from sila.experiments import Forecast, Method
 from sila.experiments.gaussian_path import training_windows
 
 if not os.path.isfile(os.path.join(os.environ.get("BASE_MDN", ""), "base_lstm.py")):
-    raise ImportError("BASE_MDN names no folder with base_lstm.py of the MDN (tools/peers --base-mdn DIR)")
+    raise ImportError("BASE_MDN names no folder with base_lstm.py of the MDN (make peers BASE_MDN=DIR)")
 sys.path.insert(0, os.environ["BASE_MDN"])
 sys.dont_write_bytecode = True
 import torch
