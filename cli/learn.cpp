@@ -3,6 +3,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -119,12 +120,37 @@ void write_shareable(const LearnOptions& options, const Model& model, const std:
             << " transitions, each shown by " << options.min_people << " different tracks or more\n";
 }
 
+/// The result of all episodes, on standard output, and how many batches were known, on stderr.
+void tell_result(const LearnOptions& options, const Model& model, const BatchCounts& counts, std::size_t tracks,
+                 const GivenUp& given_up) {
+  const int episodes = counts.learnt + counts.known;
+  if (counts.known > 0) {
+    std::cerr << counts.known << " of " << episodes << " batches are in " << options.model
+              << " already and were not learnt again\n";
+  }
+  if (options.common.json) {
+    const nlohmann::ordered_json json{{"model", options.model},
+                                      {"episodes", episodes},
+                                      {"known", counts.known},
+                                      {"tracks", tracks},
+                                      {"size", size(model)},
+                                      {"absorbed", given_up.absorbed},
+                                      {"forgotten", given_up.forgotten},
+                                      {"given_up", to_json(given_up.over_limit)}};
+    std::cout << json.dump(2) << "\n";
+  } else {
+    std::cout << options.model << ": " << model.tracks << " tracks in " << model.episodes << " episodes, "
+              << model.primitives.size() << " primitives, " << model.transitions.size() << " transitions\n";
+  }
+}
+
 void learn_tracks(const LearnOptions& options) {
   if (options.share.empty() != (options.min_people == 0))
     throw std::invalid_argument("learn: --min-people and --share belong together");
   const ThreadLimit limit(options.common.threads);
   ModelFile file = ModelFile::open_or_create(options.model);
-  StoredModel stored = file.empty() ? StoredModel{} : file.read();
+  StoredModel stored;
+  if (!file.empty()) stored = file.read();
   const Config config = configured(options.common, stored, options.model);
   const int before = static_cast<int>(stored.episodes.size());
   Model model = std::move(stored.model);
@@ -138,26 +164,8 @@ void learn_tracks(const LearnOptions& options) {
         tell_episode(number, episode.report);
         given_up.add(episode.report);
       });
-  const int episodes = counts.learnt + counts.known;
-  if (counts.known > 0) {
-    std::cerr << counts.known << " of " << episodes << " batches are in " << options.model
-              << " already and were not learnt again\n";
-  }
   if (!options.share.empty()) write_shareable(options, model, configuration);
-  if (options.common.json) {
-    nlohmann::ordered_json json{{"model", options.model},
-                                {"episodes", episodes},
-                                {"known", counts.known},
-                                {"tracks", batches.tracks()},
-                                {"size", size(model)}};
-    json["absorbed"] = given_up.absorbed;
-    json["forgotten"] = given_up.forgotten;
-    json["given_up"] = to_json(given_up.over_limit);
-    std::cout << json.dump(2) << "\n";
-  } else {
-    std::cout << options.model << ": " << model.tracks << " tracks in " << model.episodes << " episodes, "
-              << model.primitives.size() << " primitives, " << model.transitions.size() << " transitions\n";
-  }
+  tell_result(options, model, counts, batches.tracks(), given_up);
 }
 
 }  // namespace

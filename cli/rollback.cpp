@@ -45,9 +45,9 @@ void add_rollback(CLI::App& app) {
   CLI::App* verb = add_verb(app, "rollback", "Make a model what it was after an earlier episode.",
                             "sila rollback corner.sila --to 12", options->common);
   verb->add_option("model", options->model, "model file")->required()->type_name("M.sila");
-  verb->add_option("--to", options->to, "episode whose model is wanted; `sila log` lists them")->type_name("N");
+  verb->add_option("--to", options->to, "episode to go back to; `sila log` lists them")->type_name("N");
   verb->add_option("--keep", options->keep,
-                   "from now on keep what it takes to go back so many episodes; 0 forgets it [" +
+                   "from now on keep the models of this many episodes before the last; 0 keeps none [" +
                        std::to_string(kUndoKept) + "]")
       ->check(CLI::Range(0, 1000000000));
   verb->callback([options] { roll_back(*options); });

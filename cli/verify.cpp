@@ -11,8 +11,8 @@ namespace sila::cli {
 void add_verify(CLI::App& app) {
   auto common = std::make_shared<CommonOptions>();
   auto path = std::make_shared<std::string>();
-  CLI::App* verb = add_verb(app, "verify", "Check every page and checksum of a model, and that it can be rolled back.",
-                            "sila verify corner.sila", *common);
+  CLI::App* verb =
+      add_verb(app, "verify", "Check every page, record and kept model of a file.", "sila verify corner.sila", *common);
   verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
   verb->callback([common, path] {
     const VerifyReport report = ModelFile::open(*path).verify();

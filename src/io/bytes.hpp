@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 /// Numbers as bytes, little endian on every machine.
@@ -70,6 +71,13 @@ inline std::vector<double> to_numbers(std::string_view bytes) {
   return words<std::uint64_t, double>(bytes);
 }
 
+/// Throws: std::invalid_argument for a number that is negative or too large.
+template <std::integral Count>
+Count count_of(std::int64_t value) {
+  if (std::in_range<Count>(value) && value >= 0) return static_cast<Count>(value);
+  throw std::invalid_argument(std::to_string(value) + " is no count");
+}
+
 /// Takes from the front what `append` put there. Throws: std::invalid_argument where the bytes end too early.
 class Reader {
  public:
@@ -83,7 +91,6 @@ class Reader {
   std::uint64_t word() { return word_at<std::uint64_t>(take(8).data()); }
   std::int64_t integer() { return static_cast<std::int64_t>(word()); }
   double number() { return std::bit_cast<double>(word()); }
-  std::string text() { return std::string(take(word())); }
   bool at_end() const { return rest_.empty(); }
 
  private:

@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include <map>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -10,11 +10,10 @@
 
 #include "json_file.hpp"
 #include "model_path.hpp"
-#include "model_rows.hpp"
+#include "model_tables.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/version.hpp"
 #include "sqlite.hpp"
-#include "undo_step.hpp"
 
 namespace sila {
 namespace {
@@ -38,19 +37,19 @@ bool has_model(const fs::path& path, sqlite::Database& database) {
   const std::int64_t application = database.integer("PRAGMA application_id");
   const std::int64_t schema = database.integer("PRAGMA user_version");
   if (application == 0 && schema == 0 && database.integer("SELECT count(*) FROM sqlite_master") == 0) return false;
-  if (application != rows::kApplicationId) refuse(path, "an SQLite database of another program; choose another path");
-  const std::string found = "schema " + std::to_string(schema) + " of ", ours = std::to_string(rows::kSchema);
-  if (schema > rows::kSchema) refuse(path, found + "a newer sila (this one writes " + ours + "); update sila");
-  if (schema < rows::kSchema) {
+  if (application != tables::kApplicationId) refuse(path, "an SQLite database of another program; choose another path");
+  const std::string found = "schema " + std::to_string(schema) + " of ", ours = std::to_string(tables::kSchema);
+  if (schema > tables::kSchema) refuse(path, found + "a newer sila (this one writes " + ours + "); update sila");
+  if (schema < tables::kSchema) {
     refuse(path, found + "an older sila (this one writes " + ours +
                      "); learn the model anew by `sila learn TRACKS --model NEW.sila`, or open it with the sila that " +
                      "wrote it");
   }
-  rows::require_plain(database);
+  tables::require_plain(database);
   return true;
 }
 
-/// Whoever uses a model parses what it was learnt with and what is told of its episodes.
+/// Configuration and statistics are parsed by all that use a model.
 void require_object(const std::string& name, const std::string& text) {
   try {
     if (json_of_text(name, text).is_object()) return;
@@ -60,81 +59,59 @@ void require_object(const std::string& name, const std::string& text) {
   throw std::invalid_argument(name + " is no JSON object");
 }
 
-/// What identify found to be a model.
+/// Records without the details of those up to a number.
+std::vector<EpisodeRecord> shortened(std::vector<EpisodeRecord> episodes, int until) {
+  for (EpisodeRecord& episode : episodes) {
+    if (episode.number > until || episode.statistics.find("\"change\"") == std::string::npos) continue;
+    nlohmann::ordered_json statistics = nlohmann::ordered_json::parse(episode.statistics, nullptr, false);
+    if (statistics.is_object() && statistics.erase("change") > 0) episode.statistics = statistics.dump();
+  }
+  return episodes;
+}
+
+int last_of(const std::vector<EpisodeRecord>& episodes) {
+  return episodes.empty() ? 0 : episodes.back().number;
+}
+
+/// The present model of a database that has one.
 StoredModel stored_in(sqlite::Database& database) {
-  rows::require_intact(database);
+  tables::require_intact(database);
   StoredModel stored;
-  stored.sila_version = rows::read_facts(database).sila_version;
-  rows::Content content = rows::read_content(database);
-  stored.model = rows::model_of(content);
+  stored.sila_version = tables::read_meta(database).sila_version;
+  stored.episodes = tables::read_episodes(database);
+  for (const EpisodeRecord& episode : stored.episodes) require_object("statistics", episode.statistics);
+  const int last = last_of(stored.episodes);
+  stored.episodes = shortened(std::move(stored.episodes), last - kDetailsKept);  // a rollback may need more details
+  ModelContent content = tables::read_model(database, last);
+  stored.model = std::move(content.model);
   stored.configuration = std::move(content.configuration);
-  stored.episodes = rows::read_episodes(database);
   check(stored.model);
   require_object("configuration", stored.configuration);
-  for (const EpisodeRecord& episode : stored.episodes) require_object("statistics", episode.statistics);
   return stored;
 }
 
-/// Takes the details out of records that are no longer among the last ones, and returns those as they were.
-std::map<int, std::string> shorten_records(sqlite::Database& database, int last) {
-  std::map<int, std::string> before;
-  for (EpisodeRecord& episode : rows::detailed_episodes(database, last - kDetailsKept)) {
-    nlohmann::ordered_json statistics = nlohmann::ordered_json::parse(episode.statistics, nullptr, false);
-    if (!statistics.is_object() || statistics.erase("change") == 0) continue;
-    before[episode.number] = std::exchange(episode.statistics, statistics.dump());
-    rows::remove_episode(database, episode.number);
-    rows::write_episode(database, episode);
-  }
-  return before;
+/// Writes all of a model but its earlier ones.
+void write_stored(sqlite::Database& database, const StoredModel& stored) {
+  const int last = last_of(stored.episodes);
+  for (const EpisodeRecord& episode : shortened(stored.episodes, last - kDetailsKept))
+    tables::write_episode(database, episode);
+  tables::write_model(database, last, parts_of(stored.model, stored.configuration));
 }
 
-/// Going back through the episodes of a file, which stays as it is.
-class WayBack {
- public:
-  explicit WayBack(sqlite::Database& database)
-      : database_(database),
-        content_(rows::read_content(database)),
-        episodes_(rows::read_episodes(database)),
-        steps_(rows::undo_steps(database)) {
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      const std::size_t at = episodes_.size() - steps_.size() + i;
-      if (steps_.size() > episodes_.size() || episodes_[at].number != steps_[i])
-        throw std::invalid_argument("the steps of undo are not those of the last episodes");
-    }
-  }
-
-  const rows::Content& content() const { return content_; }
-  const std::vector<EpisodeRecord>& episodes() const { return episodes_; }
-  const std::vector<int>& steps() const { return steps_; }
-  int last() const { return episodes_.empty() ? 0 : episodes_.back().number; }
-  /// The earliest episode that can be reached.
-  int oldest() const {
-    return steps_.size() < episodes_.size() ? episodes_[episodes_.size() - steps_.size() - 1].number : last();
-  }
-
-  void step() {
-    rows::Earlier earlier = rows::apply_undo(content_, rows::read_undo(database_, steps_.back()));
-    content_ = std::move(earlier.content);
-    steps_.pop_back();
-    episodes_.pop_back();
-    for (EpisodeRecord& episode : episodes_) {
-      const auto found = earlier.statistics.find(episode.number);
-      if (found != earlier.statistics.end()) episode.statistics = std::move(found->second);
-    }
-  }
-
- private:
-  sqlite::Database& database_;
-  rows::Content content_;
-  std::vector<EpisodeRecord> episodes_;
-  std::vector<int> steps_;
-};
+/// The episodes that a rollback can reach, ascending; the last is the present one.
+std::vector<int> reachable(sqlite::Database& database) {
+  std::vector<int> kept = tables::kept_models(database), numbers{0};
+  for (const EpisodeRecord& episode : tables::read_episodes(database)) numbers.push_back(episode.number);
+  const auto last = std::mismatch(kept.rbegin(), kept.rend(), numbers.rbegin(), numbers.rend()).first;
+  if (kept.empty() || last != kept.rend())
+    throw std::invalid_argument("the kept models are not those of the last episodes");
+  return kept;
+}
 
 sqlite::Database open_database(const fs::path& path, int flags) {
   // An absolute path, for SQLite gives ":memory:" and "file:" a meaning of their own.
   sqlite::Database database(fs::absolute(path).string(), SQLITE_OPEN_READWRITE | flags);
-  database.execute(
-      "PRAGMA secure_delete = ON");  // not everywhere the default; what is forgotten must not stay in pages
+  database.execute("PRAGMA secure_delete = ON");  // not everywhere the default; what was removed must not stay in pages
   return database;
 }
 
@@ -149,28 +126,29 @@ struct ModelFile::State {
   void open() {
     naming(path, [&] {
       database = open_database(path, 0);
-      if (has_model(path, *database)) revision = rows::revision(*database);
+      if (has_model(path, *database)) revision = tables::revision(*database);
     });
   }
 
-  std::int64_t revision_now() { return has_model(path, *database) ? rows::revision(*database) : 0; }
+  std::int64_t revision_now() { return has_model(path, *database) ? tables::revision(*database) : 0; }
 
-  /// One transaction that puts `write(database, facts)` between the check for a rival and the new revision. `write`
-  /// finds the tables of the present schema, and the facts as they are to be; it ends with rows::write_content.
+  /// One transaction that runs `write(database, meta)` between the check for a rival and the new revision. `write`
+  /// finds the tables of the present schema, and meta as it is to be.
   template <class Write>
   void change(Write&& write) {
     naming(path, [&] {
       if (!database) database = open_database(path, SQLITE_OPEN_CREATE);
       sqlite::Transaction transaction(*database, "BEGIN IMMEDIATE");
       const bool is_model = has_model(path, *database);
-      if ((is_model ? rows::revision(*database) : 0) != revision) {
+      if ((is_model ? tables::revision(*database) : 0) != revision) {
         refuse_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
       }
-      if (!is_model) rows::create(*database);
-      rows::FileFacts facts = is_model ? rows::read_facts(*database) : rows::FileFacts{};
-      facts.revision = revision + 1;
-      facts.sila_version = SILA_VERSION;
-      write(*database, facts);
+      if (!is_model) tables::create(*database);
+      tables::Meta meta = is_model ? tables::read_meta(*database) : tables::Meta{};
+      meta.revision = revision + 1;
+      meta.sila_version = SILA_VERSION;
+      write(*database, meta);
+      tables::write_meta(*database, meta);
       transaction.commit();
       ++revision;
     });
@@ -231,7 +209,7 @@ bool ModelFile::changed_elsewhere() {
 StoredModel ModelFile::read() {
   return state_->look([&](sqlite::Database& database) {
     StoredModel stored = stored_in(database);
-    state_->revision = rows::revision(database);
+    state_->revision = tables::revision(database);
     std::error_code error;
     stored.bytes = fs::file_size(state_->path, error);
     return stored;
@@ -240,67 +218,60 @@ StoredModel ModelFile::read() {
 
 void ModelFile::commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration) {
   check(model);
-  state_->change([&](sqlite::Database& database, const rows::FileFacts& facts) {
+  const ModelParts parts = parts_of(model, configuration);
+  state_->change([&](sqlite::Database& database, const tables::Meta& meta) {
     const std::int64_t last = database.integer("SELECT coalesce(max(number), 0) FROM episodes");
     if (episode.number <= last) {
       refuse_write(state_->path, "episode " + std::to_string(last) + " in it already, and this is episode " +
                                      std::to_string(episode.number));
     }
-    const rows::Content next = rows::content_of(model, configuration);
-    std::map<int, std::string> shortened = shorten_records(database, episode.number);
-    if (last > 0 && facts.undo_kept > 0)
-      rows::write_undo(database, episode.number, make_undo({rows::read_content(database), std::move(shortened)}, next));
-    rows::keep_undo(database, facts.undo_kept);
-    rows::write_episode(database, episode);
-    rows::write_content(database, next, facts);
+    tables::keep_models(database, std::max(meta.rollbacks, 1));  // first, so that new parts take the place of old ones
+    tables::write_episode(database, episode);
+    tables::write_model(database, episode.number, parts);
+    if (meta.rollbacks == 0) tables::keep_models(database, 1);
+    const int detailed_until = tables::kept_models(database).front() - kDetailsKept;
+    const std::string detailed =
+        "number <= " + std::to_string(detailed_until) + R"( AND instr(statistics, '"change"') > 0)";
+    for (const EpisodeRecord& old : shortened(tables::read_episodes(database, detailed), detailed_until))
+      tables::write_episode(database, old);
   });
 }
 
 void ModelFile::replace(const StoredModel& stored) {
   check(stored.model);
-  state_->change([&](sqlite::Database& database, const rows::FileFacts& facts) {
-    rows::keep_undo(database, 0);
-    database.execute("DELETE FROM episodes");
-    for (const EpisodeRecord& episode : stored.episodes) rows::write_episode(database, episode);
-    rows::write_content(database, rows::content_of(stored.model, stored.configuration), facts);
+  state_->change([&](sqlite::Database& database, const tables::Meta&) {
+    tables::remove_after(database, -1);
+    write_stored(database, stored);
   });
 }
 
 int ModelFile::oldest_rollback() {
-  return state_->look([&](sqlite::Database& database) { return WayBack(database).oldest(); });
+  return state_->look([&](sqlite::Database& database) { return reachable(database).front(); });
 }
 
 void ModelFile::rollback(int episode) {
   const fs::path& path = state_->path;
   if (!state_->database) refuse(path, "no file yet; `sila learn` makes one");
-  state_->change([&](sqlite::Database& database, const rows::FileFacts& facts) {
-    WayBack way(database);
-    if (episode > way.last() || episode < way.oldest()) {
+  state_->change([&](sqlite::Database& database, const tables::Meta&) {
+    const std::vector<int> possible = reachable(database);
+    if (!std::ranges::binary_search(possible, episode)) {
+      const std::string last = std::to_string(possible.back());
       throw FormatError(path.string(), 0, "a model that can be rolled back to episode " + std::to_string(episode),
-                        way.oldest() == way.last()
-                            ? "one of which no episode can be taken back; its last is " + std::to_string(way.last())
-                            : "one whose oldest possible is " + std::to_string(way.oldest()) + " and its last " +
-                                  std::to_string(way.last()));
+                        possible.size() == 1 ? "one of which no episode can be taken back; its last is " + last
+                                             : "one whose oldest possible is " + std::to_string(possible.front()) +
+                                                   " and its last " + last);
     }
-    while (way.last() > episode) {
-      const int taken_back = way.last();
-      way.step();
-      rows::remove_undo(database, taken_back);
-    }
-    database.execute("DELETE FROM episodes");
-    for (const EpisodeRecord& record : way.episodes()) rows::write_episode(database, record);
-    check(rows::model_of(way.content()));
-    rows::write_content(database, way.content(), facts);
+    check(tables::read_model(database, episode).model);
+    tables::remove_after(database, episode);
   });
 }
 
 void ModelFile::keep_undo(int episodes) {
   if (episodes < 0) throw std::invalid_argument("keep_undo: " + std::to_string(episodes) + " is less than none");
   if (!state_->database) refuse(state_->path, "no file yet; `sila learn` makes one");
-  state_->change([&](sqlite::Database& database, rows::FileFacts facts) {
-    facts.undo_kept = episodes;
-    rows::keep_undo(database, episodes);
-    rows::write_content(database, rows::read_content(database), facts);
+  state_->change([&](sqlite::Database& database, tables::Meta& meta) {
+    meta.rollbacks = episodes;
+    tables::keep_models(database, std::int64_t{episodes} + 1);
   });
 }
 
@@ -308,18 +279,17 @@ VerifyReport ModelFile::verify() {
   return state_->look([&](sqlite::Database& database) {
     VerifyReport report;
     report.pages = database.integer("PRAGMA page_count");
-    const StoredModel stored = stored_in(database);
-    report.episodes = stored.episodes.size();
-    rows::require_all_intact(database);
+    report.episodes = stored_in(database).episodes.size();
+    tables::require_all_intact(database);
     try {
-      WayBack way(database);
-      for (; !way.steps().empty(); ++report.undone) {
-        way.step();
-        check(rows::model_of(way.content()));
-      }
+      std::vector<int> earlier = reachable(database);
+      earlier.pop_back();
+      for (const int episode : earlier) check(tables::read_model(database, episode).model);
+      if (!tables::unnamed_parts(database).empty()) throw std::invalid_argument("it has parts of no model");
+      report.undone = earlier.size();
     } catch (const std::invalid_argument& error) {
       refuse(state_->path, std::string("a sound model whose history is damaged (") + error.what() +
-                               "); it can be used and learnt on, `sila rollback --keep 0` forgets the history");
+                               "); it can be used and learnt on, `sila rollback --keep 0` removes the history");
     }
     return report;
   });
@@ -338,9 +308,9 @@ std::string model_bytes(const StoredModel& stored) {
   return naming("the bytes of a model", [&] {
     sqlite::Database database(":memory:", SQLITE_OPEN_READWRITE);
     sqlite::Transaction transaction(database, "BEGIN");
-    rows::create(database);
-    for (const EpisodeRecord& episode : stored.episodes) rows::write_episode(database, episode);
-    rows::write_content(database, rows::content_of(stored.model, stored.configuration), {1, SILA_VERSION});
+    tables::create(database);
+    write_stored(database, stored);
+    tables::write_meta(database, {1, SILA_VERSION});
     transaction.commit();
     return database.bytes();
   });

@@ -1,13 +1,13 @@
 #include "sila/model/episode_id.hpp"
 
-#include <dlib/general_hash/murmur_hash3.h>
-
 #include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cstdio>
 #include <stdexcept>
 #include <vector>
+
+#include "sila/model/hash.hpp"
 
 namespace sila {
 namespace {
@@ -21,8 +21,8 @@ void append(std::string& bytes, double number) {
   append(bytes, std::bit_cast<std::uint64_t>(number));
 }
 
-EpisodeId hash_of(const std::string& bytes) {
-  const auto [high, low] = dlib::murmur_hash3_128bit(bytes.data(), static_cast<int>(bytes.size()));
+EpisodeId id_of(const std::string& bytes) {
+  const auto [high, low] = hash_of(bytes);
   return {high, low};
 }
 
@@ -39,7 +39,7 @@ EpisodeId id_of(const FramedTrajectory& placed) {
     append(bytes, position.x());
     append(bytes, position.y());
   }
-  return hash_of(bytes);
+  return id_of(bytes);
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ EpisodeId episode_id(std::span<const FramedTrajectory> batch) {
     append(bytes, track.high);
     append(bytes, track.low);
   }
-  return hash_of(bytes);
+  return id_of(bytes);
 }
 
 std::string to_text(const EpisodeId& id) {

@@ -67,37 +67,11 @@ std::string after(const std::string& bytes, const std::string& sql) {
 }
 
 std::string some_sql(std::mt19937& random) {
-  static constexpr std::array<const char*, 31> columns = {"meta.revision",
-                                                          "meta.sila_version",
-                                                          "meta.episodes",
-                                                          "meta.tracks",
-                                                          "meta.configuration",
-                                                          "meta.settings",
-                                                          "meta.sharing",
-                                                          "meta.global_residual",
-                                                          "meta.checksum",
-                                                          "sites.id",
-                                                          "sites.frame",
-                                                          "sites.episodes",
-                                                          "sites.tracks",
-                                                          "sites.error_statistics",
-                                                          "sites.global_residual",
-                                                          "primitives.id",
-                                                          "primitives.weight",
-                                                          "primitives.cells",
-                                                          "primitives.velocities",
-                                                          "transitions.from_primitive",
-                                                          "transitions.to_primitive",
-                                                          "transitions.count",
-                                                          "transitions.field",
-                                                          "transitions.residual",
-                                                          "transitions.sites",
-                                                          "episodes.number",
-                                                          "episodes.tracks",
-                                                          "episodes.seconds",
-                                                          "episodes.size_before",
-                                                          "episodes.statistics",
-                                                          "learnt.episode"};
+  static constexpr std::array<const char*, 16> columns = {
+      "meta.revision",    "meta.sila_version",    "meta.rollbacks",  "meta.hash",
+      "models.episode",   "models.hash",          "models.head",     "models.parts",
+      "parts.hash",       "parts.content",        "episodes.number", "episodes.tracks",
+      "episodes.seconds", "episodes.size_before", "episodes.hash",   "episodes.statistics"};
   static constexpr std::array<const char*, 18> values = {"0",
                                                          "-1",
                                                          "1",
@@ -116,19 +90,18 @@ std::string some_sql(std::mt19937& random) {
                                                          "randomblob(64)",
                                                          "randomblob(16)",
                                                          "NULL"};
-  static constexpr std::array<const char*, 12> statements = {
-      "DELETE FROM meta",
-      "DELETE FROM primitives",
-      "DROP TABLE learnt",
-      "DROP TABLE episodes",
-      "INSERT INTO meta SELECT * FROM meta",
-      "PRAGMA user_version = 99",
-      "PRAGMA user_version = 0",
-      "PRAGMA application_id = 1",
-      "CREATE VIEW v AS SELECT 1",
-      "ALTER TABLE meta RENAME COLUMN global_residual TO g",
-      "CREATE TABLE more (a CHECK (a > 1) DEFAULT 3)",
-      "DROP TABLE primitives; CREATE VIEW primitives AS SELECT 1"};
+  static constexpr std::array<const char*, 12> statements = {"DELETE FROM meta",
+                                                             "DELETE FROM parts",
+                                                             "DROP TABLE models",
+                                                             "DROP TABLE episodes",
+                                                             "INSERT INTO meta SELECT * FROM meta",
+                                                             "PRAGMA user_version = 99",
+                                                             "PRAGMA user_version = 0",
+                                                             "PRAGMA application_id = 1",
+                                                             "CREATE VIEW v AS SELECT 1",
+                                                             "ALTER TABLE models RENAME COLUMN head TO h",
+                                                             "CREATE TABLE more (a CHECK (a > 1) DEFAULT 3)",
+                                                             "DROP TABLE models; CREATE VIEW models AS SELECT 1"};
   if (random() % 8 == 0) return statements[random() % statements.size()];
   const std::string column = columns[random() % columns.size()];
   const std::size_t dot = column.find('.');

@@ -23,7 +23,7 @@ std::string repeated(std::size_t count, std::string_view text) {
   return all;
 }
 
-// Whoever prints or copies nested JSON does so by recursion: a million brackets were the end of the stack.
+// Nested JSON is printed and copied by recursion: a million brackets exhausted the stack.
 TEST(HarmfulJson, IsRefusedIfItIsNestedTooDeep) {
   const TempFolder folder;
   for (const std::string& opening : {std::string("["), std::string("{\"a\":"), std::string("/* \" */["),
@@ -90,15 +90,15 @@ std::filesystem::path changed_model(const ScratchFolder& folder, const std::stri
   return path;
 }
 
-// SQL inside a file is run by whoever reads it: a view that never ends would keep the reader for ever.
+// SQL inside a file is run by its readers: a view that never ends would keep a reader for ever.
 TEST(HarmfulModel, IsRefusedIfItHasMoreThanPlainTables) {
   const ScratchFolder folder;
   const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS ";
   for (const std::string& sql : {
-           "DROP TABLE primitives; CREATE VIEW primitives AS " + endless + "id, 1.0 AS weight, x'' AS cells FROM n",
-           std::string("CREATE TRIGGER t AFTER INSERT ON learnt BEGIN DELETE FROM learnt; END"),
-           std::string("CREATE INDEX i ON primitives (hex(zeroblob(weight * 100000)))"),
-           std::string("ALTER TABLE primitives ADD COLUMN more TEXT AS (hex(zeroblob(1000000)))"),
+           "DROP TABLE parts; CREATE VIEW parts AS " + endless + "hash, x'' AS content FROM n",
+           std::string("CREATE TRIGGER t AFTER INSERT ON parts BEGIN DELETE FROM parts; END"),
+           std::string("CREATE INDEX i ON parts (hex(zeroblob(length(hash) * 10000)))"),
+           std::string("ALTER TABLE parts ADD COLUMN more TEXT AS (hex(zeroblob(1000000)))"),
            std::string("CREATE VIRTUAL TABLE v USING fts5(a)"),
        }) {
     const auto path = changed_model(folder, sql);
@@ -108,7 +108,7 @@ TEST(HarmfulModel, IsRefusedIfItHasMoreThanPlainTables) {
   }
 }
 
-// Whoever uses a model parses both; what is no JSON ended the program with another error than that of a bad file.
+// Both are parsed by all that use a model; other text ended the program with another error than that of a bad file.
 TEST(HarmfulModel, IsRefusedIfItsTextsAreNoJsonObjects) {
   const ScratchFolder folder;
   for (const std::string& text :

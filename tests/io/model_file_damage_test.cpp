@@ -70,8 +70,8 @@ pid_t fork_to(Action&& action) {
 TEST(ModelFileDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(7)));
-  run_sql(folder / "m.sila", "DELETE FROM learnt WHERE episode = (SELECT min(episode) FROM learnt)");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "the checksum does not agree"));
+  run_sql(folder / "m.sila", "UPDATE parts SET content = x'' WHERE length(content) = 16");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "does not agree"));
 }
 
 TEST(ModelFileDamage, RefusesWhatIsNoModelAndSaysSo) {
@@ -101,8 +101,8 @@ TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
 TEST(ModelFileDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 6");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 6 of a newer sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 7");
+  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 7 of a newer sila"));
   EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
   run_sql(folder / "m.sila", "PRAGMA user_version = 1");
   EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
@@ -199,35 +199,31 @@ TEST(ModelFileDamage, RefusesGarbageInPages) {
   }
 }
 
-TEST(ModelFileDamage, RefusesBlobsAndColumnsThatMakeNoModel) {
+TEST(ModelFileDamage, RefusesPartsAndColumnsThatMakeNoModel) {
   const char* const spoilers[] = {
-      "UPDATE transitions SET field = substr(field, 1, 80)",
-      "UPDATE transitions SET field = substr(field, 1, length(field) - 3)",
-      "UPDATE transitions SET field = field || zeroblob(8)",
-      "UPDATE transitions SET field = zeroblob(0)",
-      "UPDATE transitions SET field = 'text'",
-      "UPDATE transitions SET to_primitive = 99 WHERE rowid = 1",
-      "UPDATE transitions SET count = -1.0",
-      "UPDATE transitions SET count = 2 * count",
-      "DELETE FROM transitions WHERE rowid = 2",
-      "DELETE FROM primitives WHERE id = 1",
-      "UPDATE primitives SET cells = substr(cells, 1, 4)",
-      "UPDATE primitives SET velocities = cells",
-      "UPDATE sites SET error_statistics = zeroblob(16) WHERE id = 1",
-      "UPDATE sites SET frame = zeroblob(16) WHERE id = 1",
-      "UPDATE sites SET episodes = episodes + 1",
-      "UPDATE transitions SET sites = zeroblob(8)",
-      "DELETE FROM sites WHERE id = 0",
-      "UPDATE meta SET sharing = 2",
-      "UPDATE meta SET settings = zeroblob(80)",
-      "UPDATE meta SET configuration = '{}'",
-      "UPDATE meta SET episodes = -1",
-      "UPDATE meta SET tracks = tracks + 1",
+      "UPDATE parts SET content = substr(content, 1, 80) WHERE length(content) > 80",
+      "UPDATE parts SET content = substr(content, 1, length(content) - 3) WHERE length(content) > 1000",
+      "UPDATE parts SET content = content || zeroblob(8) WHERE rowid = 2",
+      "UPDATE parts SET content = zeroblob(0) WHERE length(content) > 1000",
+      "UPDATE parts SET content = 'text' WHERE rowid = 2",
+      "UPDATE parts SET hash = randomblob(16) WHERE rowid = 2",
+      "UPDATE parts SET content = (SELECT content FROM parts WHERE rowid = 3) WHERE rowid = 2",
+      "DELETE FROM parts WHERE rowid = 2",
+      "UPDATE models SET head = head || x'00'",
+      "UPDATE models SET head = 'text'",
+      "UPDATE models SET parts = substr(parts, 17)",
+      "UPDATE models SET parts = parts || substr(parts, 1, 16)",
+      "UPDATE models SET hash = zeroblob(16)",
+      "UPDATE models SET episode = 7",
+      "DELETE FROM models",
+      "UPDATE meta SET revision = revision + 1",
+      "UPDATE meta SET rollbacks = -1",
       "DELETE FROM meta",
       "DROP TABLE episodes",
       "DROP TABLE meta",
-      "ALTER TABLE primitives RENAME COLUMN weight TO heaviness",
+      "ALTER TABLE parts RENAME COLUMN content TO contents",
       "UPDATE episodes SET size_after = 'many'",
+      "UPDATE episodes SET tracks = tracks + 1",
   };
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(9)));
@@ -272,8 +268,7 @@ TEST_F(ModelFileProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastComplet
     sqlite3* database = nullptr;
     sqlite3_open((folder / "m.sila").c_str(), &database);
     const char* const half_an_episode =  // with a cache of one page SQLite writes to the file before the commit
-        "PRAGMA cache_size = 1; BEGIN IMMEDIATE; UPDATE transitions SET field = randomblob(9000); DELETE FROM "
-        "primitives;";
+        "PRAGMA cache_size = 1; BEGIN IMMEDIATE; UPDATE parts SET content = randomblob(9000); DELETE FROM models;";
     const int code = sqlite3_exec(database, half_an_episode, nullptr, nullptr, nullptr);
     _exit(code == SQLITE_OK ? 0 : 1);  // without closing, as a killed process
   });

@@ -160,24 +160,34 @@ TEST(Verify, TellsDamageToTheHistoryFromDamageToTheModel) {
     return message_of<FormatError>([&] { ModelFile::open(folder / "spoilt.sila").verify(); });
   };
   EXPECT_EQ(finding("SELECT 1"), "");
-  EXPECT_TRUE(says(finding("UPDATE undo SET step = zeroblob(20) WHERE episode = 3"), "takes back episode 3"));
-  EXPECT_TRUE(says(finding("UPDATE undo SET step = zeroblob(20) WHERE episode = 3"), "a sound model whose history"));
-  EXPECT_TRUE(says(finding("DELETE FROM undo WHERE episode = 3"), "not those of the last episodes"));
+  const std::string of_3_alone =
+      "instr((SELECT parts FROM models WHERE episode = 3), hash) > 0 AND "
+      "instr((SELECT parts FROM models WHERE episode = 4), hash) = 0";
+  const std::string spoil_3 = "UPDATE models SET head = zeroblob(20) WHERE episode = 3";
+  EXPECT_TRUE(says(finding(spoil_3), "the hash of the model after episode 3 does not agree"));
+  EXPECT_TRUE(says(finding(spoil_3), "a sound model whose history"));
+  EXPECT_TRUE(
+      says(finding("UPDATE parts SET content = x'00' WHERE " + of_3_alone), "a part of the model after episode 3"));
+  EXPECT_TRUE(says(finding("DELETE FROM parts WHERE " + of_3_alone), "after episode 3 is missing"));
+  EXPECT_TRUE(says(finding("INSERT INTO parts VALUES (randomblob(16), x'00')"), "parts of no model"));
+  EXPECT_TRUE(says(finding("UPDATE models SET episode = 30 WHERE episode = 3"), "the hash of the episodes"));
+  EXPECT_TRUE(says(finding("DELETE FROM models WHERE episode = 3"), "not those of the last episodes"));
   EXPECT_TRUE(says(finding("UPDATE episodes SET tracks = 21 WHERE number = 2"), "record of episode 2"));
-  EXPECT_TRUE(says(finding("DELETE FROM episodes WHERE number = 2"), "checksum of the episodes"));
-  EXPECT_TRUE(says(finding("UPDATE meta SET undo_kept = 21"), "checksum of the episodes"));
-  EXPECT_TRUE(says(finding("UPDATE primitives SET support = support + 1"), "checksum does not agree"));
+  EXPECT_TRUE(says(finding("DELETE FROM episodes WHERE number = 2"), "hash of the episodes"));
+  EXPECT_TRUE(says(finding("UPDATE meta SET rollbacks = 21"), "hash of the episodes"));
+  EXPECT_TRUE(says(finding("UPDATE parts SET content = x'00'"), "does not agree"));
   EXPECT_TRUE(says(finding("CREATE TABLE t (x)"), "not those that sila makes"));
-  run_sql(folder / "m.sila", "UPDATE undo SET step = zeroblob(20) WHERE episode = 3");
+  run_sql(folder / "m.sila", spoil_3);
+  run_sql(folder / "m.sila", "DELETE FROM parts WHERE " + of_3_alone);
   ModelFile damaged = ModelFile::open(folder / "m.sila");
-  EXPECT_THROW(damaged.rollback(1), FormatError);
+  EXPECT_THROW(damaged.rollback(3), FormatError);
   EXPECT_TRUE(identical(damaged.read().model, random_model(4)));  // and can be learnt on, or its history forgotten
   damaged.commit(random_model(5), record(5), "{}");
   damaged.keep_undo(0);
   EXPECT_EQ(damaged.verify().undone, 0u);
 }
 
-TEST(Verify, AStepOfAnotherModelIsNotTaken) {
+TEST(Verify, AnEarlierModelOfAnotherFileIsNotTaken) {
   const ScratchFolder folder;
   for (const char* name : {"a.sila", "b.sila"}) {
     ModelFile file = ModelFile::open_or_create(folder / name);
@@ -185,20 +195,32 @@ TEST(Verify, AStepOfAnotherModelIsNotTaken) {
     for (int number = 1; number <= 2; ++number)
       file.commit(random_model(seed + static_cast<std::uint64_t>(number)), record(number), "{}");
   }
-  run_sql(folder / "a.sila", "ATTACH '" + (folder / "b.sila").string() + "' AS b; DELETE FROM undo; INSERT INTO undo " +
-                                 "SELECT * FROM b.undo;");
-  EXPECT_TRUE(says(message_of<FormatError>([&] { ModelFile::open(folder / "a.sila").verify(); }), "undo"));
+  const std::string attach = "ATTACH '" + (folder / "b.sila").string() + "' AS b; ";
+  run_sql(folder / "a.sila", attach + "UPDATE models SET parts = (SELECT parts FROM b.models WHERE episode = 1) " +
+                                 "WHERE episode = 1; INSERT OR IGNORE INTO parts SELECT * FROM b.parts;");
+  EXPECT_TRUE(says(message_of<FormatError>([&] { ModelFile::open(folder / "a.sila").verify(); }), "after episode 1"));
   EXPECT_THROW(ModelFile::open(folder / "a.sila").rollback(1), FormatError);
+}
+
+TEST(Verify, AnEpisodeMendsDamagedPartsThatItsModelHas) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  file.commit(random_model(1), record(1), "{}");
+  run_sql(folder / "m.sila", "UPDATE parts SET content = x'00'");
+  EXPECT_THROW(load_model(folder / "m.sila"), FormatError);
+  file.commit(random_model(1), record(2), "{}");
+  EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
+  EXPECT_EQ(file.verify().undone, 1u);
 }
 
 TEST(OlderSchema, IsRefusedWithWhatHelps) {
   const ScratchFolder folder;
   const fs::path path = folder / "m.sila";
   save_model(path, stored(random_model(1)));
-  run_sql(path, "PRAGMA user_version = 4");
+  run_sql(path, "PRAGMA user_version = 5");
   const std::string bytes = content_of(path);
   const std::string refusal = message_of<FormatError>([&] { load_model(path); });
-  EXPECT_TRUE(says(refusal, "schema 4 of an older sila (this one writes 5)"));
+  EXPECT_TRUE(says(refusal, "schema 5 of an older sila (this one writes 6)"));
   EXPECT_TRUE(says(refusal, "`sila learn TRACKS --model NEW.sila`, or open it with the sila that wrote it"));
   EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
   EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);

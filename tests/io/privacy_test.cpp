@@ -139,7 +139,7 @@ void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, s
   for (const Window& window : windows_of(tracks, config.sampling, config.predict, config.residual.every_s)) {
     for (const Vector2& position : window.observed.positions) secrets.add(position);
   }
-  const std::string bytes = content_of(folder / "m.sila");  // undo included, which is not compressed
+  const std::string bytes = content_of(folder / "m.sila");  // earlier models included: parts are not compressed
   EXPECT_GT(file.verify().undone, 0u);
   EXPECT_GT(secrets.coordinates(), 10000u);
   EXPECT_LT(secrets.share_left_out(), 0.1);

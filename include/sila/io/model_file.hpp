@@ -41,7 +41,7 @@ inline constexpr int kDetailsKept = 200;
 struct VerifyReport {
   std::int64_t pages = 0;
   std::size_t episodes = 0;  ///< recorded
-  std::size_t undone = 0;    ///< steps of undo that were tried
+  std::size_t undone = 0;    ///< earlier models, which a rollback would give back
 };
 
 /// A model file that is kept open while a place is learnt: an SQLite database, one transaction an episode. Whenever the
@@ -72,8 +72,8 @@ class ModelFile {
   /// Throws: FormatError if the file is empty or damaged.
   StoredModel read();
 
-  /// Puts a model in the place of the present one and adds its episode to the list, all or nothing. What it replaces
-  /// can be had again by `rollback`.
+  /// Makes a model the present one and adds its episode to the list, all or nothing. `rollback` gives back the earlier
+  /// models.
   /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
   /// committed, whose episode would be lost; std::invalid_argument if check(model) does or the record's number is not
   /// the next.
@@ -87,14 +87,14 @@ class ModelFile {
   /// Throws: as read.
   int oldest_rollback();
 
-  /// Makes the file what it was after an episode: model, configuration, records; later episodes are forgotten.
+  /// Makes the file what it was after an episode: model, configuration, records; later episodes are removed.
   /// Throws: FormatError, which names the oldest episode that is possible, if this one is not; as commit.
   void rollback(int episode);
 
   /// How many episodes can be taken back at most, from the next commit on; 0 for none. Kept in the file.
   void keep_undo(int episodes);
 
-  /// Looks at every page and checksum, and takes all episodes back that can be, without writing anything.
+  /// Reads every page and every kept model, without writing anything.
   /// Throws: FormatError with what is wrong and what helps.
   VerifyReport verify();
 
