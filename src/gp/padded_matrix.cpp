@@ -29,7 +29,7 @@ void PaddedMatrix::set_identity_behind() {
   for (auto i = static_cast<std::size_t>(rows_); i < padded_rows_; ++i) column(i)[i] = 1.0;
 }
 
-PaddedMatrix PaddedMatrix::upside_down(const Eigen::MatrixXd& matrix) {
+PaddedMatrix PaddedMatrix::rows_reversed(const Eigen::MatrixXd& matrix) {
   PaddedMatrix result(matrix.rows(), matrix.cols());
   for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
     const double* const column = matrix.col(j).data();
@@ -38,7 +38,7 @@ PaddedMatrix PaddedMatrix::upside_down(const Eigen::MatrixXd& matrix) {
   return result;
 }
 
-PaddedMatrix PaddedMatrix::backwards(const Eigen::MatrixXd& matrix) {
+PaddedMatrix PaddedMatrix::reversed(const Eigen::MatrixXd& matrix) {
   PaddedMatrix result(matrix.rows(), matrix.cols());
   for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
     const double* const column = matrix.col(matrix.cols() - 1 - j).data();
@@ -63,7 +63,7 @@ PaddedMatrix transposed(const PaddedMatrix& a) {
   return result;
 }
 
-PaddedMatrix transposed_backwards(const PaddedMatrix& lower) {
+PaddedMatrix transposed_reversed(const PaddedMatrix& lower) {
   PaddedMatrix result(lower.rows(), lower.rows());
   const auto size = static_cast<std::size_t>(lower.rows());
   for (std::size_t j = 0; j < size; ++j) {

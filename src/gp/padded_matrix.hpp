@@ -18,9 +18,9 @@ class PaddedMatrix {
   /// With an identity behind.
   static PaddedMatrix factor(const Eigen::MatrixXd& lower);
   /// The last row first.
-  static PaddedMatrix upside_down(const Eigen::MatrixXd& matrix);
+  static PaddedMatrix rows_reversed(const Eigen::MatrixXd& matrix);
   /// The last row and column first.
-  static PaddedMatrix backwards(const Eigen::MatrixXd& matrix);
+  static PaddedMatrix reversed(const Eigen::MatrixXd& matrix);
 
   using View = Eigen::Map<Eigen::MatrixXd, Eigen::Unaligned, Eigen::OuterStride<>>;
   using ConstView = Eigen::Map<const Eigen::MatrixXd, Eigen::Unaligned, Eigen::OuterStride<>>;
@@ -46,7 +46,7 @@ class PaddedMatrix {
 
 PaddedMatrix transposed(const PaddedMatrix& a);
 /// A lower triangle's transpose, the last row and column first; a lower triangle again.
-PaddedMatrix transposed_backwards(const PaddedMatrix& lower);
+PaddedMatrix transposed_reversed(const PaddedMatrix& lower);
 /// What is above the diagonal becomes what is below.
 void mirror_lower(PaddedMatrix& symmetric);
 

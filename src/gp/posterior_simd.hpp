@@ -39,7 +39,7 @@ struct PosteriorView : KernelView {
 };
 
 /// k(points, x). Shapes: x has `inputs` entries, k has room for `columns`.
-void similarities(const KernelView& view, const double* x, double* k);
+void kernel_vector(const KernelView& view, const double* x, double* k);
 /// mean + weights' k. Shapes: sums has room for `outputs`.
 void means(const PosteriorView& view, const double* k, double* sums);
 /// The sum over the columns of |column of reduction| k.
@@ -47,7 +47,7 @@ double sum_of_norms(const PosteriorView& view, const double* k);
 /// Both of two outputs, this behind the means, with k = a b, entry by entry. Shapes: sums has room for 3.
 void means_and_norms_of_product(const PosteriorView& view, const double* a, const double* b, double* sums);
 /// d mean(p) / d x(d) at jacobian[p * inputs + d].
-void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian);
+void jacobian(const PosteriorView& view, const double* x, const double* k, double* jacobian);
 /// |reduction k|^2.
 double explained_variance(const PosteriorView& view, const double* k);
 

@@ -33,7 +33,7 @@ PaddedMatrix lower_covariance(const Kernel& kernel, const Eigen::MatrixXd& point
                           kernel.signal_variance,
                           first};
     double* const column = result.column(j);
-    similarities(view, points.col(static_cast<Eigen::Index>(j)).data(), column);
+    kernel_vector(view, points.col(static_cast<Eigen::Index>(j)).data(), column);
     std::fill(column + size, column + result.stride(), 0.0);
   }
   return result;
@@ -67,8 +67,8 @@ PaddedMatrix lower_factor(const SparseGp& gp, const char* function) {
   throw NumericalError(text.str());
 }
 
-SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
-                  const Eigen::VectorXd& mean, double jitter) {
+SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                         const Eigen::VectorXd& mean, double jitter) {
   const Eigen::Index size = pseudo_inputs.cols();
   SparseGp gp;
   gp.kernel = kernel;

@@ -1,4 +1,4 @@
-#include "sila/gp/transfer.hpp"
+#include "transfer.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "projection.hpp"
 #include "sila/core/errors.hpp"
 #include "triangles.hpp"
 
@@ -93,15 +92,14 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
          a.pseudo_inputs == b.pseudo_inputs;
 }
 
-Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha) {
+Statistics project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha) {
   const Statistics stored = about_mean(from, into.mean);
-  if (same_basis(from, into)) return {stored, 0.0};
+  if (same_basis(from, into)) return stored;
   const Link link = link_between(from, into, lower);
   const PaddedMatrix known = product(link.basis, PaddedMatrix(stored.information));  // U S
   PaddedMatrix information = product(known, transposed(link.basis), Part::lower);    // U S U'
   const PaddedMatrix::ConstView u = link.basis.matrix(), g = link.hidden.matrix();
   Statistics result{{}, u * stored.response, u * stored.mean_response};
-  double log_evidence = 0.0;
   if (alpha > 0.0 && link.hidden.columns() > 0) {
     const PaddedMatrix damping = damping_factor(
         alpha, product(transposed(link.hidden), product(PaddedMatrix(stored.information), link.hidden), Part::lower));
@@ -111,14 +109,12 @@ Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatri
     divide_from_left(response_part, damping), divide_from_left(mean_part, damping);
     result.response -= alpha * lost.matrix() * response_part.matrix();
     result.mean_response -= alpha * lost.matrix() * mean_part.matrix();
-    log_evidence = -static_cast<double>(stored.response.cols()) * damping.matrix().diagonal().array().log().sum() +
-                   0.5 * response_part.matrix().squaredNorm();
     lost.matrix() *= std::sqrt(alpha);
     take_product(information, lost, transposed(lost), Part::lower);
   }
   mirror_lower(information);
   result.information = information.matrix();
-  return {std::move(result), log_evidence};
+  return result;
 }
 
 }  // namespace detail
@@ -132,8 +128,7 @@ SparseGp transfer(const SparseGp& from, const SparseGp& into, double alpha) {
                                 std::to_string(into.pseudo_inputs.rows()) + " and " + std::to_string(into.mean.size()));
   }
   SparseGp updated = into;
-  detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer"), alpha).statistics,
-              from.points);
+  detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer"), alpha), from.points);
   return updated;
 }
 

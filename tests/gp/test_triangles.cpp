@@ -133,9 +133,9 @@ TEST(Triangles, WhatIsTurnedIsTurned) {
     SCOPED_TRACE(size);
     const Eigen::MatrixXd a = random_matrix(size, size + 3, 11), lower = lower_of(random_matrix(size, size, 12));
     EXPECT_EQ(transposed(PaddedMatrix(a)).matrix(), a.transpose());
-    EXPECT_EQ(PaddedMatrix::upside_down(a).matrix(), a.colwise().reverse());
-    EXPECT_EQ(PaddedMatrix::backwards(a).matrix(), a.reverse());
-    EXPECT_EQ(transposed_backwards(PaddedMatrix(lower)).matrix(), lower.transpose().reverse());
+    EXPECT_EQ(PaddedMatrix::rows_reversed(a).matrix(), a.colwise().reverse());
+    EXPECT_EQ(PaddedMatrix::reversed(a).matrix(), a.reverse());
+    EXPECT_EQ(transposed_reversed(PaddedMatrix(lower)).matrix(), lower.transpose().reverse());
     PaddedMatrix symmetric(lower);
     mirror_lower(symmetric);
     EXPECT_EQ(symmetric.matrix(), Eigen::MatrixXd(lower.selfadjointView<Eigen::Lower>()));
