@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "linalg/blas.hpp"
 #include "posterior_simd.hpp"
 #include "statistics.hpp"
-#include "triangles.hpp"
 
 namespace sila {
 namespace detail {
@@ -73,7 +73,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
     selection.lower.row(m).head(m) = features.matrix().row(pivot).head(m);
     selection.lower(m, m) = root;
     columns.write(candidates.col(pivot), features.column(static_cast<std::size_t>(m)));
-    take_columns_before(features, static_cast<std::size_t>(m), static_cast<std::size_t>(pivot));
+    gemv_columns_before(features, static_cast<std::size_t>(m), static_cast<std::size_t>(pivot));
     auto column = features.matrix().col(m);
     column /= root;
     variances = (variances - column.array().square()).max(0.0);

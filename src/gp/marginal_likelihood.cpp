@@ -17,8 +17,8 @@ struct Factors {
   Eigen::MatrixXd cross;     // K_fu, n x M
   Eigen::MatrixXd features;  // V', n x M
   Eigen::ArrayXd lambda;
-  Eigen::MatrixXd b_lower;  // L_B
-  Eigen::MatrixXd whitened;    // c = L_B \ h, M x P
+  Eigen::MatrixXd b_lower;   // L_B
+  Eigen::MatrixXd whitened;  // c = L_B \ h, M x P
   double value = 0.0;
 };
 
@@ -71,8 +71,8 @@ Adjoints adjoints(const GpData& data, const Factors& f) {
   const Eigen::MatrixXd alpha =
       f.lambda.inverse().matrix().asDiagonal() * (data.outputs - f.features * weights);  // n x P
   const Eigen::MatrixXd b_inverse =
-      b_lower.transpose().solve(b_lower.solve(Eigen::MatrixXd::Identity(size, size)));  // eigenvalues in (0, 1]
-  const Eigen::MatrixXd shrunk = f.features * b_inverse;                                   // (B^-1 V)'
+      b_lower.transpose().solve(b_lower.solve(Eigen::MatrixXd::Identity(size, size)));        // eigenvalues in (0, 1]
+  const Eigen::MatrixXd shrunk = f.features * b_inverse;                                      // (B^-1 V)'
   const Eigen::ArrayXd reductions = shrunk.cwiseProduct(f.features).rowwise().sum().array();  // v_n' B^-1 v_n
   const Eigen::ArrayXd w =
       0.5 * (outputs * (f.lambda.inverse() - reductions / f.lambda.square()) - alpha.rowwise().squaredNorm().array());

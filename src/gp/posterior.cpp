@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
+#include "linalg/blas.hpp"
 #include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
 #include "statistics.hpp"
-#include "triangles.hpp"
 
 namespace sila {
 namespace {
@@ -49,11 +49,13 @@ std::size_t numbers_in_panels(std::size_t columns) {
 /// a Cholesky factor. In directions without data the difference is rounding, of either sign; as little as possible is
 /// added to the diagonal for a factor to exist.
 PaddedMatrix reduction_factor(const PaddedMatrix& b_reversed) {
-  const PaddedMatrix difference = detail::identity_minus_inverse(b_reversed);
+  PaddedMatrix difference(b_reversed.rows(), b_reversed.rows());
+  difference.matrix().diagonal().setOnes();
+  detail::syrk_triangular(difference, detail::trtri(b_reversed));
   for (double more = least_added; more <= most_added; more *= 10.0) {
     PaddedMatrix factor = difference;
     factor.matrix().diagonal().array() += more;
-    if (detail::to_cholesky_factor(factor)) return detail::transposed_reversed(factor);
+    if (detail::potrf(factor)) return detail::transposed_reversed(factor);
   }
   throw NumericalError("posterior: I - B^-1 of " + std::to_string(difference.rows()) +
                        " pseudo-inputs has no Cholesky factor");
@@ -63,7 +65,7 @@ PaddedMatrix reduction_factor(const PaddedMatrix& b_reversed) {
 PaddedMatrix reversed_factor_of_b(const Eigen::MatrixXd& information) {
   PaddedMatrix b = PaddedMatrix::reversed(information);
   b.matrix().diagonal().array() += 1.0;
-  if (detail::to_cholesky_factor(b)) return b;
+  if (detail::potrf(b)) return b;
   throw NumericalError("posterior: I + information of " + std::to_string(information.rows()) +
                        " pseudo-inputs has no Cholesky factor");
 }
@@ -71,10 +73,10 @@ PaddedMatrix reversed_factor_of_b(const Eigen::MatrixXd& information) {
 /// L_u^-T B^-1 response.
 Eigen::MatrixXd weights_of(const SparseGp& gp, const PaddedMatrix& lower, const PaddedMatrix& b_reversed) {
   PaddedMatrix reversed = PaddedMatrix::rows_reversed(gp.response);
-  detail::divide_from_left(reversed, b_reversed);
-  detail::divide_vectors_transposed(reversed, b_reversed);
+  detail::trsm_left(reversed, b_reversed);
+  detail::trsm_left_transposed(reversed, b_reversed);
   PaddedMatrix weights = PaddedMatrix::rows_reversed(reversed.matrix());
-  detail::divide_vectors_transposed(weights, lower);
+  detail::trsm_left_transposed(weights, lower);
   return weights.matrix();
 }
 
@@ -215,7 +217,7 @@ Posterior::Posterior(const SparseGp& gp)
   const PaddedMatrix lower = detail::lower_factor(gp, "posterior");
   const PaddedMatrix b_reversed = reversed_factor_of_b(gp.information);
   PaddedMatrix reduction = reduction_factor(b_reversed);
-  detail::divide_triangle(reduction, lower);
+  detail::trsm_right_triangular(reduction, lower);
   Eigen::MatrixXd weights_and_norms(gp.pseudo_inputs.cols(), gp.mean.size() + 1);
   weights_and_norms << weights_of(gp, lower, b_reversed), reduction.matrix().colwise().norm().transpose();
   tables_ = std::make_shared<const detail::PosteriorTables>(gp, weights_and_norms, reduction.matrix());

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "padded_matrix.hpp"
+#include "linalg/padded_matrix.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "posterior_simd.hpp"
-
 namespace sila::detail {
 
 PaddedMatrix::PaddedMatrix(Eigen::Index rows, Eigen::Index columns)
@@ -21,11 +19,11 @@ PaddedMatrix::PaddedMatrix(const Eigen::MatrixXd& matrix) : PaddedMatrix(matrix.
 
 PaddedMatrix PaddedMatrix::factor(const Eigen::MatrixXd& lower) {
   PaddedMatrix result(lower);
-  result.set_identity_behind();
+  result.pad_with_identity();
   return result;
 }
 
-void PaddedMatrix::set_identity_behind() {
+void PaddedMatrix::pad_with_identity() {
   for (auto i = static_cast<std::size_t>(rows_); i < padded_rows_; ++i) column(i)[i] = 1.0;
 }
 
