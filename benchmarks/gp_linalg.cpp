@@ -12,7 +12,9 @@ struct Algebra {
   void (*trsm)(int n, const double* l, double* x);                        ///< X -> L^-1 X
   void (*syrk)(int n, const double* a, double* c);                        ///< C -> C - A A', the lower triangle
   void (*gemm)(int n, const double* a, const double* b, double* c);       ///< C -> C - A B
-  void (*posterior)(int n, const double* k, const double* g, double* t);  ///< docs/gp.md, section 3: T
+  void (*posterior)(int n, const double* k, const double* g, double* t);  ///< T of docs/gp.md, section 3
+  /// Mean of two outputs and variance at x. Shapes: z and w n x 2, x 2, said 3.
+  void (*predict)(int n, const double* z, const double* w, const double* t, const double* x, double* said);
 };
 
 namespace {
@@ -55,11 +57,19 @@ void eigen_posterior(int n, const double* k, const double* g, double* t) {
   lower.matrixL().solveInPlace<Eigen::OnTheRight>(result);
 }
 
+void eigen_predict(int n, const double* z, const double* w, const double* t, const double* x, double* said) {
+  const auto points = ConstMatrix(z, n, 2).array();
+  const Eigen::VectorXd k = (-0.5 * ((points.col(0) - x[0]).square() + (points.col(1) - x[1]).square())).exp().matrix();
+  Eigen::Vector2d::Map(said) = ConstMatrix(w, n, 2).transpose() * k;
+  const Eigen::VectorXd explained = ConstMatrix(t, n, n).triangularView<Eigen::Lower>() * k;
+  said[2] = 1.0 - explained.squaredNorm();
+}
+
 }  // namespace
 
 #ifdef SILA_ALGEBRA  // the second time
 extern const Algebra SILA_ALGEBRA;
-const Algebra SILA_ALGEBRA = {eigen_potrf, eigen_trsm, eigen_syrk, eigen_gemm, eigen_posterior};
+const Algebra SILA_ALGEBRA = {eigen_potrf, eigen_trsm, eigen_syrk, eigen_gemm, eigen_posterior, eigen_predict};
 #else
 
 #include <benchmark/benchmark.h>
@@ -72,6 +82,7 @@ const Algebra SILA_ALGEBRA = {eigen_potrf, eigen_trsm, eigen_syrk, eigen_gemm, e
 #include <vector>
 
 #include "gp/linalg/blas.hpp"
+#include "sila/gp/posterior.hpp"
 
 extern const Algebra eigen_avx2;
 
@@ -79,7 +90,7 @@ namespace {
 
 using sila::detail::PaddedMatrix;
 
-const Algebra eigen = {eigen_potrf, eigen_trsm, eigen_syrk, eigen_gemm, eigen_posterior};
+const Algebra eigen = {eigen_potrf, eigen_trsm, eigen_syrk, eigen_gemm, eigen_posterior, eigen_predict};
 
 void own_posterior(int n, const double* k, const double* g, double* t) {
   PaddedMatrix lower(Eigen::MatrixXd(ConstMatrix(k, n, n))), b = PaddedMatrix::reversed(ConstMatrix(g, n, n));
@@ -142,7 +153,7 @@ void blas_posterior(int n, const double* k, const double* g, double* t) {
   dtrsm("R", "L", "N", "N", &n, &n, &plus_one, lower.data(), &n, t, &n);
 }
 
-const Algebra blas = {blas_potrf, blas_trsm, blas_syrk, blas_gemm, blas_posterior};
+const Algebra blas = {blas_potrf, blas_trsm, blas_syrk, blas_gemm, blas_posterior, nullptr};
 
 struct Matrices {
   Eigen::MatrixXd general, other, positive, lower, information;
@@ -198,6 +209,13 @@ void add(const std::string& name, const Algebra& algebra, bool lapack) {
   add("gemm/" + name, positive, [a](const Matrices& of) {
     return [a, &of](MatrixXd& x) { a->gemm(size(x), of.general.data(), of.other.data(), x.data()); };
   });
+  if (a->predict)
+    add("predict/" + name, general, [a](const Matrices& of) {
+      return [a, &of](MatrixXd& x) {
+        const double* const z = of.general.data();
+        a->predict(size(x), z, of.other.data(), of.lower.data(), of.other.data(), x.data());
+      };
+    });
   if (!lapack) return;
   add("posterior/" + name, general, [a](const Matrices& of) {
     return [a, &of](MatrixXd& x) { a->posterior(size(x), of.positive.data(), of.information.data(), x.data()); };
@@ -217,6 +235,16 @@ void add_own() {
   });
   add("gemm/own", padded_positive, [](const Matrices& of) {
     return [a = PaddedMatrix(of.general), b = PaddedMatrix(of.other)](PaddedMatrix& x) { sila::detail::gemm(x, a, b); };
+  });
+  add("predict/own", general, [](const Matrices& of) {
+    const Eigen::MatrixXd z = of.general.leftCols(2).transpose();
+    const sila::SparseGp prior = sila::prior_gp({1.0, Eigen::Vector2d::Ones()}, 0.1, z, Eigen::Vector2d::Zero());
+    const sila::Posterior posterior(sila::condition(prior, z, of.other.leftCols(2)));
+    const Eigen::Vector2d at = of.other.col(0).head(2);
+    return [posterior, at](Eigen::MatrixXd& x) {
+      const sila::FlowPrediction said = posterior.predict_flow(at);
+      x(0, 0) = said.mean.x(), x(1, 0) = said.mean.y(), x(2, 0) = said.variance;
+    };
   });
   add("posterior/own", general, [](const Matrices& of) {
     return [&of](Eigen::MatrixXd& x) { own_posterior(size(x), of.positive.data(), of.information.data(), x.data()); };
