@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
+#include "gp/greedy.hpp"
+#include "gp/marginal_likelihood.hpp"
 #include "gp/minimise.hpp"
 #include "gp_data.hpp"
-#include "sila/gp/evidence.hpp"
-#include "sila/gp/greedy.hpp"
 
 // As in src/gp/minimise.cpp: headers alone.
 #define DLIB_TEST_FOR_ODR_VIOLATIONS_H_
@@ -43,7 +43,7 @@ struct Problem {
                                       std::exp(theta_part(2))};
     const Eigen::MatrixXd z =
         joint ? Eigen::MatrixXd(v.head(numbers).reshaped(2, pseudo_inputs.cols())) : pseudo_inputs;
-    const auto gradient = sila::negative_log_evidence_gradient(data, theta, z);
+    const auto gradient = sila::negative_log_marginal_likelihood_gradient(data, theta, z);
     ValueAndGradient result{gradient.value, Eigen::VectorXd(v.size())};
     if (joint) result.gradient.head(numbers) = gradient.pseudo_inputs.reshaped();
     result.gradient.tail(4) << gradient.log_length_scales, gradient.log_noise_variance + gradient.log_signal_variance,

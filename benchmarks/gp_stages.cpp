@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "gp_data.hpp"
+#include "sila/gp/fit.hpp"
 #include "sila/gp/fuse_gps.hpp"
 #include "sila/gp/posterior.hpp"
-#include "sila/gp/train.hpp"
 
 namespace {
 
@@ -49,12 +49,12 @@ void pool(benchmark::State& state) {
 }
 BENCHMARK(pool)->Unit(benchmark::kMillisecond);
 
-void absorb_200(benchmark::State& state) {
+void condition_on_200(benchmark::State& state) {
   const sila::SparseGp gp = sila::fit_sparse_gp(transition_data(300, 1), theta_of(state.range(0) != 0));
   const sila::GpData more = transition_data(200, 2);
-  for (auto _ : state) benchmark::DoNotOptimize(sila::absorb(gp, more.inputs, more.outputs));
+  for (auto _ : state) benchmark::DoNotOptimize(sila::condition(gp, more.inputs, more.outputs));
 }
-BENCHMARK(absorb_200)->Arg(0)->Arg(1)->ArgName("dense")->Unit(benchmark::kMicrosecond);
+BENCHMARK(condition_on_200)->Arg(0)->Arg(1)->ArgName("dense")->Unit(benchmark::kMicrosecond);
 
 /// A stored GP and new samples under the same theta.
 void fuse_with_data(benchmark::State& state) {

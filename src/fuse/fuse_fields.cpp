@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sila/gp/fuse_gps.hpp"
-#include "sila/gp/train.hpp"
+#include "sila/gp/fit.hpp"
 
 namespace sila {
 namespace {

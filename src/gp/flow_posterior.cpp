@@ -8,12 +8,14 @@
 namespace sila {
 namespace {
 
-/// A GP of one component of the velocity as one of both, the other of which is zero: the means of two such add up.
-SparseGp beside_zero(SparseGp gp, Eigen::Index component) {
+/// A GP of one component of the velocity as a GP of both, the other component zero: the means of two such GPs add up.
+SparseGp with_zero_output(SparseGp gp, Eigen::Index component) {
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(2);
   Eigen::MatrixXd response = Eigen::MatrixXd::Zero(gp.response.rows(), 2);
-  mean(component) = gp.mean(0), response.col(component) = gp.response.col(0);
-  gp.mean = std::move(mean), gp.response = std::move(response);
+  mean(component) = gp.mean(0);
+  response.col(component) = gp.response.col(0);
+  gp.mean = std::move(mean);
+  gp.response = std::move(response);
   return gp;
 }
 
@@ -31,13 +33,13 @@ const SparseGp& checked(const SparseGp& gp, bool alone) {
 }  // namespace
 
 FlowPosterior::FlowPosterior(const SparseGp& gp, const SparseGp* gp_y)
-    : first_(gp_y ? beside_zero(checked(gp, false), 0) : checked(gp, true)),
+    : first_(gp_y ? with_zero_output(checked(gp, false), 0) : checked(gp, true)),
       signal_variance_(gp.kernel.signal_variance, (gp_y ? *gp_y : gp).kernel.signal_variance),
       noise_variance_(gp.noise_variance, (gp_y ? *gp_y : gp).noise_variance) {
-  if (gp_y) second_.emplace(beside_zero(checked(*gp_y, false), 1));
+  if (gp_y) second_.emplace(with_zero_output(checked(*gp_y, false), 1));
 }
 
-FieldPrediction FlowPosterior::beside(const FlowPrediction& first, const Eigen::Vector2d& x) const {
+FieldPrediction FlowPosterior::with_second(const FlowPrediction& first, const Eigen::Vector2d& x) const {
   const FlowPrediction second = second_->predict_flow(x);
   return {first.mean + second.mean, {first.variance, second.variance}};
 }
@@ -50,16 +52,16 @@ FieldLinearisation FlowPosterior::linearise(const Eigen::Vector2d& x) const {
           first.jacobian + second.jacobian};
 }
 
-void FlowPosterior::score(std::span<const double> xs, std::span<const double> ys, std::span<const RasterPlace> places,
-                          std::span<FlowPrediction> summaries) const {
-  first_.score_flow(xs, ys, places, summaries);
-  if (!second_) return;
-  std::vector<FlowPrediction> along_y(summaries.size());
-  second_->score_flow(xs, ys, places, along_y);
-  for (std::size_t i = 0; i < summaries.size(); ++i) {
-    summaries[i].mean += along_y[i].mean;
-    summaries[i].variance = std::max(summaries[i].variance, along_y[i].variance);
+std::vector<FlowPrediction> FlowPosterior::bounds(std::span<const double> xs, std::span<const double> ys,
+                                                  std::span<const RasterIndex> points) const {
+  std::vector<FlowPrediction> flows = first_.bound_flows(xs, ys, points);
+  if (!second_) return flows;
+  const std::vector<FlowPrediction> along_y = second_->bound_flows(xs, ys, points);
+  for (std::size_t i = 0; i < flows.size(); ++i) {
+    flows[i].mean += along_y[i].mean;
+    flows[i].variance = std::max(flows[i].variance, along_y[i].variance);
   }
+  return flows;
 }
 
 }  // namespace sila

@@ -1,20 +1,19 @@
 #include "sila/gp/fuse_gps.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "projection.hpp"
+#include "greedy.hpp"
 #include "sila/gp/posterior.hpp"
 #include "statistics.hpp"
+#include "transfer.hpp"
 
 namespace sila {
 namespace {
@@ -154,17 +153,17 @@ std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const
 }
 
 /// The part that has seen nearly all there is, if it has as many pseudo-inputs as it may.
-const SparseGp* settled_part(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
+const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const double points = std::transform_reduce(parts.begin(), parts.end(), static_cast<double>(data.inputs.cols()),
                                               std::plus<>(), [](const SparseGp* part) { return part->points; });
-  const auto settled = std::find_if(parts.begin(), parts.end(), [&](const SparseGp* part) {
+  const auto dominant = std::find_if(parts.begin(), parts.end(), [&](const SparseGp* part) {
     return part->points >= config.keep_pseudo_inputs_share * points && part->kernel == kernel &&
            part->pseudo_inputs.cols() >= config.max_fused_pseudo_inputs;
   });
-  return settled == parts.end() ? nullptr : *settled;
+  return dominant == parts.end() ? nullptr : *dominant;
 }
 
-/// Where all parts stand on one basis it is kept and grows; a settled part keeps its own; else all candidates compete,
+/// Where all parts stand on one basis it is kept and grows; a dominant part keeps its own; else all candidates compete,
 /// sorted so that the order of the parts does not matter.
 Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs, config)
@@ -172,9 +171,9 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
   if (one_basis(parts, kernel)) {
     if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);
   }
-  if (const SparseGp* settled = settled_part(parts, data, kernel, config)) {
-    return make_basis(settled->pseudo_inputs, detail::lower_factor(*settled, "fuse_gps"), data, kernel,
-                      settled->jitter);
+  if (const SparseGp* dominant = dominant_part(parts, data, kernel, config)) {
+    return make_basis(dominant->pseudo_inputs, detail::lower_factor(*dominant, "fuse_gps"), data, kernel,
+                      dominant->jitter);
   }
   Eigen::Index count = fresh.cols();
   for (const SparseGp* part : parts) count += part->pseudo_inputs.cols();
@@ -236,19 +235,19 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   const Hyperparameters theta = theta_known ? fused_hyperparameters(known, data_hyperparameters, data_points)
                                             : Hyperparameters{parts.front()->kernel, parts.front()->noise_variance};
   if (data_points == 0.0 && known.empty()) {
-    return empty_gp(theta.kernel, theta.noise_variance, Eigen::MatrixXd(theta.kernel.length_scales.size(), 0),
+    return prior_gp(theta.kernel, theta.noise_variance, Eigen::MatrixXd(theta.kernel.length_scales.size(), 0),
                     Eigen::VectorXd::Zero(data.outputs.cols()));
   }
 
   Basis basis = fused_basis(known, data, theta.kernel, config);
   const detail::PaddedMatrix& lower = basis.lower;
-  SparseGp fused = detail::blank_gp(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
-                                    fused_mean(known, data, config.constant_mean), basis.jitter);
+  SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
+                                           fused_mean(known, data, config.constant_mean), basis.jitter);
   for (const SparseGp* part : known) {
     if (no_statistics(*part)) {
       fused.points += part->points;
     } else if (config.fusion == GpFusion::transfer) {
-      detail::add(fused, detail::project(*part, fused, lower, config.alpha).statistics, part->points);
+      detail::add(fused, detail::project(*part, fused, lower, config.alpha), part->points);
     } else {
       detail::add(fused, pseudo_data_statistics(*part, fused, lower, config.alpha), part->points);
     }
@@ -257,33 +256,9 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   return fused;
 }
 
-double log_streaming_evidence(std::span<const SparseGp* const> parts, const GpData& data, const SparseGp& prior) {
-  require_parts(parts, data, Hyperparameters{prior.kernel, prior.noise_variance});
-  validate(prior);
-  const detail::PaddedMatrix lower = detail::lower_factor(prior, "log_streaming_evidence");
-  SparseGp joint = prior;
-  double evidence = 0.0;
-  for (const SparseGp* part : parts) {
-    const detail::Projection projection = detail::project(*part, prior, lower, 1.0);
-    detail::add(joint, projection.statistics, part->points);
-    evidence += projection.log_evidence;
-  }
-  Eigen::MatrixXd features;
-  if (data.inputs.cols() > 0) {
-    features = detail::whitened(lower, covariance(prior.kernel, data.inputs, prior.pseudo_inputs));
-    add_data(joint, data, features, 1.0);
-  }
-  const Eigen::Index size = lower.rows();
-  const double outputs = static_cast<double>(prior.mean.size());
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(Eigen::MatrixXd::Identity(size, size) + joint.information);
-  evidence -= outputs * cholesky.matrixLLT().diagonal().array().log().sum();
-  evidence += 0.5 * cholesky.matrixL().solve(joint.response).squaredNorm();
-  if (data.inputs.cols() == 0) return evidence;
-  const Eigen::ArrayXd lambda =
-      (prior.kernel.signal_variance - features.rowwise().squaredNorm().array()).max(0.0) + prior.noise_variance;
-  const Eigen::ArrayXXd residuals = (data.outputs.rowwise() - prior.mean.transpose()).array();
-  return evidence - 0.5 * ((residuals.square().colwise() / lambda).sum() +
-                           outputs * (2.0 * std::numbers::pi * lambda).log().sum());
+SparseGp reduce_pseudo_inputs(const SparseGp& gp, int max_pseudo_inputs) {
+  const Eigen::MatrixXd chosen = select_pseudo_inputs(gp.kernel, gp.pseudo_inputs, max_pseudo_inputs, 0.0);
+  return transfer(gp, prior_gp(gp.kernel, gp.noise_variance, chosen, gp.mean));
 }
 
 }  // namespace sila

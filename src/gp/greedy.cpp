@@ -1,4 +1,4 @@
-#include "sila/gp/greedy.hpp"
+#include "greedy.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "linalg/blas.hpp"
 #include "posterior_simd.hpp"
 #include "statistics.hpp"
-#include "triangles.hpp"
 
 namespace sila {
 namespace detail {
@@ -38,9 +38,9 @@ class CovarianceColumns {
   /// Shapes: column has room for as many rows as a padded column has.
   void write(const Eigen::VectorXd& point, double* column) const {
     const auto rows = static_cast<std::size_t>(points_.rows());
-    similarities({static_cast<std::size_t>(inverse_.size()), points_.stride(), points_.column(0), inverse_.data(),
-                  signal_variance_},
-                 point.data(), column);
+    kernel_vector({static_cast<std::size_t>(inverse_.size()), points_.stride(), points_.column(0), inverse_.data(),
+                   signal_variance_},
+                  point.data(), column);
     std::fill(column + rows, column + points_.stride(), 0.0);
   }
 
@@ -73,7 +73,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
     selection.lower.row(m).head(m) = features.matrix().row(pivot).head(m);
     selection.lower(m, m) = root;
     columns.write(candidates.col(pivot), features.column(static_cast<std::size_t>(m)));
-    take_columns_before(features, static_cast<std::size_t>(m), static_cast<std::size_t>(pivot));
+    gemv_columns_before(features, static_cast<std::size_t>(m), static_cast<std::size_t>(pivot));
     auto column = features.matrix().col(m);
     column /= root;
     variances = (variances - column.array().square()).max(0.0);
@@ -85,7 +85,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
   return selection;
 }
 
-Eigen::MatrixXd thinned(const Eigen::MatrixXd& points, Eigen::Index max_count) {
+Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count) {
   const Eigen::Index step = std::max<Eigen::Index>(1, (points.cols() + max_count - 1) / max_count);
   if (step == 1) return points;
   return points(Eigen::all, Eigen::seq(0, points.cols() - 1, step));
@@ -100,7 +100,7 @@ Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& poin
     lattice.col(i) = step * (points.col(i).array() / step).round() + 0.0;  // + 0.0: no -0, which is another point
     if (known.emplace(lattice.col(i).begin(), lattice.col(i).end()).second) first.push_back(i);
   }
-  return thinned(lattice(Eigen::all, first), config.max_candidates);
+  return subsample(lattice(Eigen::all, first), config.max_candidates);
 }
 
 }  // namespace detail

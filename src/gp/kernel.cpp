@@ -42,7 +42,7 @@ Eigen::MatrixXd covariance(const Kernel& kernel, const Eigen::MatrixXd& a, const
   Eigen::VectorXd column(points.rows());
   Eigen::MatrixXd result(a.cols(), b.cols());
   for (Eigen::Index j = 0; j < b.cols(); ++j) {
-    detail::similarities(view, b.col(j).data(), column.data());
+    detail::kernel_vector(view, b.col(j).data(), column.data());
     result.col(j) = column.head(a.cols());
   }
   return result;

@@ -20,7 +20,7 @@ namespace sila::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<double, kColumnPadding>;
 
-void similarities_simd(const KernelView& view, const double* x, double* k) {
+void kernel_vector_simd(const KernelView& view, const double* x, double* k) {
   const Tag d;
   const auto signal = hn::Set(d, view.signal_variance), half = hn::Set(d, -0.5);
   for (std::size_t column = view.first; column < view.columns; column += hn::Lanes(d)) {
@@ -84,7 +84,7 @@ double sum_of_norms_simd(const PosteriorView& view, const double* k) {
   return sum;
 }
 
-void slopes_simd(const PosteriorView& view, const double* x, const double* k, double* jacobian) {
+void jacobian_simd(const PosteriorView& view, const double* x, const double* k, double* jacobian) {
   const Tag d;
   for (std::size_t output = 0; output < view.outputs; ++output) {
     const double* weights = view.weights + output * view.columns;
@@ -142,15 +142,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace sila::detail {
 
-HWY_EXPORT(similarities_simd);
+HWY_EXPORT(kernel_vector_simd);
 HWY_EXPORT(means_simd);
 HWY_EXPORT(means_and_norms_of_product_simd);
 HWY_EXPORT(sum_of_norms_simd);
-HWY_EXPORT(slopes_simd);
+HWY_EXPORT(jacobian_simd);
 HWY_EXPORT(explained_variance_simd);
 
-void similarities(const KernelView& view, const double* x, double* k) {
-  HWY_DYNAMIC_DISPATCH(similarities_simd)(view, x, k);
+void kernel_vector(const KernelView& view, const double* x, double* k) {
+  HWY_DYNAMIC_DISPATCH(kernel_vector_simd)(view, x, k);
 }
 
 void means(const PosteriorView& view, const double* k, double* sums) {
@@ -165,8 +165,8 @@ double sum_of_norms(const PosteriorView& view, const double* k) {
   return HWY_DYNAMIC_DISPATCH(sum_of_norms_simd)(view, k);
 }
 
-void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian) {
-  HWY_DYNAMIC_DISPATCH(slopes_simd)(view, x, k, jacobian);
+void jacobian(const PosteriorView& view, const double* x, const double* k, double* jacobian) {
+  HWY_DYNAMIC_DISPATCH(jacobian_simd)(view, x, k, jacobian);
 }
 
 double explained_variance(const PosteriorView& view, const double* k) {

@@ -2,35 +2,30 @@
 
 #include <cstddef>
 
+#include "linalg/padded_matrix.hpp"
+
 namespace sila::detail {
 
-/// Columns of tables are padded with zeros to a multiple of this, so that loops over vector registers need no tail: the
-/// widest register holds 8 doubles.
-inline constexpr std::size_t kColumnPadding = 8;
-inline std::size_t padded(std::size_t size, std::size_t multiple) {
-  return (size + multiple - 1) / multiple * multiple;
-}
-
-/// A lower triangle is kept in panels of so many rows, one after another; each column by column as far as the triangle
-/// reaches, and padded with zeros where it does not.
+/// A lower triangle is stored in panels of this number of rows, one after another; each column by column up to the
+/// diagonal, padded with zeros.
 inline constexpr std::size_t kPanelRows = 16;
-/// Of the panel that begins with this row.
+/// Columns of the panel that begins with this row.
 inline std::size_t panel_columns(std::size_t row, std::size_t columns) {
   return row + kPanelRows < columns ? row + kPanelRows : columns;
 }
 
-/// Where the points of one side of a kernel lie. Shapes: `points` inputs x columns, row by row; `columns` is padded.
+/// The points of one side of a kernel. Shapes: `points` inputs x columns, row by row; `columns` is padded.
 struct KernelView {
   std::size_t inputs = 0, columns = 0;
   const double* points = nullptr;
   const double* inverse_length_scales = nullptr;
   double signal_variance = 1.0;
-  std::size_t first = 0;  ///< columns before this are left out; a multiple of the padding
+  std::size_t first = 0;  ///< columns before this are skipped; a multiple of the padding
 };
 
-/// Where the numbers of a posterior lie; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs +
-/// 1) x columns, row by row, of which the last are the norms of the columns of `reduction`; this is a lower triangle of
-/// `columns` rows and columns, in panels.
+/// The tables of a posterior; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs + 1) x
+/// columns, row by row; the last row holds the norms of the columns of `reduction`, a lower triangle of `columns` rows
+/// and columns, in panels.
 struct PosteriorView : KernelView {
   std::size_t outputs = 0;
   const double* mean = nullptr;
@@ -39,15 +34,15 @@ struct PosteriorView : KernelView {
 };
 
 /// k(points, x). Shapes: x has `inputs` entries, k has room for `columns`.
-void similarities(const KernelView& view, const double* x, double* k);
+void kernel_vector(const KernelView& view, const double* x, double* k);
 /// mean + weights' k. Shapes: sums has room for `outputs`.
 void means(const PosteriorView& view, const double* k, double* sums);
 /// The sum over the columns of |column of reduction| k.
 double sum_of_norms(const PosteriorView& view, const double* k);
-/// Both of two outputs, this behind the means, with k = a b, entry by entry. Shapes: sums has room for 3.
+/// The means of two outputs, then the sum of norms, for k = a b entry by entry. Shapes: sums has room for 3.
 void means_and_norms_of_product(const PosteriorView& view, const double* a, const double* b, double* sums);
 /// d mean(p) / d x(d) at jacobian[p * inputs + d].
-void slopes(const PosteriorView& view, const double* x, const double* k, double* jacobian);
+void jacobian(const PosteriorView& view, const double* x, const double* k, double* jacobian);
 /// |reduction k|^2.
 double explained_variance(const PosteriorView& view, const double* k);
 

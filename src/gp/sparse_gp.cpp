@@ -52,32 +52,32 @@ bool operator==(const SparseGp& a, const SparseGp& b) {
          same(a.response, b.response) && same(a.information, b.information);
 }
 
-SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
                   const Eigen::VectorXd& mean, double jitter) {
-  SparseGp gp = detail::blank_gp(kernel, noise_variance, pseudo_inputs, mean, jitter);
+  SparseGp gp = detail::unchecked_prior(kernel, noise_variance, pseudo_inputs, mean, jitter);
   validate(gp);
   gp.jitter = detail::factor_kernel_matrix(detail::lower_covariance(kernel, pseudo_inputs), kernel.signal_variance,
-                                           jitter, "empty_gp")
+                                           jitter, "prior_gp")
                   .jitter;
   return gp;
 }
 
-SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha) {
-  detail::require_alpha("absorb", alpha);
+SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha) {
+  detail::require_alpha("condition", alpha);
   validate(gp);
-  validate("absorb", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
+  validate("condition", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
   SparseGp updated = gp;
   if (inputs.cols() == 0) return updated;
   const Eigen::MatrixXd residuals = outputs.rowwise() - gp.mean.transpose();
   Eigen::MatrixXd features =
-      detail::whitened(detail::lower_factor(gp, "absorb"), covariance(gp.kernel, inputs, gp.pseudo_inputs));
+      detail::whitened(detail::lower_factor(gp, "condition"), covariance(gp.kernel, inputs, gp.pseudo_inputs));
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(inputs.cols(), gp.noise_variance);
   detail::add(updated, detail::statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
               static_cast<double>(inputs.cols()));
   return updated;
 }
 
-SparseGp weighted(SparseGp gp, double share) {
+SparseGp discount(SparseGp gp, double share) {
   gp.information *= share;
   gp.response *= share;
   gp.mean_response *= share;

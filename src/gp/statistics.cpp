@@ -6,9 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "linalg/blas.hpp"
 #include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
-#include "triangles.hpp"
 
 namespace sila::detail {
 namespace {
@@ -33,7 +33,7 @@ PaddedMatrix lower_covariance(const Kernel& kernel, const Eigen::MatrixXd& point
                           kernel.signal_variance,
                           first};
     double* const column = result.column(j);
-    similarities(view, points.col(static_cast<Eigen::Index>(j)).data(), column);
+    kernel_vector(view, points.col(static_cast<Eigen::Index>(j)).data(), column);
     std::fill(column + size, column + result.stride(), 0.0);
   }
   return result;
@@ -44,7 +44,7 @@ KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double sign
   for (double trial = jitter; trial <= max_jitter * (1.0 + 1e-9); trial = trial > 0.0 ? trial * 10.0 : 1e-10) {
     PaddedMatrix lower = kernel_matrix;
     lower.matrix().diagonal().array() += trial * signal_variance;
-    if (!to_cholesky_factor(lower)) continue;
+    if (!potrf(lower)) continue;
     // What is no number off the diagonal would be none on it, in the same row.
     const auto diagonal = lower.matrix().diagonal().array();
     const bool sound =
@@ -67,8 +67,8 @@ PaddedMatrix lower_factor(const SparseGp& gp, const char* function) {
   throw NumericalError(text.str());
 }
 
-SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
-                  const Eigen::VectorXd& mean, double jitter) {
+SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                         const Eigen::VectorXd& mean, double jitter) {
   const Eigen::Index size = pseudo_inputs.cols();
   SparseGp gp;
   gp.kernel = kernel;
@@ -84,7 +84,7 @@ SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
 
 Eigen::MatrixXd whitened(const PaddedMatrix& lower, const Eigen::MatrixXd& cross) {
   PaddedMatrix result(cross);
-  divide_by_transposed(result, lower);
+  trsm_right_transposed(result, lower);
   return result.matrix();
 }
 

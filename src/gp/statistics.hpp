@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "padded_matrix.hpp"
+#include "linalg/padded_matrix.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
@@ -29,8 +29,8 @@ KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double sign
 PaddedMatrix lower_factor(const SparseGp& gp, const char* function);
 
 /// A GP that has seen nothing, unchecked.
-SparseGp blank_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
-                  const Eigen::VectorXd& mean, double jitter);
+SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+                         const Eigen::VectorXd& mean, double jitter);
 
 /// The additive part of a SparseGp: what data say, whitened.
 struct Statistics {
@@ -68,10 +68,10 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
                           double stop_fraction, double jitter, Eigen::Index given = 0);
 
 /// Every k-th column, k the smallest that leaves at most `max_count`.
-Eigen::MatrixXd thinned(const Eigen::MatrixXd& points, Eigen::Index max_count);
+Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count);
 
 /// Where pseudo-inputs may stand for data at `points`: the points of a lattice nearest to them, each once in the order
-/// of the data, thinned. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
+/// of the data, subsample. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
 /// (docs/decisions/0094-pseudo-inputs-on-a-lattice.md).
 Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points, const GpConfig& config);
 

@@ -1,4 +1,4 @@
-#include "sila/gp/transfer.hpp"
+#include "transfer.hpp"
 
 #include <cmath>
 #include <stdexcept>
@@ -6,9 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "projection.hpp"
+#include "linalg/blas.hpp"
 #include "sila/core/errors.hpp"
-#include "triangles.hpp"
 
 namespace sila {
 namespace detail {
@@ -54,13 +53,13 @@ PaddedMatrix hidden_factor(const SparseGp& from, const SparseGp& into, const std
   const Eigen::MatrixXd points = from.pseudo_inputs(Eigen::all, dropped);
   const PaddedMatrix rows(explained.matrix()(dropped, Eigen::all));
   PaddedMatrix residual(covariance(into.kernel, points, points));
-  take_product(residual, rows, transposed(rows), Part::lower);
+  gemmt(residual, rows, transposed(rows));
   mirror_lower(residual);
   const Eigen::MatrixXd factor = semidefinite_factor(residual.matrix());
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(from.pseudo_inputs.cols(), factor.cols());
   for (std::size_t i = 0; i < dropped.size(); ++i) spread.row(dropped[i]) = factor.row(static_cast<Eigen::Index>(i));
   PaddedMatrix hidden(spread);
-  divide_from_left(hidden, own_lower);
+  trsm_left(hidden, own_lower);
   return hidden;
 }
 
@@ -68,9 +67,9 @@ Link link_between(const SparseGp& from, const SparseGp& into, const PaddedMatrix
   const PaddedMatrix own_lower = lower_factor(from, "transfer");
   const CrossCovariance cross = cross_covariance(from, into);
   PaddedMatrix explained(cross.values);
-  divide_by_transposed(explained, lower);
+  trsm_right_transposed(explained, lower);
   PaddedMatrix hidden = hidden_factor(from, into, cross.dropped, explained, own_lower);
-  divide_from_left(explained, own_lower);
+  trsm_left(explained, own_lower);
   return {transposed(explained), std::move(hidden)};
 }
 
@@ -81,7 +80,7 @@ PaddedMatrix damping_factor(double alpha, PaddedMatrix seen) {
   for (double more = 1.0; std::isfinite(more); more *= 10.0) {
     PaddedMatrix damping = seen;
     damping.matrix().diagonal().array() += more;
-    if (to_cholesky_factor(damping)) return damping;
+    if (potrf(damping)) return damping;
   }
   throw NumericalError("transfer: what is left unexplained is not finite");
 }
@@ -93,32 +92,30 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
          a.pseudo_inputs == b.pseudo_inputs;
 }
 
-Projection project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha) {
+Statistics project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha) {
   const Statistics stored = about_mean(from, into.mean);
-  if (same_basis(from, into)) return {stored, 0.0};
+  if (same_basis(from, into)) return stored;
   const Link link = link_between(from, into, lower);
-  const PaddedMatrix known = product(link.basis, PaddedMatrix(stored.information));  // U S
-  PaddedMatrix information = product(known, transposed(link.basis), Part::lower);    // U S U'
+  const PaddedMatrix known = gemm(link.basis, PaddedMatrix(stored.information));  // U S
+  PaddedMatrix information = gemmt(known, transposed(link.basis));                // U S U'
   const PaddedMatrix::ConstView u = link.basis.matrix(), g = link.hidden.matrix();
   Statistics result{{}, u * stored.response, u * stored.mean_response};
-  double log_evidence = 0.0;
   if (alpha > 0.0 && link.hidden.columns() > 0) {
-    const PaddedMatrix damping = damping_factor(
-        alpha, product(transposed(link.hidden), product(PaddedMatrix(stored.information), link.hidden), Part::lower));
-    PaddedMatrix lost = product(known, link.hidden);  // U S G
-    divide_by_transposed(lost, damping);
+    const PaddedMatrix damping =
+        damping_factor(alpha, gemmt(transposed(link.hidden), gemm(PaddedMatrix(stored.information), link.hidden)));
+    PaddedMatrix lost = gemm(known, link.hidden);  // U S G
+    trsm_right_transposed(lost, damping);
     PaddedMatrix response_part(g.transpose() * stored.response), mean_part(g.transpose() * stored.mean_response);
-    divide_from_left(response_part, damping), divide_from_left(mean_part, damping);
+    trsm_left(response_part, damping);
+    trsm_left(mean_part, damping);
     result.response -= alpha * lost.matrix() * response_part.matrix();
     result.mean_response -= alpha * lost.matrix() * mean_part.matrix();
-    log_evidence = -static_cast<double>(stored.response.cols()) * damping.matrix().diagonal().array().log().sum() +
-                   0.5 * response_part.matrix().squaredNorm();
     lost.matrix() *= std::sqrt(alpha);
-    take_product(information, lost, transposed(lost), Part::lower);
+    gemmt(information, lost, transposed(lost));
   }
   mirror_lower(information);
   result.information = information.matrix();
-  return {std::move(result), log_evidence};
+  return result;
 }
 
 }  // namespace detail
@@ -132,8 +129,7 @@ SparseGp transfer(const SparseGp& from, const SparseGp& into, double alpha) {
                                 std::to_string(into.pseudo_inputs.rows()) + " and " + std::to_string(into.mean.size()));
   }
   SparseGp updated = into;
-  detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer"), alpha).statistics,
-              from.points);
+  detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer"), alpha), from.points);
   return updated;
 }
 

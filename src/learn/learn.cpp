@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "sila/gp/fuse_gps.hpp"
-#include "sila/gp/train.hpp"
+#include "sila/gp/fit.hpp"
 #include "sila/learn/dictionary.hpp"
 #include "sila/learn/grid_vectors.hpp"
 #include "sila/learn/segmentation.hpp"

@@ -45,7 +45,7 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
 std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
                                double& least_known, const PredictConfig& config) {
   const FieldPrediction here = field.posterior.predict(observed.positions.back());
-  const double unknown = field.posterior.unknown_share(here);
+  const double unknown = field.posterior.unexplained_share(here);
   if (unknown >= config.support_ratio) return std::nullopt;
   least_known = std::min(least_known, unknown);
   const double log_likelihood =
@@ -63,7 +63,7 @@ bool look_closely(Candidate& candidate, const FlowFieldIndex::Field& field, cons
     const FieldPrediction flow = field.posterior.predict(observed.positions[t]);
     candidate.log_likelihood +=
         log_normal(observed.velocities[t] - flow.mean, flow.variance + field.posterior.noise_variance());
-    const double unknown = field.posterior.unknown_share(flow);
+    const double unknown = field.posterior.unexplained_share(flow);
     supported += unknown < config.support_ratio ? 1 : 0;
     least_known[t - first] = std::min(least_known[t - first], unknown);
   }

@@ -115,7 +115,7 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
 
 /// Where a field is scored, and what takes up each score.
 struct CellSummaries {
-  std::vector<RasterPlace> places;
+  std::vector<RasterIndex> places;
   std::vector<FlowFieldIndex::CellSummary*> summaries;
 
   void reserve(std::size_t size) { places.reserve(size), summaries.reserve(size); }
@@ -124,8 +124,7 @@ struct CellSummaries {
 void take_up(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,
              const std::vector<double>& ys) {
   const double noise_variance = field.posterior.noise_variance().mean();
-  std::vector<FlowPrediction> flows(summaries.places.size());
-  field.posterior.score(xs, ys, summaries.places, flows);
+  const std::vector<FlowPrediction> flows = field.posterior.bounds(xs, ys, summaries.places);
   for (std::size_t i = 0; i < flows.size(); ++i) {
     const double variance = flows[i].variance + noise_variance;
     *summaries.summaries[i] = {flows[i].mean, 0.5 / variance, -std::log(variance)};
@@ -204,7 +203,7 @@ void FlowFieldIndex::add_summaries() {
   }
   for (std::size_t i = 0; i < fields_.size(); ++i) summaries[i].reserve(times_scored[i]);
   for (const auto& [middle, bucket] : crowded) {
-    const RasterPlace place{index_of(xs, middle.x()), index_of(ys, middle.y())};
+    const RasterIndex place{index_of(xs, middle.x()), index_of(ys, middle.y())};
     bucket->summaries.resize(bucket->transitions.size());
     for (std::size_t k = 0; k < bucket->summaries.size(); ++k) {
       CellSummaries& of_field = summaries[static_cast<std::size_t>(bucket->transitions[k])];

@@ -53,7 +53,7 @@ std::span<const Successor> successors(const FlowFieldIndex& map, int transition,
   for (const int next : leaving) {
     const FlowFieldIndex::Field& field = map.field(next);
     if (next == transition) continue;
-    if (!field.posterior.knows(field.posterior.predict(position), support_ratio)) continue;
+    if (field.posterior.unexplained_share(field.posterior.predict(position)) >= support_ratio) continue;
     list[count++] = {next, field.probability};
     total += field.probability;
   }
@@ -116,7 +116,7 @@ class Roller {
   bool has_left(const Branch& branch) const {
     if (branch.off_map) return false;
     const FlowPosterior& posterior = map_.field(branch.link->transition).posterior;
-    return posterior.leaves_unknown(branch.here.flow, config_.leave_ratio);
+    return posterior.unexplained_share(branch.here.flow) > config_.leave_ratio;
   }
 
   /// The branches with those that have left their field replaced by what follows: one a successor, or the branch

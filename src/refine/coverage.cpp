@@ -94,7 +94,7 @@ std::optional<double> FieldIndex::difference(int of, const Transition& asked, in
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     if (known + static_cast<double>(places.cols() - m) < needed) return std::nullopt;  // most fail early
     const FieldPrediction said = other.predict(places.col(m));
-    if (!other.knows(said, coverage.known_ratio)) continue;
+    if (other.unexplained_share(said) >= coverage.known_ratio) continue;
     known += 1.0;
     squares += (said.mean - own.col(m)).squaredNorm();
   }

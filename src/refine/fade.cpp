@@ -17,7 +17,7 @@ double faded(double value, double share) {
 void fade_gp(SparseGp& gp, double share) {
   if (!(gp.points > 0.0)) return;
   const double points = faded(gp.points, share);
-  gp = weighted(std::move(gp), share);
+  gp = discount(std::move(gp), share);
   gp.points = points;
 }
 

@@ -91,7 +91,8 @@ SparseGp learn_global_residual(const SparseGp& known, const GlobalResidualSample
     return fuse_gps({}, {samples.inputs, samples.outputs}, global_residual_gp_config(config),
                     global_residual_hyperparameters(config));
   }
-  if (known.pseudo_inputs.cols() >= config.global_pseudo_inputs) return absorb(known, samples.inputs, samples.outputs);
+  if (known.pseudo_inputs.cols() >= config.global_pseudo_inputs)
+    return condition(known, samples.inputs, samples.outputs);
   const std::array<const SparseGp*, 1> parts = {&known};
   return fuse_gps(parts, {samples.inputs, samples.outputs}, global_residual_gp_config(config),
                   global_residual_hyperparameters(config));
@@ -106,7 +107,7 @@ SparseGp merge_global_residuals(const SparseGp& a, const SparseGp& b, const Resi
 
 SparseGp untrained_global_residual(SparseGp global_residual, double most_examples) {
   const double share = most_examples / global_residual.points;
-  return share < 1.0 ? weighted(std::move(global_residual), share) : global_residual;
+  return share < 1.0 ? discount(std::move(global_residual), share) : global_residual;
 }
 
 }  // namespace sila

@@ -9,8 +9,7 @@
 #include <utility>
 
 #include "coverage.hpp"
-#include "sila/gp/greedy.hpp"
-#include "sila/gp/transfer.hpp"
+#include "sila/gp/fuse_gps.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
@@ -43,7 +42,7 @@ void note(Ledger& ledger, detail::FieldIndex& index, const std::vector<Transitio
   const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     const FieldPrediction said = other.predict(places.col(m));
-    if (!other.knows(said, coverage.known_ratio)) continue;
+    if (other.unexplained_share(said) >= coverage.known_ratio) continue;
     if ((said.mean - own.col(m)).norm() >= coverage.agreement) continue;
     ++ledger.speakers[of][static_cast<std::size_t>(m)];
     ledger.speaks_for[by].push_back({of, static_cast<std::size_t>(m)});
@@ -128,11 +127,6 @@ double bytes_of_primitives(const Ledger& ledger, const Model& model) {
   return bytes;
 }
 
-SparseGp narrowed(const SparseGp& residual, int most) {
-  const Eigen::MatrixXd inputs = select_pseudo_inputs(residual.kernel, residual.pseudo_inputs, most, 0.0);
-  return transfer(residual, empty_gp(residual.kernel, residual.noise_variance, inputs, residual.mean));
-}
-
 /// Makes residual GPs narrower, those of transitions that were seen least first, until there is nothing too much.
 void reduce_residuals(Ledger& ledger, std::vector<Transition>& transitions, double too_much, LimitReport& report) {
   std::vector<std::size_t> order(transitions.size());
@@ -143,7 +137,7 @@ void reduce_residuals(Ledger& ledger, std::vector<Transition>& transitions, doub
       if (too_much <= 0.0) return;
       Transition& transition = transitions[i];
       if (!ledger.kept[i] || transition.residual.pseudo_inputs.cols() <= most) continue;
-      transition.residual = narrowed(transition.residual, most);
+      transition.residual = reduce_pseudo_inputs(transition.residual, most);
       const double before = std::exchange(ledger.bytes[i], static_cast<double>(packed_bytes(transition)));
       too_much -= before - ledger.bytes[i];
       ++report.narrowed;

@@ -36,7 +36,7 @@ std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, st
     const Posterior& residual = expert->posterior;
     const auto mean = scratch.array<double>(residual.outputs());
     const auto variance =
-        residual.predict_where_known(std::span(state.data(), kResidualInputs), mean, kLeastWorthHearing);
+        residual.predict_if_explained(std::span(state.data(), kResidualInputs), mean, kLeastWorthHearing);
     if (!variance) continue;
     const double relative = std::max(1e-9, *variance / residual.signal_variance());
     const double gain = 1.0 / relative - 1.0;

@@ -20,7 +20,7 @@ inline Eigen::VectorXd vector(std::initializer_list<double> values) {
   return row(values).transpose();
 }
 
-/// The worked example of the algorithm notes: one input, one output, no jitter.
+/// The worked example: one input, one output, no jitter.
 inline Kernel unit_kernel() {
   return {1.0, Eigen::VectorXd::Ones(1)};
 }
@@ -34,10 +34,10 @@ inline GpData last_two() {
   return {row({1.5, 2}), row({0.2, -0.3}).transpose()};
 }
 inline SparseGp example_prior(std::initializer_list<double> pseudo_inputs) {
-  return empty_gp(unit_kernel(), 0.1, row(pseudo_inputs), vector({0}), 0.0);
+  return prior_gp(unit_kernel(), 0.1, row(pseudo_inputs), vector({0}), 0.0);
 }
-inline SparseGp absorb(const SparseGp& gp, const GpData& data, double alpha = 1.0) {
-  return sila::absorb(gp, data.inputs, data.outputs, alpha);
+inline SparseGp condition(const SparseGp& gp, const GpData& data, double alpha = 1.0) {
+  return sila::condition(gp, data.inputs, data.outputs, alpha);
 }
 
 /// Numbers for laws; the seed is printed by the test.

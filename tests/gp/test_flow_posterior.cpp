@@ -3,8 +3,8 @@
 #include <stdexcept>
 
 #include "example.hpp"
+#include "sila/gp/fit.hpp"
 #include "sila/gp/flow_posterior.hpp"
-#include "sila/gp/train.hpp"
 
 namespace sila::gp_tests {
 namespace {
@@ -30,12 +30,12 @@ TEST(FlowPosterior, IndependentOutputsEqualSharedOnesUnderOneTheta) {
       EXPECT_LT((a.jacobian - b.jacobian).norm(), 1e-9);
       EXPECT_EQ(independent.predict(place).mean, b.flow.mean);
       EXPECT_LT((independent.mean(place) - b.flow.mean).norm(), 1e-12);
-      EXPECT_EQ(shared.knows(a.flow, 0.5), independent.knows(b.flow, 0.5));
+      EXPECT_NEAR(shared.unexplained_share(a.flow), independent.unexplained_share(b.flow), 1e-9);
     }
     const std::vector<double> xs{0.0, 1.0}, ys{0.5};
-    const std::vector<RasterPlace> places{{0, 0}, {1, 0}};
-    std::vector<FlowPrediction> first(2), second(2);
-    shared.score(xs, ys, places, first), independent.score(xs, ys, places, second);
+    const std::vector<RasterIndex> places{{0, 0}, {1, 0}};
+    const std::vector<FlowPrediction> first = shared.bounds(xs, ys, places),
+                                      second = independent.bounds(xs, ys, places);
     for (std::size_t i = 0; i < 2; ++i) {
       EXPECT_LT((first[i].mean - second[i].mean).norm(), 1e-9);
       EXPECT_NEAR(first[i].variance, second[i].variance, 1e-9);
@@ -43,15 +43,15 @@ TEST(FlowPosterior, IndependentOutputsEqualSharedOnesUnderOneTheta) {
   }
 }
 
-TEST(FlowPosterior, KnowsAPlaceOnlyIfBothComponentsDo) {
+TEST(FlowPosterior, LeavesUnexplainedWhatTheLessKnownComponentDoes) {
   Generator random(3);
   const Hyperparameters theta{{1.0, Eigen::VectorXd::Constant(2, 1.0)}, 0.05};
   const GpData data = random.data_at(random.points(2, 80, 4.0), 2);
   const SparseGp x = fit_sparse_gp(component(data, 0), theta);
-  const SparseGp nothing = empty_gp(theta.kernel, theta.noise_variance, x.pseudo_inputs, Eigen::VectorXd::Zero(1));
+  const SparseGp nothing = prior_gp(theta.kernel, theta.noise_variance, x.pseudo_inputs, Eigen::VectorXd::Zero(1));
   const Eigen::Vector2d place = data.inputs.col(0);
-  EXPECT_TRUE(FlowPosterior(x, &x).knows(FlowPosterior(x, &x).predict(place), 0.5));
-  EXPECT_FALSE(FlowPosterior(x, &nothing).knows(FlowPosterior(x, &nothing).predict(place), 0.5));
+  EXPECT_LT(FlowPosterior(x, &x).unexplained_share(FlowPosterior(x, &x).predict(place)), 0.5);
+  EXPECT_NEAR(FlowPosterior(x, &nothing).unexplained_share(FlowPosterior(x, &nothing).predict(place)), 1.0, 1e-9);
 }
 
 TEST(FlowPosterior, RefusesGpsWithAnotherNumberOfOutputs) {

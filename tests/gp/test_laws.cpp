@@ -8,11 +8,11 @@
 #include <limits>
 
 #include "example.hpp"
-#include "sila/gp/evidence.hpp"
-#include "sila/gp/greedy.hpp"
+#include "gp/greedy.hpp"
+#include "gp/marginal_likelihood.hpp"
+#include "gp/transfer.hpp"
+#include "sila/gp/fit.hpp"
 #include "sila/gp/posterior.hpp"
-#include "sila/gp/train.hpp"
-#include "sila/gp/transfer.hpp"
 
 namespace sila::gp_tests {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 constexpr unsigned seeds = 12;
 
 SparseGp prior_on(const Hyperparameters& theta, const Eigen::MatrixXd& pseudo_inputs, const Eigen::VectorXd& mean) {
-  return empty_gp(theta.kernel, theta.noise_variance, pseudo_inputs, mean);
+  return prior_gp(theta.kernel, theta.noise_variance, pseudo_inputs, mean);
 }
 
 /// The formulas of the textbook, without any rearrangement.
@@ -44,7 +44,7 @@ TEST(SparseGp, OnePseudoInputPerPointIsTheFullGp) {
     const Hyperparameters theta = make.hyperparameters(2);
     const Eigen::MatrixXd spread = select_pseudo_inputs(theta.kernel, make.points(2, 80), 20, 0.02);
     const GpData data = make.data_at(spread, 2);
-    const SparseGp gp = absorb(empty_gp(theta.kernel, theta.noise_variance, spread, vector({0.3, -0.2}), 0.0), data);
+    const SparseGp gp = condition(prior_gp(theta.kernel, theta.noise_variance, spread, vector({0.3, -0.2}), 0.0), data);
     Eigen::MatrixXd full = covariance(theta.kernel, spread, spread);
     full.diagonal().array() += theta.noise_variance;
     const Eigen::LLT<Eigen::MatrixXd> cholesky(full);
@@ -60,7 +60,7 @@ TEST(SparseGp, OnePseudoInputPerPointIsTheFullGp) {
   }
 }
 
-TEST(SparseGp, AbsorbingInAnyOrderIsOneFit) {
+TEST(SparseGp, ConditioningInAnyOrderIsOneFit) {
   for (unsigned seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
@@ -68,10 +68,10 @@ TEST(SparseGp, AbsorbingInAnyOrderIsOneFit) {
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 60, 2);
     const SparseGp prior = prior_on(theta, select_pseudo_inputs(theta.kernel, data.inputs, 15), vector({0.5, 0.1}));
-    const SparseGp once = absorb(prior, data, alpha);
+    const SparseGp once = condition(prior, data, alpha);
     SparseGp pieces = prior;
     for (const Eigen::Index begin : {40, 0, 20}) {
-      pieces = sila::absorb(pieces, data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20), alpha);
+      pieces = sila::condition(pieces, data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20), alpha);
     }
     EXPECT_TRUE(pieces.information.isApprox(once.information, 1e-12));
     EXPECT_TRUE(pieces.response.isApprox(once.response, 1e-12));
@@ -87,10 +87,10 @@ TEST(SparseGp, TheConstantMeanCanBeChangedLater) {
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 40, 2);
     const Eigen::MatrixXd pseudo_inputs = select_pseudo_inputs(theta.kernel, data.inputs, 15);
-    const SparseGp before = absorb(prior_on(theta, pseudo_inputs, vector({0.4, -0.6})), data);
+    const SparseGp before = condition(prior_on(theta, pseudo_inputs, vector({0.4, -0.6})), data);
     const SparseGp prior = prior_on(theta, pseudo_inputs, vector({-1.0, 2.0}));
     const SparseGp changed = transfer(before, prior);
-    EXPECT_TRUE(changed.response.isApprox(absorb(prior, data).response, 1e-11));
+    EXPECT_TRUE(changed.response.isApprox(condition(prior, data).response, 1e-11));
     EXPECT_EQ(changed.information, before.information);
   }
 }
@@ -121,7 +121,7 @@ TEST(Posterior, MatchesTheTextbook) {
 }
 
 /// Of these tables half is left out: with as much, less and more seen than there are pseudo-inputs.
-TEST(Posterior, LargeOnesMatchTheTextbookAsWell) {
+TEST(Posterior, MatchesTheTextbookWithManyPseudoInputs) {
   GpConfig config;
   config.max_pseudo_inputs = 90, config.selection_stop = 0.0;
   for (const Eigen::Index seen : {50, 70, 90, 400}) {
@@ -131,25 +131,25 @@ TEST(Posterior, LargeOnesMatchTheTextbookAsWell) {
     const GpData data = make.data(2, 400, 2);
     const SparseGp known = fit_sparse_gp(data, theta, config);
     ASSERT_EQ(known.pseudo_inputs.cols(), 90);
-    const SparseGp gp = sila::absorb(prior_on(theta, known.pseudo_inputs, known.mean), data.inputs.leftCols(seen),
-                                     data.outputs.topRows(seen));
+    const SparseGp gp = sila::condition(prior_on(theta, known.pseudo_inputs, known.mean), data.inputs.leftCols(seen),
+                                        data.outputs.topRows(seen));
     const Posterior posterior(gp);
     for (int i = 0; i < 40; ++i) {
       const Eigen::Vector2d x = make.points(2, 1, 9.0);
       const GpPrediction wanted = textbook(gp, x), found = posterior.predict(x);
       EXPECT_NEAR((found.mean - wanted.mean).norm(), 0.0, 1e-8);
       EXPECT_NEAR(found.variance, std::max(0.0, wanted.variance), 1e-8);
-      EXPECT_GE(posterior.most_explained(std::span(x.data(), 2)),
+      EXPECT_GE(posterior.max_explained_share(std::span(x.data(), 2)),
                 1.0 - found.variance / theta.kernel.signal_variance - 1e-9);
     }
   }
 }
 
-TEST(Posterior, KnowsMoreOfWhatWasSeenAHundredMillionTimesAndNothingOfTheRest) {
+TEST(Posterior, StaysValidWithAHundredMillionTimesThePoints) {
   Generator make(4);
   const Hyperparameters theta{{1.0, vector({1.0, 1.0})}, 0.01};
   const GpData data = make.data(2, 20, 2);
-  SparseGp gp = absorb(prior_on(theta, make.points(2, 60), vector({0.0, 0.0})), data);
+  SparseGp gp = condition(prior_on(theta, make.points(2, 60), vector({0.0, 0.0})), data);
   const Posterior once(gp);
   gp.information *= 1e8, gp.response *= 1e8;
   const Posterior often(gp);
@@ -160,7 +160,7 @@ TEST(Posterior, KnowsMoreOfWhatWasSeenAHundredMillionTimesAndNothingOfTheRest) {
   EXPECT_NEAR(often.predict(vector({100.0, 100.0})).variance, 1.0, 1e-9);
 }
 
-TEST(Posterior, FlowsWithMorePseudoInputsThanTheStackHoldsAreTheSame) {
+TEST(Posterior, MatchesTheTextbookWithMorePseudoInputsThanTheStackHolds) {
   Generator make(3);
   const Hyperparameters theta{{1.0, vector({0.4, 0.4})}, 0.1};
   GpConfig config;
@@ -212,7 +212,7 @@ TEST(Posterior, VarianceStaysBetweenZeroAndThePrior) {
   }
 }
 
-TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
+TEST(Posterior, PredictIfExplainedIsEmptyOnlyBelowTheShare) {
   int known = 0, unknown = 0;
   for (unsigned seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -224,7 +224,7 @@ TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
       const FlowPrediction flow = posterior.predict_flow(x);
       for (const double share : {1e-6, 0.5}) {
         Eigen::Vector2d mean;
-        const auto answer = posterior.predict_where_known(std::span(x.data(), 2), std::span(mean.data(), 2), share);
+        const auto answer = posterior.predict_if_explained(std::span(x.data(), 2), std::span(mean.data(), 2), share);
         if (answer) {
           EXPECT_EQ(mean, flow.mean);
           EXPECT_EQ(*answer, flow.variance);
@@ -233,18 +233,16 @@ TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
         }
         ++(answer ? known : unknown);
       }
-      const double most = posterior.most_explained(std::span(x.data(), 2));
+      const double most = posterior.max_explained_share(std::span(x.data(), 2));
       EXPECT_GE(most + 1e-9, 1.0 - flow.variance / theta.kernel.signal_variance);
       const std::array<double, 3> xs{x.x() - 1.0, x.x(), x.x() + 1.0};
       const std::array<double, 2> ys{x.y(), x.y() + 2.0};
-      const std::array<RasterPlace, 2> places{RasterPlace{2, 1}, RasterPlace{1, 0}};
-      std::array<FlowPrediction, 2> summaries;
-      posterior.score_flow(xs, ys, places, summaries);
-      EXPECT_TRUE(summaries[0].mean.isApprox(posterior.flow_mean({xs[2], ys[1]}), 1e-12));
-      EXPECT_TRUE(summaries[1].mean.isApprox(flow.mean, 1e-12));
-      EXPECT_LE(summaries[1].variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
-      EXPECT_THROW(posterior.score_flow(std::span(xs).first(2), ys, places, summaries), std::invalid_argument);
-      EXPECT_THROW(posterior.score_flow(xs, ys, places, std::span(summaries).first(1)), std::invalid_argument);
+      const std::array<RasterIndex, 2> places{RasterIndex{2, 1}, RasterIndex{1, 0}};
+      const std::vector<FlowPrediction> bounds = posterior.bound_flows(xs, ys, places);
+      EXPECT_TRUE(bounds[0].mean.isApprox(posterior.flow_mean({xs[2], ys[1]}), 1e-12));
+      EXPECT_TRUE(bounds[1].mean.isApprox(flow.mean, 1e-12));
+      EXPECT_LE(bounds[1].variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
+      EXPECT_THROW(posterior.bound_flows(std::span(xs).first(2), ys, places), std::invalid_argument);
     }
   }
   EXPECT_GT(known, 100);
@@ -252,7 +250,7 @@ TEST(Posterior, SaysNothingOnlyWhereItSurelyKnowsLess) {
 }
 
 TEST(Posterior, WithoutPseudoInputsIsTheConstantMean) {
-  const SparseGp gp = empty_gp({2.5, vector({1, 1})}, 0.1, Eigen::MatrixXd(2, 0), vector({0.5, -1.0}));
+  const SparseGp gp = prior_gp({2.5, vector({1, 1})}, 0.1, Eigen::MatrixXd(2, 0), vector({0.5, -1.0}));
   const Posterior posterior(gp);
   EXPECT_EQ(posterior.predict(vector({3, 4})).mean, vector({0.5, -1.0}));
   EXPECT_EQ(posterior.predict(vector({3, 4})).variance, 2.5);
@@ -289,11 +287,11 @@ TEST(Greedy, TakesTheFirstOfEqualsAndNeverACopy) {
   EXPECT_EQ(select_pseudo_inputs(kernel, Eigen::MatrixXd(1, 0), 5).cols(), 0);
 }
 
-TEST(EmptyGp, RaisesTheJitterForCopiesOfAPseudoInput) {
-  const SparseGp gp = empty_gp({1.0, vector({1.0})}, 0.1, row({0, 0, 1}), vector({0}), 0.0);
+TEST(PriorGp, RaisesTheJitterForCopiesOfAPseudoInput) {
+  const SparseGp gp = prior_gp({1.0, vector({1.0})}, 0.1, row({0, 0, 1}), vector({0}), 0.0);
   EXPECT_GT(gp.jitter, 0.0);
   EXPECT_LE(gp.jitter, 1e-2);
-  const SparseGp fitted = absorb(gp, example_data());
+  const SparseGp fitted = condition(gp, example_data());
   EXPECT_TRUE(Posterior(fitted).predict(vector({0.5})).mean.allFinite());
 }
 
@@ -308,19 +306,22 @@ TEST(CallersMistakes, AreNamed) {
     }
     return "nothing was thrown";
   };
-  EXPECT_EQ(refusal([&] { sila::absorb(gp, row({0, 1}), vector({1})); }), "absorb: outputs is 1 x 1, must be 2 x 1");
-  EXPECT_EQ(refusal([&] { sila::absorb(gp, Eigen::MatrixXd::Zero(2, 1), vector({1})); }),
-            "absorb: inputs is 2 x 1, must be 1 x 1");
-  EXPECT_EQ(refusal([&] { sila::absorb(gp, row({nan}), vector({1})); }),
-            "absorb: inputs holds a number that is not finite");
-  EXPECT_EQ(refusal([&] { sila::absorb(gp, row({1}), vector({nan})); }),
-            "absorb: outputs holds a number that is not finite");
-  EXPECT_EQ(refusal([&] { absorb(gp, example_data(), 1.5); }), "absorb: alpha = 1.500000 is outside [0, 1]");
+  EXPECT_EQ(refusal([&] {
+              sila::condition(gp, row({0, 1}), vector({1}));
+            }),
+            "condition: outputs is 1 x 1, must be 2 x 1");
+  EXPECT_EQ(refusal([&] { sila::condition(gp, Eigen::MatrixXd::Zero(2, 1), vector({1})); }),
+            "condition: inputs is 2 x 1, must be 1 x 1");
+  EXPECT_EQ(refusal([&] { sila::condition(gp, row({nan}), vector({1})); }),
+            "condition: inputs holds a number that is not finite");
+  EXPECT_EQ(refusal([&] { sila::condition(gp, row({1}), vector({nan})); }),
+            "condition: outputs holds a number that is not finite");
+  EXPECT_EQ(refusal([&] { condition(gp, example_data(), 1.5); }), "condition: alpha = 1.500000 is outside [0, 1]");
   EXPECT_EQ(refusal([&] { transfer(gp, gp, -0.5); }), "transfer: alpha = -0.500000 is outside [0, 1]");
-  EXPECT_EQ(refusal([&] { empty_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
+  EXPECT_EQ(refusal([&] { prior_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
             "sparse_gp: noise_variance = -1.000000, must be positive and finite");
   EXPECT_EQ(refusal([&] {
-              empty_gp({0.0, vector({1})}, 1.0, row({0}), vector({0}));
+              prior_gp({0.0, vector({1})}, 1.0, row({0}), vector({0}));
             }),
             "kernel: signal_variance = 0.000000, must be positive and finite");
   EXPECT_EQ(refusal([&] { covariance(unit_kernel(), row({0}), Eigen::MatrixXd::Zero(2, 3)); }),

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "example.hpp"
-#include "sila/gp/evidence.hpp"
+#include "gp/greedy.hpp"
+#include "gp/marginal_likelihood.hpp"
+#include "sila/gp/fit.hpp"
 #include "sila/gp/fuse_gps.hpp"
-#include "sila/gp/greedy.hpp"
 #include "sila/gp/posterior.hpp"
-#include "sila/gp/train.hpp"
 
 namespace sila::gp_tests {
 namespace {
@@ -22,7 +22,7 @@ GpData centred(const GpData& data) {
   return {data.inputs, data.outputs.rowwise() - data.outputs.colwise().mean()};
 }
 
-TEST(Evidence, GradientIsTheCentralDifference) {
+TEST(MarginalLikelihood, GradientIsTheCentralDifference) {
   for (unsigned seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
@@ -31,7 +31,7 @@ TEST(Evidence, GradientIsTheCentralDifference) {
     const GpData data = make.data(dimensions, 25, 1 + seed % 2);
     const Eigen::MatrixXd z = select_pseudo_inputs(theta.kernel, make.points(dimensions, 60), 7);
     const double jitter = seed % 2 == 0 ? 1e-6 : 0.0;
-    const EvidenceGradient gradient = negative_log_evidence_gradient(data, theta, z, jitter);
+    const MarginalLikelihoodGradient gradient = negative_log_marginal_likelihood_gradient(data, theta, z, jitter);
     const double step = 1e-5;
     const auto slope = [&](const auto& value_at) { return (value_at(step) - value_at(-step)) / (2.0 * step); };
     const auto expect_slope = [&](double analytic, const auto& value_at) {
@@ -40,38 +40,40 @@ TEST(Evidence, GradientIsTheCentralDifference) {
     expect_slope(gradient.log_signal_variance, [&](double by) {
       Hyperparameters moved = theta;
       moved.kernel.signal_variance *= std::exp(by);
-      return negative_log_evidence(data, moved, z, jitter);
+      return negative_log_marginal_likelihood(data, moved, z, jitter);
     });
     expect_slope(gradient.log_noise_variance, [&](double by) {
       Hyperparameters moved = theta;
       moved.noise_variance *= std::exp(by);
-      return negative_log_evidence(data, moved, z, jitter);
+      return negative_log_marginal_likelihood(data, moved, z, jitter);
     });
     for (Eigen::Index d = 0; d < dimensions; ++d) {
       expect_slope(gradient.log_length_scales(d), [&](double by) {
         Hyperparameters moved = theta;
         moved.kernel.length_scales(d) *= std::exp(by);
-        return negative_log_evidence(data, moved, z, jitter);
+        return negative_log_marginal_likelihood(data, moved, z, jitter);
       });
       for (Eigen::Index m = 0; m < z.cols(); ++m) {
         expect_slope(gradient.pseudo_inputs(d, m), [&](double by) {
           Eigen::MatrixXd moved = z;
           moved(d, m) += by;
-          return negative_log_evidence(data, theta, moved, jitter);
+          return negative_log_marginal_likelihood(data, theta, moved, jitter);
         });
       }
     }
   }
 }
 
-TEST(Evidence, OfTwoOutputsIsTheSumOfEach) {
+TEST(MarginalLikelihood, OfTwoOutputsIsTheSumOfEach) {
   Generator make(5);
   const Hyperparameters theta = make.hyperparameters(2);
   const GpData data = make.data(2, 30, 2);
   const Eigen::MatrixXd z = select_pseudo_inputs(theta.kernel, data.inputs, 8);
-  const EvidenceGradient both = negative_log_evidence_gradient(data, theta, z);
-  const EvidenceGradient first = negative_log_evidence_gradient({data.inputs, data.outputs.col(0)}, theta, z);
-  const EvidenceGradient second = negative_log_evidence_gradient({data.inputs, data.outputs.col(1)}, theta, z);
+  const MarginalLikelihoodGradient both = negative_log_marginal_likelihood_gradient(data, theta, z);
+  const MarginalLikelihoodGradient first =
+      negative_log_marginal_likelihood_gradient({data.inputs, data.outputs.col(0)}, theta, z);
+  const MarginalLikelihoodGradient second =
+      negative_log_marginal_likelihood_gradient({data.inputs, data.outputs.col(1)}, theta, z);
   EXPECT_NEAR(both.value, first.value + second.value, 1e-10);
   EXPECT_TRUE(both.pseudo_inputs.isApprox(first.pseudo_inputs + second.pseudo_inputs, 1e-9));
 }
@@ -137,14 +139,15 @@ TEST(Fit, OfNoneOrOnePointIsTheConstantMeanWithThePriorsVariance) {
   EXPECT_EQ(single.points, 1.0);
 }
 
-TEST(Fit, EveryKindOfOptimisationImprovesTheEvidenceInsideTheBox) {
+TEST(Fit, EveryKindOfOptimisationImprovesTheLikelihoodInsideTheBox) {
   for (unsigned seed = 0; seed < 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
     const Hyperparameters start{{0.5, vector({1, 3})}, 0.3};
     const GpData data = make.data(2, 80, 2);
     const auto evidence = [&](const SparseGp& gp) {
-      return negative_log_evidence(centred(data), {gp.kernel, gp.noise_variance}, gp.pseudo_inputs, gp.jitter);
+      return negative_log_marginal_likelihood(centred(data), {gp.kernel, gp.noise_variance}, gp.pseudo_inputs,
+                                              gp.jitter);
     };
     GpConfig config;
     config.max_pseudo_inputs = 10;

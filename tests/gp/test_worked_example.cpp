@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "example.hpp"
-#include "sila/gp/evidence.hpp"
+#include "gp/marginal_likelihood.hpp"
+#include "gp/transfer.hpp"
 #include "sila/gp/fuse_gps.hpp"
 #include "sila/gp/posterior.hpp"
-#include "sila/gp/transfer.hpp"
 
 // The numbers were computed by an independent implementation and are given to ten digits.
 namespace sila::gp_tests {
@@ -36,20 +36,20 @@ void expect_prediction(const SparseGp& gp, double x, double mean, double varianc
   EXPECT_NEAR(prediction.variance, variance, 2e-10);
 }
 
-TEST(WorkedExample, EvidenceAndGradient) {
-  const EvidenceGradient gradient =
-      negative_log_evidence_gradient(example_data(), {unit_kernel(), 0.1}, row({0, 2}), 0.0);
+TEST(WorkedExample, MarginalLikelihoodAndGradient) {
+  const MarginalLikelihoodGradient gradient =
+      negative_log_marginal_likelihood_gradient(example_data(), {unit_kernel(), 0.1}, row({0, 2}), 0.0);
   EXPECT_NEAR(gradient.value, 3.51730337, 1e-8);
   EXPECT_NEAR(gradient.log_signal_variance, 1.001843796, 1e-9);
   EXPECT_NEAR(gradient.log_length_scales(0), -1.581250676, 1e-9);
   EXPECT_NEAR(gradient.log_noise_variance, 0.3678181987, 1e-10);
   EXPECT_NEAR(gradient.pseudo_inputs(0, 0), -0.8414232575, 1e-10);
   EXPECT_NEAR(gradient.pseudo_inputs(0, 1), 1.078402428, 1e-9);
-  EXPECT_EQ(negative_log_evidence(example_data(), {unit_kernel(), 0.1}, row({0, 2}), 0.0), gradient.value);
+  EXPECT_EQ(negative_log_marginal_likelihood(example_data(), {unit_kernel(), 0.1}, row({0, 2}), 0.0), gradient.value);
 }
 
 TEST(WorkedExample, StatisticsAndPredictions) {
-  const SparseGp gp = absorb(example_prior({0, 2}), example_data());
+  const SparseGp gp = condition(example_prior({0, 2}), example_data());
   expect_near(gp.information, symmetric({11.37587405, 3.03858191, 13.01063815}, 2));
   expect_near(gp.response, vector({10.4983282, -1.778573882}));
   EXPECT_EQ(gp.points, 4.0);
@@ -59,8 +59,8 @@ TEST(WorkedExample, StatisticsAndPredictions) {
 }
 
 TEST(WorkedExample, StatisticsOfThePartsAddUp) {
-  const SparseGp first = absorb(example_prior({0, 2}), first_two());
-  const SparseGp last = absorb(example_prior({0, 2}), last_two());
+  const SparseGp first = condition(example_prior({0, 2}), first_two());
+  const SparseGp last = condition(example_prior({0, 2}), last_two());
   expect_near(first.information, symmetric({10.81399031, 0.7103641496, 0.6199302619}, 2));
   expect_near(first.response, vector({10.67102157, 0.5855962417}));
   expect_near(last.information, symmetric({0.561883746, 2.32821776, 12.39070788}, 2));
@@ -68,7 +68,7 @@ TEST(WorkedExample, StatisticsOfThePartsAddUp) {
 }
 
 TEST(WorkedExample, TransferToMorePseudoInputsKeepsEverything) {
-  const SparseGp stored = absorb(example_prior({0, 2}), first_two());
+  const SparseGp stored = condition(example_prior({0, 2}), first_two());
   for (const double alpha : {0.0, 1.0}) {
     const SparseGp moved = transfer(stored, example_prior({0, 1, 2}), alpha);
     expect_near(moved.information,
@@ -78,18 +78,18 @@ TEST(WorkedExample, TransferToMorePseudoInputsKeepsEverything) {
 }
 
 TEST(WorkedExample, TransferThenData) {
-  const SparseGp stored = absorb(example_prior({0, 2}), first_two());
-  const SparseGp dtc = absorb(transfer(stored, example_prior({0, 1, 2}), 0.0), last_two(), 0.0);
+  const SparseGp stored = condition(example_prior({0, 2}), first_two());
+  const SparseGp dtc = condition(transfer(stored, example_prior({0, 1, 2}), 0.0), last_two(), 0.0);
   expect_prediction(dtc, 1.2, 0.3851632293, 0.130228055);
   expect_prediction(dtc, 3.0, -0.2765425542, 0.6368222052);
-  const SparseGp fitc = absorb(transfer(stored, example_prior({0, 1, 2}), 1.0), last_two(), 1.0);
+  const SparseGp fitc = condition(transfer(stored, example_prior({0, 1, 2}), 1.0), last_two(), 1.0);
   expect_prediction(fitc, 1.2, 0.3754449439, 0.1426863331);
   expect_prediction(fitc, 3.0, -0.2734895771, 0.6380516975);
 }
 
 TEST(WorkedExample, TwoStoredGpsOnOnePseudoInput) {
-  const SparseGp first = absorb(example_prior({0, 2}), first_two());
-  const SparseGp last = absorb(example_prior({0, 2}), last_two());
+  const SparseGp first = condition(example_prior({0, 2}), first_two());
+  const SparseGp last = condition(example_prior({0, 2}), last_two());
   const SparseGp prior = example_prior({1});
   expect_near(transfer(first, prior, 0.0).information, row({4.608052765}));
   expect_near(transfer(first, prior, 0.0).response, row({6.782266882}));

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sila/gp/config.hpp"
-#include "sila/gp/train.hpp"
+#include "sila/gp/fit.hpp"
 #include "sila/model/fusion_problem.hpp"
 #include "sila/model/increment.hpp"
 

@@ -90,9 +90,9 @@ void fields(Config& config, Visitor&& visit) {
       "a GP at its pseudo-input limit that holds at least this share of all points keeps its pseudo-inputs when "
       "fused; 1 disables this");
   visit.number("max_candidates", config.max_candidates, Range{1, 1e6}, "points",
-               "more candidates than this are thinned evenly before pseudo-inputs are chosen");
+               "more candidates than this are subsampled evenly");
   visit.number("lattice_step", config.lattice_step, Range{.min = 0, .max = 1, .open_min = true}, "length scales",
-               "between the places where pseudo-inputs may stand, so that none is a point of a track");
+               "spacing of the lattice of candidate pseudo-inputs, so that none is a point of a track");
 }
 
 /// Throws: std::invalid_argument for the first field out of its range.

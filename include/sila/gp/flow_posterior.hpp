@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "sila/gp/posterior.hpp"
 
@@ -21,7 +22,7 @@ struct FieldLinearisation {
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
 };
 
-/// A velocity field made ready for many predictions: one GP whose two outputs share pseudo-inputs and theta, or one GP
+/// A velocity field prepared for many predictions: one GP whose two outputs share pseudo-inputs and theta, or one GP
 /// for each component of the velocity. Immutable; may be used from many threads. Source: SILA paper (GP_x, GP_y).
 class FlowPosterior {
  public:
@@ -32,18 +33,8 @@ class FlowPosterior {
   const Eigen::Vector2d& signal_variance() const { return signal_variance_; }
   const Eigen::Vector2d& noise_variance() const { return noise_variance_; }
 
-  /// Whether less than this share of the signal variance of both components is left unexplained.
-  bool knows(const FieldPrediction& flow, double share) const {
-    return flow.variance.x() < share * signal_variance_.x() &&
-           (!second_ || flow.variance.y() < share * signal_variance_.y());
-  }
-  /// Whether more than this share of that of either is left.
-  bool leaves_unknown(const FieldPrediction& flow, double share) const {
-    return flow.variance.x() > share * signal_variance_.x() ||
-           (second_ && flow.variance.y() > share * signal_variance_.y());
-  }
-  /// The share of the signal variance that is left unexplained, of the component that is known less.
-  double unknown_share(const FieldPrediction& flow) const {
+  /// The share of the signal variance that is left unexplained: the larger one of the two components.
+  double unexplained_share(const FieldPrediction& flow) const {
     const double first = flow.variance.x() / signal_variance_.x();
     return second_ ? std::max(first, flow.variance.y() / signal_variance_.y()) : first;
   }
@@ -51,7 +42,7 @@ class FlowPosterior {
   /// None of these allocates up to Posterior::max_stack_pseudo_inputs. Throws: std::invalid_argument for NaN.
   FieldPrediction predict(const Eigen::Vector2d& x) const {
     const FlowPrediction first = first_.predict_flow(x);
-    if (second_) return beside(first, x);
+    if (second_) return with_second(first, x);
     return {first.mean, Eigen::Vector2d::Constant(first.variance)};
   }
   Eigen::Vector2d mean(const Eigen::Vector2d& x) const {
@@ -60,16 +51,16 @@ class FlowPosterior {
     return flow;
   }
   FieldLinearisation linearise(const Eigen::Vector2d& x) const;
-  /// As Posterior::score_flow, with the larger variance of the two components.
-  void score(std::span<const double> xs, std::span<const double> ys, std::span<const RasterPlace> places,
-             std::span<FlowPrediction> summaries) const;
+  /// As Posterior::bound_flows, with the larger variance of the two components.
+  std::vector<FlowPrediction> bounds(std::span<const double> xs, std::span<const double> ys,
+                                     std::span<const RasterIndex> points) const;
 
  private:
-  /// What the second GP adds to the first one's prediction.
-  FieldPrediction beside(const FlowPrediction& first, const Eigen::Vector2d& x) const;
+  /// The sum of the first GP's prediction and the second one's.
+  FieldPrediction with_second(const FlowPrediction& first, const Eigen::Vector2d& x) const;
 
-  Posterior first_;                  ///< of both components, or of that along x beside a zero
-  std::optional<Posterior> second_;  ///< of that along y
+  Posterior first_;                  ///< of both components, or of the one along x and a zero
+  std::optional<Posterior> second_;  ///< of a zero and the component along y
   Eigen::Vector2d signal_variance_, noise_variance_;
 };
 

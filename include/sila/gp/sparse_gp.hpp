@@ -15,11 +15,11 @@ struct GpData {
 /// Added to the diagonal of k(Z, Z), relative to the signal variance, so that its Cholesky factor exists.
 inline constexpr double default_jitter = 1e-6;
 
-/// A sparse Gaussian process (FITC) with P outputs that share pseudo-inputs, kernel and noise, kept as whitened natural
-/// statistics, so that data can be added and models fused when the data are gone.
+/// A sparse Gaussian process (FITC) with P outputs that share pseudo-inputs, kernel and noise, stored as whitened
+/// sufficient statistics: data can be added and models merged without the earlier data.
 /// D inputs, M pseudo-inputs, P outputs. Outputs are modelled as mean + GP of zero mean. M = 0 is the constant mean
 /// with the prior's variance. V = L_u \ k(Z, X), L_u = chol(k(Z, Z) + jitter * signal_variance * I), lambda the noise
-/// of each point.
+/// of each point. Source: docs/gp.md, sections 1 and 2.
 struct SparseGp {
   Kernel kernel;
   double noise_variance = 1.0;
@@ -28,7 +28,7 @@ struct SparseGp {
   Eigen::MatrixXd information;     ///< M x M, G = V diag(1/lambda) V'
   Eigen::MatrixXd response;        ///< M x P, h = V diag(1/lambda) (y - mean)
   Eigen::VectorXd mean_response;   ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
-  double points = 0.0;             ///< how many data points were absorbed
+  double points = 0.0;             ///< number of data points, n
   double jitter = default_jitter;  ///< relative to signal_variance; part of what the statistics are whitened with
 };
 
@@ -41,20 +41,20 @@ struct GpPrediction {
   double variance = 0.0;  ///< of f; add noise_variance for that of an observation
 };
 
-/// A GP that has seen nothing. If k(Z, Z) has no Cholesky factor with `jitter`, jitter is multiplied by 10 up to 1e-2;
-/// the GP keeps the one that worked. Shapes: pseudo_inputs D x M, mean P. Throws: std::invalid_argument for wrong
-/// shapes or numbers; NumericalError if no jitter helps. Source: algorithms 2.1, 2.6.
-SparseGp empty_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
+/// A GP without data. If k(Z, Z) has no Cholesky factor with `jitter`, jitter is multiplied by 10 up to 1e-2; the GP
+/// stores the value that worked. Shapes: pseudo_inputs D x M, mean P. Throws: std::invalid_argument for wrong shapes or
+/// numbers; NumericalError if no jitter is sufficient. Source: docs/gp.md, section 1.
+SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
                   const Eigen::VectorXd& mean, double jitter = default_jitter);
 
-/// Adds data under the GP's own pseudo-inputs and kernel; exact and order-free.
+/// Adds data under the GP's own pseudo-inputs and kernel; exact, in any order.
 /// Shapes: inputs D x n, outputs n x P. `alpha` = 1: FITC, 0: DTC, between: Power EP.
-/// Throws: std::invalid_argument for wrong shapes, NaN, or alpha outside [0, 1].
-/// Source: algorithms 2.2, 3.2 (lambda = noise + alpha (signal_variance - Q_nn) of 3.3).
-SparseGp absorb(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha = 1.0);
+/// Throws: std::invalid_argument for wrong shapes, NaN, or alpha outside [0, 1]. Source: docs/gp.md, section 2.
+SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs,
+                   double alpha = 1.0);
 
-/// As if every data point had been seen `share` times; exact, since the statistics are sums over points.
-SparseGp weighted(SparseGp gp, double share);
+/// Counts every data point `factor` times; exact, since the statistics are sums over points.
+SparseGp discount(SparseGp gp, double factor);
 
 /// Throws: std::invalid_argument naming the first field of wrong shape, not finite, or out of range.
 void validate(const SparseGp& gp);

@@ -6,21 +6,28 @@
 
 namespace sila::detail {
 
-/// A matrix, column by column. Behind its last row and column stand zeros, so that whole panels and vector registers
-/// are read and written; behind a factor an identity, so that it has an inverse.
+/// Columns are padded with zeros to a multiple of this, so that loops over vector registers need no tail: the widest
+/// register holds 8 doubles.
+inline constexpr std::size_t kColumnPadding = 8;
+inline std::size_t padded(std::size_t size, std::size_t multiple) {
+  return (size + multiple - 1) / multiple * multiple;
+}
+
+/// A column-major matrix, padded with zeros after its last row and column, so that whole panels and vector registers
+/// are read and written; a factor is padded with an identity, so that it has an inverse.
 class PaddedMatrix {
  public:
-  static constexpr std::size_t kPanel = 4;  ///< columns that are worked on together
+  static constexpr std::size_t kPanel = 4;  ///< columns that are processed together
 
   /// Zeros.
   PaddedMatrix(Eigen::Index rows, Eigen::Index columns);
   explicit PaddedMatrix(const Eigen::MatrixXd& matrix);
-  /// With an identity behind.
+  /// Padded with an identity.
   static PaddedMatrix factor(const Eigen::MatrixXd& lower);
-  /// The last row first.
-  static PaddedMatrix upside_down(const Eigen::MatrixXd& matrix);
-  /// The last row and column first.
-  static PaddedMatrix backwards(const Eigen::MatrixXd& matrix);
+  /// Rows in reverse order.
+  static PaddedMatrix rows_reversed(const Eigen::MatrixXd& matrix);
+  /// Rows and columns in reverse order.
+  static PaddedMatrix reversed(const Eigen::MatrixXd& matrix);
 
   using View = Eigen::Map<Eigen::MatrixXd, Eigen::Unaligned, Eigen::OuterStride<>>;
   using ConstView = Eigen::Map<const Eigen::MatrixXd, Eigen::Unaligned, Eigen::OuterStride<>>;
@@ -28,7 +35,7 @@ class PaddedMatrix {
   View matrix();
   ConstView matrix() const;
 
-  void set_identity_behind();
+  void pad_with_identity();
 
   Eigen::Index rows() const { return rows_; }
   Eigen::Index columns() const { return columns_; }
@@ -45,9 +52,9 @@ class PaddedMatrix {
 };
 
 PaddedMatrix transposed(const PaddedMatrix& a);
-/// A lower triangle's transpose, the last row and column first; a lower triangle again.
-PaddedMatrix transposed_backwards(const PaddedMatrix& lower);
-/// What is above the diagonal becomes what is below.
+/// A lower triangle's transpose, rows and columns in reverse order; a lower triangle again.
+PaddedMatrix transposed_reversed(const PaddedMatrix& lower);
+/// Copies the part below the diagonal to the part above.
 void mirror_lower(PaddedMatrix& symmetric);
 
 }  // namespace sila::detail

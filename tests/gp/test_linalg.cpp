@@ -1,4 +1,4 @@
-// The rooms' own algebra against Eigen's, for all sizes up to a few panels of columns and some larger ones.
+// src/gp/linalg against Eigen, for all sizes up to a few panels of columns and some larger ones.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "gp/triangles.hpp"
+#include "gp/linalg/blas.hpp"
 
 namespace sila::detail {
 namespace {
@@ -39,88 +39,90 @@ Eigen::MatrixXd eigens_factor(const Eigen::MatrixXd& definite) {
   return Eigen::LLT<Eigen::MatrixXd>(definite).matrixL();
 }
 
-TEST(Triangles, CholeskyFactorIsEigensAndHasZerosAboveTheDiagonal) {
+TEST(Linalg, PotrfIsEigensFactorWithZerosAboveTheDiagonal) {
   for (const Eigen::Index size : sizes) {
     SCOPED_TRACE(size);
     const Eigen::MatrixXd a = definite_matrix(size, 1);
     PaddedMatrix factor(a);
-    ASSERT_TRUE(to_cholesky_factor(factor));
+    ASSERT_TRUE(potrf(factor));
     EXPECT_LT((factor.matrix() - eigens_factor(a)).norm(), 1e-12);
     EXPECT_EQ(factor.matrix(), lower_of(factor));
   }
 }
 
-TEST(Triangles, WhatIsNotPositiveDefiniteHasNoFactor) {
+TEST(Linalg, PotrfRefusesAnIndefiniteMatrix) {
   for (const Eigen::Index size : sizes) {
     SCOPED_TRACE(size);
     Eigen::MatrixXd a = definite_matrix(size, 2);
     a(size - 1, size - 1) = -1e-6;
     PaddedMatrix indefinite(a);
-    EXPECT_FALSE(to_cholesky_factor(indefinite));
+    EXPECT_FALSE(potrf(indefinite));
     a(size - 1, size - 1) = std::numeric_limits<double>::quiet_NaN();
     PaddedMatrix unknown(a);
-    EXPECT_FALSE(to_cholesky_factor(unknown));
+    EXPECT_FALSE(potrf(unknown));
   }
 }
 
-TEST(Triangles, IdentityMinusInverseIsWhatTheNameSays) {
+TEST(Linalg, TrtriAndSyrkGiveIdentityMinusInverse) {
   for (const Eigen::Index size : sizes) {
     SCOPED_TRACE(size);
     const Eigen::MatrixXd b = definite_matrix(size, 3);
     const Eigen::MatrixXd wanted = Eigen::MatrixXd::Identity(size, size) - b.inverse();
-    const PaddedMatrix found = identity_minus_inverse(PaddedMatrix::factor(eigens_factor(b)));
+    PaddedMatrix found(size, size);
+    found.matrix().diagonal().setOnes();
+    syrk_triangular(found, trtri(PaddedMatrix::factor(eigens_factor(b))));
     EXPECT_LT((lower_of(found) - lower_of(wanted)).norm(), 1e-12);
   }
 }
 
-TEST(Triangles, DivisionsUndoProducts) {
+TEST(Linalg, TrsmUndoesProducts) {
   for (const Eigen::Index size : sizes) {
     SCOPED_TRACE(size);
     const Eigen::MatrixXd lower = eigens_factor(definite_matrix(size, 4));
     const PaddedMatrix padded = PaddedMatrix::factor(lower);
     const Eigen::MatrixXd triangle = lower_of(random_matrix(size, size, 5));
     PaddedMatrix y(triangle * lower);
-    divide_triangle(y, padded);
+    trsm_right_triangular(y, padded);
     EXPECT_LT((y.matrix() - triangle).norm(), 1e-11);
     for (const Eigen::Index others : {1, 2, 6, 33}) {
       SCOPED_TRACE(others);
       const Eigen::MatrixXd columns = random_matrix(size, others, 6), rows = random_matrix(others, size, 7);
-      PaddedMatrix left(lower * columns), vectors(lower * columns), transposed_vectors(lower.transpose() * columns);
+      PaddedMatrix left(lower * columns), transposed_vectors(lower.transpose() * columns);
       PaddedMatrix right(rows * lower.transpose());
-      divide_from_left(left, padded), divide_from_left(vectors, padded);
-      divide_vectors_transposed(transposed_vectors, padded), divide_by_transposed(right, padded);
+      trsm_left(left, padded);
+      trsm_left_transposed(transposed_vectors, padded);
+      trsm_right_transposed(right, padded);
       EXPECT_LT((left.matrix() - columns).norm(), 1e-11);
-      EXPECT_LT((vectors.matrix() - columns).norm(), 1e-11);
       EXPECT_LT((transposed_vectors.matrix() - columns).norm(), 1e-11);
       EXPECT_LT((right.matrix() - rows).norm(), 1e-11);
     }
   }
 }
 
-TEST(Triangles, ProductsAreEigens) {
+TEST(Linalg, GemmIsEigensProduct) {
   for (const Eigen::Index rows : sizes) {
     for (const Eigen::Index inner : {0, 1, 5, 20}) {
       SCOPED_TRACE(std::to_string(rows) + " x " + std::to_string(inner));
       const Eigen::MatrixXd a = random_matrix(rows, inner, 8), b = random_matrix(inner, rows, 9);
       const PaddedMatrix padded_a(a), padded_b(b);
-      EXPECT_LT((product(padded_a, padded_b).matrix() - a * b).norm(), 1e-11);
-      EXPECT_LT((lower_of(product(padded_a, padded_b, Part::lower)) - lower_of(a * b)).norm(), 1e-11);
+      EXPECT_LT((gemm(padded_a, padded_b).matrix() - a * b).norm(), 1e-11);
+      EXPECT_LT((lower_of(gemmt(padded_a, padded_b)) - lower_of(a * b)).norm(), 1e-11);
       const Eigen::MatrixXd c = random_matrix(rows, rows, 10);
       PaddedMatrix taken(c);
-      take_product(taken, padded_a, padded_b, Part::whole);
+      gemm(taken, padded_a, padded_b);
       EXPECT_LT((taken.matrix() - (c - a * b)).norm(), 1e-11);
     }
   }
 }
 
-TEST(Triangles, ColumnsTakeTheirSharesOfThoseBefore) {
+TEST(Linalg, GemvSubtractsTheColumnsBefore) {
   for (const Eigen::Index size : sizes) {
     const Eigen::MatrixXd a = random_matrix(size + 3, size, 11);
     for (Eigen::Index j = 0; j < size; j += 1 + j / 4) {
       SCOPED_TRACE(testing::Message() << size << ", " << j);
       const Eigen::Index row = (2 * j + 1) % (size + 3);
       PaddedMatrix taken(a);
-      take_columns_before(taken, static_cast<std::size_t>(j), static_cast<std::size_t>(row));
+      gemv_columns_before(taken, static_cast<std::size_t>(j), static_cast<std::size_t>(row));
       Eigen::MatrixXd wanted = a;
       wanted.col(j) -= a.leftCols(j) * a.row(row).head(j).transpose();
       EXPECT_LT((taken.matrix() - wanted).norm(), 1e-12 * static_cast<double>(size));
@@ -128,14 +130,14 @@ TEST(Triangles, ColumnsTakeTheirSharesOfThoseBefore) {
   }
 }
 
-TEST(Triangles, WhatIsTurnedIsTurned) {
+TEST(Linalg, TransposesAndReversesMoveEveryEntry) {
   for (const Eigen::Index size : sizes) {
     SCOPED_TRACE(size);
     const Eigen::MatrixXd a = random_matrix(size, size + 3, 11), lower = lower_of(random_matrix(size, size, 12));
     EXPECT_EQ(transposed(PaddedMatrix(a)).matrix(), a.transpose());
-    EXPECT_EQ(PaddedMatrix::upside_down(a).matrix(), a.colwise().reverse());
-    EXPECT_EQ(PaddedMatrix::backwards(a).matrix(), a.reverse());
-    EXPECT_EQ(transposed_backwards(PaddedMatrix(lower)).matrix(), lower.transpose().reverse());
+    EXPECT_EQ(PaddedMatrix::rows_reversed(a).matrix(), a.colwise().reverse());
+    EXPECT_EQ(PaddedMatrix::reversed(a).matrix(), a.reverse());
+    EXPECT_EQ(transposed_reversed(PaddedMatrix(lower)).matrix(), lower.transpose().reverse());
     PaddedMatrix symmetric(lower);
     mirror_lower(symmetric);
     EXPECT_EQ(symmetric.matrix(), Eigen::MatrixXd(lower.selfadjointView<Eigen::Lower>()));

@@ -1,12 +1,12 @@
-#include "sila/gp/train.hpp"
+#include "sila/gp/fit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "marginal_likelihood.hpp"
 #include "minimise.hpp"
-#include "sila/gp/evidence.hpp"
 #include "statistics.hpp"
 
 namespace sila {
@@ -44,7 +44,7 @@ Hyperparameters to_hyperparameters(const Eigen::VectorXd& v) {
   return {{noise * std::exp(v(dimensions + 1)), v.head(dimensions).array().exp()}, noise};
 }
 
-Eigen::VectorXd gradient_of_vector(const EvidenceGradient& gradient) {
+Eigen::VectorXd gradient_of_vector(const MarginalLikelihoodGradient& gradient) {
   const Eigen::Index dimensions = gradient.log_length_scales.size();
   Eigen::VectorXd v(dimensions + 2);
   v.head(dimensions) = gradient.log_length_scales;
@@ -86,7 +86,8 @@ Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vecto
     const Hyperparameters theta = to_hyperparameters(v);
     detail::ValueAndGradient sum{0.0, Eigen::VectorXd::Zero(v.size())};
     for (std::size_t i = 0; i < sets.size(); ++i) {
-      const EvidenceGradient gradient = negative_log_evidence_gradient(sets[i], theta, pseudo_inputs[i]);
+      const MarginalLikelihoodGradient gradient =
+          negative_log_marginal_likelihood_gradient(sets[i], theta, pseudo_inputs[i]);
       sum.value += gradient.value;
       sum.gradient += gradient_of_vector(gradient);
     }
@@ -139,7 +140,8 @@ Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::Sear
   };
   const auto objective = [&](const Eigen::VectorXd& v) {
     const Fit fit = unpack(v);
-    const EvidenceGradient gradient = negative_log_evidence_gradient(centred, fit.theta, fit.pseudo_inputs);
+    const MarginalLikelihoodGradient gradient =
+        negative_log_marginal_likelihood_gradient(centred, fit.theta, fit.pseudo_inputs);
     detail::ValueAndGradient result{gradient.value, Eigen::VectorXd(all)};
     result.gradient.head(numbers) = gradient.pseudo_inputs.reshaped();
     if (with_theta) result.gradient.tail(dimensions + 2) = gradient_of_vector(gradient);
@@ -167,8 +169,8 @@ SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eige
   const Eigen::MatrixXd candidates = detail::candidates_for(theta.kernel, data.inputs, config);
   const detail::Selection selection = detail::select_greedily(theta.kernel, candidates, config.max_pseudo_inputs,
                                                               config.selection_stop, default_jitter);
-  SparseGp gp = detail::blank_gp(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen), mean,
-                                 default_jitter);
+  SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen),
+                                        mean, default_jitter);
   Eigen::MatrixXd features = detail::whitened(detail::PaddedMatrix::factor(selection.lower),
                                               covariance(theta.kernel, data.inputs, gp.pseudo_inputs));
   const Eigen::MatrixXd residuals = data.outputs.rowwise() - mean.transpose();
@@ -190,7 +192,7 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
                                           : Eigen::VectorXd::Zero(data.outputs.cols()).eval();
   if (points == 0 || (points == 1 && about_data)) {
     SparseGp constant =
-        empty_gp(start.kernel, start.noise_variance, Eigen::MatrixXd(start.kernel.length_scales.size(), 0), mean);
+        prior_gp(start.kernel, start.noise_variance, Eigen::MatrixXd(start.kernel.length_scales.size(), 0), mean);
     constant.points = static_cast<double>(points);
     return constant;
   }
@@ -198,8 +200,8 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
       config.pseudo_inputs == PseudoInputChoice::optimised || config.hyperparameters == HyperparameterChoice::optimised;
   if (!optimises || points < config.min_points_to_optimise) return greedy_fit(data, start, mean, config);
   const Fit fit = optimised_fit(data, start, config);
-  return absorb(empty_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data.inputs,
-                data.outputs, config.alpha);
+  return condition(prior_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data.inputs,
+                   data.outputs, config.alpha);
 }
 
 Hyperparameters pool_hyperparameters(std::span<const GpData> sets, const Hyperparameters& start,

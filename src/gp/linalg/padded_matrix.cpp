@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "posterior_simd.hpp"
-
 namespace sila::detail {
 
 PaddedMatrix::PaddedMatrix(Eigen::Index rows, Eigen::Index columns)
@@ -21,15 +19,15 @@ PaddedMatrix::PaddedMatrix(const Eigen::MatrixXd& matrix) : PaddedMatrix(matrix.
 
 PaddedMatrix PaddedMatrix::factor(const Eigen::MatrixXd& lower) {
   PaddedMatrix result(lower);
-  result.set_identity_behind();
+  result.pad_with_identity();
   return result;
 }
 
-void PaddedMatrix::set_identity_behind() {
+void PaddedMatrix::pad_with_identity() {
   for (auto i = static_cast<std::size_t>(rows_); i < padded_rows_; ++i) column(i)[i] = 1.0;
 }
 
-PaddedMatrix PaddedMatrix::upside_down(const Eigen::MatrixXd& matrix) {
+PaddedMatrix PaddedMatrix::rows_reversed(const Eigen::MatrixXd& matrix) {
   PaddedMatrix result(matrix.rows(), matrix.cols());
   for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
     const double* const column = matrix.col(j).data();
@@ -38,7 +36,7 @@ PaddedMatrix PaddedMatrix::upside_down(const Eigen::MatrixXd& matrix) {
   return result;
 }
 
-PaddedMatrix PaddedMatrix::backwards(const Eigen::MatrixXd& matrix) {
+PaddedMatrix PaddedMatrix::reversed(const Eigen::MatrixXd& matrix) {
   PaddedMatrix result(matrix.rows(), matrix.cols());
   for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
     const double* const column = matrix.col(matrix.cols() - 1 - j).data();
@@ -63,7 +61,7 @@ PaddedMatrix transposed(const PaddedMatrix& a) {
   return result;
 }
 
-PaddedMatrix transposed_backwards(const PaddedMatrix& lower) {
+PaddedMatrix transposed_reversed(const PaddedMatrix& lower) {
   PaddedMatrix result(lower.rows(), lower.rows());
   const auto size = static_cast<std::size_t>(lower.rows());
   for (std::size_t j = 0; j < size; ++j) {

@@ -1,4 +1,4 @@
-#include "sila/gp/evidence.hpp"
+#include "marginal_likelihood.hpp"
 
 #include <Eigen/Cholesky>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// Everything of algorithms 2.2; features = V' and the like are n x M.
+/// The terms of docs/gp.md, section 4; features = V' and the like are n x M.
 struct Factors {
   Eigen::MatrixXd own;    // K_uu without jitter
   Eigen::MatrixXd lower;  // L_u
@@ -17,8 +17,8 @@ struct Factors {
   Eigen::MatrixXd cross;     // K_fu, n x M
   Eigen::MatrixXd features;  // V', n x M
   Eigen::ArrayXd lambda;
-  Eigen::MatrixXd seen_lower;  // L_B
-  Eigen::MatrixXd whitened;    // c = L_B \ h, M x P
+  Eigen::MatrixXd b_lower;   // L_B
+  Eigen::MatrixXd whitened;  // c = L_B \ h, M x P
   double value = 0.0;
 };
 
@@ -26,11 +26,11 @@ Factors factorise(const GpData& data, const Hyperparameters& hyperparameters, co
                   double jitter) {
   validate(hyperparameters);
   const Kernel& kernel = hyperparameters.kernel;
-  validate("negative_log_evidence", data, kernel.length_scales.size(), data.outputs.cols());
+  validate("negative_log_marginal_likelihood", data, kernel.length_scales.size(), data.outputs.cols());
   Factors f;
   f.own = covariance(kernel, pseudo_inputs, pseudo_inputs);
   const detail::KernelFactor factor = detail::factor_kernel_matrix(detail::PaddedMatrix(f.own), kernel.signal_variance,
-                                                                   jitter, "negative_log_evidence");
+                                                                   jitter, "negative_log_marginal_likelihood");
   f.lower = factor.lower.matrix();
   f.jitter = factor.jitter;
   f.cross = covariance(kernel, data.inputs, pseudo_inputs);
@@ -41,14 +41,14 @@ Factors factorise(const GpData& data, const Hyperparameters& hyperparameters, co
   const Eigen::MatrixXd scaled = f.lambda.rsqrt().matrix().asDiagonal() * f.features;
   Eigen::MatrixXd seen = Eigen::MatrixXd::Identity(f.lower.rows(), f.lower.rows());
   seen.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
-  f.seen_lower = Eigen::LLT<Eigen::MatrixXd>(seen).matrixL();
+  f.b_lower = Eigen::LLT<Eigen::MatrixXd>(seen).matrixL();
   const Eigen::MatrixXd response = f.features.transpose() * f.lambda.inverse().matrix().asDiagonal() * data.outputs;
-  f.whitened = f.seen_lower.triangularView<Eigen::Lower>().solve(response);
+  f.whitened = f.b_lower.triangularView<Eigen::Lower>().solve(response);
 
   const double outputs = static_cast<double>(data.outputs.cols());
   const double points = static_cast<double>(data.inputs.cols());
   const double shared = 0.5 * points * std::log(2.0 * std::numbers::pi) + 0.5 * f.lambda.log().sum() +
-                        f.seen_lower.diagonal().array().log().sum();
+                        f.b_lower.diagonal().array().log().sum();
   const double squares = (data.outputs.array().square().colwise() / f.lambda).sum();
   f.value = outputs * shared + 0.5 * (squares - f.whitened.squaredNorm());
   return f;
@@ -65,14 +65,14 @@ struct Adjoints {
 Adjoints adjoints(const GpData& data, const Factors& f) {
   const double outputs = static_cast<double>(data.outputs.cols());
   const auto lower = f.lower.triangularView<Eigen::Lower>();
-  const auto seen_lower = f.seen_lower.triangularView<Eigen::Lower>();
+  const auto b_lower = f.b_lower.triangularView<Eigen::Lower>();
   const Eigen::Index size = f.lower.rows();
-  const Eigen::MatrixXd weights = seen_lower.transpose().solve(f.whitened);  // B^-1 h
+  const Eigen::MatrixXd weights = b_lower.transpose().solve(f.whitened);  // B^-1 h
   const Eigen::MatrixXd alpha =
       f.lambda.inverse().matrix().asDiagonal() * (data.outputs - f.features * weights);  // n x P
-  const Eigen::MatrixXd seen_inverse =
-      seen_lower.transpose().solve(seen_lower.solve(Eigen::MatrixXd::Identity(size, size)));  // eigenvalues in (0, 1]
-  const Eigen::MatrixXd shrunk = f.features * seen_inverse;                                   // (B^-1 V)'
+  const Eigen::MatrixXd b_inverse =
+      b_lower.transpose().solve(b_lower.solve(Eigen::MatrixXd::Identity(size, size)));        // eigenvalues in (0, 1]
+  const Eigen::MatrixXd shrunk = f.features * b_inverse;                                      // (B^-1 V)'
   const Eigen::ArrayXd reductions = shrunk.cwiseProduct(f.features).rowwise().sum().array();  // v_n' B^-1 v_n
   const Eigen::ArrayXd w =
       0.5 * (outputs * (f.lambda.inverse() - reductions / f.lambda.square()) - alpha.rowwise().squaredNorm().array());
@@ -91,13 +91,15 @@ Adjoints adjoints(const GpData& data, const Factors& f) {
 
 }  // namespace
 
-double negative_log_evidence(const GpData& data, const Hyperparameters& hyperparameters,
-                             const Eigen::MatrixXd& pseudo_inputs, double jitter) {
+double negative_log_marginal_likelihood(const GpData& data, const Hyperparameters& hyperparameters,
+                                        const Eigen::MatrixXd& pseudo_inputs, double jitter) {
   return factorise(data, hyperparameters, pseudo_inputs, jitter).value;
 }
 
-EvidenceGradient negative_log_evidence_gradient(const GpData& data, const Hyperparameters& hyperparameters,
-                                                const Eigen::MatrixXd& pseudo_inputs, double jitter) {
+MarginalLikelihoodGradient negative_log_marginal_likelihood_gradient(const GpData& data,
+                                                                     const Hyperparameters& hyperparameters,
+                                                                     const Eigen::MatrixXd& pseudo_inputs,
+                                                                     double jitter) {
   const Factors f = factorise(data, hyperparameters, pseudo_inputs, jitter);
   const Adjoints adjoint = adjoints(data, f);
   const double signal = hyperparameters.kernel.signal_variance;
@@ -105,7 +107,7 @@ EvidenceGradient negative_log_evidence_gradient(const GpData& data, const Hyperp
   const Eigen::MatrixXd cross = adjoint.cross.cwiseProduct(f.cross);  // n x M
   const Eigen::MatrixXd own = adjoint.own.cwiseProduct(f.own);        // M x M
 
-  EvidenceGradient gradient;
+  MarginalLikelihoodGradient gradient;
   gradient.value = f.value;
   gradient.log_noise_variance = hyperparameters.noise_variance * adjoint.noise;
   gradient.log_signal_variance =
