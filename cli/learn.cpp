@@ -27,7 +27,7 @@ struct LearnOptions {
   CommonOptions common;
   TrackOptions tracks;
   std::string model;
-  int batch = LiveConfig{}.batch;
+  int batch = ServiceConfig{}.batch;
   int min_people = 0;  ///< 0: nothing is shared
   std::string share;
 };

@@ -1,4 +1,4 @@
-#include "sila/serve/replay.hpp"
+#include "sila/service/replay.hpp"
 
 #include <csignal>
 #include <iomanip>
@@ -24,7 +24,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 
 void tell(const ReplayReport& report) {
   std::cerr << report.sent << " detections sent, " << report.predictions << " predictions, " << report.dropped
-            << " told to be dropped, " << report.refused << " lines refused\n";
+            << " reported as dropped, " << report.rejected << " lines rejected\n";
   if (report.latencies_s.empty()) return;
   std::cerr << std::fixed << std::setprecision(1) << "detection to prediction: median "
             << 1e3 * quantile(report.latencies_s, 0.5) << " ms, 90 % " << 1e3 * quantile(report.latencies_s, 0.9)

@@ -1,11 +1,11 @@
-"""What a hostile client does to `sila serve`, one attack a method, and the wire that it does it by. Says what the service answered;
-tools/hostile_client.py runs the attacks and judges."""
+"""Attacks of a hostile client on `sila serve`, one a method, and their sockets. Each returns the answer of the service;
+tools/hostile_client.py runs them and checks the limits."""
 
 import base64, json, os, selectors, socket, struct, time
 
-PLACES = 64  # serve.max_connections
-LINE = 4096  # serve.max_line_bytes
-FLOODING = 8  # connections at once that ask for more than can be predicted
+PLACES = 64  # service.max_connections
+LINE = 4096  # service.max_line_bytes
+FLOODING = 8  # connections at once that need more predictions than can be made
 
 
 def connect(port, timeout_s=10.0):
@@ -14,9 +14,9 @@ def connect(port, timeout_s=10.0):
     return client
 
 
-def hear(client, seconds):
-    """All that comes in so many seconds, or until the service hangs up; and whether it did."""
-    heard, until = b"", time.monotonic() + seconds
+def receive(client, seconds):
+    """Bytes received within `seconds`, or until the service closes the connection; and whether it did."""
+    received, until = b"", time.monotonic() + seconds
     while (left_s := until - time.monotonic()) > 0:
         client.settimeout(left_s)
         try:
@@ -24,15 +24,15 @@ def hear(client, seconds):
         except TimeoutError:
             break
         except OSError:
-            return heard, True
+            return received, True
         if not part:
-            return heard, True
-        heard += part
-    return heard, False
+            return received, True
+        received += part
+    return received, False
 
 
-def say(client, data, seconds):
-    """Sends as much as is taken in so many seconds, without reading; says how much."""
+def send(client, data, seconds):
+    """Sends as much as is accepted within `seconds`, without reading; returns the number of bytes."""
     sent, until, data = 0, time.monotonic() + seconds, memoryview(data)
     while sent < len(data) and (left_s := until - time.monotonic()) > 0:
         client.settimeout(left_s)
@@ -43,25 +43,25 @@ def say(client, data, seconds):
     return sent
 
 
-def hear_refusals(client, seconds):
-    """What is refused, as soon as it is told (once a second) and nothing follows; hears for so many seconds at most."""
-    heard, until = b"", time.monotonic() + seconds
+def receive_rejections(client, seconds):
+    """Rejections as soon as they are reported (once a second), within `seconds`."""
+    received, until = b"", time.monotonic() + seconds
     while time.monotonic() < until:
-        part, hung_up = hear(client, 0.15)
-        heard += part
-        if hung_up or (not part and refusals(heard)):
+        part, closed = receive(client, 0.15)
+        received += part
+        if closed or (not part and rejections(received)):
             break
-    return refusals(heard)
+    return rejections(received)
 
 
-def refusals(heard):
-    """Lines refused and dropped, by their reason."""
+def rejections(received):
+    """Numbers of rejected and dropped lines by reason."""
     counts = {}
-    for line in heard.split(b"\n"):
-        if line.startswith(b'{"refused"') or line.startswith(b'{"dropped"'):
-            told = json.loads(line)
-            reason = told.get("refused", "dropped")
-            counts[reason] = counts.get(reason, 0) + told.get("count", told.get("dropped"))
+    for line in received.split(b"\n"):
+        if line.startswith(b'{"rejected"') or line.startswith(b'{"dropped"'):
+            message = json.loads(line)
+            reason = message.get("rejected", "dropped")
+            counts[reason] = counts.get(reason, 0) + message.get("count", message.get("dropped"))
     return counts
 
 
@@ -71,8 +71,8 @@ def detection(t, ident, x=0.0, y=0.0, more=""):
 
 def http(port, request, seconds=5.0):
     with connect(port) as client:
-        say(client, request, seconds)
-        return hear(client, seconds)[0]
+        send(client, request, seconds)
+        return receive(client, seconds)[0]
 
 
 def handshake(port, path="/stream"):
@@ -86,13 +86,13 @@ def handshake(port, path="/stream"):
     while b"\r\n\r\n" not in answer:
         part = client.recv(4096)
         if not part:
-            raise OSError("the service hung up in the handshake")
+            raise OSError("the service closed the connection in the handshake")
         answer += part
     return client
 
 
 def frame(payload, first=0x81, mask=True, length=None):
-    """A frame of a WebSocket, or something like it."""
+    """A frame of a WebSocket, valid or not."""
     length, bit = len(payload) if length is None else length, 0x80 if mask else 0
     head = bytes([first]) + (
         bytes([bit | length])
@@ -105,29 +105,29 @@ def frame(payload, first=0x81, mask=True, length=None):
 
 
 class Attacks:
-    """Each says what it did and what was answered, and raises AssertionError with what should not have been."""
+    """Each returns the attack and its answer, and raises AssertionError with a broken promise."""
 
     def __init__(self, port, size, chance):
         self.http, self.lines, self.size, self.chance = port, port + 1, size, chance
 
-    def told(self, data, expected):
-        """Sends lines, and wants them refused for one of these reasons."""
+    def expect(self, data, expected):
+        """Sends lines that must be rejected for one of the expected reasons."""
         with connect(self.lines) as client:
-            assert say(client, data, 300.0) == len(data), "not all of it was taken"
-            counts = hear_refusals(client, 3.0)
-        assert counts and set(counts) <= set(expected), f"refused as {counts}, not as {expected}"
-        return f"refused: {counts}"
+            assert send(client, data, 300.0) == len(data), "not all of it was accepted"
+            counts = receive_rejections(client, 3.0)
+        assert counts and set(counts) <= set(expected), f"rejected as {counts}, not as {expected}"
+        return f"rejected: {counts}"
 
     def hold(self, port, count, opening, seconds, drip):
-        """So many connections that say a byte a second; and whether they are hung up on."""
-        clients, refused, hung_up = [], 0, 0
+        """Opens `count` connections that send a byte per second; returns how many are closed and how many stay open."""
+        clients, rejected, closed = [], 0, 0
         for _ in range(count):
             try:
                 client = connect(port, 2.0)
                 client.sendall(opening)
                 clients.append(client)
             except OSError:
-                refused += 1
+                rejected += 1
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             time.sleep(1.0)
@@ -140,34 +140,34 @@ class Attacks:
                 except BlockingIOError:
                     continue
                 except OSError:
-                    hung_up += 1
+                    closed += 1
                     clients.remove(client)
         for client in clients:
             client.close()
-        return refused + hung_up, len(clients)
+        return rejected + closed, len(clients)
 
     def slow_http(self):
-        """Half a request and a byte a second on every place there is."""
+        """Half a request and a byte per second on every connection."""
         seconds = self.size(34, 2)
         gone, left = self.hold(
             self.http, PLACES + 20, b"GET /metrics HTTP/1.1\r\nHost: localhost\r\nX-Slow: ", seconds, b"a"
         )
         assert gone >= 15 and (seconds < 31 or left == 0), f"{left} still open after {seconds} s"
-        return f"{PLACES + 20} connections, {gone} hung up on within {seconds} s, {left} left"
+        return f"{PLACES + 20} connections, {gone} closed within {seconds} s, {left} left"
 
     def slow_lines(self):
-        """Half a line and a byte a second."""
+        """Half a line and a byte per second."""
         gone, left = self.hold(self.lines, PLACES + 20, b'{"t": 1, "id": "', self.size(15, 2), b"a")
         assert gone >= 15, f"only {gone} turned away"
-        return f"{PLACES + 20} connections, {gone} turned away, {left} left until they went"
+        return f"{PLACES + 20} connections, {gone} turned away, {left} left"
 
     def endless_line(self):
         size = self.size(100 << 20, 4 << 20)
         with connect(self.lines) as client:
-            assert say(client, b"a" * size, 120.0) == size, "not all of it was taken"
-            counts = hear_refusals(client, 3.0)
+            assert send(client, b"a" * size, 120.0) == size, "not all of it was accepted"
+            counts = receive_rejections(client, 3.0)
             assert set(counts) == {"too_long"}, counts
-        return f"{size >> 20} MB without an end: refused {counts}"
+        return f"{size >> 20} MB without an end: rejected {counts}"
 
     def long_lines(self):
         exact, over = (
@@ -176,27 +176,27 @@ class Attacks:
         assert len(exact) == LINE + 1
         with connect(self.lines) as client:
             client.sendall(exact)
-            assert "too_long" not in hear_refusals(client, 1.5), "a line of the limit is too long"
-        return self.told(over * self.size(10000, 500), {"too_long"}) + f" ({LINE + 1} bytes; {LINE} are taken)"
+            assert "too_long" not in receive_rejections(client, 1.5), "a line of the limit is too long"
+        return self.expect(over * self.size(10000, 500), {"too_long"}) + f" ({LINE + 1} bytes; {LINE} are taken)"
 
     def deep_json(self):
-        deep = self.told(b"[" * 100000 + b"]" * 100000 + b"\n", {"too_long"})
+        deep = self.expect(b"[" * 100000 + b"]" * 100000 + b"\n", {"too_long"})
         short = (b'{"id":' * 600 + b"\n") + b"[" * 4000 + b"\n" + b'{"t":1,"id":' + b"[" * 2000 + b"]" * 2000 + b"}\n"
         return (
             deep
             + "; below the limit of a line "
-            + self.told(short * self.size(2000, 50), {"not_json", "not_a_detection"})
+            + self.expect(short * self.size(2000, 50), {"not_json", "not_a_detection"})
         )
 
     def wrong_utf8(self):
         wrong = [b"\xff", b"\xc0\xaf", b"\xed\xa0\x80", b"\xf4\x90\x80\x80", b"\xe2\x82", b"\x80"]
         lines = b"".join(b'{"t":1,"id":"' + bad + b'","x":0,"y":0}\n' for bad in wrong)
-        return self.told(lines * self.size(1000, 50), {"not_json"})
+        return self.expect(lines * self.size(1000, 50), {"not_json"})
 
     def nul_and_noise(self):
-        nul = self.told(b'{"t":1,"id":"a\0b","x":0,"y":0}\n' + b"\0" * 100 + b"\n", {"not_json"})
+        nul = self.expect(b'{"t":1,"id":"a\0b","x":0,"y":0}\n' + b"\0" * 100 + b"\n", {"not_json"})
         noise = self.chance.randbytes(self.size(5000000, 200000)).replace(b"\n", b"\n\r\n")
-        return nul + "; noise " + self.told(noise, {"not_json", "too_long", "too_fast", "not_a_detection"})
+        return nul + "; noise " + self.expect(noise, {"not_json", "too_long", "too_fast", "not_a_detection"})
 
     def absurd_numbers(self):
         numbers = [
@@ -224,7 +224,7 @@ class Attacks:
             f'{{"t":1,"id":{n},"x":0,"y":0}}\n'
             for n in ["1e400", "1" * 400, "1.5", '""', '"' + "a" * 65 + '"', "null", "{}"]
         )
-        return self.told(
+        return self.expect(
             (lines + ids).encode() * self.size(300, 10),
             {"not_json", "not_a_detection", "not_usable", "off_clock", "late"},
         )
@@ -232,21 +232,21 @@ class Attacks:
     def many_ids(self):
         count = self.size(100000, 5000)
         with connect(self.lines) as client:
-            heard = b""
+            received = b""
             for begin in range(0, count, 5000):
-                say(client, b"".join(detection(1.0, n, n % 50) for n in range(begin, begin + 5000)), 20.0)
-                heard += hear(client, 0.4)[0]
-            counts = refusals(heard + hear(client, 1.5)[0])
+                send(client, b"".join(detection(1.0, n, n % 50) for n in range(begin, begin + 5000)), 20.0)
+                received += receive(client, 0.4)[0]
+            counts = rejections(received + receive(client, 1.5)[0])
         taken = count - sum(counts.values())
         assert (
             set(counts) <= {"too_many_ids", "too_fast", "overloaded"}
             and counts.get("too_many_ids", 0) > 0
             and taken <= 2000
         ), counts
-        return f"{count} ids: {taken} taken, refused {counts}"
+        return f"{count} ids: {taken} taken, rejected {counts}"
 
     def flood(self, line_of, count, clients=1):
-        """So many lines as fast as it goes, from one or many connections, without reading an answer until the end."""
+        """`count` lines as fast as possible, from one or many connections, without reading an answer until the end."""
         connections = [connect(self.lines) for _ in range(clients)]
         selector = selectors.DefaultSelector()
         state = {}
@@ -273,13 +273,13 @@ class Attacks:
                 except OSError:
                     waiting, said = b"", count
                 state[client] = [waiting, said, c]
-        seconds, heard = time.monotonic() - begin, {}
+        seconds, received = time.monotonic() - begin, {}
         for client in connections:
-            for reason, number in refusals(hear(client, self.size(2.0, 1.1) if clients == 1 else 0.2)[0]).items():
-                heard[reason] = heard.get(reason, 0) + number
+            for reason, number in rejections(receive(client, self.size(2.0, 1.1) if clients == 1 else 0.2)[0]).items():
+                received[reason] = received.get(reason, 0) + number
             client.close()
         assert not open_, "the service stopped reading"
-        return f"{count} lines from {clients} in {seconds:.1f} s; told {heard}"
+        return f"{count} lines from {clients} in {seconds:.1f} s; reported {received}"
 
     def flood_of_one(self):
         return self.flood(lambda n, c: b'{"t":1,"id":"1","x":0,"y":0}\n', self.size(1000000, 50000))
@@ -293,7 +293,7 @@ class Attacks:
         )
 
     def flood_of_leaps(self):
-        """A track that leaps at each line: the path is made anew each time."""
+        """A track that leaps at each line, so that its path is cleaned again each time."""
         return self.flood(lambda n, c: detection(1e-4 * n, "leaps", 1000.0 * (n % 2)), self.size(200000, 20000))
 
     def flood_of_labels(self):
@@ -312,14 +312,14 @@ class Attacks:
                 clients.pop(0).close()
         time.sleep(1.0)
         for client in clients:
-            heard, _ = hear(client, 0.002)
-            turned_away += b"too_many_connections" in heard
+            received, _ = receive(client, 0.002)
+            turned_away += b"too_many_connections" in received
             client.close()
-        assert turned_away > 0, "nobody was turned away"
+        assert turned_away > 0, "no connection was turned away"
         return f"{count} connections; of the last {len(clients)} {turned_away} were told too_many_connections"
 
     def websockets(self):
-        told = []
+        answers = []
         bad = {
             "not masked": frame(b"{}", mask=False),
             "reserved bits": frame(b"{}", first=0xF1),
@@ -334,19 +334,19 @@ class Attacks:
         }
         for name, data in bad.items():
             with handshake(self.http) as client:
-                say(client, data, 5.0)
-                heard, hung_up = hear(client, 5.0)
-                at = heard.rfind(b"\x88")
-                code = struct.unpack(">H", heard[at + 2 : at + 4])[0] if 0 <= at <= len(heard) - 4 else None
-                assert hung_up or (name == "noise" and not heard), f"{name}: goes on after {heard[:100]}"
-                told.append(f"{name}: {code or 'hung up'}")
+                send(client, data, 5.0)
+                received, closed = receive(client, 5.0)
+                at = received.rfind(b"\x88")
+                code = struct.unpack(">H", received[at + 2 : at + 4])[0] if 0 <= at <= len(received) - 4 else None
+                assert closed or (name == "noise" and not received), f"{name}: goes on after {received[:100]}"
+                answers.append(f"{name}: {code or 'closed the connection'}")
         with handshake(self.http) as client:  # a message in frames of a byte, without an end
-            say(client, frame(b"a", first=0x01) + frame(b"a", first=0x00) * self.size(70000, 70000), 20.0)
-            assert hear(client, 5.0)[1], "a message without end is taken"
+            send(client, frame(b"a", first=0x01) + frame(b"a", first=0x00) * self.size(70000, 70000), 20.0)
+            assert receive(client, 5.0)[1], "a message without end is accepted"
         for _ in range(self.size(200, 10)):
             with handshake(self.http, "/live") as client:
                 client.sendall(frame(b"x" * 60000))
-        return "; ".join(told) + "; a message without an end: hung up"
+        return "; ".join(answers) + "; a message without an end: closed the connection"
 
     def bad_http(self):
         requests = {
@@ -363,13 +363,13 @@ class Attacks:
             "another origin": b"GET /metrics HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\n\r\n",
             "path": b"GET /../../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n",
         }
-        told = []
+        answers = []
         for name, request in requests.items():
             answer = http(self.http, request, self.size(2.0, 0.3))
             status = answer.split(b"\r\n")[0].decode(errors="replace")
             assert not status.startswith("HTTP/1.1 200"), f"{name}: {status}"
-            told.append(f"{name}: {status[9:] or 'hung up'}")
-        return "; ".join(told)
+            answers.append(f"{name}: {status[9:] or 'closed the connection'}")
+        return "; ".join(answers)
 
 
 ATTACKS = [

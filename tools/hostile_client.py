@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Attacks `sila serve` over loopback in every way that a client can, one after another, while ten pedestrians at 10 Hz go on over a
-connection of their own and are measured. A breach, and exit code 1: the service ends, /metrics does not answer, a limit does not hold
-or is not named, memory passes its bound or does not come back, a line of the good client is refused or not answered, or its 99 % are
+"""Attacks `sila serve` over loopback, one attack after another, while a good client sends ten pedestrians at 10 Hz over a connection of
+its own and is measured. Exit code 1: the service ends, /metrics does not answer, a limit does not hold
+or is not reported, memory passes its bound or does not come back, a line of the good client is rejected or not answered, or its 99 % are
 over their bound, or `sila verify` finds something in the model file.
 
     tools/hostile_client.py                  # every attack in full, some minutes
@@ -11,7 +11,7 @@ over their bound, or `sila verify` finds something in the model file.
 
 import argparse, json, multiprocessing, os, random, signal, subprocess, sys, tempfile, time
 
-from hostile_attacks import ATTACKS, Attacks, FLOODING, PLACES, connect, detection, hear, http, refusals
+from hostile_attacks import ATTACKS, Attacks, FLOODING, PLACES, connect, detection, receive, http, rejections
 from live_client import Service, Walkers
 from load_test import simulate, two_free_ports
 
@@ -27,7 +27,7 @@ def status_of(port, headers=b"", target=b"/metrics"):
 
 
 def test_token(program, folder, scene, patience_s):
-    """A service with a token that listens everywhere: nobody is heard without it, and who says nothing has no place for long."""
+    """A service with a token that listens on all addresses: clients without the token are rejected, silent ones are closed."""
     model, port, told = os.path.join(folder, "token.sila"), two_free_ports(), []
     alone = subprocess.run(
         [program, "serve", "--scene", scene, "--model", model, "--http", "off", "--tcp", f"0.0.0.0:{port + 1}"],
@@ -35,7 +35,7 @@ def test_token(program, folder, scene, patience_s):
         text=True,
         timeout=20,
     )
-    assert alone.returncode != 0 and "token" in alone.stderr, "listens elsewhere without a token"
+    assert alone.returncode != 0 and "token" in alone.stderr, "listens beyond loopback without a token"
     secret = os.path.join(folder, "token")
     with open(secret, "w") as file:
         file.write(TOKEN + "\n")
@@ -60,17 +60,17 @@ def test_token(program, folder, scene, patience_s):
         ]:
             with connect(port + 1) as client:
                 client.sendall(first)
-                heard, hung_up = hear(client, 3.0)
-                assert hung_up and list(refusals(heard)) == ["no_token"], (first, heard, hung_up)
+                received, closed = receive(client, 3.0)
+                assert closed and list(rejections(received)) == ["no_token"], (first, received, closed)
         told.append("wrong and missing tokens: 403, no_token")
         if patience_s:
             silent = [connect(port + 1) for _ in range(PLACES)]
             time.sleep(patience_s + 2.0)
             with connect(port + 1) as client:
                 client.sendall(json.dumps({"token": TOKEN}).encode() + b"\n" + detection(1, "a", 1e30))
-                counts = refusals(hear(client, 3.0)[0])
-            assert "not_usable" in counts, f"{PLACES} who show no token keep out who has it: {counts}"
-            told.append(f"{PLACES} who show no token are hung up on within {patience_s:g} s")
+                counts = rejections(receive(client, 3.0)[0])
+            assert "not_usable" in counts, f"{PLACES} without the token keep out the client that has it: {counts}"
+            told.append(f"{PLACES} without the token are closed within {patience_s:g} s")
             for client in silent:
                 client.close()
     finally:
@@ -79,8 +79,8 @@ def test_token(program, folder, scene, patience_s):
 
 
 def elsewhere(act):
-    """What `act` returns, from a process of its own: else the interpreter would share its time between the attack and the
-    good client, and this would look like a delay of the service."""
+    """Runs `act` in a process of its own: in this one the interpreter would share its time between the attack and the good
+    client, which would look like a delay of the service."""
     context = multiprocessing.get_context("fork")
     result, answer = context.Pipe(False)
 
@@ -102,7 +102,7 @@ def elsewhere(act):
 
 
 class Peak:
-    """The most memory of a service since it was asked last."""
+    """The peak memory of a service since the last reset."""
 
     def __init__(self, pid):
         self.pid = pid
@@ -157,7 +157,7 @@ def main():
         attacks, peak, marks = Attacks(options.port, size, chance), Peak(service.process.pid), {}
 
         def measure(name, act):
-            """Runs one phase, and what it did to the good client."""
+            """Runs one attack and measures the good client."""
             peak.reset()
             begin, due, answered, dropped = time.monotonic(), good.due, good.due_answered, good.dropped
             made = service.metrics()["sila_predictions_total"]
@@ -170,7 +170,7 @@ def main():
                 print(f"== {name}: {told}\n   the service ended: {service.process.returncode}", flush=True)
                 faults.append(f"{name}: the service ended: {service.process.returncode}, {service.log[-3:]}")
                 return None
-            time.sleep(size(1.2, 0.2))  # for answers under way, and counts that are told once a second
+            time.sleep(size(1.2, 0.2))  # for pending answers, and counts that are reported once a second
             p50, p99 = (good.delay_ms(share, begin, end) for share in (0.5, 0.99))
             due, answered, dropped = good.due - due, good.due_answered - answered, good.dropped - dropped
             print(
@@ -182,15 +182,15 @@ def main():
                 faults.append(f"{name}: {peak.mb():.0f} MB, more than {options.most_mb:g}")
             if due and not p99 <= options.most_ms:
                 faults.append(f"{name}: 99 % of the good client within {p99:.0f} ms, more than {options.most_ms:g}")
-            # Connections take turns: who asks for less than a fair share gets all of it, who asks for more gets the share.
+            # Connections take turns: a client that needs less than a fair share gets all of it, one that needs more gets the share.
             share = (service.metrics()["sila_predictions_total"] - made) / (FLOODING + 1)
             if due and dropped > options.most_dropped * due and answered < 0.9 * share:
                 faults.append(
                     f"{name}: {dropped} of {due} answers to the good client were superseded; {share:.0f} was its share"
                 )
-            if good.broken or good.refused:
-                faults.append(f"{name}: the good client was cut off or refused: {good.broken}, {good.refused}")
-                good.refused = {}
+            if good.broken or good.rejected:
+                faults.append(f"{name}: the good client was cut off or rejected: {good.broken}, {good.rejected}")
+                good.rejected = {}
             try:
                 service.metrics()
             except (OSError, ValueError) as error:
@@ -210,23 +210,23 @@ def main():
                 faults.append(
                     f"{marks['after'] - marks['before']:.0f} MB are left over, more than {options.most_left_mb:g}"
                 )
-            facts = service.metrics()
+            values = service.metrics()
             print(
-                "refused in all:",
+                "rejected in total:",
                 {
                     key.split('"')[1]: int(value)
-                    for key, value in facts.items()
-                    if key.startswith("sila_refused_total") and value
+                    for key, value in values.items()
+                    if key.startswith("sila_rejected_total") and value
                 },
-                f"episodes {facts['sila_episodes_total']:g}, failed {facts['sila_episodes_failed_total']:g}",
+                f"episodes {values['sila_episodes_total']:g}, failed {values['sila_episodes_failed_total']:g}",
             )
-            if facts["sila_episodes_failed_total"]:
+            if values["sila_episodes_failed_total"]:
                 faults.append("an episode failed")
         good.stop(linger_s=3.0)
         faults += good.faults[:20]
         lost = good.due - good.due_answered - good.dropped
         print(
-            f"good client: {good.sent} lines, {good.due} due, {good.due_answered} answered, {good.dropped} superseded, {lost} without a word"
+            f"good client: {good.sent} lines, {good.due} due, {good.due_answered} answered, {good.dropped} superseded, {lost} without an answer"
         )
         if lost > 0:
             faults.append(f"{lost} lines of the good client have no answer")

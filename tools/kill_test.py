@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Kills `sila serve` (SIGKILL) at random moments while it learns, and looks into the model file each time: it must open,
-hold every episode that was said to be kept, at most one more (kept, and killed before it was said), and none twice.
+"""Kills `sila serve` (SIGKILL) at random moments while it learns, and checks the model file each time: it must open and hold
+every episode that was reported as stored, at most one more (stored, and killed before the report), and none twice.
 
     tools/kill_test.py --kills 200 [--program build/release/cli/sila] [--seed 1]
 """
@@ -14,29 +14,29 @@ def run(*command):
 
 
 def episodes_of(program, model):
-    """Numbers and tracks of the file's episodes, and what `sila inspect` says of its model."""
+    """Numbers and tracks of the episodes in the file, and the output of `sila inspect`."""
     try:
-        told = json.loads(run(program, "inspect", model, "--json"))
+        inspected = json.loads(run(program, "inspect", model, "--json"))
     except subprocess.CalledProcessError:
         if os.path.getsize(model) > 0:
             raise
-        # Killed within the transaction that makes the file: what SQLite takes back leaves no byte, and no episode.
+        # Killed within the transaction that creates the file: SQLite rolls back to an empty file.
         return [], {"episodes": 0, "tracks": 0}
     with sqlite3.connect(f"file:{model}?mode=ro", uri=True) as database:
         rows = database.execute("SELECT number, tracks FROM episodes ORDER BY number").fetchall()
-    return rows, told
+    return rows, inspected
 
 
-def check(rows, told, said):
+def check(rows, inspected, reported):
     numbers = [number for number, _ in rows]
     if numbers != list(range(1, len(numbers) + 1)):
         return f"the numbers of the episodes are {numbers}"
-    if not said <= len(numbers) <= said + 1:
-        return f"{len(numbers)} episodes are in the file, {said} were said to be kept"
-    if told["episodes"] != len(numbers):
-        return f"the model says {told['episodes']} episodes, the file has {len(numbers)}"
-    if told["tracks"] != sum(tracks for _, tracks in rows):
-        return f"the model says {told['tracks']} tracks, its episodes {sum(tracks for _, tracks in rows)}"
+    if not reported <= len(numbers) <= reported + 1:
+        return f"{len(numbers)} episodes are in the file, {reported} were reported as stored"
+    if inspected["episodes"] != len(numbers):
+        return f"the model has {inspected['episodes']} episodes, the file has {len(numbers)}"
+    if inspected["tracks"] != sum(tracks for _, tracks in rows):
+        return f"the model has {inspected['tracks']} tracks, its episodes {sum(tracks for _, tracks in rows)}"
     return None
 
 
@@ -49,12 +49,12 @@ def main():
     parser.add_argument("--longest", type=float, default=2.5, help="seconds until a kill")
     options = parser.parse_args()
     program, chance = os.path.abspath(options.program), random.Random(options.seed)
-    busy, kept, unsaid, failures = 0, 0, 0, []
+    busy, stored, unreported, failures = 0, 0, 0, []
     with tempfile.TemporaryDirectory() as folder:
         tracks, model = os.path.join(folder, "tracks.csv"), os.path.join(folder, "model.sila")
         socket = os.path.join(folder, "serve.sock")
         for kill in range(1, options.kills + 1):
-            # New people each time: a batch that the model knows is no episode.
+            # New tracks each time: a batch that the model knows is no episode.
             seed = str(options.seed * 100000 + kill)
             run(program, "simulate", "--layout", "four-way", "--tracks", "100", "--seed", seed, "--out", tracks)
             service = Service(program, tracks.replace(".csv", ".scene.json"), model, None, "--unix", socket, "--batch", str(options.batch))
@@ -64,7 +64,7 @@ def main():
             player = subprocess.Popen([program, "replay", tracks, "--apart", "0.4", "--rate", "60", "--to", "unix:" + socket],
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(chance.uniform(0.05, options.longest))
-            before = service.said
+            before = service.stored
             service.end(signal.SIGKILL)
             player.kill()
             player.wait()
@@ -73,20 +73,20 @@ def main():
                     failures.append(f"kill {kill}: the model file is gone")
                 continue
             try:
-                rows, told = episodes_of(program, model)
+                rows, inspected = episodes_of(program, model)
             except (subprocess.CalledProcessError, sqlite3.Error) as error:
                 failures.append(f"kill {kill}: the file does not open: {getattr(error, 'stderr', error)}")
                 break
-            said = max(service.said, kept)
-            fault = check(rows, told, said)
+            reported = max(service.stored, stored)
+            fault = check(rows, inspected, reported)
             if fault:
                 failures.append(f"kill {kill}: {fault}")
-            busy += len(rows) > kept
-            unsaid += len(rows) == said + 1
-            kept = len(rows)
+            busy += len(rows) > stored
+            unreported += len(rows) == reported + 1
+            stored = len(rows)
             if kill % 20 == 0:
-                print(f"{kill} kills, {kept} episodes kept", file=sys.stderr)
-    print(f"{options.kills} kills: {kept} episodes kept, new ones in {busy} of the runs, {unsaid} killed between keeping and saying; "
+                print(f"{kill} kills, {stored} episodes stored", file=sys.stderr)
+    print(f"{options.kills} kills: {stored} episodes stored, new ones in {busy} of the runs, {unreported} killed between storing and reporting; "
           f"{len(failures)} faults")
     for failure in failures:
         print(failure, file=sys.stderr)

@@ -1,17 +1,18 @@
-"""A live service, and people who walk before it: what tools/soak_test.py, tools/hostile_client.py and tools/kill_test.py share."""
+"""A running service and simulated pedestrians, for tools/soak_test.py, tools/hostile_client.py and tools/kill_test.py."""
 
 import json, math, socket, subprocess, threading, time
 
 from load_test import at, metrics, resident_mb
 
-SUM_OF_WEIGHTS = 1e-9  # how far weights may be from 1
+WEIGHT_TOLERANCE = 1e-9  # of the sum of weights from 1
 
 
 class Service:
-    """A running service and what it has said. Without a port it hears only where the options say."""
+    """A running service. `stored` is the number of the last episode that it reported as stored. Without a port it listens only where
+    the options say."""
 
     def __init__(self, program, scene, model, port, *options):
-        self.port, self.said = port, 0
+        self.port, self.stored = port, 0
         self.log = []
         self.up = threading.Event()
         self.process = subprocess.Popen(
@@ -36,8 +37,8 @@ class Service:
     def listen(self):
         for line in self.process.stderr:
             self.log = (self.log + [line.rstrip()])[-200:]
-            if line.startswith("episode ") and " is kept" in line:
-                self.said = int(line.split()[1])
+            if line.startswith("episode ") and " is stored" in line:
+                self.stored = int(line.split()[1])
             if line.rstrip().endswith("serving"):
                 self.up.set()
 
@@ -62,16 +63,16 @@ def fault_of(prediction):
         return "no modes"
     if not 0.0 <= prediction["novelty"] <= 1.0:
         return f"novelty {prediction['novelty']}"
-    if abs(sum(mode["weight"] for mode in prediction["modes"]) - 1.0) > SUM_OF_WEIGHTS:
+    if abs(sum(mode["weight"] for mode in prediction["modes"]) - 1.0) > WEIGHT_TOLERANCE:
         return "the weights do not sum to 1"
     for mode in prediction["modes"]:
         size = len(mode["t"])
         if size == 0 or not size == len(mode["x"]) == len(mode["y"]) == len(mode["cov"]):
             return "rows of different lengths"
         if not (mode["weight"] > 0.0 and all(map(math.isfinite, mode["t"] + mode["x"] + mode["y"]))):
-            return "a number that is none"
+            return "a number that is not finite"
         if not (mode["t"][0] > 0.0 and all(a < b for a, b in zip(mode["t"], mode["t"][1:]))):
-            return "times do not rise"
+            return "times do not increase"
         for xx, xy, yy in mode["cov"]:
             if not (math.isfinite(xx + yy) and xx > 0.0 and yy > 0.0 and xx * yy - xy * xy > 0.0):
                 return f"the covariance {xx}, {xy}, {yy}"
@@ -80,20 +81,20 @@ def fault_of(prediction):
             0.0 < region["probability"] < 1.0
             and all(math.isfinite(level) and level >= 0.0 for level in region["level"])
         ):
-            return "a region that is none"
+            return "an invalid region"
     return None
 
 
 class Walkers:
-    """So many places, each taken by one pedestrian after another, told to a service over one connection; all that comes back is
-    checked. A line is due if its track is `due_s` old: it must be answered, once, by a prediction or in a count of what was
-    dropped."""
+    """Sends `people` pedestrians at a time to a service over one connection, each followed by another at the same place, and checks
+    everything that comes back. A line is due if its track is `due_s` old: it must be answered once, by a prediction or in a
+    count of dropped ones."""
 
     def __init__(self, port, paths, people, chance, rate_hz=10.0, speed=1.0, due_s=math.inf, token=None):
         self.paths, self.chance, self.rate_hz, self.speed, self.due_s = paths, chance, rate_hz, speed, due_s
-        self.asked = {}  # (id, t): when it was sent, and whether an answer is due
+        self.sent_at = {}  # (id, t): when it was sent, and whether an answer is due
         self.sent, self.predictions, self.due, self.due_answered = 0, 0, 0, 0
-        self.dropped, self.refused, self.faults = 0, {}, []
+        self.dropped, self.rejected, self.faults = 0, {}, []
         self.delays = []  # (when sent, s)
         self.broken, self.late_s = None, 0.0
         self.ending, self.lock = threading.Event(), threading.Lock()
@@ -108,12 +109,12 @@ class Walkers:
             thread.start()
 
     def position(self, place, t):
-        """Where the pedestrian of a place is, or a new one."""
+        """Position of the pedestrian of a place, or of a new one."""
         now = self.places[place]
         if now is None or t - now["since"] + now["offset"] > now["path"][-1][0]:
             path = self.chance.choice(self.paths)
             offset = path[0][0]
-            if now is None:  # who is about when it begins is anywhere on the way
+            if now is None:  # at the start pedestrians are anywhere on their path
                 offset += self.chance.uniform(0, 0.5 * (path[-1][0] - path[0][0]))
             self.names += 1
             now = self.places[place] = {
@@ -141,7 +142,7 @@ class Walkers:
                     due = t - now["since"] >= self.due_s
                     lines.append(f'{{"t": {t}, "id": "{now["id"]}", "x": {x:.4f}, "y": {y:.4f}}}\n')
                     with self.lock:
-                        self.asked[now["id"], t] = (time.monotonic(), due)
+                        self.sent_at[now["id"], t] = (time.monotonic(), due)
                         self.due += due
                 self.socket.sendall("".join(lines).encode())
                 self.sent += len(lines)
@@ -160,32 +161,32 @@ class Walkers:
                     self.take(line)
         except OSError as error:
             self.broken = self.broken or f"reading: {error}"
-        self.broken = self.broken or "the service hung up"
+        self.broken = self.broken or "the service closed the connection"
 
     def take(self, line):
         now_s = time.monotonic()
         try:
-            told = json.loads(line)
+            message = json.loads(line)
         except ValueError:
             return self.faults.append(f"no JSON: {line[:200]}")
-        if "refused" in told:
-            self.refused[told["refused"]] = self.refused.get(told["refused"], 0) + told["count"]
-        elif "dropped" in told:
-            self.dropped += told["dropped"]
+        if "rejected" in message:
+            self.rejected[message["rejected"]] = self.rejected.get(message["rejected"], 0) + message["count"]
+        elif "dropped" in message:
+            self.dropped += message["dropped"]
         else:
             self.predictions += 1
             with self.lock:
-                sent_s, due = self.asked.pop((told.get("track"), told.get("t0")), (None, False))
+                sent_s, due = self.sent_at.pop((message.get("track"), message.get("t0")), (None, False))
                 self.due_answered += due
-                if len(self.asked) > 100000:  # what is not due is never answered
-                    for key in list(self.asked)[:50000]:
-                        del self.asked[key]
+                if len(self.sent_at) > 100000:  # lines that are not due are never answered
+                    for key in list(self.sent_at)[:50000]:
+                        del self.sent_at[key]
             if sent_s is None:
                 return self.faults.append(
-                    f"asked by nobody, or answered twice: {told.get('track')} at {told.get('t0')}"
+                    f"not requested, or answered twice: {message.get('track')} at {message.get('t0')}"
                 )
             self.delays.append((sent_s, now_s - sent_s))
-            fault = fault_of(told)
+            fault = fault_of(message)
             if fault:
                 self.faults.append(f"{fault}: {line[:300]}")
 
@@ -194,7 +195,7 @@ class Walkers:
         self.threads[0].join()
         if linger_s:
             time.sleep(linger_s)
-        self.broken = self.broken or ""  # from now on it is this side that ends
+        self.broken = self.broken or ""  # from now on this side ends the connection
         try:
             self.socket.shutdown(socket.SHUT_RDWR)
         except OSError:
@@ -203,6 +204,6 @@ class Walkers:
         self.socket.close()
 
     def delay_ms(self, share, since=-math.inf, until=math.inf):
-        """So many of the delays are shorter, of lines sent in this time."""
+        """Quantile of the delays of lines sent in this time."""
         sorted_s = sorted(delay for sent, delay in list(self.delays) if since <= sent < until)
         return 1e3 * sorted_s[min(len(sorted_s) - 1, int(share * len(sorted_s)))] if sorted_s else math.nan

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""Loads `sila serve` over loopback as a tracker would: so many simulated pedestrians at a time, each seen 10 times a second, while it
-learns them. Prints, for each stage, how long predictions took (from sending a detection to reading its prediction), what was dropped
-and what was refused.
+"""Loads `sila serve` over loopback as a tracker would: simulated pedestrians at 10 Hz, which it also learns. Prints, for each stage, the
+latency of predictions (from sending a detection to reading its prediction) and the dropped and rejected lines.
 
     tools/load_test.py --stages 100:300                 # 100 pedestrians for 300 s
     tools/load_test.py --stages 100:60,1000:60,100:60   # too many, and back
@@ -21,7 +20,7 @@ def simulate(program, folder, tracks, seed):
 
 
 def at(path, t, k):
-    """Position at t on a path, and where to go on looking."""
+    """Position at t on a path, and the index to continue at."""
     while k + 2 < len(path) and path[k + 1][0] <= t:
         k += 1
     (t0, x0, y0), (t1, x1, y1) = path[k], path[k + 1]
@@ -30,7 +29,7 @@ def at(path, t, k):
 
 
 def write_stage(name, paths, people, seconds, rate, chance, together):
-    """So many places, each taken by one pedestrian after another."""
+    """Writes the tracks of `people` pedestrians at a time, each followed by another at the same place."""
     rows = []
     for place in range(people):
         phase = 0.0 if together else chance.uniform(0, 1 / rate)
@@ -38,7 +37,7 @@ def write_stage(name, paths, people, seconds, rate, chance, together):
         while frame / rate < seconds:
             path = chance.choice(paths)
             start, k, ident = path[0][0], 0, f"{place}-{frame}"
-            if frame == 0:  # who is about when it begins is anywhere on the way
+            if frame == 0:  # at the start pedestrians are anywhere on their path
                 start += chance.uniform(0, 0.5 * (path[-1][0] - path[0][0]))
             length = path[-1][0] - start
             for n in range(int(length * rate)):
@@ -120,7 +119,7 @@ def main():
             print("".join(line + "\n" for line in player.stderr.splitlines() if "sent" in line or "detection to" in line or "sila" in line), end="")
             print(f"{gained('sila_detections_total')} detections, {gained('sila_predictions_total')} predictions, "
                   f"{dropped('superseded')} superseded, {dropped('slow_reader')} dropped for a slow reader, "
-                  f"{gained('sila_predictions_scored_total')} scored, {gained('sila_predictions_unscored_total')} not scored; "
+                  f"{gained('sila_predictions_scored_total')} scored, {gained('sila_predictions_not_retained_total')} not retained; "
                   f"{gained('sila_episodes_total')} episodes; {resident_mb(service.pid):.0f} MB resident", flush=True)
         service.send_signal(signal.SIGTERM)
         service.wait()

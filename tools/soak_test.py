@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A long life of `sila serve`: simulated pedestrians pass at 20 times the speed, every prediction is checked, and about every minute the
-service is killed (SIGKILL) at a random moment and started again. Nothing may be lost: each episode that was said to be kept is in
+"""A long run of `sila serve`: simulated pedestrians walk at 20 times the speed, every prediction is checked, and about every minute the
+service is killed (SIGKILL) at a random moment and started again. Nothing may be lost: each episode that was reported as stored is in
 the file, none twice, and `sila verify` finds nothing. Nothing may grow without bound: the medians of resident memory and of the model
-file in the last third of the time are at most so many times those of the middle third.
+file in the last third of the time are at most --most-growth times those of the middle third.
 
     tools/soak_test.py --minutes 30 [--program build/release/cli/sila]
 """
@@ -16,15 +16,15 @@ from load_test import simulate, two_free_ports
 MOST_FAULTS_SHOWN = 20
 
 
-def accounted(facts):
-    """Detections that are in none of the metrics that all of them are in."""
-    waiting = facts.get("sila_predictions_waiting", 0)
+def unaccounted(values):
+    """Detections that no metric accounts for."""
+    waiting = values.get("sila_predictions_due", 0)
     return (
-        facts["sila_detections_total"]
-        - facts["sila_detections_early_total"]
-        - facts["sila_predictions_total"]
+        values["sila_detections_total"]
+        - values["sila_detections_not_due_total"]
+        - values["sila_predictions_total"]
         - waiting
-        - facts.get('sila_predictions_dropped_total{reason="superseded"}', 0)
+        - values.get('sila_predictions_dropped_total{reason="superseded"}', 0)
     )
 
 
@@ -52,16 +52,16 @@ def watch(service, walkers, model, until, begin, samples, faults):
         )
 
 
-def look_into(program, model, said, kept):
-    """Rows of the file, and what is wrong with it."""
+def check_file(program, model, reported, stored):
+    """Rows of the file, and its fault."""
     if not os.path.exists(model):
-        return [], "the model file is gone" if max(said, kept) else None
+        return [], "the model file is gone" if max(reported, stored) else None
     try:
-        rows, told = episodes_of(program, model)
+        rows, inspected = episodes_of(program, model)
         verified = subprocess.run([program, "verify", model], capture_output=True, text=True)
     except (subprocess.CalledProcessError, sqlite3.Error) as error:
         return [], f"the file does not open: {getattr(error, 'stderr', error)}"
-    fault = check(rows, told, max(said, kept))
+    fault = check(rows, inspected, max(reported, stored))
     if verified.returncode != 0:
         fault = f"verify: {verified.stdout}{verified.stderr}"
     return rows, fault
@@ -91,11 +91,11 @@ def main():
         "sent": 0,
         "predictions": 0,
         "dropped": 0,
-        "unsaid": 0,
+        "unreported": 0,
         "late": 0.0,
         "unaccounted": 0,
     }
-    samples, faults, kept, delays = [], [], 0, []
+    samples, faults, stored, delays = [], [], 0, []
     with tempfile.TemporaryDirectory() as folder:
         paths, scene = simulate(program, folder, 989, options.seed)
         model = os.path.join(folder, "soak.sila")
@@ -115,27 +115,27 @@ def main():
             before = len(faults)
             watch(service, walkers, model, until, begin, samples, faults)
             try:
-                facts = service.metrics() if service.alive() else {}
+                values = service.metrics() if service.alive() else {}
             except OSError as error:
-                facts = {}
+                values = {}
                 faults.append(f"/metrics does not answer: {error}")
-            if facts and accounted(facts) != 0:
-                faults.append(f"{accounted(facts):g} detections are in no account")
+            if values and unaccounted(values) != 0:
+                faults.append(f"no metric accounts for {unaccounted(values):g} detections")
             time.sleep(chance.uniform(0.0, 1.0))
             service.end(signal.SIGKILL)
             walkers.stop()
             total["kills"] += 1
             faults += walkers.faults[:MOST_FAULTS_SHOWN]
-            if walkers.refused:
-                faults.append(f"lines of a good client were refused: {walkers.refused}")
+            if walkers.rejected:
+                faults.append(f"lines of a good client were rejected: {walkers.rejected}")
             if walkers.predictions == 0:
                 faults.append("nothing was predicted")
-            rows, fault = look_into(program, model, service.said, kept)
+            rows, fault = check_file(program, model, service.stored, stored)
             if fault:
                 faults.append(fault)
-            total["unsaid"] += len(rows) == max(service.said, kept) + 1
-            lived = len(rows) - kept
-            kept = len(rows)
+            total["unreported"] += len(rows) == max(service.stored, stored) + 1
+            lived = len(rows) - stored
+            stored = len(rows)
             for key in ("sent", "predictions", "dropped"):
                 total[key] += getattr(walkers, key)
             total["late"] = max(total["late"], walkers.late_s)
@@ -143,8 +143,8 @@ def main():
             print(
                 f"life {total['lives']}, {(time.monotonic() - begin) / 60:.1f} min: {walkers.sent} lines at "
                 f"{walkers.played_s / max(1e-9, life_s):.1f} x, {walkers.predictions} predictions ({walkers.dropped} superseded), "
-                f"{lived} episodes, {kept} in the file; size {facts.get('sila_model_size', 0):g}, "
-                f"{facts.get('sila_tracks_waiting', 0):g} tracks wait, {samples[-1]['resident_mb']:.0f} MB resident, "
+                f"{lived} episodes, {stored} in the file; size {values.get('sila_model_size', 0):g}, "
+                f"{values.get('sila_tracks_waiting', 0):g} tracks wait, {samples[-1]['resident_mb']:.0f} MB resident, "
                 f"file {samples[-1]['file_mb']:.2f} MB",
                 file=sys.stderr,
                 flush=True,
@@ -156,8 +156,8 @@ def main():
             file.writelines(f"{s['s']:.1f},{s['resident_mb']:.1f},{s['file_mb']:.3f}\n" for s in samples)
     delays.sort()
     print(
-        f"{options.minutes:g} min at {options.speed:g} x: {total['kills']} kills, {kept} episodes kept, {total['unsaid']} killed between keeping "
-        f"and saying; {total['sent']} lines, {total['predictions']} predictions checked, {total['dropped']} superseded; "
+        f"{options.minutes:g} min at {options.speed:g} x: {total['kills']} kills, {stored} episodes stored, {total['unreported']} killed between storing "
+        f"and reporting; {total['sent']} lines, {total['predictions']} predictions checked, {total['dropped']} superseded; "
         f"99 % within {1e3 * delays[int(0.99 * len(delays))] if delays else 0:.0f} ms; the player was late by at most {total['late']:.2f} s"
     )
     for key, name in (("resident_mb", "resident memory"), ("file_mb", "model file")):

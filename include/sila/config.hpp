@@ -5,8 +5,7 @@
 #include "sila/core/clean.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/io/scene.hpp"
-#include "sila/live/config.hpp"
-#include "sila/serve/config.hpp"
+#include "sila/service/config.hpp"
 #include "sila/sim/config.hpp"
 #include "sila/train/config.hpp"
 
@@ -18,8 +17,7 @@ struct Config {
   CornerChoice corners = CornerChoice::primary;
   EpisodeConfig episode;  ///< its groups stand at the top level: fuse.similarity_threshold, predict.horizon_s, ...
   EvaluateConfig evaluate;
-  LiveConfig live;
-  ServeConfig serve;
+  ServiceConfig service;
   SimulationConfig simulate;
 };
 
@@ -30,8 +28,7 @@ void fields(C& config, Visitor&& visit) {
   visit.choice("corners", config.corners, kCornerChoices, "by which corner of a scene its tracks are looked at");
   fields(config.episode, visit);
   visit.group("evaluate", config.evaluate);
-  visit.group("live", config.live);
-  visit.group("serve", config.serve);
+  visit.group("service", config.service);
   visit.group("simulate", config.simulate);
 }
 

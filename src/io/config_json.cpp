@@ -80,6 +80,15 @@ constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"gp.max_fused_pseudo_inputs", "max_pseudo_inputs"},
     {"field.gp", "field"},
     {"fuse.gp", "fuse"},
+    {"live.every_s", "service.stride_s"},
+    {"live.max_unscored", "service.max_pending_scores"},
+    {"live.remembered", "service.scored_pedestrians"},
+    {"serve.max_waiting_lines", "service.max_queued_lines"},
+    {"serve.max_outgoing_mb", "service.max_send_queue_mb"},
+    {"live", "service"},
+    {"serve", "service"},
+    {"works_m", "construction_length_m"},
+    {"stand_share", "stop_share"},
 };
 
 /// Last names of fields that are constants now.
@@ -142,6 +151,7 @@ constexpr std::string_view kConstants[] = {
     "min_noise_to_signal",
     "pooling_rounds",
     "lattice_step",
+    "page_every_s",
 };
 
 /// A path with the present names of its parts.

@@ -235,7 +235,7 @@ void go_round_works(Route& route, const StreetPlan& plan, const SimulationConfig
     const double depth = (point - block.origin).dot(block.inward_1);
     const double along = (point - block.origin).dot(along_curb);
     if (depth < 0.0 || depth > plan.sidewalk_m) continue;
-    const double outside = std::max(kWorksBegin_m - along, along - kWorksBegin_m - config.works_m);
+    const double outside = std::max(kWorksBegin_m - along, along - kWorksBegin_m - config.construction_length_m);
     const double share = std::clamp(1.0 - outside / kDetourRamp_m, 0.0, 1.0);
     const double shift = share * share * (3.0 - 2.0 * share) * (plan.sidewalk_m + 0.3);
     point -= shift * block.inward_1;
@@ -338,8 +338,8 @@ Route draw_route(const StreetPlan& plan, const SimulationConfig& config, Random&
   route.facts.rounds_corner = rounds_corner(plan, draft.stretches);
   route.facts.ignores_red = jaywalker;
   route.facts.leaves_crosswalk = unmarked.has_value();
-  if (config.works_m > 0.0) go_round_works(route, plan, config);
-  if (random.chance(config.stand_share)) add_standing(route, plan, config, random);
+  if (config.construction_length_m > 0.0) go_round_works(route, plan, config);
+  if (random.chance(config.stop_share)) add_standing(route, plan, config, random);
   return route;
 }
 

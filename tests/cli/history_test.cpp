@@ -59,14 +59,14 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
     return "for i in $(seq 600); do if grep -q '" + words + "' told; then break; fi; sleep 0.1; done; ";
   };
   write(folder_ / "live.sh",
-        "touch told; { cat tracks.ndjson; " + until_told("episode 2 is kept") +
-            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_told("going on with its 1 episodes") +
+        "touch told; { cat tracks.ndjson; " + until_told("episode 2 is stored") +
+            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_told("continuing with its 1 episodes") +
             "cat more.ndjson; } | '" SILA_PROGRAM
             "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
             ">predictions 2>told\n");
   ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
   const std::string told = read(folder_ / "told");
-  EXPECT_NE(told.find("changed by another process; going on with its 1 episodes"), std::string::npos) << told;
+  EXPECT_NE(told.find("changed by another process; continuing with its 1 episodes"), std::string::npos) << told;
   const auto log = nlohmann::json::parse(run("log m.sila --json").out);
   EXPECT_GE(log.at("episodes").size(), 4u) << told;  // the first, and those of the others
   for (std::size_t i = 0; i < log["episodes"].size(); ++i) EXPECT_EQ(log["episodes"][i].at("number"), i + 1);

@@ -1,23 +1,23 @@
-// The lines of the live service: parsed, and heard by the live core.
+// The lines of the live service: parsed, and ingested by the stream core.
 
 #include <cmath>
 #include <set>
 #include <variant>
 
 #include "promises.hpp"
-#include "sila/live/live.hpp"
-#include "sila/serve/lines.hpp"
+#include "service/lines.hpp"
+#include "sila/service/stream.hpp"
 
 namespace sila::fuzz {
 namespace {
 
-LiveSettings settings() {
-  LiveSettings made;
+ServiceSettings settings() {
+  ServiceSettings made;
   const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, {2.5, 2.5, 2.5}, CurbScaling::metres);
   made.frame_for = [frame](const Trajectory&) { return frame; };
-  made.live.max_ids = 3;
-  made.live.clock_patience = 2;
-  made.live.max_track_samples = 8;
+  made.service.max_ids = 3;
+  made.service.clock_patience = 2;
+  made.service.max_track_samples = 8;
   return made;
 }
 
@@ -26,15 +26,15 @@ void require_sound(const Detection& row) {
   require(std::isfinite(row.t_s) && row.position_m.allFinite(), "time and place are finite");
 }
 
-/// What is answered depends on the reason alone, so it is looked at once for each.
-void require_told(Refusal refusal) {
-  static std::set<Refusal> told;
-  if (told.insert(refusal).second) require(!refusal_line(refusal, 1).empty(), "a refusal can be told");
+/// The reported line depends on the reason alone, so each reason is checked once.
+void require_reported(Rejection rejection) {
+  static std::set<Rejection> reported;
+  if (reported.insert(rejection).second) require(!rejection_line(rejection, 1).empty(), "a rejection can be reported");
 }
 
-/// A pedestrian whom the core wants predicted has a path that a predictor takes.
-void ask_all(Live& live, const LiveSettings& made) {
-  for (const Question& question : ask(live, 100, made)) validate(question.observed);
+/// Every prediction request has a valid observed path.
+void validate_requests(StreamCore& core, const ServiceSettings& made) {
+  for (const PredictionRequest& request : take_due_requests(core, 100, made)) validate(request.observed);
 }
 
 }  // namespace
@@ -43,10 +43,10 @@ void ask_all(Live& live, const LiveSettings& made) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace sila;
   using namespace sila::fuzz;
-  static const LiveSettings made = settings();
+  static const ServiceSettings made = settings();
   const std::string text = text_of(data, size);
-  Live live;
-  std::uint64_t heard = 0;
+  StreamCore core;
+  std::uint64_t accepted = 0;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const std::string_view line = std::string_view(text).substr(begin, end - begin);
@@ -55,20 +55,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto parsed = parse_detection(line);
     if (const Detection* row = std::get_if<Detection>(&parsed)) {
       require_sound(*row);
-      const Heard what = hear(live, 1, *row, 0.0, made);
-      heard += what.refusal ? 0 : 1;
-      require(live.streams[1].people.size() <= 3, "no more than live.max_ids tracks are open");
+      const IngestResult result = ingest(core, 1, *row, 0.0, made);
+      accepted += result.rejection ? 0 : 1;
+      require(core.streams[1].pedestrians.size() <= 3, "no more than service.max_ids tracks are open");
     } else {
-      const Refusal refusal = std::get<Refusal>(parsed);
-      require(refusal == Refusal::not_json || refusal == Refusal::not_a_detection, "a line is refused for what it is");
-      require_told(refusal);
+      const Rejection rejection = std::get<Rejection>(parsed);
+      require(rejection == Rejection::not_json || rejection == Rejection::not_a_detection, "the reason fits the line");
+      require_reported(rejection);
     }
   }
-  ask_all(live, made);
-  end_stream(live, 1, made);
-  require(live.account.taken == heard, "every line taken is counted");
-  require(live.account.taken == live.account.early + live.account.answered + live.account.superseded,
-          "every detection is in the account");
-  for (const FramedTrajectory& track : live.finished) validate(track.track);
+  validate_requests(core, made);
+  end_stream(core, 1, made);
+  require(core.counters.detections == accepted, "every accepted line is counted");
+  require(core.counters.detections == core.counters.not_due + core.counters.predictions + core.counters.superseded,
+          "every detection is counted once");
+  for (const FramedTrajectory& track : core.finished) validate(track.track);
   return 0;
 }

@@ -327,7 +327,7 @@ TEST(Simulation, CutsTracksAndSwitchesIdentities) {
 
 TEST(Simulation, LetsPeopleStandAndWalkInGroups) {
   SimulationConfig config = config_of(Layout::four_way, 300);
-  config.stand_share = 1.0;
+  config.stop_share = 1.0;
   config.group_share = 1.0;
   std::size_t standing = 0;
   for (const WalkerFacts& facts : simulate(config).facts) {

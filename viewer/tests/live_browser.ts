@@ -11,7 +11,7 @@ const pictures = resolve(folder);
 
 interface Visit { width?: number; height?: number; dark?: boolean; touch?: boolean }
 
-/** Opens the page and fails if it complains or asks anybody but the service. */
+/** Opens the page and fails if it logs an error or loads from another host. */
 async function visiting(browser: Browser, { width = 1280, height = 900, dark = false, touch = false }: Visit, act: (page: Page) => Promise<void>): Promise<void> {
   const context = await browser.newContext({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", hasTouch: touch, isMobile: touch, deviceScaleFactor: touch ? 2 : 1, reducedMotion: "reduce" });
   const page = await context.newPage();
@@ -22,44 +22,44 @@ async function visiting(browser: Browser, { width = 1280, height = 900, dark = f
   await page.goto(address!);
   await page.waitForSelector("svg.place");
   await act(page);
-  assert.deepEqual(complaints, [], "the page complains or asks a pedestrian else");
+  assert.deepEqual(complaints, [], "the page logs an error or loads from elsewhere");
   await context.close();
 }
 
 const number = async (page: Page, selector: string): Promise<number> => Number((await page.locator(selector).innerText()).replace(/[^0-9.]/g, ""));
-const people = (page: Page): Promise<string> => page.locator(".people .person").evaluateAll((all) => all.map((p) => `${p.getAttribute("cx")},${p.getAttribute("cy")}`).join(" "));
+const pedestrians = (page: Page): Promise<string> => page.locator(".pedestrians .person").evaluateAll((all) => all.map((p) => `${p.getAttribute("cx")},${p.getAttribute("cy")}`).join(" "));
 const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures, `${name}.png`), fullPage });
 
 const tests: [string, (browser: Browser) => Promise<void>][] = [
-  ["shows pedestrians who move, with ways and lit primitives", (browser) => visiting(browser, {}, async (page) => {
-    await page.waitForFunction(() => document.querySelectorAll(".people .mode").length > 5, undefined, { timeout: 60_000 });
+  ["shows moving pedestrians, with predicted paths and highlighted primitives", (browser) => visiting(browser, {}, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll(".pedestrians .mode").length > 5, undefined, { timeout: 60_000 });
     await page.waitForFunction(() => document.querySelectorAll(".primitive.lit").length > 0, undefined, { timeout: 60_000 });
-    const before = await people(page);
+    const before = await pedestrians(page);
     await page.waitForTimeout(1500);
-    assert.notEqual(await people(page), before, "people move");
+    assert.notEqual(await pedestrians(page), before, "pedestrians move");
     assert.match(await page.locator("#state").innerText(), /^connected to sila/);
-    await page.getByLabel(/^ways/).uncheck();
-    assert.equal(await page.locator(".people .mode").count(), 0);
-    await page.getByLabel(/^ways/).check();
+    await page.getByLabel(/^predicted paths/).uncheck();
+    assert.equal(await page.locator(".pedestrians .mode").count(), 0);
+    await page.getByLabel(/^predicted paths/).check();
     await page.locator("#now").screenshot({ path: join(pictures, "live-map.png") });
   })],
-  ["shows how the model grows and how good it is", (browser) => visiting(browser, {}, async (page) => {
+  ["shows the growth of the model and its errors", (browser) => visiting(browser, {}, async (page) => {
     await page.waitForFunction(() => document.querySelectorAll("#learning .chart svg path").length > 3 && document.querySelectorAll("#horizons tr").length >= 5, undefined, { timeout: 120_000 });
     const size = await number(page, "#size");
     assert.ok(size > 0);
     await page.waitForFunction((before) => Number((document.querySelector("#size")?.textContent ?? "").replace(/[^0-9.]/g, "")) !== before, size, { timeout: 120_000 });
     assert.ok(await number(page, "#error") > 0);
-    assert.match(await page.locator("#account").innerText(), /detections, .* predictions/);
+    assert.match(await page.locator("#counters").innerText(), /detections, .* predictions/);
     await page.waitForTimeout(15_000);
     await picture(page, "live-desktop", true);
   })],
   ["is readable in the dark", (browser) => visiting(browser, { dark: true }, async (page) => {
-    await page.waitForFunction(() => document.querySelectorAll(".people .mode").length > 0, undefined, { timeout: 60_000 });
+    await page.waitForFunction(() => document.querySelectorAll(".pedestrians .mode").length > 0, undefined, { timeout: 60_000 });
     await page.waitForTimeout(6000);
     await picture(page, "live-dark", true);
   })],
   ["fits on a phone", (browser) => visiting(browser, { width: 390, height: 844, touch: true }, async (page) => {
-    await page.waitForFunction(() => document.querySelectorAll(".people .mode").length > 0, undefined, { timeout: 60_000 });
+    await page.waitForFunction(() => document.querySelectorAll(".pedestrians .mode").length > 0, undefined, { timeout: 60_000 });
     await page.waitForTimeout(6000);
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), "nothing sticks out");
     await picture(page, "live-phone", true);

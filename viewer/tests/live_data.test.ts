@@ -1,13 +1,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { grown, lit, momentOf, remembered, type Facts, type Moment } from "../src/live_data";
+import { appended, grown, lit, momentOf, type Metrics, type Moment } from "../src/live_data";
 
 const moment = (at: number): Moment => ({ at, mhd_m: 1, constant_mhd_m: 2, size: 3, episodes: 4 });
 
 test("a page left open keeps the first and the last moment and never too many", () => {
   let moments: Moment[] = [];
   for (let i = 0; i < 5000; ++i) {
-    moments = remembered(moments, moment(i), 100);
+    moments = appended(moments, moment(i), 100);
     assert.ok(moments.length <= 100);
     assert.equal(moments[0]!.at, 0);
     assert.equal(moments.at(-1)!.at, i);
@@ -15,16 +15,16 @@ test("a page left open keeps the first and the last moment and never too many", 
   assert.ok(moments.every((m, i) => i === 0 || m.at > moments[i - 1]!.at));
 });
 
-test("nobody judged makes no moment", () => {
-  const facts = { moving: [], size: 1, episodes: 1 } as unknown as Facts;
-  assert.equal(momentOf(facts, 1), undefined);
-  assert.equal(momentOf({ ...facts, moving: [{ windows: 0, mhd_m: 0, constant_mhd_m: 0 }] }, 1), undefined);
-  assert.equal(momentOf({ ...facts, moving: [{ windows: 2, mhd_m: 0.5, constant_mhd_m: 1 }] }, 1)!.mhd_m, 0.5);
+test("no scored pedestrian makes no moment", () => {
+  const metrics = { moving: [], size: 1, episodes: 1 } as unknown as Metrics;
+  assert.equal(momentOf(metrics, 1), undefined);
+  assert.equal(momentOf({ ...metrics, moving: [{ windows: 0, mhd_m: 0, constant_mhd_m: 0 }] }, 1), undefined);
+  assert.equal(momentOf({ ...metrics, moving: [{ windows: 2, mhd_m: 0.5, constant_mhd_m: 1 }] }, 1)!.mhd_m, 0.5);
 });
 
-test("a primitive is lit by the most likely way that visits it", () => {
-  const person = (weight: number, primitives: number[]) => ({ id: "1:a", name: "a", trail: [0, 0], modes: [{ weight, path: [], primitives }] });
-  assert.deepEqual([...lit([person(0.2, [1, 2]), person(0.7, [2])])], [[1, 0.2], [2, 0.7]]);
+test("a primitive is highlighted by the most likely mode that visits it", () => {
+  const pedestrian = (weight: number, primitives: number[]) => ({ id: "1:a", name: "a", trail: [0, 0], modes: [{ weight, path: [], primitives }] });
+  assert.deepEqual([...lit([pedestrian(0.2, [1, 2]), pedestrian(0.7, [2])])], [[1, 0.2], [2, 0.7]]);
 });
 
 test("the box of the map grows only when a pedestrian leaves it", () => {

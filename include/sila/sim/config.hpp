@@ -26,13 +26,13 @@ struct SimulationConfig {
   double view_radius_m = 15.0;
   double sidewalk_width_m = 3.0;
   double road_width_m = 8.0;
-  double works_m = 0.0;
+  double construction_length_m = 0.0;
 
   double arrivals_per_s = 0.25;
   double group_share = 0.2;
   double turn_share = 0.45;
   double jaywalk_share = 0.08;
-  double stand_share = 0.05;
+  double stop_share = 0.05;
   double mean_speed_mps = 1.34;
   double speed_std_mps = 0.26;
   double signal_cycle_s = 40.0;
@@ -55,16 +55,16 @@ void fields(Config& config, Visitor&& visit) {
                "the tracker sees this far round the primary corner");
   visit.number("sidewalk_width_m", config.sidewalk_width_m, R{2.0, 6.0}, "m", "from the curb to the building");
   visit.number("road_width_m", config.road_width_m, R{4.0, 20.0}, "m", "from curb to curb");
-  visit.number("works_m", config.works_m, R{0.0, 10.0}, "m",
-               "so long a piece of the sidewalk along axis_1 of the primary corner is closed, from 4 m off; people go "
-               "round it on the roadway");
+  visit.number(
+      "construction_length_m", config.construction_length_m, R{0.0, 10.0}, "m",
+      "closed part of the sidewalk along axis_1 of the primary corner, from 4 m off; people pass it on the roadway");
   visit.number("arrivals_per_s", config.arrivals_per_s, R{0.01, 1.5}, "1/s", "walkers or groups that enter the scene");
   visit.number("group_share", config.group_share, share, "", "arrivals of two or three people who walk together");
   visit.number("turn_share", config.turn_share, share, "",
                "at a corner, those who stay on the sidewalk; the rest cross");
   visit.number("jaywalk_share", config.jaywalk_share, share, "",
                "those who ignore the red light or cross away from the crosswalk");
-  visit.number("stand_share", config.stand_share, share, "", "those who stop for a while on the sidewalk");
+  visit.number("stop_share", config.stop_share, share, "", "walkers that stop for a while on the sidewalk");
   visit.number("mean_speed_mps", config.mean_speed_mps, R{0.6, 2.2}, "m/s", "mean of the personal free walking speeds");
   visit.number("speed_std_mps", config.speed_std_mps, R{0.0, 0.6}, "m/s", "spread of the personal free walking speeds");
   visit.number("signal_cycle_s", config.signal_cycle_s, R{10.0, 180.0}, "s", "period of the pedestrian signals");

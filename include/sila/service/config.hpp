@@ -1,0 +1,72 @@
+#pragma once
+
+#include <concepts>
+
+#include "sila/core/fields.hpp"
+
+namespace sila {
+
+/// The live service: when tracks and episodes end, which detections are rejected, how predictions are scored, and the
+/// limits of connections.
+struct ServiceConfig {
+  int batch = 20;
+  double stride_s = 0.0;
+  double late_s = 0.5;
+  /// A time stamp that is newer than the clock by more is off the clock [s].
+  static constexpr double clock_jump_s = 10.0;
+  int clock_patience = 10;
+  double silence_s = 5.0;
+  int max_ids = 2000;
+  int max_track_samples = 6000;
+  int max_pending_scores = 20000;
+  int max_waiting_tracks = 1000;
+  double calibration_step = 0.05;
+  int scored_pedestrians = 1000;
+  /// The drift alarm compares the error of the last pedestrians with that of the earlier ones [pedestrians].
+  static constexpr int drift_pedestrians = 50;
+  /// Half width of the band around the error of the earlier pedestrians [standard errors].
+  static constexpr double drift_deviations = 4.0;
+  int max_line_bytes = 4096;
+  double max_rate_hz = 20000.0;
+  int max_connections = 64;
+  int max_queued_lines = 20000;
+  double max_send_queue_mb = 16.0;
+  /// Time between updates of the live page [s].
+  static constexpr double page_interval_s = 0.2;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, ServiceConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("batch", config.batch, Range{1, 1000000}, "tracks", "finished tracks that make an episode");
+  visit.number("stride_s", config.stride_s, Range{0.0, 600.0}, "s",
+               "between the predictions of a pedestrian; 0: one for each detection");
+  visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",
+               "a detection may be this much older than the newest of its stream; a track stays open as long");
+  visit.number("clock_patience", config.clock_patience, Range{1, 100000}, "detections",
+               "consecutive detections that agree with each other but not with the clock of the stream reset it");
+  visit.number("silence_s", config.silence_s, Range{0.0, 3600.0, true}, "s",
+               "without a detection, by the clock of the machine, after which all tracks of a stream end");
+  visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
+  visit.number("max_track_samples", config.max_track_samples, Range{100, 10000000}, "samples",
+               "a longer track ends, and a new one begins");
+  visit.number("max_pending_scores", config.max_pending_scores, Range{0, 10000000}, "predictions",
+               "retained until their future is known; further ones are not scored");
+  visit.number("max_waiting_tracks", config.max_waiting_tracks, Range{1, 10000000}, "tracks",
+               "waiting to be learnt; beyond it the oldest are discarded");
+  visit.number("calibration_step", config.calibration_step, Range{0.0, 1.0}, "per pedestrian",
+               "step of the online calibration of nominal regions; 0: off");
+  visit.number("scored_pedestrians", config.scored_pedestrians, Range{10, 1000000}, "pedestrians",
+               "the last ones, over which errors and coverage are reported");
+  visit.number("max_line_bytes", config.max_line_bytes, Range{64, 1 << 20}, "bytes",
+               "of a line; longer lines are rejected");
+  visit.number("max_rate_hz", config.max_rate_hz, Range{0.0, 1e7, true}, "lines/s",
+               "of a connection, averaged over a second; more lines are rejected");
+  visit.number("max_connections", config.max_connections, Range{1, 10000}, "connections", "at a time");
+  visit.number("max_queued_lines", config.max_queued_lines, Range{1, 10000000}, "lines",
+               "read and not yet ingested; beyond it a connection with more than its share is rejected");
+  visit.number("max_send_queue_mb", config.max_send_queue_mb, Range{0.01, 1e4}, "MB",
+               "that a connection has not read yet; beyond it its oldest predictions are dropped");
+}
+
+}  // namespace sila

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sila/refine/predictor.hpp"
+#include "sila/service/online_calibration.hpp"
+#include "sila/train/episode.hpp"
+
+namespace sila {
+
+/// A model and its predictor; immutable, shared by all threads that use it.
+struct Snapshot {
+  Model model;
+  Predictor predictor;
+  Snapshot(Model given, const PredictConfig& config) : model(std::move(given)), predictor(model, config) {}
+  /// Reuses what the model has in common with an earlier one.
+  Snapshot(Model given, const PredictConfig& config, const Snapshot& earlier)
+      : model(std::move(given)), predictor(model, config, earlier.model, earlier.predictor) {}
+};
+
+/// Counts of the learner thread, since its start.
+struct LearnerStatus {
+  std::size_t waiting_tracks = 0;
+  std::uint64_t discarded_tracks = 0;  ///< over service.max_waiting_tracks, or of a failed episode
+  std::uint64_t episodes = 0;
+  std::uint64_t failed_episodes = 0;
+  std::uint64_t known_episodes = 0;  ///< batches that the model had learnt before; they change nothing
+  std::uint64_t reloads = 0;         ///< of a model that another process wrote
+  std::uint64_t learnt_tracks = 0;
+  bool learning = false;
+  double last_episode_s = 0.0;
+  std::string last_error;
+};
+
+/// Learns batches of tracks in a thread of its own. Predictions continue with the last snapshot until the next one is
+/// complete; the learner leaves them one processor and has a lower priority.
+class LearnerThread {
+ public:
+  /// How the model is stored. All are called on the learner's thread.
+  struct Storage {
+    /// Stores an episode before predictions use it (`ModelFile::commit`). If it throws, the episode counts as failed
+    /// and the model does not change.
+    std::function<void(const Model& previous, const Episode& episode, const OnlineCalibration& calibration)> commit;
+    /// The stored model, if another process replaced it (`sila rollback` beside a service). Called every second, before
+    /// each episode, and when a commit throws; then the episode is learnt again on the reloaded model. May be empty.
+    std::function<std::optional<Model>()> reload;
+  };
+
+  LearnerThread(Model start, OnlineCalibration calibration, const EpisodeConfig& episode, const ServiceConfig& service,
+                Storage storage);
+  /// Finishes the running episode; waiting tracks are not learnt.
+  ~LearnerThread();
+  LearnerThread(const LearnerThread&) = delete;
+  LearnerThread& operator=(const LearnerThread&) = delete;
+
+  std::shared_ptr<const Snapshot> snapshot() const;
+  LearnerStatus status() const;
+  /// The calibration that is stored with the next episode.
+  OnlineCalibration calibration() const;
+  /// Adds tracks, and the online calibration after them; returns at once.
+  void add(std::vector<FramedTrajectory> tracks, OnlineCalibration calibration);
+  /// Returns when no whole batch waits and no episode runs.
+  void wait_until_idle();
+  /// Learns all waiting tracks, a last smaller batch included, and returns when it is done.
+  void drain();
+
+ private:
+  void run();
+  bool has_batch() const;
+  void learn_batch(const std::vector<FramedTrajectory>& batch);
+  std::optional<Episode> learn_and_commit(const std::vector<FramedTrajectory>& batch);
+  bool reload_if_changed();
+
+  EpisodeConfig episode_;
+  ServiceConfig service_;
+  Update update_;
+  Storage storage_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<FramedTrajectory> waiting_;
+  OnlineCalibration calibration_;
+  std::shared_ptr<const Snapshot> snapshot_;
+  LearnerStatus status_;
+  bool stopping_ = false;
+  bool draining_ = false;
+  std::thread thread_;
+};
+
+}  // namespace sila

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <deque>
+#include <vector>
+
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/service/config.hpp"
+
+namespace sila {
+
+/// Sums over scored predictions up to one horizon.
+struct HorizonSums {
+  std::size_t windows = 0;
+  double weighted_mhd_m = 0.0;
+  double constant_mhd_m = 0.0;                                   ///< of constant velocity
+  std::size_t with_regions = 0;                                  ///< windows whose prediction has nominal regions
+  std::array<double, kRegionProbabilities.size()> covered = {};  ///< of those: outcomes inside each region
+};
+HorizonSums operator+(const HorizonSums& a, const HorizonSums& b);
+
+/// Scores of the predictions of one pedestrian.
+struct PedestrianScore {
+  std::vector<HorizonSums> all;  ///< at each of `horizons_until`; empty if no prediction was scored
+  std::vector<HorizonSums> moving;
+  double novelty = 0.0;  ///< sum over `all.front().windows`
+};
+/// Adds one scored window. Shapes: the same number of horizons each time.
+void add(PedestrianScore& score, const WindowScore& window, bool has_regions);
+
+/// Whether the error of the last pedestrians is outside the band of the earlier ones.
+struct Drift {
+  bool known = false;  ///< enough pedestrians were scored
+  bool alarm = false;
+  double error_m = 0.0;       ///< mean over the last `drift_pedestrians` that moved: weighted MHD at the whole horizon
+  double reference_m = 0.0;   ///< the same over the earlier ones
+  double half_width_m = 0.0;  ///< of the band around `reference_m`
+};
+
+/// The last pedestrians that have a scored prediction, the newest at the end.
+using RecentScores = std::deque<PedestrianScore>;
+void add(RecentScores& scores, PedestrianScore score, const ServiceConfig& config);
+
+/// Sums over all recent pedestrians at each horizon; empty if there is none.
+std::vector<HorizonSums> totals(const RecentScores& scores, bool moving);
+
+/// Coverage of the nominal regions: the share of each pedestrian, averaged over pedestrians, so that a pedestrian who
+/// stands for an hour counts once. Shapes: horizons x probabilities; negative where no prediction had regions.
+std::vector<std::array<double, kRegionProbabilities.size()>> coverage(const RecentScores& scores);
+
+/// Mean novelty of the scored predictions; 0 for none.
+double mean_novelty(const RecentScores& scores);
+
+/// Source: own rule, docs/decisions/0081-drift.md.
+Drift drift_of(const RecentScores& scores, const ServiceConfig& config);
+
+}  // namespace sila

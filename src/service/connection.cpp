@@ -1,0 +1,51 @@
+#include "connection.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "lines.hpp"
+
+namespace sila::detail {
+
+LineReceiver::LineReceiver(ConnectionRegistry& registry, StreamId stream)
+    : registry_(registry), stream_(stream), allowance_(registry.config.max_rate_hz), refilled_s_(monotonic_s()) {}
+
+LineReceiver::~LineReceiver() {
+  if (registry_.engine != nullptr) registry_.engine->offer({stream_, std::nullopt, monotonic_s()});
+}
+
+/// Checks the length of a line and the rate.
+std::optional<Rejection> LineReceiver::check(std::string_view line) {
+  if (line.size() > static_cast<std::size_t>(registry_.config.max_line_bytes)) return Rejection::too_long;
+  const double now_s = monotonic_s();
+  const double rate_hz = registry_.config.max_rate_hz;
+  allowance_ = std::min(rate_hz, allowance_ + rate_hz * (now_s - refilled_s_));
+  refilled_s_ = now_s;
+  if (allowance_ < 1.0) return Rejection::too_fast;
+  allowance_ -= 1.0;
+  return std::nullopt;
+}
+
+std::optional<double> LineReceiver::receive(std::string_view line) {
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  if (line.empty()) return std::nullopt;
+  std::variant<Detection, Rejection> parsed;
+  if (const std::optional<Rejection> rejection = check(line)) {
+    parsed = *rejection;
+  } else {
+    parsed = parse_detection(line);
+    // A token where none is needed is no mistake.
+    if (std::holds_alternative<Rejection>(parsed) && parse_token(line)) return std::nullopt;
+  }
+  ++registry_.lines;
+  if (const Rejection* const rejection = std::get_if<Rejection>(&parsed)) {
+    registry_.engine->reject(stream_, *rejection);
+    return std::nullopt;
+  }
+  Detection& row = std::get<Detection>(parsed);
+  const double t_s = row.t_s;
+  registry_.engine->offer({stream_, std::move(row), monotonic_s()});
+  return t_s;
+}
+
+}  // namespace sila::detail

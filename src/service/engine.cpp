@@ -1,0 +1,247 @@
+#include "engine.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <chrono>
+#include <utility>
+
+#include "lines.hpp"
+#include "live_page.hpp"
+#include "sila/io/prediction_json.hpp"
+
+namespace sila {
+namespace {
+
+/// Predictions that are made before new detections are ingested.
+constexpr std::size_t kBatchSize = 16;
+/// Fewer predictions are made faster than other threads wake up.
+constexpr std::size_t kMinParallel = 6;
+/// Pedestrians that are scored between predictions, while none and while some are due.
+constexpr std::size_t kScoredWhenIdle = 4, kScoredWhenBusy = 1;
+constexpr std::chrono::milliseconds kMaxSleep(50);
+/// Time for which the lines of one stream are ingested before the next stream has its turn.
+constexpr double kTurn_s = 0.002;
+
+}  // namespace
+
+double monotonic_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool Timer::has_passed(double now_s) {
+  if (now_s - last_s < interval_s) return false;
+  last_s = now_s;
+  return true;
+}
+
+Engine::Engine(ServiceSettings settings, LearnerThread& learner, Output output, bool stepwise)
+    : settings_(std::move(settings)), learner_(learner), output_(std::move(output)), stepwise_(stepwise) {
+  core_.online_calibration = learner_.calibration();
+  metrics_ = core_metrics(core_, learner_, settings_);
+  thread_ = std::thread([this] { run(); });
+}
+
+Engine::~Engine() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Engine::offer(StreamEvent event) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto limit = static_cast<std::size_t>(settings_.service.max_queued_lines);
+    const auto own = queue_.find(event.stream);
+    // A stream that sends little is not rejected, however much the others send.
+    if (event.detection && queued_ >= limit && own != queue_.end() && own->second.size() >= limit / queue_.size()) {
+      count_rejection(event.stream, Rejection::overloaded);
+      return;
+    }
+    queue_[event.stream].push_back(std::move(event));
+    ++queued_;
+    idle_ = false;
+  }
+  changed_.notify_all();
+}
+
+void Engine::reject(StreamId stream, Rejection rejection) {
+  const std::lock_guard lock(mutex_);
+  count_rejection(stream, rejection);
+}
+
+void Engine::count_rejection(StreamId stream, Rejection rejection) {
+  ++rejected_[{stream, rejection}];
+  ++rejected_total_[static_cast<std::size_t>(rejection)];
+}
+
+void Engine::drain() {
+  {
+    std::unique_lock lock(mutex_);
+    if (stepwise_) {
+      step_ = Step::requested;
+      idle_ = false;
+      changed_.notify_all();
+    }
+    changed_.wait(lock, [this] { return idle_ || stopping_; });
+    step_ = Step::none;
+  }
+  if (stepwise_) learner_.wait_until_idle();
+}
+
+ServiceMetrics Engine::metrics() const {
+  const std::lock_guard lock(mutex_);
+  return metrics_;
+}
+
+void Engine::run() {
+  for (bool busy = false; wait_for_work(busy);) {
+    ingest_queued();
+    bool may_predict = true;
+    if (stepwise_) {  // a step begins when all that was offered before it is ingested
+      const std::lock_guard lock(mutex_);
+      may_predict = step_ == Step::running || (step_ == Step::requested && queue_.empty());
+      if (may_predict) step_ = Step::running;
+    }
+    busy = may_predict && predict_and_score();
+    // In a stepwise run a new model must not come into use in the middle of a step.
+    const bool may_learn = !stepwise_ || (may_predict && !busy);
+    if (may_learn && !core_.finished.empty()) learner_.add(std::exchange(core_.finished, {}), core_.online_calibration);
+    report(monotonic_s());
+  }
+}
+
+/// Waits until there is something to do, at most `kMaxSleep`; false when the engine stops.
+bool Engine::wait_for_work(bool busy) {
+  std::unique_lock lock(mutex_);
+  if (!busy && queue_.empty() && step_ != Step::requested) {
+    idle_ = true;
+    changed_.notify_all();
+    changed_.wait_for(lock, kMaxSleep, [this] { return stopping_ || !queue_.empty() || step_ == Step::requested; });
+  }
+  return !stopping_;
+}
+
+std::vector<StreamId> Engine::queued_streams() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<StreamId> streams;
+  for (const auto& [stream, events] : queue_) streams.push_back(stream);
+  return streams;
+}
+
+std::optional<StreamEvent> Engine::next_event(StreamId stream) {
+  const std::lock_guard lock(mutex_);
+  const auto own = queue_.find(stream);
+  if (own == queue_.end()) return std::nullopt;
+  std::optional<StreamEvent> event = std::move(own->second.front());
+  own->second.pop_front();
+  if (own->second.empty()) queue_.erase(own);
+  --queued_;
+  return event;
+}
+
+/// Streams take turns of limited time, so that lines that are costly to ingest delay their own stream only.
+void Engine::ingest_queued() {
+  for (const StreamId stream : queued_streams()) {
+    const double until_s = monotonic_s() + kTurn_s;
+    while (const std::optional<StreamEvent> event = next_event(stream)) {
+      ingest_event(*event);
+      if (monotonic_s() >= until_s) break;
+    }
+  }
+  end_silent_streams(monotonic_s());
+}
+
+void Engine::ingest_event(const StreamEvent& event) {
+  if (!event.detection) {
+    end_stream(core_, event.stream, settings_);
+    last_arrival_s_.erase(event.stream);
+    superseded_.erase(event.stream);
+    return;
+  }
+  const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
+  last_arrival_s_[event.stream] = event.arrived_s;
+  if (result.superseded) ++superseded_[event.stream];
+  if (result.rejection) reject(event.stream, *result.rejection);
+}
+
+void Engine::end_silent_streams(double now_s) {
+  for (auto& [stream, last_s] : last_arrival_s_) {
+    if (now_s - last_s < settings_.service.silence_s) continue;
+    end_tracks(core_, stream, settings_);
+    last_s = now_s;
+  }
+}
+
+/// Makes some of the due predictions and scores a few old ones; true if there is more to do.
+bool Engine::predict_and_score() {
+  const std::vector<PredictionRequest> requests = take_due_requests(core_, kBatchSize, settings_);
+  if (!requests.empty()) send_predictions(requests);
+  const std::size_t due = due_predictions(core_);
+  score_due(core_, due == 0 ? kScoredWhenIdle : kScoredWhenBusy, settings_);
+  return due > 0 || !core_.due_scores.empty();
+}
+
+void Engine::send_predictions(const std::vector<PredictionRequest>& requests) {
+  const std::shared_ptr<const Snapshot> snapshot = learner_.snapshot();
+  std::vector<Prediction> predictions(requests.size());
+  std::vector<OutgoingLine> lines(requests.size());
+  const auto predict = [&](std::size_t i) {
+    predictions[i] = calibrated(snapshot->predictor.predict(requests[i].observed), core_.online_calibration);
+    lines[i] = {requests[i].stream, prediction_line(requests[i].track, predictions[i]), true};
+  };
+  if (requests.size() < kMinParallel) {
+    for (std::size_t i = 0; i < requests.size(); ++i) predict(i);
+  } else {
+    tbb::parallel_for(std::size_t{0}, requests.size(), predict);
+  }
+  output_.send(std::move(lines));
+  const double now_s = monotonic_s();
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    add(latency_, now_s - requests[i].arrived_s);
+    retain(core_, requests[i], predictions[i], settings_);
+  }
+}
+
+void Engine::report(double now_s) {
+  if (losses_timer_.has_passed(now_s)) report_losses();
+  if (metrics_timer_.has_passed(now_s)) update_metrics();
+  if (page_timer_.has_passed(now_s)) update_page();
+}
+
+/// Tells connections of rejected lines and superseded predictions.
+void Engine::report_losses() {
+  std::map<std::pair<StreamId, Rejection>, std::size_t> rejected;
+  {
+    const std::lock_guard lock(mutex_);
+    rejected.swap(rejected_);
+  }
+  std::vector<OutgoingLine> lines;
+  for (const auto& [key, count] : rejected) lines.push_back({key.first, rejection_line(key.second, count), false});
+  for (const auto& [stream, count] : std::exchange(superseded_, {}))
+    lines.push_back({stream, dropped_line(count, "a newer detection superseded a prediction that was due"), false});
+  if (!lines.empty()) output_.send(std::move(lines));
+}
+
+void Engine::update_metrics() {
+  ServiceMetrics metrics = core_metrics(core_, learner_, settings_);
+  metrics.latency = latency_;
+  metrics.live_pages = live_pages_;
+  const std::lock_guard lock(mutex_);
+  metrics.rejected = rejected_total_;
+  metrics.queued_lines = queued_;
+  metrics_ = std::move(metrics);
+}
+
+void Engine::update_page() {
+  const ServiceMetrics now = metrics();
+  const int before = std::exchange(shown_episodes_, now.model_episodes);
+  if (live_pages_ == 0) return;
+  if (now.model_episodes != before) output_.show(model_message(learner_.snapshot()->model));
+  output_.show(metrics_message(now));
+  output_.show(frame_message(core_));
+}
+
+}  // namespace sila

@@ -1,0 +1,184 @@
+#include "sila/service/learner_thread.hpp"
+
+#include <sys/resource.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <iterator>
+#include <utility>
+
+namespace sila {
+namespace {
+
+/// Priority of learning below that of predictions.
+constexpr int kNiceness = 10;
+
+constexpr std::chrono::seconds kReloadInterval(1);
+
+/// On Linux a priority belongs to a thread; elsewhere it would slow down the whole process.
+void lower_priority() {
+#ifdef __linux__
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+#endif
+}
+
+/// An empty model takes the sample interval of the configuration.
+Model ready_to_predict(Model model, const EpisodeConfig& config) {
+  if (model.episodes == 0) model.settings.sample_interval_s = config.sampling.interval_s;
+  return model;
+}
+
+}  // namespace
+
+LearnerThread::LearnerThread(Model start, OnlineCalibration calibration, const EpisodeConfig& episode,
+                             const ServiceConfig& service, Storage storage)
+    : episode_(episode),
+      service_(service),
+      update_(sila_update(episode)),
+      storage_(std::move(storage)),
+      calibration_(std::move(calibration)),
+      snapshot_(std::make_shared<const Snapshot>(ready_to_predict(std::move(start), episode), episode.predict)),
+      thread_([this] { run(); }) {}
+
+LearnerThread::~LearnerThread() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+std::shared_ptr<const Snapshot> LearnerThread::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+LearnerStatus LearnerThread::status() const {
+  const std::lock_guard lock(mutex_);
+  LearnerStatus status = status_;
+  status.waiting_tracks = waiting_.size();
+  return status;
+}
+
+OnlineCalibration LearnerThread::calibration() const {
+  const std::lock_guard lock(mutex_);
+  return calibration_;
+}
+
+void LearnerThread::add(std::vector<FramedTrajectory> tracks, OnlineCalibration calibration) {
+  {
+    const std::lock_guard lock(mutex_);
+    calibration_ = std::move(calibration);
+    for (FramedTrajectory& track : tracks) waiting_.push_back(std::move(track));
+    for (; waiting_.size() > static_cast<std::size_t>(service_.max_waiting_tracks); waiting_.pop_front())
+      ++status_.discarded_tracks;
+  }
+  changed_.notify_all();
+}
+
+void LearnerThread::wait_until_idle() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return (!has_batch() && !status_.learning) || stopping_; });
+}
+
+void LearnerThread::drain() {
+  {
+    const std::lock_guard lock(mutex_);
+    draining_ = true;
+  }
+  changed_.notify_all();
+  wait_until_idle();
+  const std::lock_guard lock(mutex_);
+  draining_ = false;
+}
+
+bool LearnerThread::has_batch() const {
+  return waiting_.size() >= static_cast<std::size_t>(service_.batch) || (draining_ && !waiting_.empty());
+}
+
+void LearnerThread::run() {
+  lower_priority();
+  tbb::task_arena arena(std::max(1, tbb::this_task_arena::max_concurrency() - 1));
+  std::unique_lock lock(mutex_);
+  while (true) {
+    const bool ready = changed_.wait_for(lock, kReloadInterval, [this] { return stopping_ || has_batch(); });
+    if (stopping_) return;
+    std::vector<FramedTrajectory> batch;
+    if (ready) {
+      const std::size_t count = std::min(waiting_.size(), static_cast<std::size_t>(service_.batch));
+      const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(count);
+      batch.assign(std::make_move_iterator(waiting_.begin()), std::make_move_iterator(end));
+      waiting_.erase(waiting_.begin(), end);
+    }
+    status_.learning = ready;
+    lock.unlock();
+    arena.execute([&] {
+      reload_if_changed();
+      if (ready) learn_batch(batch);
+    });
+    lock.lock();
+    status_.learning = false;
+    changed_.notify_all();
+  }
+}
+
+void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
+  try {
+    std::optional<Episode> episode = learn_and_commit(batch);
+    if (!episode) {
+      const std::lock_guard lock(mutex_);
+      ++status_.known_episodes;
+      return;
+    }
+    auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict, *snapshot());
+    const std::lock_guard lock(mutex_);
+    snapshot_ = std::move(next);
+    ++status_.episodes;
+    status_.learnt_tracks += batch.size();
+    status_.last_episode_s = episode->report.seconds;
+  } catch (const std::exception& error) {  // a bad batch or a full disk must not end predictions
+    const std::lock_guard lock(mutex_);
+    ++status_.failed_episodes;
+    status_.discarded_tracks += batch.size();
+    status_.last_error = error.what();
+  }
+}
+
+/// The stored episode; none if the model knows the batch, as when a recording is played again.
+std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedTrajectory>& batch) {
+  while (true) {
+    const std::shared_ptr<const Snapshot> previous = snapshot();
+    Episode episode = run_episode(previous->model, batch, episode_, update_, &previous->predictor);
+    if (episode.report.known) return std::nullopt;
+    try {
+      storage_.commit(previous->model, episode, calibration());
+      return episode;
+    } catch (const std::exception&) {
+      if (!reload_if_changed()) throw;
+    }
+  }
+}
+
+/// True if there was a changed model.
+bool LearnerThread::reload_if_changed() {
+  if (!storage_.reload) return false;
+  std::shared_ptr<const Snapshot> next;
+  try {
+    std::optional<Model> model = storage_.reload();
+    if (!model) return false;
+    next = std::make_shared<const Snapshot>(ready_to_predict(std::move(*model), episode_), episode_.predict);
+  } catch (const std::exception& error) {  // a damaged file: the next commit fails with the same message
+    const std::lock_guard lock(mutex_);
+    status_.last_error = error.what();
+    return false;
+  }
+  const std::lock_guard lock(mutex_);
+  snapshot_ = std::move(next);
+  ++status_.reloads;
+  return true;
+}
+
+}  // namespace sila

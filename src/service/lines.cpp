@@ -1,0 +1,69 @@
+#include "lines.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "sila/io/track_files.hpp"
+
+namespace sila {
+
+std::variant<Detection, Rejection> parse_detection(std::string_view line) {
+  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  if (!object.is_object()) return Rejection::not_json;
+  std::optional<Detection> row = detection_of(object);
+  if (!row) return Rejection::not_a_detection;
+  return *std::move(row);
+}
+
+std::optional<std::string> parse_token(std::string_view line) {
+  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  if (!object.is_object()) return std::nullopt;
+  const auto token = object.find("token");
+  if (token == object.end() || !token->is_string()) return std::nullopt;
+  return token->get<std::string>();
+}
+
+std::string rejection_line(Rejection rejection, std::size_t count) {
+  const RejectionText& text = text_of(rejection);
+  return nlohmann::ordered_json{{"rejected", text.name}, {"count", count}, {"why", text.text}}.dump();
+}
+
+std::string dropped_line(std::size_t count, std::string_view why) {
+  return nlohmann::ordered_json{{"dropped", count}, {"why", why}}.dump();
+}
+
+bool same_token(std::string_view a, std::string_view b) {
+  unsigned different = a.size() == b.size() ? 0U : 1U;
+  for (std::size_t i = 0; i < b.size(); ++i)
+    different |=
+        static_cast<unsigned>(static_cast<unsigned char>(i < a.size() ? a[i] : 0) ^ static_cast<unsigned char>(b[i]));
+  return different == 0;
+}
+
+void LineBuffer::append(std::string_view bytes) {
+  bytes_.erase(0, std::exchange(begin_, 0));
+  bytes_.append(bytes);
+}
+
+std::optional<std::string> LineBuffer::next() {
+  for (std::size_t end = 0; (end = bytes_.find('\n', begin_)) != std::string::npos;) {
+    const std::size_t begin = std::exchange(begin_, end + 1);
+    if (!std::exchange(skipping_, false)) return bytes_.substr(begin, end - begin);
+  }
+  if (bytes_.size() - begin_ <= max_bytes_) return std::nullopt;
+  std::string cut = bytes_.substr(begin_, max_bytes_ + 1);
+  bytes_.clear();
+  begin_ = 0;
+  if (std::exchange(skipping_, true)) return std::nullopt;
+  return cut;
+}
+
+std::optional<std::string> LineBuffer::last() {
+  std::string rest = bytes_.substr(begin_);
+  bytes_.clear();
+  begin_ = 0;
+  if (rest.empty() || std::exchange(skipping_, false)) return std::nullopt;
+  return rest;
+}
+
+}  // namespace sila

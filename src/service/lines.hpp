@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "sila/core/detections.hpp"
+#include "sila/service/rejection.hpp"
+
+namespace sila {
+
+/// A line of a stream: `{"t": 12.4, "id": "17", "x": 3.1, "y": 0.4}`, seconds and metres. `id` may be a whole number,
+/// `label` is optional, other keys are ignored.
+std::variant<Detection, Rejection> parse_detection(std::string_view line);
+
+/// The token of a line `{"token": "..."}`.
+std::optional<std::string> parse_token(std::string_view line);
+
+/// Tells a connection of rejected lines: `{"rejected": "late", "count": 12, "why": "..."}`.
+std::string rejection_line(Rejection rejection, std::size_t count);
+
+/// Tells a connection of predictions that will not come: `{"dropped": 12, "why": "..."}`.
+std::string dropped_line(std::size_t count, std::string_view why);
+
+/// Compares tokens in a time that does not depend on where they differ.
+bool same_token(std::string_view a, std::string_view b);
+
+/// Cuts the bytes that a connection reads into lines. A line over `max_bytes` comes once, cut off, so that it can be
+/// rejected; the rest of it is skipped.
+class LineBuffer {
+ public:
+  explicit LineBuffer(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+
+  void append(std::string_view bytes);
+  /// The next line without its end; none until more bytes come.
+  std::optional<std::string> next();
+  /// The last line of the input, which may have no end; none if there is nothing left.
+  std::optional<std::string> last();
+
+ private:
+  std::size_t max_bytes_;
+  std::string bytes_;
+  std::size_t begin_ = 0;
+  bool skipping_ = false;
+};
+
+}  // namespace sila

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "sila/io/scene.hpp"
+#include "sila/service/stream.hpp"
+
+namespace sila {
+
+// The live page and the JSON messages that it receives (docs/service.md); `metrics_message` is another one.
+
+/// The HTML of the page, which loads nothing else.
+std::string live_page();
+
+/// The scene and the model: the first message.
+std::string hello_message(const Scene& scene, const Model& model);
+
+/// The model after an episode.
+std::string model_message(const Model& model);
+
+/// The pedestrians with open tracks, their last seconds and their predictions.
+std::string frame_message(const StreamCore& core);
+
+}  // namespace sila

@@ -1,0 +1,83 @@
+#include "sila/service/online_calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace sila {
+namespace {
+
+/// Limit of the factor on a level, e^4: the regions of pedestrians who stand cover every outcome.
+constexpr double kMaxLogFactor = 4.0;
+
+double log_factor(const OnlineCalibration& online_calibration, double time_s, std::size_t probability) {
+  const std::vector<double>& horizons = online_calibration.horizons_s;
+  const auto above = std::lower_bound(horizons.begin(), horizons.end(), time_s);
+  if (above == horizons.begin()) return online_calibration.log_factors.front()[probability];
+  if (above == horizons.end()) return online_calibration.log_factors.back()[probability];
+  const auto upper = static_cast<std::size_t>(above - horizons.begin());
+  const double share = (time_s - horizons[upper - 1]) / (horizons[upper] - horizons[upper - 1]);
+  return (1.0 - share) * online_calibration.log_factors[upper - 1][probability] +
+         share * online_calibration.log_factors[upper][probability];
+}
+
+bool is_row(const nlohmann::json& row) {
+  return row.is_array() && row.size() == kRegionProbabilities.size() &&
+         std::all_of(row.begin(), row.end(), [](const nlohmann::json& value) { return value.is_number(); });
+}
+
+}  // namespace
+
+Prediction calibrated(Prediction prediction, const OnlineCalibration& online_calibration) {
+  if (online_calibration.horizons_s.empty()) return prediction;
+  for (std::size_t p = 0; p < prediction.regions.size(); ++p) {
+    std::vector<double>& levels = prediction.regions[p].levels;
+    for (std::size_t j = 0; j < levels.size(); ++j) {
+      levels[j] *= std::exp(log_factor(online_calibration, prediction.times_s[j], p));
+      if (p > 0) levels[j] = std::max(levels[j], prediction.regions[p - 1].levels[j]);
+    }
+  }
+  return prediction;
+}
+
+OnlineCalibration fitted(OnlineCalibration online_calibration, const PedestrianScore& pedestrian,
+                         const std::vector<double>& horizons_s, double step) {
+  if (online_calibration.horizons_s != horizons_s) online_calibration = {horizons_s, {}};
+  online_calibration.log_factors.resize(horizons_s.size());
+  for (std::size_t h = 0; h < std::min(horizons_s.size(), pedestrian.all.size()); ++h) {
+    const HorizonSums& sums = pedestrian.all[h];
+    if (sums.with_regions == 0) continue;
+    for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
+      const double share = sums.covered[p] / static_cast<double>(sums.with_regions);
+      double& factor = online_calibration.log_factors[h][p];
+      factor = std::clamp(factor + step * (kRegionProbabilities[p] - share), -kMaxLogFactor, kMaxLogFactor);
+    }
+  }
+  return online_calibration;
+}
+
+std::string with_calibration(const std::string& statistics, const OnlineCalibration& online_calibration) {
+  nlohmann::ordered_json object = nlohmann::ordered_json::parse(statistics);
+  object["online_calibration"] = {{"horizons_s", online_calibration.horizons_s},
+                                  {"log_factors", online_calibration.log_factors}};
+  return object.dump();
+}
+
+OnlineCalibration calibration_in(const std::string& statistics) {
+  const nlohmann::json object = nlohmann::json::parse(statistics, nullptr, false);
+  if (!object.is_object() || !object.contains("online_calibration")) return {};
+  const nlohmann::json& kept = object["online_calibration"];
+  if (!kept.is_object() || !kept.contains("horizons_s") || !kept.contains("log_factors")) return {};
+  const nlohmann::json& horizons = kept["horizons_s"];
+  const nlohmann::json& rows = kept["log_factors"];
+  if (!horizons.is_array() || !rows.is_array() || rows.size() != horizons.size()) return {};
+  OnlineCalibration online_calibration;
+  for (std::size_t h = 0; h < rows.size(); ++h) {
+    if (!horizons[h].is_number() || !is_row(rows[h])) return {};
+    online_calibration.horizons_s.push_back(horizons[h].get<double>());
+    online_calibration.log_factors.push_back(rows[h].get<std::array<double, kRegionProbabilities.size()>>());
+  }
+  return online_calibration;
+}
+
+}  // namespace sila

@@ -1,0 +1,249 @@
+#include "sila/service/server.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <csignal>
+#include <optional>
+#include <stdexcept>
+
+#include "address.hpp"
+#include "connection.hpp"
+#include "live_page.hpp"
+#include "socket_connection.hpp"
+#include "standard_io.hpp"
+#include "web_session.hpp"
+
+namespace sila {
+namespace {
+
+using boost::asio::ip::tcp;
+using Local = boost::asio::local::stream_protocol;
+
+void require_private(const std::string& option, const detail::Address& address, const std::string& token) {
+  if (detail::is_loopback(address) || !token.empty()) return;
+  throw std::invalid_argument("serve: " + option + " = " + address.host + ":" + std::to_string(address.port) +
+                              " can be reached from other machines, which needs a token");
+}
+
+std::runtime_error cannot_listen(const std::string& where, const std::string& why) {
+  return std::runtime_error("serve: cannot listen at " + where + ": " + why);
+}
+
+tcp::acceptor listen_at(boost::asio::io_context& context, const detail::Address& address) {
+  try {
+    return {context, tcp::endpoint(boost::asio::ip::make_address(address.host), address.port)};
+  } catch (const boost::system::system_error& error) {
+    throw cannot_listen(address.host + ":" + std::to_string(address.port), error.code().message());
+  }
+}
+
+/// Removes a socket file that no process listens at; it would be in the way of a new one.
+void remove_stale_socket(boost::asio::io_context& context, const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return;
+  Local::socket probe(context);
+  boost::system::error_code error;
+  probe.connect(Local::endpoint(path), error);
+  if (!error) throw cannot_listen(path, "another process listens there");
+  unlink(path.c_str());
+}
+
+/// The socket is for its owner alone.
+Local::acceptor listen_at(boost::asio::io_context& context, const std::string& path) {
+  remove_stale_socket(context, path);
+  const mode_t before = umask(0077);
+  try {
+    Local::acceptor acceptor(context, Local::endpoint(path));
+    umask(before);
+    return acceptor;
+  } catch (const boost::system::system_error& error) {
+    umask(before);
+    throw cannot_listen(path, error.code().message());
+  }
+}
+
+std::string text_of(const tcp::acceptor& acceptor) {
+  const tcp::endpoint end = acceptor.local_endpoint();
+  const std::string host = end.address().to_string();
+  return (end.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(end.port());
+}
+
+/// Sends the reason and closes the socket.
+template <class Socket>
+void turn_away(Socket socket) {
+  auto held = std::make_shared<Socket>(std::move(socket));
+  auto text = std::make_shared<std::string>(rejection_line(Rejection::too_many_connections, 1) + "\n");
+  boost::asio::async_write(*held, boost::asio::buffer(*text),
+                           [held, text](const boost::system::error_code&, std::size_t) {});
+}
+
+template <class Acceptor, class Start>
+void accept_all(detail::ConnectionRegistry& registry, Acceptor& acceptor, Start start) {
+  acceptor.async_accept([&registry, &acceptor, start](const boost::system::error_code& error, auto socket) {
+    if (!acceptor.is_open()) return;
+    if (!error && registry.open < static_cast<std::size_t>(registry.config.max_connections)) {
+      start(std::move(socket));
+    } else if (!error) {
+      registry.engine->reject(0, Rejection::too_many_connections);
+      turn_away(std::move(socket));
+    }
+    accept_all(registry, acceptor, start);
+  });
+}
+
+}  // namespace
+
+struct Server::State {
+  detail::ConnectionRegistry registry;
+  std::optional<tcp::acceptor> http, lines;
+  std::optional<Local::acceptor> local;
+  boost::asio::signal_set signals{registry.context, SIGINT, SIGTERM};
+  std::shared_ptr<detail::StandardIo> standard;
+  bool input_ended = false;
+  std::unique_ptr<Engine> engine;
+
+  ServiceMetrics metrics() const;
+  void listen_http(const std::function<void(const std::string&)>& announce);
+  void listen_tcp(const std::function<void(const std::string&)>& announce);
+  void listen_unix(const std::function<void(const std::string&)>& announce);
+  void send(std::vector<OutgoingLine> outgoing);
+  void show(std::string message);
+  void close();
+};
+
+ServiceMetrics Server::State::metrics() const {
+  ServiceMetrics metrics = engine->metrics();
+  metrics.lines = registry.lines;
+  metrics.slow_reader_dropped = registry.slow_reader_dropped;
+  metrics.connections = registry.open;
+  return metrics;
+}
+
+void Server::State::listen_http(const std::function<void(const std::string&)>& announce) {
+  const detail::Address address = detail::parse_address("--http", registry.options.http);
+  require_private("--http", address, registry.options.token);
+  http.emplace(listen_at(registry.context, address));
+  accept_all(registry, *http, [this](tcp::socket socket) { detail::serve_web(registry, std::move(socket)); });
+  announce("page and metrics at http://" + text_of(*http) + "/, WebSocket at ws://" + text_of(*http) + "/stream");
+}
+
+void Server::State::listen_tcp(const std::function<void(const std::string&)>& announce) {
+  const detail::Address address = detail::parse_address("--tcp", registry.options.tcp);
+  require_private("--tcp", address, registry.options.token);
+  lines.emplace(listen_at(registry.context, address));
+  accept_all(registry, *lines, [this](tcp::socket socket) {
+    boost::system::error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    socket.set_option(boost::asio::socket_base::keep_alive(true), ignored);
+    std::make_shared<detail::SocketConnection<tcp::socket>>(registry, std::move(socket))->start();
+  });
+  announce("lines at tcp:" + text_of(*lines));
+}
+
+void Server::State::listen_unix(const std::function<void(const std::string&)>& announce) {
+  local.emplace(listen_at(registry.context, registry.options.unix_path));
+  accept_all(registry, *local, [this](Local::socket socket) {
+    std::make_shared<detail::SocketConnection<Local::socket>>(registry, std::move(socket))->start();
+  });
+  announce("lines at unix:" + registry.options.unix_path);
+}
+
+void Server::State::send(std::vector<OutgoingLine> outgoing) {
+  boost::asio::post(registry.context, [this, outgoing = std::move(outgoing)]() mutable {
+    for (OutgoingLine& line : outgoing) {
+      const auto found = registry.streams.find(line.stream);
+      if (found == registry.streams.end()) continue;
+      if (const auto connection = found->second.lock()) connection->send(std::move(line.text), line.droppable);
+    }
+  });
+}
+
+void Server::State::show(std::string message) {
+  boost::asio::post(registry.context, [this, message = std::move(message)] {
+    for (const auto& [id, page] : registry.live_pages) {
+      if (const auto connection = page.lock()) connection->send(message, true);
+    }
+  });
+}
+
+void Server::State::close() {
+  boost::system::error_code ignored;
+  if (http) http->close(ignored);
+  if (lines) lines->close(ignored);
+  if (local) {
+    local->close(ignored);
+    unlink(registry.options.unix_path.c_str());
+  }
+  for (const auto* all : {&registry.streams, &registry.live_pages}) {
+    for (const auto& [id, weak] : *all) {
+      if (const auto connection = weak.lock()) connection->close();
+    }
+  }
+  registry.context.stop();
+}
+
+Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings settings, LearnerThread& learner,
+               std::function<void(const std::string&)> announce)
+    : state_(std::make_unique<State>()) {
+  State& state = *state_;
+  validate_fields("service", settings.service);
+  state.registry.options = options;
+  state.registry.config = settings.service;
+  state.engine = std::make_unique<Engine>(
+      std::move(settings), learner,
+      Engine::Output{[&state](std::vector<OutgoingLine> lines) { state.send(std::move(lines)); },
+                     [&state](std::string message) { state.show(std::move(message)); }},
+      options.standard_input && options.wait);
+  state.registry.engine = state.engine.get();
+  state.registry.metrics = [&state] { return state.metrics(); };
+  state.registry.hello = [scene, &learner] { return hello_message(scene, learner.snapshot()->model); };
+  if (!options.http.empty()) state.listen_http(announce);
+  if (!options.tcp.empty()) state.listen_tcp(announce);
+  if (!options.unix_path.empty()) state.listen_unix(announce);
+  state.signals.async_wait([&state](const boost::system::error_code& error, int) {
+    if (!error) state.close();
+  });
+  if (!options.standard_input) return;
+  state.standard = std::make_shared<detail::StandardIo>(state.registry, [&state] {
+    boost::asio::post(state.registry.context, [&state] {
+      state.input_ended = true;
+      state.close();
+    });
+  });
+}
+
+Server::~Server() {
+  state_->standard.reset();
+  state_->registry.engine = nullptr;
+  state_->engine.reset();
+}
+
+bool Server::run() {
+  if (state_->standard) state_->standard->start();
+  const auto work = boost::asio::make_work_guard(state_->registry.context);
+  state_->registry.context.run();
+  return state_->input_ended;
+}
+
+void Server::stop() {
+  boost::asio::post(state_->registry.context, [this] { state_->close(); });
+}
+
+unsigned Server::http_port() const {
+  return state_->http ? state_->http->local_endpoint().port() : 0U;
+}
+
+unsigned Server::tcp_port() const {
+  return state_->lines ? state_->lines->local_endpoint().port() : 0U;
+}
+
+ServiceMetrics Server::metrics() const {
+  return state_->metrics();
+}
+
+}  // namespace sila

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "connection.hpp"
+#include "lines.hpp"
+#include "send_queue.hpp"
+
+namespace sila::detail {
+
+/// Lines from standard input, predictions to standard output. It has threads of its own, since files and terminals
+/// cannot be read asynchronously.
+class StandardIo : public Connection, public std::enable_shared_from_this<StandardIo> {
+ public:
+  /// With `options.wait` the next time stamp is read when the last one is answered and written. `ended` is called at
+  /// the end of the input, when everything is written.
+  StandardIo(ConnectionRegistry& registry, std::function<void()> ended);
+  ~StandardIo() override;
+
+  void start();
+  void send(std::string line, bool droppable) override;
+  void close() override;
+
+ private:
+  void read();
+  void read_lines();
+  void receive(LineReceiver& receiver, const std::string& line);
+  void write();
+  void drain();
+
+  ConnectionRegistry& registry_;
+  StreamId id_;
+  std::function<void()> ended_;
+  LineBuffer lines_;
+  std::optional<double> last_s_;  ///< time of the last detection
+  std::mutex mutex_;              // guards the queue and the flags of writing
+  std::condition_variable changed_;
+  SendQueue queue_;
+  bool writing_ = false, closing_ = false;
+  std::atomic<bool> stopping_ = false;
+  std::thread reader_, writer_;
+};
+
+}  // namespace sila::detail

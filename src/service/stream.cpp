@@ -1,0 +1,243 @@
+#include "sila/service/stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "clock.hpp"
+#include "open_track.hpp"
+#include "sila/core/steps.hpp"
+
+namespace sila {
+namespace {
+
+/// Interval at which the ends of tracks are checked, on the clock of the stream.
+constexpr double kCheckInterval_s = 0.25;
+
+/// The score of a prediction on a path that has its future; none if the path does not, or has no sample at t0.
+std::optional<WindowScore> score_of(const PendingScore& pending, const Trajectory& path,
+                                    const ServiceSettings& settings) {
+  const double t0_s = pending.prediction.t0_s;
+  const auto last = std::lower_bound(path.times_s.begin(), path.times_s.end(), t0_s);
+  if (last == path.times_s.end() || *last != t0_s) return std::nullopt;
+  const double horizon_s = settings.episode.predict.horizon_s;
+  const auto steps = static_cast<std::size_t>(steps_in(horizon_s, settings.episode.sampling.interval_s));
+  if (t0_s + horizon_s > path.times_s.back() + 1e-3) return std::nullopt;
+  const auto index = static_cast<std::size_t>(last - path.times_s.begin());
+  Window window{pending.observed, past(path, index, settings.episode.predict.observe_s, settings.episode.sampling),
+                future(path, index, steps, settings.episode.sampling)};
+  if (window.future_m.size() < steps) return std::nullopt;
+  const auto references = fit_references({}, steps, settings.episode.sampling.interval_s);
+  return score_window(pending.prediction, window, std::span(references).first(1), settings.episode, settings.evaluate);
+}
+
+void add_score(StreamCore& core, Pedestrian& pedestrian, const PendingScore& pending,
+               const std::optional<WindowScore>& score) {
+  --core.counters.pending_scores;
+  ++(score ? core.counters.scored : core.counters.unscorable);
+  if (!score) return;
+  add(pedestrian.score, *score, !pending.prediction.regions.empty());
+  if (core.keep_windows) core.windows.push_back(*score);
+}
+
+/// Whether the future of a prediction is complete on the path and no late detection can change it.
+bool is_final(const PendingScore& pending, const Trajectory& path, const ServiceSettings& settings) {
+  const double t0_s = pending.prediction.t0_s;
+  return !path.times_s.empty() && t0_s >= path.times_s.front() &&
+         t0_s + settings.episode.predict.horizon_s + settings.service.late_s <= path.times_s.back();
+}
+
+void queue_score(StreamCore& core, StreamId id, const std::string& track, Pedestrian& pedestrian,
+                 const ServiceSettings& settings) {
+  if (pedestrian.score_queued || pedestrian.pending.empty()) return;
+  if (!is_final(pedestrian.pending.front(), pedestrian.track.path, settings)) return;
+  pedestrian.score_queued = true;
+  core.due_scores.emplace_back(id, track);
+}
+
+void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {
+  if (pedestrian.queued) ++core.counters.superseded;
+  std::vector<Trajectory> trajectories = trajectories_of(pedestrian.track, settings.clean);
+  for (const PendingScore& pending : pedestrian.pending) {
+    std::optional<WindowScore> score;
+    for (const Trajectory& path : trajectories) {
+      if (!score && path.times_s.front() <= pending.prediction.t0_s) score = score_of(pending, path, settings);
+    }
+    add_score(core, pedestrian, pending, score);
+  }
+  core.online_calibration =
+      fitted(std::move(core.online_calibration), pedestrian.score, horizons_until(settings.episode.predict.horizon_s),
+             settings.service.calibration_step);
+  add(core.scores, std::move(pedestrian.score), settings.service);
+  ++core.counters.tracks;
+  for (Trajectory& path : trajectories) {
+    const CurbFrame frame = settings.frame_for(path);
+    core.finished.push_back({std::move(path), frame});
+  }
+}
+
+/// Ends the tracks that have paused for longer than a gap may last, beyond any late detection.
+void end_overdue(StreamCore& core, Stream& stream, const ServiceSettings& settings) {
+  const double now_s = *stream.clock.now_s;
+  if (std::abs(now_s - stream.checked_s) < kCheckInterval_s) return;
+  stream.checked_s = now_s;
+  for (auto entry = stream.pedestrians.begin(); entry != stream.pedestrians.end();) {
+    Pedestrian& pedestrian = entry->second;
+    const bool ended = now_s > pedestrian.track.latest_s + settings.clean.max_gap_s + settings.service.late_s;
+    if (ended) end_pedestrian(core, pedestrian, settings);
+    entry = ended ? stream.pedestrians.erase(entry) : std::next(entry);
+  }
+}
+
+/// Makes a prediction due at this detection, the end of the path. True if an older one was due and is superseded; the
+/// pedestrian keeps its place in the queue.
+bool queue_prediction(StreamCore& core, Stream& stream, const Detection& row, Pedestrian& pedestrian, double arrived_s,
+                      const ServiceSettings& settings) {
+  const auto next_s = next_due_s(pedestrian.due_s, row.t_s, settings.service.stride_s);
+  if (!next_s) {
+    ++core.counters.not_due;
+    return false;
+  }
+  pedestrian.due_s = *next_s;
+  pedestrian.arrived_s = arrived_s;
+  const bool superseded = std::exchange(pedestrian.queued, true);
+  if (superseded)
+    ++core.counters.superseded;
+  else
+    stream.due.push_back(row.track);
+  return superseded;
+}
+
+Pedestrian* find_pedestrian(StreamCore& core, StreamId id, const std::string& track) {
+  const auto stream = core.streams.find(id);
+  if (stream == core.streams.end()) return nullptr;
+  const auto found = stream->second.pedestrians.find(track);
+  return found == stream->second.pedestrians.end() ? nullptr : &found->second;
+}
+
+/// The pedestrian of a detection, new if there was none; null if service.max_ids tracks are open.
+Pedestrian* pedestrian_of(StreamCore& core, Stream& stream, const Detection& row, const ServiceSettings& settings) {
+  auto found = stream.pedestrians.find(row.track);
+  if (found != stream.pedestrians.end() &&
+      found->second.track.rows.size() >= static_cast<std::size_t>(settings.service.max_track_samples)) {
+    end_pedestrian(core, found->second, settings);
+    stream.pedestrians.erase(found);
+    found = stream.pedestrians.end();
+  }
+  if (found == stream.pedestrians.end()) {
+    if (stream.pedestrians.size() >= static_cast<std::size_t>(settings.service.max_ids)) return nullptr;
+    found = stream.pedestrians.try_emplace(row.track).first;
+  }
+  return &found->second;
+}
+
+/// The first stream after the last served one, in a circle, that has a due prediction; null if there is none.
+std::pair<const StreamId, Stream>* next_stream(StreamCore& core) {
+  const auto has_due = [](const auto& stream) { return !stream.second.due.empty(); };
+  const auto after = core.streams.upper_bound(core.last_served);
+  auto next = std::find_if(after, core.streams.end(), has_due);
+  if (next != core.streams.end()) return &*next;
+  next = std::find_if(core.streams.begin(), after, has_due);
+  return next == after ? nullptr : &*next;
+}
+
+}  // namespace
+
+IngestResult ingest(StreamCore& core, StreamId id, const Detection& row, double arrived_s,
+                    const ServiceSettings& settings) {
+  if (!is_usable(row, settings.clean)) return {Rejection::not_usable, false};
+  Stream& stream = core.streams[id];
+  const ClockReading reading = read_stamp(stream.clock, row.t_s, !stream.pedestrians.empty(), settings.service);
+  stream.clock = reading.clock;
+  if (reading.rejection) return {reading.rejection, false};
+  if (reading.reset) {
+    ++core.counters.clock_resets;
+    end_tracks(core, id, settings);
+  }
+  end_overdue(core, stream, settings);
+  Pedestrian* const pedestrian = pedestrian_of(core, stream, row, settings);
+  if (pedestrian == nullptr) return {Rejection::too_many_ids, false};
+  ++core.counters.detections;
+  const Trajectory& path = pedestrian->track.path;
+  const auto start = [&] { return path.times_s.empty() ? std::nullopt : std::optional(path.times_s.front()); };
+  const std::optional<double> before_s = start();
+  if (!extend(pedestrian->track, row, settings.clean)) {
+    ++core.counters.not_due;
+    return {};
+  }
+  if (before_s != start()) pedestrian->due_s = *start() + settings.episode.predict.observe_s;
+  queue_score(core, id, row.track, *pedestrian, settings);
+  return {std::nullopt, queue_prediction(core, stream, row, *pedestrian, arrived_s, settings)};
+}
+
+std::size_t due_predictions(const StreamCore& core) {
+  std::size_t count = 0;
+  for (const auto& [id, stream] : core.streams) count += stream.due.size();
+  return count;
+}
+
+std::vector<PredictionRequest> take_due_requests(StreamCore& core, std::size_t count, const ServiceSettings& settings) {
+  std::vector<PredictionRequest> requests;
+  while (requests.size() < count) {
+    auto* const next = next_stream(core);
+    if (next == nullptr) break;
+    auto& [id, stream] = *next;
+    core.last_served = id;
+    const std::string track = std::move(stream.due.front());
+    stream.due.pop_front();
+    Pedestrian* const pedestrian = find_pedestrian(core, id, track);
+    if (pedestrian == nullptr || !std::exchange(pedestrian->queued, false)) continue;
+    const Trajectory& path = pedestrian->track.path;
+    if (path.times_s.empty()) {  // a later row contradicts the one that made the prediction due
+      ++core.counters.superseded;
+      continue;
+    }
+    ++core.counters.predictions;
+    requests.push_back({id, track, pedestrian->arrived_s,
+                        observe(path, path.times_s.size() - 1, settings.frame_for(path),
+                                settings.episode.predict.observe_s, settings.episode.sampling)});
+  }
+  return requests;
+}
+
+void retain(StreamCore& core, const PredictionRequest& request, const Prediction& prediction,
+            const ServiceSettings& settings) {
+  Pedestrian* const pedestrian = find_pedestrian(core, request.stream, request.track);
+  const auto limit = static_cast<std::uint64_t>(settings.service.max_pending_scores);
+  if (pedestrian == nullptr || core.counters.pending_scores >= limit) {
+    ++core.counters.not_retained;
+    return;
+  }
+  ++core.counters.pending_scores;
+  pedestrian->pending.push_back({prediction, request.observed});
+}
+
+void score_due(StreamCore& core, std::size_t count, const ServiceSettings& settings) {
+  for (std::size_t k = 0; k < count && !core.due_scores.empty(); ++k) {
+    const auto [id, track] = std::move(core.due_scores.front());
+    core.due_scores.pop_front();
+    Pedestrian* const pedestrian = find_pedestrian(core, id, track);
+    if (pedestrian == nullptr || !std::exchange(pedestrian->score_queued, false)) continue;
+    const Trajectory& path = pedestrian->track.path;
+    while (!pedestrian->pending.empty() && is_final(pedestrian->pending.front(), path, settings)) {
+      const PendingScore& pending = pedestrian->pending.front();
+      add_score(core, *pedestrian, pending, score_of(pending, path, settings));
+      pedestrian->pending.pop_front();
+    }
+  }
+}
+
+void end_tracks(StreamCore& core, StreamId id, const ServiceSettings& settings) {
+  const auto stream = core.streams.find(id);
+  if (stream == core.streams.end()) return;
+  for (auto& [track, pedestrian] : stream->second.pedestrians) end_pedestrian(core, pedestrian, settings);
+  stream->second.pedestrians.clear();
+}
+
+void end_stream(StreamCore& core, StreamId id, const ServiceSettings& settings) {
+  end_tracks(core, id, settings);
+  core.streams.erase(id);
+}
+
+}  // namespace sila

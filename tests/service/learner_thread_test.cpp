@@ -1,0 +1,178 @@
+#include "sila/service/learner_thread.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "service/streams.hpp"
+#include "sila/train/training.hpp"
+
+namespace sila {
+namespace {
+
+using testing::corner_walks;
+
+ServiceConfig small_batches(int batch) {
+  ServiceConfig config;
+  config.batch = batch;
+  return config;
+}
+
+/// A learner with an empty model.
+LearnerThread started(const ServiceConfig& config, std::function<void(const Episode&)> commit,
+                      std::function<std::optional<Model>()> reload = {}) {
+  return {Model{},
+          {},
+          EpisodeConfig{},
+          config,
+          {[commit = std::move(commit)](const Model&, const Episode& episode, const OnlineCalibration&) {
+             commit(episode);
+           },
+           std::move(reload)}};
+}
+
+TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
+  const std::vector<FramedTrajectory> tracks = corner_walks(25, 5);
+  const EpisodeConfig config;
+  std::vector<int> committed;
+  OnlineCalibration stored;
+  LearnerThread learner(Model{}, {}, config, small_batches(10),
+                        {[&](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
+                           EXPECT_EQ(episode.model.episodes, previous.episodes + 1);
+                           committed.push_back(episode.model.episodes);
+                           stored = calibration;
+                         },
+                         {}});
+  const auto before = learner.snapshot();
+  learner.add(tracks, {{1.0}, {{0.1, 0.2, 0.3, 0.4}}});
+  learner.drain();
+  EXPECT_EQ(committed, (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(stored.horizons_s, (std::vector<double>{1.0}));
+  EXPECT_TRUE(before->model.empty()) << "a snapshot does not change";
+  const Training run = run_episodes(Model{}, tracks, 10, config, sila_update(config));
+  const auto after = learner.snapshot();
+  EXPECT_EQ(size(after->model), size(run.model));
+  EXPECT_EQ(after->model.tracks, 25);
+  EXPECT_EQ(learner.status().learnt_tracks, 25u);
+}
+
+TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {
+  int calls = 0;
+  LearnerThread learner = started(small_batches(10), [&](const Episode&) {
+    if (++calls == 1) throw std::runtime_error("the disk is full");
+  });
+  learner.add(corner_walks(10, 1), {});
+  learner.drain();
+  EXPECT_EQ(learner.status().failed_episodes, 1u);
+  EXPECT_EQ(learner.status().last_error, "the disk is full");
+  EXPECT_TRUE(learner.snapshot()->model.empty());
+  learner.add(corner_walks(10, 2), {});
+  learner.drain();
+  EXPECT_EQ(learner.snapshot()->model.episodes, 1);
+}
+
+TEST(LearnerThread, StoresNoEpisodeOfAKnownBatch) {
+  int calls = 0;
+  LearnerThread learner = started(small_batches(10), [&](const Episode&) { ++calls; });
+  for (int i = 0; i < 2; ++i) {
+    learner.add(corner_walks(10, 1), {});
+    learner.drain();
+  }
+  EXPECT_EQ(calls, 1);
+  EXPECT_EQ(learner.snapshot()->model.episodes, 1);
+  EXPECT_EQ(learner.status().episodes, 1u);
+  EXPECT_EQ(learner.status().known_episodes, 1u);
+  EXPECT_EQ(learner.status().learnt_tracks, 10u);
+}
+
+/// A stored model that another process may change: a model file with its revision, without a disk.
+struct StoredModel {
+  std::mutex mutex;
+  Model model;
+  bool changed = false;
+
+  void replace(Model other) {
+    const std::lock_guard lock(mutex);
+    model = std::move(other);
+    changed = true;
+  }
+  void commit(const Episode& episode) {
+    const std::lock_guard lock(mutex);
+    if (changed) throw std::runtime_error("another process changed it");
+    model = episode.model;
+  }
+  std::optional<Model> reload() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(changed, false) ? std::optional<Model>(model) : std::nullopt;
+  }
+};
+
+TEST(LearnerThread, ReloadsAModelThatAnotherProcessReplaced) {
+  StoredModel stored;
+  LearnerThread learner = started(
+      small_batches(10), [&](const Episode& episode) { stored.commit(episode); }, [&] { return stored.reload(); });
+  learner.add(corner_walks(10, 1), {});
+  learner.drain();
+  ASSERT_EQ(learner.snapshot()->model.episodes, 1);
+  stored.replace(Model{});  // rolled back
+  for (int i = 0; i < 200 && learner.status().reloads == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(learner.status().reloads, 1u);
+  EXPECT_TRUE(learner.snapshot()->model.empty());
+}
+
+TEST(LearnerThread, LearnsAgainWhenAnotherProcessReplacedTheModel) {
+  StoredModel stored;
+  bool first = true;
+  LearnerThread learner = started(
+      small_batches(10),
+      [&](const Episode& episode) {
+        if (std::exchange(first, false))  // between learning and storing
+          stored.replace(run_episode(Model{}, corner_walks(10, 2), EpisodeConfig{}).model);
+        stored.commit(episode);
+      },
+      [&] { return stored.reload(); });
+  learner.add(corner_walks(10, 1), {});
+  learner.drain();
+  EXPECT_EQ(learner.status().failed_episodes, 0u);
+  EXPECT_EQ(learner.status().discarded_tracks, 0u);
+  EXPECT_EQ(learner.status().reloads, 1u);
+  EXPECT_EQ(stored.model.episodes, 2) << "one of the other process, one learnt again on it";
+  EXPECT_EQ(learner.snapshot()->model.tracks, 20);
+}
+
+TEST(LearnerThread, GoesOnWhenTheStoredModelCannotBeRead) {
+  LearnerThread learner = started(
+      small_batches(10), [](const Episode&) {},
+      []() -> std::optional<Model> { throw std::runtime_error("the file is damaged"); });
+  learner.add(corner_walks(10, 1), {});
+  learner.drain();
+  EXPECT_EQ(learner.status().last_error, "the file is damaged");
+  EXPECT_EQ(learner.snapshot()->model.episodes, 1);
+}
+
+TEST(LearnerThread, DiscardsTheOldestTracksWhenTooManyWait) {
+  ServiceConfig config = small_batches(1000);
+  config.max_waiting_tracks = 30;
+  LearnerThread learner = started(config, [](const Episode&) {});
+  for (int i = 0; i < 10; ++i) learner.add(corner_walks(10, 1), {});
+  EXPECT_EQ(learner.status().waiting_tracks, 30u);
+  EXPECT_EQ(learner.status().discarded_tracks, 70u);
+}
+
+TEST(LearnerThread, EndsWithoutLearningAPartialBatch) {
+  int calls = 0;
+  {
+    LearnerThread learner = started(small_batches(20), [&](const Episode&) { ++calls; });
+    learner.add(corner_walks(5, 1), {});
+  }
+  EXPECT_EQ(calls, 0);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,336 @@
+// The service over real sockets, on ports that the system chooses.
+#include "sila/service/server.hpp"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <filesystem>
+
+#include "service/streams.hpp"
+#include "sila/service/replay.hpp"
+#include "support/scratch.hpp"
+
+namespace sila {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using asio::ip::tcp;
+using testing::corner_walks;
+
+class Running {
+ public:
+  explicit Running(const ServiceConfig& config = {}, ServerOptions options = {}) {
+    options.http = options.tcp = "127.0.0.1:0";
+    ServiceSettings settings = testing::service_settings();
+    settings.service = config;
+    const SidewalkWidths widths{2.5, 2.5, 2.5};
+    scene.corners.push_back({"corner", testing::square_frame(), widths});
+    learner.emplace(
+        Model{}, OnlineCalibration{}, settings.episode, config,
+        LearnerThread::Storage{[this](const Model&, const Episode&, const OnlineCalibration&) { ++stored; }, {}});
+    server.emplace(options, scene, settings, *learner, [](const std::string&) {});
+    thread = std::thread([this] { server->run(); });
+  }
+  ~Running() {
+    server->stop();
+    thread.join();
+    server.reset();
+  }
+
+  Scene scene;
+  std::atomic<int> stored = 0;
+  std::optional<LearnerThread> learner;
+  std::optional<Server> server;
+  std::thread thread;
+};
+
+/// A client that sends lines and waits for answers.
+class Client {
+ public:
+  explicit Client(unsigned port) : socket_(context_) {
+    socket_.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)});
+  }
+  void send(const std::string& line) { asio::write(socket_, asio::buffer(line + "\n")); }
+  void send(const Detection& row) {
+    send(
+        nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump());
+  }
+  /// The next line; none when the service closed the connection.
+  std::optional<nlohmann::json> receive() {
+    boost::system::error_code error;
+    const std::size_t size = asio::read_until(socket_, asio::dynamic_buffer(buffer_), '\n', error);
+    if (error) return std::nullopt;
+    const auto json = nlohmann::json::parse(buffer_.substr(0, size));
+    buffer_.erase(0, size);
+    return json;
+  }
+
+ private:
+  asio::io_context context_;
+  tcp::socket socket_;
+  std::string buffer_;
+};
+
+std::string get(unsigned port, const std::string& target, const std::string& authorization = {}) {
+  asio::io_context context;
+  tcp::socket socket(context);
+  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)});
+  beast::http::request<beast::http::empty_body> request{beast::http::verb::get, target, 11};
+  request.set(beast::http::field::host, "localhost");
+  if (!authorization.empty()) request.set(beast::http::field::authorization, authorization);
+  beast::http::write(socket, request);
+  beast::flat_buffer buffer;
+  beast::http::response<beast::http::string_body> response;
+  beast::http::read(socket, buffer, response);
+  return std::to_string(response.result_int()) + "\n" + response.body();
+}
+
+std::vector<Detection> one_walker(double seconds) {
+  std::vector<Detection> rows;
+  for (int k = 0; k <= static_cast<int>(10.0 * seconds); ++k) rows.push_back({"17", 0.1 * k, {0.13 * k, 1.0}});
+  return rows;
+}
+
+TEST(Server, AnswersEachDueDetectionWithAPrediction) {
+  Running service;
+  Client client(service.server->tcp_port());
+  for (const Detection& row : one_walker(5.0)) {
+    client.send(row);
+    if (row.t_s < 3.2 - 1e-9) continue;
+    const auto prediction = client.receive();
+    ASSERT_TRUE(prediction);
+    EXPECT_EQ((*prediction)["track"], "17");
+    EXPECT_EQ((*prediction)["t0"].get<double>(), row.t_s);
+    EXPECT_EQ((*prediction)["modes"][0]["t"].size(), 25u);
+  }
+}
+
+TEST(Server, ReportsRejectedLines) {
+  ServiceConfig config;
+  config.max_line_bytes = 100;
+  Running service(config);
+  Client client(service.server->tcp_port());
+  client.send("nonsense");
+  client.send(std::string(5000, 'x'));
+  client.send(R"({"t": 1, "id": "a", "x": 1, "y": 1e300})");
+  std::map<std::string, int> rejected;
+  while (rejected.size() < 3) {
+    const auto message = client.receive();
+    ASSERT_TRUE(message && message->contains("rejected"));
+    rejected[(*message)["rejected"]] += (*message)["count"].get<int>();
+  }
+  EXPECT_EQ(rejected, (std::map<std::string, int>{{"not_json", 1}, {"not_usable", 1}, {"too_long", 1}}));
+}
+
+TEST(Server, AFastClientDoesNotSlowDownOthers) {
+  ServiceConfig config;
+  config.max_rate_hz = 50.0;
+  Running service(config);
+  Client fast(service.server->tcp_port()), calm(service.server->tcp_port());
+  for (int k = 0; k < 500; ++k) fast.send(Detection{"a", 0.001 * k, {0.0, 0.0}});
+  int rejected = 0;
+  while (rejected < 400) {
+    const auto message = fast.receive();
+    ASSERT_TRUE(message);
+    EXPECT_EQ((*message)["rejected"], "too_fast");
+    rejected += (*message)["count"].get<int>();
+  }
+  for (const Detection& row : one_walker(3.3)) calm.send(row);
+  EXPECT_TRUE(calm.receive()->contains("modes"));
+}
+
+/// Lines of one track that leaps at each line; its path is cleaned again each time, which is costly.
+std::string leaps(int first, int count) {
+  std::string lines;
+  for (int k = first; k < first + count; ++k)
+    lines += nlohmann::json{{"t", 1e-4 * k}, {"id", "a"}, {"x", 1000.0 * (k % 2)}, {"y", 0.0}}.dump() + "\n";
+  return lines;
+}
+
+TEST(Server, AClientThatSendsLittleIsAnsweredBesideAFlood) {
+  ServiceConfig config;
+  config.max_queued_lines = 500;
+  config.max_rate_hz = 1e6;
+  Running service(config);
+  Client greedy(service.server->tcp_port()), calm(service.server->tcp_port());
+  std::atomic<bool> enough = false;
+  std::thread flood([&] {
+    for (int k = 0; !enough; k += 1000) greedy.send(leaps(k, 1000));
+  });
+  auto rejection = greedy.receive();
+  while (rejection && rejection->contains("modes")) rejection = greedy.receive();  // predictions of accepted lines
+  EXPECT_EQ(rejection.value_or(nlohmann::json::object()).value("rejected", ""), "overloaded");
+  for (const Detection& row : one_walker(3.3)) calm.send(row);
+  const auto answer = calm.receive();
+  enough = true;
+  flood.join();
+  ASSERT_TRUE(answer);
+  EXPECT_TRUE(answer->contains("modes")) << *answer;
+}
+
+TEST(Server, RejectsConnectionsBeyondTheLimit) {
+  ServiceConfig config;
+  config.max_connections = 2;
+  Running service(config);
+  Client first(service.server->tcp_port()), second(service.server->tcp_port()), third(service.server->tcp_port());
+  EXPECT_EQ((*third.receive())["rejected"], "too_many_connections");
+  EXPECT_FALSE(third.receive());
+}
+
+TEST(Server, RejectsClientsWithoutTheToken) {
+  ServerOptions options;
+  options.token = "secret";
+  Running service({}, options);
+  Client stranger(service.server->tcp_port());
+  stranger.send(Detection{"a", 0.0, {0.0, 0.0}});
+  EXPECT_EQ((*stranger.receive())["rejected"], "no_token");
+  EXPECT_FALSE(stranger.receive());
+  Client friendly(service.server->tcp_port());
+  friendly.send(R"({"token": "secret"})");
+  for (const Detection& row : one_walker(3.3)) friendly.send(row);
+  EXPECT_TRUE(friendly.receive()->contains("modes"));
+  EXPECT_EQ(get(service.server->http_port(), "/metrics").substr(0, 3), "403");
+  EXPECT_EQ(get(service.server->http_port(), "/metrics?token=secret").substr(0, 3), "200");
+  EXPECT_EQ(get(service.server->http_port(), "/metrics", "Bearer secret").substr(0, 3), "200");
+}
+
+TEST(Server, ClosesConnectionsThatSendNoTokenInTime) {
+  ServerOptions options;
+  options.token = "secret";
+  ServiceConfig config;
+  config.max_connections = 2;
+  options.token_timeout = std::chrono::milliseconds(300);
+  Running service(config, options);
+  Client friendly(service.server->tcp_port());
+  friendly.send(R"({"token": "secret"})");
+  Client silent(service.server->tcp_port());
+  EXPECT_EQ((*silent.receive())["rejected"], "no_token");
+  EXPECT_FALSE(silent.receive());
+  for (const Detection& row : one_walker(3.3)) friendly.send(row);
+  EXPECT_TRUE(friendly.receive()->contains("modes"));
+}
+
+TEST(Server, ListensBeyondLoopbackOnlyWithAToken) {
+  ServiceSettings settings = testing::service_settings();
+  LearnerThread learner(Model{}, {}, settings.episode, settings.service, {});
+  ServerOptions options;
+  options.tcp = "0.0.0.0:0";
+  const auto start = [&] { Server(options, Scene{}, settings, learner, [](const std::string&) {}); };
+  EXPECT_THROW(start(), std::invalid_argument);
+  options.token = "secret";
+  EXPECT_NO_THROW(start());
+  options.tcp = "nowhere";
+  EXPECT_THROW(start(), std::invalid_argument);
+}
+
+TEST(Server, ServesThePageAndTheMetrics) {
+  Running service;
+  const unsigned port = service.server->http_port();
+  EXPECT_EQ(get(port, "/").substr(0, 20), "200\n<!doctype html>\n");
+  EXPECT_EQ(get(port, "/healthz"), "200\nok\n");
+  EXPECT_EQ(get(port, "/etc/passwd").substr(0, 3), "404");
+  Client client(service.server->tcp_port());
+  for (const Detection& row : one_walker(4.0)) {
+    client.send(row);
+    if (row.t_s >= 3.2 - 1e-9) {
+      ASSERT_TRUE(client.receive());
+    }
+  }
+  std::string metrics;
+  for (int tries = 0; tries < 100 && metrics.find("sila_predictions_total 9") == std::string::npos; ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    metrics = get(port, "/metrics");
+  }
+  for (const char* sample :
+       {"sila_lines_total 41", "sila_detections_total 41", "sila_predictions_total 9", "sila_pedestrians 1",
+        "sila_prediction_seconds_bucket{le=\"+Inf\"} 9", "# TYPE sila_prediction_seconds histogram"})
+    EXPECT_NE(metrics.find(sample), std::string::npos) << sample;
+}
+
+TEST(Server, WebSocketsCarryLinesAndThePage) {
+  Running service;
+  asio::io_context context;
+  const auto open = [&](const std::string& path) {
+    auto socket = std::make_unique<beast::websocket::stream<tcp::socket>>(context);
+    socket->next_layer().connect(
+        {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(service.server->http_port())});
+    socket->handshake("localhost", path);
+    return socket;
+  };
+  const auto receive = [](auto& socket) {
+    beast::flat_buffer buffer;
+    socket->read(buffer);
+    return nlohmann::json::parse(beast::buffers_to_string(buffer.data()));
+  };
+  const auto page = open("/live"), stream = open("/stream");
+  const auto hello = receive(page);
+  EXPECT_EQ(hello["kind"], "hello");
+  EXPECT_TRUE(hello["scene"]["known"].template get<bool>());
+  std::string message;
+  for (const Detection& row : one_walker(4.0)) {
+    message +=
+        nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump() +
+        "\n";
+  }
+  stream->write(asio::buffer(message));
+  EXPECT_TRUE(receive(stream).contains("modes"));
+  bool metrics = false, pedestrians = false;
+  for (int k = 0; k < 40 && !(metrics && pedestrians); ++k) {
+    const auto shown = receive(page);
+    metrics = metrics || (shown["kind"] == "metrics" && shown["pedestrians"] == 1);
+    pedestrians = pedestrians || (shown["kind"] == "frame" && shown["pedestrians"].size() == 1 &&
+                                  shown["pedestrians"][0].contains("modes"));
+  }
+  EXPECT_TRUE(metrics && pedestrians);
+}
+
+TEST(Server, LearnsWhilePredicting) {
+  ServiceConfig config;
+  config.batch = 10;
+  Running service(config);
+  std::vector<Trajectory> tracks = testing::paths_of(corner_walks(25, 3));
+  CleanTracks clean;
+  for (Trajectory& track : tracks) clean.trajectories.push_back(std::move(track));
+  const std::vector<TimedLine> lines = timed_lines(clean, 0.3);
+  const std::string address = "tcp:127.0.0.1:" + std::to_string(service.server->tcp_port());
+  const ReplayReport report = replay_to(address, "", lines, 20.0, 0.5, [](const std::string&) {});
+  EXPECT_EQ(report.sent, lines.size());
+  EXPECT_GT(report.predictions, 0u);
+  EXPECT_EQ(report.rejected, 0u);
+  for (int tries = 0; tries < 200 && service.stored < 2; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(service.stored, 2);
+  const Counters counters = service.server->metrics().counters;
+  EXPECT_EQ(counters.detections, lines.size());
+  EXPECT_EQ(counters.detections, counters.not_due + counters.predictions + counters.superseded);
+}
+
+TEST(Server, AUnixSocketIsForItsOwnerAlone) {
+  const tests::ScratchFolder folder;
+  const auto path = folder / "service.sock";
+  ServerOptions options;
+  options.unix_path = path;
+  {
+    Running service({}, options);
+    EXPECT_EQ(std::filesystem::status(path).permissions() & std::filesystem::perms::others_all,
+              std::filesystem::perms::none);
+    std::vector<TimedLine> lines;
+    for (const Detection& row : one_walker(4.0)) {
+      lines.push_back(
+          {row.t_s, row.track, row.t_s,
+           nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", 1.0}}.dump()});
+    }
+    EXPECT_GT(replay_to("unix:" + path.string(), "", lines, 10.0, 0.3, [](const std::string&) {}).predictions, 0u);
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,252 @@
+#include "sila/service/stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "service/streams.hpp"
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/evaluate/split.hpp"
+
+namespace sila {
+namespace {
+
+using testing::answer_all;
+using testing::corner_walks;
+using testing::delayed;
+using testing::paths_of;
+using testing::service_settings;
+using testing::stream_of;
+
+/// Positions of tracks without their ids, in an order of their own.
+std::multiset<std::vector<double>> shapes_of(const std::vector<Trajectory>& tracks) {
+  std::multiset<std::vector<double>> shapes;
+  for (const Trajectory& track : tracks) {
+    std::vector<double> shape = track.times_s;
+    for (const Vector2& p : track.positions_m) shape.insert(shape.end(), {p.x(), p.y()});
+    shapes.insert(shape);
+  }
+  return shapes;
+}
+
+std::vector<Trajectory> cleaned(const std::vector<Detection>& rows, const CleanConfig& config) {
+  const Detections source{"file", rows, rows.size()};
+  return clean(std::span(&source, 1), config).trajectories;
+}
+
+/// Repeats, contradictions, outliers, gaps and ids that are used again, as trackers make them.
+std::vector<Detection> spoiled(std::vector<Detection> rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<Detection> result;
+  for (Detection& row : rows) {
+    const double fate = uniform(random);
+    if (fate < 0.03) continue;
+    result.push_back(row);
+    if (fate < 0.05) result.push_back(row);
+    if (fate > 0.97) result.back().position_m += Vector2(40.0, 0.0);
+    if (fate > 0.99) result.push_back(row);
+  }
+  std::erase_if(result, [](const Detection& row) { return row.track == "w3" && row.t_s > 8.0 && row.t_s < 11.0; });
+  for (Detection& row : result) {
+    if (row.track == "w5" && row.t_s > 12.0) row.position_m += Vector2(0.0, 30.0);
+  }
+  return result;
+}
+
+std::uint64_t queued(const StreamCore& core) {
+  std::uint64_t waiting = 0;
+  for (const auto& [id, stream] : core.streams) {
+    for (const auto& [track, pedestrian] : stream.pedestrians) waiting += pedestrian.queued ? 1 : 0;
+  }
+  return waiting;
+}
+
+TEST(StreamCore, StreamsTakeTurns) {
+  const ServiceSettings settings = service_settings();
+  StreamCore core;
+  for (int k = 0; k <= 33; ++k) {
+    for (const StreamId stream : std::vector<StreamId>{1, 3, 7}) {
+      for (const char* id : {"a", "b"}) ingest(core, stream, {id, 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings);
+    }
+  }
+  EXPECT_EQ(due_predictions(core), 6u);
+  std::string order;
+  for (const PredictionRequest& request : take_due_requests(core, 4, settings))
+    order += std::to_string(request.stream) + request.track + " ";
+  for (const PredictionRequest& request : take_due_requests(core, 4, settings))
+    order += std::to_string(request.stream) + request.track + " ";
+  EXPECT_EQ(order, "1a 3a 7a 1b 3b 7b ");
+  EXPECT_EQ(due_predictions(core), 0u);
+}
+
+TEST(StreamCore, LateDetectionsGiveTheTracksOfAFile) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    const ServiceSettings settings = service_settings();
+    const std::vector<Detection> rows = spoiled(stream_of(paths_of(corner_walks(8, seed)), 1.3), seed);
+    StreamCore core;
+    for (const Detection& row : delayed(rows, 0.99 * settings.service.late_s, seed)) {
+      EXPECT_FALSE(ingest(core, 1, row, 0.0, settings).rejection) << "seed " << seed << " t " << row.t_s;
+      answer_all(core, settings);
+    }
+    end_stream(core, 1, settings);
+    EXPECT_EQ(shapes_of(paths_of(core.finished)), shapes_of(cleaned(rows, settings.clean))) << "seed " << seed;
+    EXPECT_TRUE(core.streams.empty());
+  }
+}
+
+TEST(StreamCore, PredictsAtTheSamplesOfAFile) {
+  for (const double stride_s : {0.5, 1.0, 1.6}) {
+    ServiceSettings settings = service_settings();
+    settings.service.stride_s = stride_s;
+    const std::vector<Detection> rows = stream_of(paths_of(corner_walks(6, 3)), 0.7);
+    std::multiset<std::pair<std::string, double>> live_at, file_at;
+    StreamCore core;
+    for (const Detection& row : rows) {
+      ingest(core, 1, row, 0.0, settings);
+      for (const PredictionRequest& request : take_due_requests(core, 10, settings))
+        live_at.emplace(request.track, request.observed.times_s.back());
+    }
+    for (const Trajectory& track : cleaned(rows, settings.clean)) {
+      for (const std::size_t last : prediction_samples(track, settings.episode.predict.observe_s, stride_s))
+        file_at.emplace(track.id, track.times_s[last]);
+    }
+    EXPECT_EQ(live_at, file_at);
+    EXPECT_FALSE(file_at.empty());
+  }
+}
+
+TEST(StreamCore, ScoresEqualThoseOfEvaluate) {
+  ServiceSettings settings = service_settings();
+  settings.service.stride_s = settings.evaluate.every_s;
+  const std::vector<Detection> rows = spoiled(stream_of(paths_of(corner_walks(20, 7)), 1.1), 7);
+  StreamCore core;
+  core.keep_windows = true;
+  std::map<std::pair<std::string, double>, Prediction> sent;
+  for (const Detection& row : rows) {
+    ingest(core, 1, row, 0.0, settings);
+    for (const PredictionRequest& request : take_due_requests(core, 10, settings)) {
+      const Prediction prediction =
+          calibrated(testing::standing_prediction(request.observed, settings.episode), core.online_calibration);
+      sent[{request.track, prediction.t0_s}] = prediction;
+      retain(core, request, prediction, settings);
+    }
+    score_due(core, 10, settings);
+  }
+  end_stream(core, 1, settings);
+  std::map<std::pair<std::string, double>, WindowScore> of_stream;
+  for (const WindowScore& score : core.windows) of_stream[{person_of(score.track), score.t0_s}] = score;
+  std::vector<FramedTrajectory> tracks;
+  for (const Trajectory& track : cleaned(rows, settings.clean)) tracks.push_back({track, settings.frame_for(track)});
+  std::size_t compared = 0;
+  const Evaluation evaluation = evaluate_forecast(
+      [&](const CurbTrajectory& observed) {
+        const auto found = sent.find({person_of(observed.id), observed.times_s.back()});
+        return found != sent.end() ? found->second : testing::standing_prediction(observed, settings.episode);
+      },
+      tracks, settings.episode, settings.evaluate);
+  for (const WindowScore& file : evaluation.windows) {
+    const auto found = of_stream.find({person_of(file.track), file.t0_s});
+    if (found == of_stream.end()) continue;
+    ++compared;
+    for (std::size_t h = 0; h < file.model.size(); ++h) {
+      EXPECT_NEAR(found->second.model[h].weighted_mhd_m, file.model[h].weighted_mhd_m, 1e-9);
+      EXPECT_NEAR(found->second.constant[h].weighted_mhd_m, file.constant[h].weighted_mhd_m, 1e-9);
+      EXPECT_EQ(found->second.model[h].coverage, file.model[h].coverage);
+    }
+  }
+  EXPECT_GT(compared, 20u);
+  EXPECT_EQ(compared, core.windows.size());
+}
+
+TEST(StreamCore, NoInputThrowsOrExceedsTheLimits) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    ServiceSettings settings = service_settings();
+    settings.service.max_ids = 12;
+    settings.service.max_track_samples = 100;
+    settings.service.max_pending_scores = 50;
+    settings.service.scored_pedestrians = 10;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    StreamCore core;
+    double now_s = 0.0;
+    std::uint64_t accepted = 0, rejected = 0;
+    for (int i = 0; i < 4000; ++i) {
+      now_s += 0.05 * uniform(random);
+      const double fate = uniform(random);
+      if (fate < 0.002) now_s += 1e4 * (uniform(random) - 0.5);
+      double t_s = now_s - (fate > 0.8 ? uniform(random) : 0.0);
+      if (fate > 0.995) t_s = std::pow(10.0, 400.0 * (uniform(random) - 0.5));
+      const double x = fate > 0.98 ? 1e9 * (uniform(random) - 0.5) : now_s + uniform(random);
+      const Detection row{std::to_string(static_cast<int>(20.0 * uniform(random))), t_s, {x, fate > 0.99 ? NAN : 1.0}};
+      const IngestResult result = ingest(core, 1 + static_cast<StreamId>(fate > 0.5), row, 0.0, settings);
+      ++(result.rejection ? rejected : accepted);
+      if (uniform(random) < 0.3) answer_all(core, settings);
+      std::uint64_t pending = 0;
+      for (const auto& [id, stream] : core.streams) {
+        EXPECT_LE(stream.pedestrians.size(), 12u);
+        for (const auto& [track, pedestrian] : stream.pedestrians) {
+          EXPECT_LE(pedestrian.track.rows.size(), 100u);
+          pending += pedestrian.pending.size();
+        }
+      }
+      EXPECT_EQ(pending, core.counters.pending_scores);
+      EXPECT_LE(pending, 50u);
+      EXPECT_LE(core.scores.size(), 10u);
+      core.finished.clear();
+    }
+    const Counters& counters = core.counters;
+    EXPECT_EQ(counters.detections, accepted);
+    EXPECT_EQ(counters.detections, counters.not_due + counters.predictions + counters.superseded + queued(core))
+        << "seed " << seed;
+    EXPECT_GT(rejected, 0u);
+    end_stream(core, 1, settings);
+    end_stream(core, 2, settings);
+    EXPECT_EQ(counters.predictions, counters.scored + counters.unscorable + counters.not_retained);
+    EXPECT_EQ(counters.pending_scores, 0u);
+  }
+}
+
+TEST(StreamCore, ANewerDetectionSupersedesADuePrediction) {
+  const ServiceSettings settings = service_settings();
+  StreamCore core;
+  int superseded = 0;
+  for (int k = 0; k < 50; ++k)
+    superseded += ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, k, settings).superseded ? 1 : 0;
+  EXPECT_EQ(superseded, 50 - 32 - 1);
+  const std::vector<PredictionRequest> requests = take_due_requests(core, 10, settings);
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_DOUBLE_EQ(requests.front().observed.times_s.back(), 4.9);
+  EXPECT_EQ(requests.front().arrived_s, 49.0);
+}
+
+TEST(StreamCore, TheLongestWaitingPredictionIsMadeFirst) {
+  const ServiceSettings settings = service_settings();
+  StreamCore core;
+  for (int k = 0; k < 40; ++k) {
+    for (const char* id : {"a", "b", "c"}) ingest(core, 1, {id, 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings);
+    if (k < 39) {
+      EXPECT_LE(take_due_requests(core, 1, settings).size(), 1u);
+    }
+  }
+  std::set<std::string> rest;
+  for (const PredictionRequest& request : take_due_requests(core, 10, settings)) rest.insert(request.track);
+  EXPECT_EQ(rest.size(), 3u);
+}
+
+TEST(StreamCore, StreamsDoNotShareIdsOrClocks) {
+  const ServiceSettings settings = service_settings();
+  StreamCore core;
+  for (int k = 0; k < 20; ++k) {
+    EXPECT_FALSE(ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, 0.0, settings).rejection);
+    EXPECT_FALSE(ingest(core, 2, {"a", 1e6 - 0.1 * k * 0.0 + 0.1 * k, {50.0, 0.1 * k}}, 0.0, settings).rejection);
+  }
+  end_stream(core, 1, settings);
+  ASSERT_EQ(core.finished.size(), 1u);
+  EXPECT_EQ(core.finished.front().track.times_s.size(), 20u);
+  EXPECT_EQ(core.streams.size(), 1u);
+}
+
+}  // namespace
+}  // namespace sila
