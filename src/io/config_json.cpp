@@ -80,6 +80,11 @@ constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"gp.max_fused_pseudo_inputs", "max_pseudo_inputs"},
     {"field.gp", "field"},
     {"fuse.gp", "fuse"},
+    {"compact", "prune"},
+    {"forget_count", "expire_count"},
+    {"forget_after_episodes", "expire_after_episodes"},
+    {"model", "budget"},
+    {"evaluate.every_s", "evaluate.stride_s"},
 };
 
 /// Last names of fields that are constants now.

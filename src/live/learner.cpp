@@ -143,7 +143,7 @@ void Learner::run_one(const std::vector<FramedTrajectory>& batch) {
 std::optional<Episode> Learner::learn_and_keep(const std::vector<FramedTrajectory>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(previous->model, batch, episode_, update_, &previous->predictor);
+    Episode episode = run_episode(*previous, batch, episode_, update_);
     if (episode.report.known) return std::nullopt;
     try {
       commit_(previous->model, episode);

@@ -116,7 +116,7 @@ TEST(Live, PredictsAtTheSamplesAtWhichAFileIsPredicted) {
 
 TEST(Live, ScoresAreThoseOfEvaluateForTheSamePredictions) {
   LiveSettings settings = live_settings();
-  settings.live.every_s = settings.evaluate.every_s;
+  settings.live.every_s = settings.evaluate.stride_s;
   const std::vector<Detection> rows = spoiled(stream_of(paths_of(corner_walks(20, 7)), 1.1), 7);
   Live live;
   live.keep_judged = true;

@@ -106,7 +106,7 @@ TEST(LiveRealTracks, LiveErrorIsWhatEvaluateGivesForTheSamePredictions) {
   if (!there) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
   const Place& place = *there;
   settings = settings_for(place);
-  settings.live.every_s = settings.evaluate.every_s;
+  settings.live.every_s = settings.evaluate.stride_s;
   settings.live.batch = 100;
   settings.live.max_track_samples = 100000;
   const Replayed run = replay(place, settings);

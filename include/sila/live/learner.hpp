@@ -12,20 +12,10 @@
 #include <vector>
 
 #include "sila/live/config.hpp"
-#include "sila/refine/predictor.hpp"
+#include "sila/refine/snapshot.hpp"
 #include "sila/train/episode.hpp"
 
 namespace sila {
-
-/// A model made ready to predict; immutable, shared by whoever still uses it.
-struct Snapshot {
-  Model model;
-  Predictor predictor;
-  Snapshot(Model made, const PredictConfig& config) : model(std::move(made)), predictor(model, config) {}
-  /// What the model has of an earlier one is taken from there.
-  Snapshot(Model made, const PredictConfig& config, const Snapshot& earlier)
-      : model(std::move(made)), predictor(model, config, earlier.model, earlier.predictor) {}
-};
 
 /// Where learning stands.
 struct Learning {

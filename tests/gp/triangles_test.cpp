@@ -1,5 +1,7 @@
 // The rooms' own algebra against Eigen's, for all sizes up to a few panels of columns and some larger ones.
 
+#include "gp/triangles.hpp"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -7,8 +9,6 @@
 #include <limits>
 #include <random>
 #include <vector>
-
-#include "gp/triangles.hpp"
 
 namespace sila::detail {
 namespace {

@@ -1,9 +1,10 @@
+#include "sila/gp/flow_posterior.hpp"
+
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
 #include "example.hpp"
-#include "sila/gp/flow_posterior.hpp"
 #include "sila/gp/train.hpp"
 
 namespace sila::gp_tests {
