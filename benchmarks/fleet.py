@@ -1,6 +1,6 @@
 """What a fleet costs: tracks a second with the engine and without it, and what its parts weigh.
 
-    python benchmarks/fleet.py [--sites 4] [--tracks 250] [--leaf 200] [--repeats 3]
+    python benchmarks/fleet.py [--sites 4] [--tracks 250] [--partition 200] [--repeats 3]
 
 needs the package with `sila[fleet]`. The places are simulated; the numbers are of this machine.
 """
@@ -71,7 +71,7 @@ def timed(action, repeats):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for name, default in (("sites", 4), ("tracks", 250), ("leaf", sila.fleet.LEAF), ("repeats", 3)):
+    for name, default in (("sites", 4), ("tracks", 250), ("partition", sila.fleet.PARTITION), ("repeats", 3)):
         parser.add_argument(f"--{name}", type=int, default=default)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -93,15 +93,15 @@ def run(folder, options):
     rows.append(
         (
             "the fleet's tasks without the engine",
-            *timed(lambda: sila.fleet.learn(folder, client=inline, leaf=options.leaf, progress=False).model, 1),
+            *timed(lambda: sila.fleet.learn(folder, client=inline, partition=options.partition, progress=False).model, 1),
         )
     )
     for workers in (1, 2):
         with sila.fleet.local_client(workers) as client:
             client.wait_for_workers(workers)
-            sila.fleet.learn(folder / "0", client=client, leaf=options.leaf, progress=False)  # imports are done
+            sila.fleet.learn(folder / "0", client=client, partition=options.partition, progress=False)  # imports are done
             seconds, outcome = timed(
-                lambda client=client: sila.fleet.learn(folder, client=client, leaf=options.leaf, progress=False),
+                lambda client=client: sila.fleet.learn(folder, client=client, partition=options.partition, progress=False),
                 options.repeats,
             )
             spent = ", ".join(f"{cpu:.1f}" for cpu in client.run(lambda: sum(os.times()[:2])).values())
@@ -109,7 +109,7 @@ def run(folder, options):
             rows.append((who, seconds, outcome.model))
     assert rows[1][2] == rows[2][2] == rows[3][2], "one model, whoever made it"
     tracks = rows[0][2].tracks
-    print(f"{options.sites} places of {options.tracks} tracks, {options.leaf} tracks a leaf\n")
+    print(f"{options.sites} places of {options.tracks} tracks, {options.partition} tracks a partition\n")
     print("| who | s | tracks/s | size |\n| --- | --- | --- | --- |")
     for who, seconds, model in rows:
         print(f"| {who} | {seconds:.2f} | {tracks / seconds:.0f} | {model.size} |")

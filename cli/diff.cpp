@@ -25,7 +25,7 @@ std::vector<CurbTrajectory> observed_paths(const DiffOptions& options, const Mod
   std::vector<CurbTrajectory> paths;
   if (!options.tracks.scene.empty()) {
     const SceneTracks input = read_placed(options.tracks, config);
-    for (Window& window : windows_of(input.tracks, config.episode.sampling, predict, config.evaluate.every_s))
+    for (Window& window : windows_of(input.tracks, config.episode.sampling, predict, config.evaluate.stride_s))
       paths.push_back(std::move(window.observed));
     return paths;
   }

@@ -63,7 +63,7 @@ void fuse_files(const FuseOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
   const Config config = configured(options.common, previous, options.previous);
-  const Fused fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
+  const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
   StoredModel result;
   result.model = fused.model;
   result.configuration = to_json(config).dump();

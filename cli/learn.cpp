@@ -16,7 +16,7 @@
 #include "sila/io/config_json.hpp"
 #include "sila/io/episode_json.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/refine/share.hpp"
+#include "sila/refine/k_anonymous.hpp"
 #include "sila/train/training.hpp"
 #include "verbs.hpp"
 
@@ -33,18 +33,18 @@ struct LearnOptions {
 };
 
 /// What all episodes together did not keep apart, or not at all.
-struct GivenUp {
-  int absorbed = 0;
-  int forgotten = 0;
-  LimitReport over_limit;
+struct Removed {
+  int subsumed = 0;
+  int expired = 0;
+  BudgetReport evicted;
 
   void add(const EpisodeReport& report) {
-    absorbed += report.compact.absorbed;
-    forgotten += report.compact.forgotten;
-    over_limit.primitives += report.given_up.primitives;
-    over_limit.transitions += report.given_up.transitions;
-    over_limit.count += report.given_up.count;
-    over_limit.narrowed += report.given_up.narrowed;
+    subsumed += report.prune.subsumed;
+    expired += report.prune.expired;
+    evicted.primitives += report.budget.primitives;
+    evicted.transitions += report.budget.transitions;
+    evicted.count += report.budget.count;
+    evicted.reduced += report.budget.reduced;
   }
 };
 
@@ -52,12 +52,12 @@ void tell_episode(int number, const EpisodeReport& report) {
   std::ostringstream line;
   line << "episode " << number << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
-  const LimitReport& lost = report.given_up;
+  const BudgetReport& lost = report.budget;
   if (lost.transitions > 0) {
     line << "; over the limit, gave up " << lost.primitives << " primitives and " << lost.transitions
          << " transitions, seen " << std::setprecision(1) << lost.count << " times";
   }
-  if (lost.narrowed > 0) line << "; over the limit, reduced " << lost.narrowed << " residual GPs";
+  if (lost.reduced > 0) line << "; over the limit, reduced " << lost.reduced << " residual GPs";
   std::cerr << line.str() << "\n";
 }
 
@@ -104,10 +104,10 @@ class Batches {
   std::size_t tracks_ = 0;
 };
 
-/// Writes the part of a model that may be given away, without records of episodes and without earlier models.
-void write_shareable(const LearnOptions& options, const Model& model, const std::string& configuration) {
+/// Writes the k-anonymous part of a model, without records of episodes and without earlier models.
+void write_k_anonymous(const LearnOptions& options, const Model& model, const std::string& configuration) {
   StoredModel shared;
-  shared.model = shareable(model, options.min_people);
+  shared.model = k_anonymous(model, options.min_people);
   shared.configuration = configuration;
   if (shared.model.empty()) {
     std::cerr << options.share << ": not written, for nothing in the model was shown by " << options.min_people
@@ -121,22 +121,21 @@ void write_shareable(const LearnOptions& options, const Model& model, const std:
 }
 
 /// The result of all episodes, on standard output, and how many batches were known, on stderr.
-void tell_result(const LearnOptions& options, const Model& model, const BatchCounts& counts, std::size_t tracks,
-                 const GivenUp& given_up) {
-  const int episodes = counts.learnt + counts.known;
-  if (counts.known > 0) {
-    std::cerr << counts.known << " of " << episodes << " batches are in " << options.model
+void tell_result(const LearnOptions& options, const Model& model, int episodes, int known, std::size_t tracks,
+                 const Removed& removed) {
+  if (known > 0) {
+    std::cerr << known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
   }
   if (options.common.json) {
     const nlohmann::ordered_json json{{"model", options.model},
                                       {"episodes", episodes},
-                                      {"known", counts.known},
+                                      {"known", known},
                                       {"tracks", tracks},
                                       {"size", size(model)},
-                                      {"absorbed", given_up.absorbed},
-                                      {"forgotten", given_up.forgotten},
-                                      {"given_up", to_json(given_up.over_limit)}};
+                                      {"subsumed", removed.subsumed},
+                                      {"expired", removed.expired},
+                                      {"evicted", to_json(removed.evicted)}};
     std::cout << json.dump(2) << "\n";
   } else {
     std::cout << options.model << ": " << model.tracks << " tracks in " << model.episodes << " episodes, "
@@ -153,19 +152,18 @@ void learn_tracks(const LearnOptions& options) {
   if (!file.empty()) stored = file.read();
   const Config config = configured(options.common, stored, options.model);
   const int before = static_cast<int>(stored.episodes.size());
-  Model model = std::move(stored.model);
   Batches batches(options, config);
   const std::string configuration = to_json(config).dump();
-  GivenUp given_up;
-  const BatchCounts counts = run_batches(
-      model, [&] { return batches.next(); }, config.episode, sila_update(config.episode),
-      [&](int number, const Episode& episode) {
-        file.commit(episode.model, record_of(before + number, model, episode), configuration);
+  Removed removed;
+  const auto [model, learnt, known] = run_batches(
+      std::move(stored.model), [&] { return batches.next(); }, config.episode, sila_update(config.episode),
+      [&](int number, const Model& previous, const Episode& episode) {
+        file.commit(episode.model, record_of(before + number, previous, episode), configuration);
         tell_episode(number, episode.report);
-        given_up.add(episode.report);
+        removed.add(episode.report);
       });
-  if (!options.share.empty()) write_shareable(options, model, configuration);
-  tell_result(options, model, counts, batches.tracks(), given_up);
+  if (!options.share.empty()) write_k_anonymous(options, model, configuration);
+  tell_result(options, model, learnt + known, known, batches.tracks(), removed);
 }
 
 }  // namespace

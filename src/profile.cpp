@@ -24,7 +24,7 @@ constexpr Setting kSettings[] = {
     {"residual.enabled", {"false", "false"}},
     {"error_statistics.enabled", {"false", "false"}},
     {"predict.stacking", {"false", "false"}},
-    {"compact.enabled", {"false", "false"}},
+    {"prune.enabled", {"false", "false"}},
     {"scaling", {"mean_width", "mean_width"}},
     {"sampling.smoothing_s", {"0.25", "0.25"}},
     {"sampling.smoothing_intervals", {"0.8", "0.8"}},

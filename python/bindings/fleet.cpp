@@ -30,23 +30,23 @@ std::vector<EpisodeId> ids_in(const std::vector<std::string>& texts) {
   return ids;
 }
 
-Leaf leaf_of(const std::vector<Track>& tracks, const ScaledScene& scene, std::size_t batch,
-             const std::vector<std::string>& left_out, const Config& config) {
+Partition partition_of(const std::vector<Track>& tracks, const ScaledScene& scene, std::size_t batch,
+                       const std::vector<std::string>& left_out, const Config& config) {
   return {placed(tracks, scene, config), batch, ids_in(left_out), {}};
 }
 
-/// The episodes of a leaf and the site of its first track.
+/// The episodes of a partition and the site of its first track.
 std::pair<std::vector<std::string>, FrameState> content_of_tracks(const std::vector<Track>& tracks,
                                                                   const ScaledScene& scene, std::size_t batch,
                                                                   const std::string& config) {
-  const Leaf leaf = leaf_of(tracks, scene, batch, {}, config_of(config));
-  return {texts_of(episodes_of(leaf)), state_of(site_of(leaf))};
+  const Partition partition = partition_of(tracks, scene, batch, {}, config_of(config));
+  return {texts_of(episodes_of(partition)), state_of(site_of(partition))};
 }
 
 std::pair<std::vector<std::string>, FrameState> content_of_model(const StoredModel& stored) {
-  Leaf leaf;
-  leaf.model = stored.model;
-  return {texts_of(episodes_of(leaf)), state_of(site_of(leaf))};
+  Partition partition;
+  partition.model = stored.model;
+  return {texts_of(episodes_of(partition)), state_of(site_of(partition))};
 }
 
 std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
@@ -55,17 +55,17 @@ std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
   std::vector<CurbFrame> frames;
   for (const FrameState& site : sites) frames.push_back(frame_in(site));
   std::vector<std::vector<EpisodeId>> ids;
-  for (const auto& of_leaf : episodes) ids.push_back(ids_in(of_leaf));
+  for (const auto& of_partition : episodes) ids.push_back(ids_in(of_partition));
   std::vector<std::pair<std::size_t, std::vector<std::string>>> result;
-  for (const ChosenLeaf& choice : choose_leaves(ids, frames, ids_in(known)))
-    result.emplace_back(choice.leaf, texts_of(choice.left_out));
+  for (const ChosenPartition& choice : choose_partitions(ids, frames, ids_in(known)))
+    result.emplace_back(choice.partition, texts_of(choice.left_out));
   return result;
 }
 
-std::vector<PythonTask> plan(int leaves, bool goes_on, const std::string& config) {
+std::vector<PythonTask> plan(int partitions, bool goes_on, const std::string& config) {
   std::vector<PythonTask> tasks;
-  for (const FleetTask& task : plan_fleet(leaves, goes_on, config_of(config).episode))
-    tasks.emplace_back(kFleetSteps[static_cast<std::size_t>(task.step)], task.leaf, task.inputs);
+  for (const FleetTask& task : plan_fleet(partitions, goes_on, config_of(config).episode))
+    tasks.emplace_back(kFleetSteps[static_cast<std::size_t>(task.step)], task.partition, task.inputs);
   return tasks;
 }
 
@@ -91,8 +91,8 @@ StoredModel recorded(Model model, const StoredModel& start, const Config& config
   return stored;
 }
 
-PythonValue run(const std::string& step, const Leaf& leaf, std::vector<PythonValue> inputs, const Config& config,
-                int threads) {
+PythonValue run(const std::string& step, const Partition& partition, std::vector<PythonValue> inputs,
+                const Config& config, int threads) {
   const ThreadLimit limit(threads);
   const FleetStep what = step_named(step);
   const auto* start = inputs.size() == 3 ? std::get_if<StoredModel>(&inputs[2]) : nullptr;
@@ -101,10 +101,10 @@ PythonValue run(const std::string& step, const Leaf& leaf, std::vector<PythonVal
   for (PythonValue& input : inputs) values.push_back(without_file(std::move(input)));
   std::vector<const FleetValue*> pointers;
   for (const FleetValue& value : values) pointers.push_back(&value);
-  FleetValue result = run_task(what, leaf, pointers, config.episode);
+  FleetValue result = run_task(what, partition, pointers, config.episode);
   if (auto* error_statistics = std::get_if<SiteErrorStatistics>(&result)) return std::move(*error_statistics);
   Model& model = std::get<Model>(result);
-  if (what == FleetStep::finish) return recorded(std::move(model), before, config);
+  if (what == FleetStep::finalise) return recorded(std::move(model), before, config);
   return StoredModel{std::move(model), to_json(config).dump(), {}, {}, 0};
 }
 
@@ -112,14 +112,14 @@ PythonValue run_on_tracks(const std::string& step, const std::vector<Track>& tra
                           std::size_t batch, const std::vector<std::string>& left_out, std::vector<PythonValue> inputs,
                           const std::string& config_json, int threads) {
   const Config config = config_of(config_json);
-  return run(step, leaf_of(tracks, scene, batch, left_out, config), std::move(inputs), config, threads);
+  return run(step, partition_of(tracks, scene, batch, left_out, config), std::move(inputs), config, threads);
 }
 
 PythonValue run_on_model(const std::string& step, const std::optional<StoredModel>& model,
                          std::vector<PythonValue> inputs, const std::string& config, int threads) {
-  Leaf leaf;
-  if (model) leaf.model = model->model;
-  return run(step, leaf, std::move(inputs), config_of(config), threads);
+  Partition partition;
+  if (model) partition.model = model->model;
+  return run(step, partition, std::move(inputs), config_of(config), threads);
 }
 
 /// Whether a model may be fused with those that learn under this configuration; says what differs.
@@ -132,8 +132,7 @@ void require_settings(const StoredModel& stored, const ScaledScene& scene, const
 }  // namespace
 
 void bind_fleet(nb::module_& module) {
-  nb::class_<SiteErrorStatistics>(module, "ErrorStatistics",
-                                  "What the errors of a model teach, by site; sums that do not grow.")
+  nb::class_<SiteErrorStatistics>(module, "ErrorStatistics", "Error statistics by site; sums of constant size.")
       .def("__getstate__",
            [](const SiteErrorStatistics& error_statistics) {
              std::vector<std::tuple<FrameState, nb::bytes>> sites;
@@ -161,15 +160,18 @@ void bind_fleet(nb::module_& module) {
   module.attr("FLEET_START") = kFleetStart;
   module.attr("FLEET_NOTHING") = kFleetNothing;
   module.def("content_of_tracks", &content_of_tracks, "tracks"_a, "scene"_a, "batch"_a, "config"_a,
-             nb::call_guard<nb::gil_scoped_release>(), "The episodes of a leaf, and the frame of its first track.");
-  module.def("content_of_model", &content_of_model, "model"_a, "The same of a leaf that is a model.");
-  module.def("choose_leaves", &chosen, "episodes"_a, "sites"_a, "known"_a,
-             "Indices of the leaves in canonical order, and which of their episodes are left out.");
-  module.def("plan_fleet", &plan, "leaves"_a, "goes_on"_a, "config"_a, "(step, leaf, inputs) of every task, in order.");
+             nb::call_guard<nb::gil_scoped_release>(),
+             "The episodes of a partition, and the frame of its first track.");
+  module.def("content_of_model", &content_of_model, "model"_a, "The same of a partition that is a model.");
+  module.def("choose_partitions", &chosen, "episodes"_a, "sites"_a, "known"_a,
+             "Indices of the partitions in canonical order, and which of their episodes are left out.");
+  module.def("plan_fleet", &plan, "partitions"_a, "goes_on"_a, "config"_a,
+             "(step, partition, inputs) of every task, in order.");
   module.def("run_task", &run_on_tracks, "step"_a, "tracks"_a, "scene"_a, "batch"_a, "left_out"_a, "inputs"_a,
-             "config"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>(), "Does a task on a leaf of tracks.");
+             "config"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>(),
+             "Does a task on a partition of tracks.");
   module.def("run_task_on_model", &run_on_model, "step"_a, "model"_a.none(), "inputs"_a, "config"_a, "threads"_a,
-             nb::call_guard<nb::gil_scoped_release>(), "Does a task on a leaf that is a model, or on none.");
+             nb::call_guard<nb::gil_scoped_release>(), "Does a task on a partition that is a model, or on none.");
   module.def("require_settings", &require_settings, "model"_a, "scene"_a, "config"_a,
              "Refuses a model that cannot be fused with what is learnt under this configuration.");
 }

@@ -23,22 +23,22 @@ class ModelLearner {
     model_ = std::move(run.model);
   }
 
-  /// As a fleet does: leaves of a site each, learnt by themselves and fused in a tree.
-  void learn_tree(const FramedTracks& all, std::size_t batch, std::size_t leaf_tracks) {
-    std::vector<Leaf> leaves;
+  /// As a fleet does: partitions of a site each, learnt by themselves and fused in a tree.
+  void learn_tree(const FramedTracks& all, std::size_t batch, std::size_t partition_tracks) {
+    std::vector<Partition> partitions;
     std::vector<Site> sites;
-    std::vector<std::size_t> filling;  // of each site the leaf that has room
+    std::vector<std::size_t> filling;  // of each site the partition that has room
     for (const FramedTrajectory& track : all.tracks) {
       const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
       const bool first = site == filling.size();
       if (first) filling.push_back(0);
-      if (first || leaves[filling[site]].tracks.size() == leaf_tracks) {
-        filling[site] = leaves.size();
-        leaves.push_back({{}, batch, {}, {}});
+      if (first || partitions[filling[site]].tracks.size() == partition_tracks) {
+        filling[site] = partitions.size();
+        partitions.push_back({{}, batch, {}, {}});
       }
-      leaves[filling[site]].tracks.push_back(track);
+      partitions[filling[site]].tracks.push_back(track);
     }
-    model_ = learn_fleet(model_, std::move(leaves), config_);
+    model_ = learn_fleet(model_, std::move(partitions), config_);
   }
 
   std::vector<TrackPrediction> predict(const WindowSet& set) const {
@@ -55,8 +55,8 @@ class ModelLearner {
 
  private:
   /// Keeps nothing of the tracks; the episode around it still learns from the errors of the kinematic model.
-  static Updated keep_nothing(const Model& previous, const Batch& batch, const ModelSettings& settings) {
-    Updated updated;
+  static UpdateResult keep_nothing(const Model& previous, const Batch& batch, const ModelSettings& settings) {
+    UpdateResult updated;
     updated.model.settings = settings;
     updated.model.sites = join_sites(previous.sites, sites_of(batch.tracks)).sites;
     updated.model.episodes = previous.episodes + 1;
@@ -84,7 +84,7 @@ void bind_model_learner(nb::module_& module) {
   nb::class_<ModelLearner>(module, "ModelLearner", "SILA and what it is compared with inside the library.")
       .def(nb::init<const std::string&, const std::string&>(), "method"_a, "config"_a)
       .def("learn", &ModelLearner::learn, "batch"_a, nb::call_guard<nb::gil_scoped_release>())
-      .def("learn_tree", &ModelLearner::learn_tree, "all"_a, "batch"_a, "leaf_tracks"_a,
+      .def("learn_tree", &ModelLearner::learn_tree, "all"_a, "batch"_a, "partition_tracks"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("predict", &ModelLearner::predict, "windows"_a, nb::call_guard<nb::gil_scoped_release>())
       .def_prop_ro("size", &ModelLearner::model_size);

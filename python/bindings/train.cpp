@@ -24,10 +24,8 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
   StoredModel result = start;
   result.configuration = to_json(config).dump();
   const auto episodes = batch == 0 ? 0 : (input.size() + batch - 1) / batch;
-  Model previous = start.model;
-  const auto observe = [&](int number, const Episode& episode) {
+  const auto observe = [&](int number, const Model& previous, const Episode& episode) {
     result.episodes.push_back(record_of(static_cast<int>(start.episodes.size()) + number, previous, episode));
-    previous = episode.model;
     const nb::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
     if (on_episode) (*on_episode)(number, episodes, episode.report.tracks, episode.report.size_after);
@@ -62,7 +60,7 @@ StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming
 std::string explain(const StoredModel& previous, const StoredModel& incoming, const std::string& config_json,
                     const std::string& name) {
   const Config config = config_of(config_json);
-  const Fused fused = fuse_models(previous.model, incoming.model, config.episode.fuse);
+  const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse);
   return explain_fusion(name, fused.problem, config.episode.fuse, fused.plan).dump();
 }
 

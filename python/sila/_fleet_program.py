@@ -40,7 +40,7 @@ def run(arguments: list[str]) -> int:
         model = outcome.model
         print(
             f"{options.model}: {outcome.tracks} tracks new, {model.tracks} in {model.episodes} episodes, "
-            f"{len(model.primitives)} primitives, {len(model.transitions)} transitions; {outcome.leaves} leaves of "
+            f"{len(model.primitives)} primitives, {len(model.transitions)} transitions; {outcome.partitions} partitions of "
             f"{outcome.sources} sources, {outcome.known_episodes} episodes known before, {outcome.seconds:.1f} s"
         )
     return 0
@@ -57,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--model", required=True, metavar="M.sila", help="model file to make or to go on with")
     add("--scene", metavar="S.json", help="scene of all sources [the one beside each]")
     add("--batch", type=_count, default=20, metavar="N", help="tracks an episode [20]")
-    add("--leaf", type=_count, default=fleet.LEAF, metavar="N", help=f"tracks a task [{fleet.LEAF}]")
+    add("--partition", type=_count, default=fleet.PARTITION, metavar="N", help=f"tracks a task [{fleet.PARTITION}]")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=_count, metavar="N", help="processes on this machine [one a processor]")
     where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler that runs already, tcp://...:8786")
@@ -87,7 +87,7 @@ def _learn(options: argparse.Namespace) -> fleet.Outcome:
             model=start,
             client=client,
             batch=options.batch,
-            leaf=options.leaf,
+            partition=options.partition,
             config=assignments(options.config, options.set),
             strict=options.strict,
         )
@@ -111,7 +111,7 @@ def _facts(options: argparse.Namespace, outcome: fleet.Outcome) -> dict[str, Any
         "model": os.fspath(options.model),
         "sources": outcome.sources,
         "unread": outcome.unread,
-        "leaves": outcome.leaves,
+        "partitions": outcome.partitions,
         "known_episodes": outcome.known_episodes,
         "tracks": outcome.tracks,
         "size": outcome.model.size,

@@ -1,4 +1,4 @@
-"""Learning more tracks than one machine should: each leaf of them by itself, fused in a tree, on dask.distributed.
+"""Learning more tracks than one machine should: each partition of them by itself, fused in a tree, on dask.distributed.
 
 What is done is planned by the C++ library (`plan_fleet`); where and when, by Dask. The model is the same to the last bit
 whatever the number of workers and the order in which they finish, and after a worker was killed.
@@ -33,7 +33,7 @@ Sources = PathLike | Iterable[PathLike] | Mapping[PathLike, SceneLike | None]
 
 MODEL_SUFFIX = ".sila"
 #: Tracks a task.
-LEAF = 200
+PARTITION = 200
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Outcome:
     #: Reasons by source.
     unread: dict[str, str] = field(default_factory=dict)
     sources: int = 0
-    leaves: int = 0
+    partitions: int = 0
     #: Episodes that were in the model before, or in two sources.
     known_episodes: int = 0
     tracks: int = 0
@@ -52,7 +52,7 @@ class Outcome:
 
     def __repr__(self) -> str:
         return (
-            f"Outcome({self.model!r}; {self.leaves} leaves of {self.sources} sources, {self.known_episodes} episodes "
+            f"Outcome({self.model!r}; {self.partitions} partitions of {self.sources} sources, {self.known_episodes} episodes "
             f"known before, {len(self.unread)} sources unread, {self.seconds:.1f} s)"
         )
 
@@ -71,12 +71,12 @@ def learn(
     model: Model | None = None,
     client: Client | None = None,
     batch: int = 20,
-    leaf: int = LEAF,
+    partition: int = PARTITION,
     config: ConfigLike = None,
     strict: bool = False,
     progress: bool | None = None,
 ) -> Outcome:
-    """Learns sources side by side, `leaf` tracks a task and `batch` of them an episode, and fuses what they learnt.
+    """Learns sources side by side, `partition` tracks a task and `batch` of them an episode, and fuses what they learnt.
 
     `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them; `scene` holds for all of
     them, or a dictionary says which for each. Without, the scene beside a track file (tracks.scene.json for tracks.csv,
@@ -89,7 +89,7 @@ def learn(
     start = Model() if model is None else model
     if not isinstance(start, Model):
         raise TypeError(f"model: expected a sila.Model, found {type(model).__name__}")
-    for name, value in (("batch", batch), ("leaf", leaf)):
+    for name, value in (("batch", batch), ("partition", partition)):
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError(f"learn: {name}: expected a whole number of at least 1, found {value!r}")
     began = time.monotonic()
@@ -99,18 +99,18 @@ def learn(
         if source.model is not None:
             _named(source.path, lambda s=source: _sila.require_settings(s.model, s.scene, settings))
     with _connected(client) as cluster:
-        run = _Run(cluster, settings, batch, max(batch, leaf // batch * batch), progress)
+        run = _Run(cluster, settings, batch, max(batch, partition // batch * batch), progress)
         return run.learn(found, unread, start, strict, began)
 
 
 class _Run:
     """One run on a cluster: futures of what all tasks need, and how far it is."""
 
-    def __init__(self, client: Any, settings: str, batch: int, leaf: int, progress: bool | None) -> None:
+    def __init__(self, client: Any, settings: str, batch: int, partition: int, progress: bool | None) -> None:
         self.client = client
         self.settings = settings
         self.batch = batch
-        self.leaf = leaf
+        self.partition = partition
         self.progress = progress
         self.name = f"sila-{uuid.uuid4().hex[:8]}"
         self.common = self.submit("settings", _same, (settings, batch))
@@ -121,17 +121,17 @@ class _Run:
 
     def learn(self, found: list[_Source], unread: dict[str, str], start: Model, strict: bool, began: float) -> Outcome:
         sources = len(found) + len(unread)
-        leaves, episodes, sites = self.read(found, unread)
-        if unread and (strict or not leaves):
+        partitions, episodes, sites = self.read(found, unread)
+        if unread and (strict or not partitions):
             path, reason = next(iter(unread.items()))
             raise FormatError(path, 0, f"a source that can be read ({len(unread)} of {sources} cannot)", reason)
-        chosen = _sila.choose_leaves(episodes, sites, start.episode_ids)
+        chosen = _sila.choose_partitions(episodes, sites, start.episode_ids)
         known = sum(map(len, episodes)) - sum(len(episodes[i]) - len(out) for i, out in chosen)
-        if any(out for i, out in chosen if leaves[i][1]):
-            shared = next(leaves[i][2] for i, out in chosen if out and leaves[i][1])
+        if any(out for i, out in chosen if partitions[i][1]):
+            shared = next(partitions[i][2] for i, out in chosen if out and partitions[i][1])
             raise FormatError(shared, 0, "a model whose episodes are all new or all known", "some of both")
-        taken = [(leaves[i][0], out) for i, out in chosen]
-        leaves.clear()
+        taken = [(partitions[i][0], out) for i, out in chosen]
+        partitions.clear()
         result = self.carry_out(taken, start) if chosen else start
         learnt = result.tracks - start.tracks
         return Outcome(result, unread, sources, len(chosen), known, learnt, time.monotonic() - began)
@@ -139,10 +139,10 @@ class _Run:
     def read(
         self, found: list[_Source], unread: dict[str, str]
     ) -> tuple[list[tuple[Any, bool, str]], list[list[str]], list[Any]]:
-        """Leaves as futures (with whether they are models, and their source), the episodes and the site of each."""
-        reads = [self.submit(f"read-{i}", _read, source, self.leaf, self.common) for i, source in enumerate(found)]
+        """Partitions as futures (with whether they are models, and their source), the episodes and the site of each."""
+        reads = [self.submit(f"read-{i}", _read, source, self.partition, self.common) for i, source in enumerate(found)]
         contents = [self.submit(f"content-{i}", _episodes_in, future, self.common) for i, future in enumerate(reads)]
-        leaves: list[tuple[Any, bool, str]] = []
+        partitions: list[tuple[Any, bool, str]] = []
         episodes: list[list[str]] = []
         sites: list[Any] = []
         for i, content in enumerate(self.finished(contents, "reading", "source")):
@@ -151,15 +151,15 @@ class _Run:
                 unread[path] = content
                 continue
             for j, (ids, site) in enumerate(content):
-                leaf = self.submit(f"leaf-{i}-{j}", _part, reads[i], j)
-                leaves.append((leaf, found[i].model is not None, path))
+                partition = self.submit(f"partition-{i}-{j}", _part, reads[i], j)
+                partitions.append((partition, found[i].model is not None, path))
                 episodes.append(ids)
                 sites.append(site)
-        return leaves, episodes, sites
+        return partitions, episodes, sites
 
-    def carry_out(self, leaves: list[tuple[Any, list[str]]], start: Model) -> Model:
+    def carry_out(self, partitions: list[tuple[Any, list[str]]], start: Model) -> Model:
         """Every task of the plan, as soon as what it needs is there."""
-        plan = _sila.plan_fleet(len(leaves), start.episodes > 0, self.settings)
+        plan = _sila.plan_fleet(len(partitions), start.episodes > 0, self.settings)
         values: dict[int, Any] = {_sila.FLEET_NOTHING: None}
         if start.episodes > 0:
             values[_sila.FLEET_START] = self.submit("start", _same, start)
@@ -168,10 +168,10 @@ class _Run:
             for i in inputs:
                 uses[i] = uses.get(i, 0) + 1
         with bar(self.progress, len(plan), "learning", "task") as moving:
-            for number, (step, leaf, inputs) in enumerate(plan):
-                of_leaf = leaves[leaf] if leaf >= 0 else (None, [])
+            for number, (step, partition, inputs) in enumerate(plan):
+                of_partition = partitions[partition] if partition >= 0 else (None, [])
                 future = self.submit(
-                    f"{step}-{number}", _task, step, *of_leaf, self.common, *(values[i] for i in inputs)
+                    f"{step}-{number}", _task, step, *of_partition, self.common, *(values[i] for i in inputs)
                 )
                 future.add_done_callback(lambda _: moving.update())
                 values[number] = future
@@ -180,7 +180,7 @@ class _Run:
                     uses[i] -= 1
                     if uses[i] == 0 and i >= 0:
                         del values[i]
-            leaves.clear()
+            partitions.clear()
             result: Model = values[len(plan) - 1].result()
         return result
 
@@ -203,15 +203,15 @@ def _part(parts: list[Any], index: int) -> Any:
     return parts[index]
 
 
-def _read(source: _Source, leaf: int, common: tuple[str, int]) -> list[Any] | str:
-    """The leaves of a source, or why it cannot be read."""
+def _read(source: _Source, partition: int, common: tuple[str, int]) -> list[Any] | str:
+    """The partitions of a source, or why it cannot be read."""
     if source.model is not None:
         return [(source.model, source.scene)]
     try:
         tracks = list(read_tracks(source.path, scene=source.scene, config=json.loads(common[0])))
     except (FormatError, OSError) as error:
         return str(error)
-    return [(tracks[i : i + leaf], source.scene) for i in range(0, len(tracks), leaf)]
+    return [(tracks[i : i + partition], source.scene) for i in range(0, len(tracks), partition)]
 
 
 def _episodes_in(parts: list[Any] | str, common: tuple[str, int]) -> list[tuple[list[str], Any]] | str:
@@ -227,11 +227,11 @@ def _episodes_in(parts: list[Any] | str, common: tuple[str, int]) -> list[tuple[
     return found
 
 
-def _task(step: str, leaf: Any, left_out: list[str], common: tuple[str, int], *inputs: Any) -> Any:
+def _task(step: str, partition: Any, left_out: list[str], common: tuple[str, int], *inputs: Any) -> Any:
     settings, batch = common
-    if leaf is None or isinstance(leaf[0], Model):
-        return _sila.run_task_on_model(step, leaf and leaf[0], list(inputs), settings, 1)
-    tracks, scene = leaf
+    if partition is None or isinstance(partition[0], Model):
+        return _sila.run_task_on_model(step, partition and partition[0], list(inputs), settings, 1)
+    tracks, scene = partition
     return _sila.run_task(step, tracks, scene, batch, left_out, list(inputs), settings, 1)
 
 

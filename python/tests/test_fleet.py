@@ -15,7 +15,7 @@ import sila.fleet
 from distributed import Client, LocalCluster
 from sila._program import PROGRAM
 
-LEAF = 20
+PARTITION = 20
 
 
 @pytest.fixture(scope="session")
@@ -39,7 +39,7 @@ def sites(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def outcome(client, sites):
-    return sila.fleet.learn(sites, client=client, batch=10, leaf=LEAF)
+    return sila.fleet.learn(sites, client=client, batch=10, partition=PARTITION)
 
 
 def saved(model, tmp_path, name):
@@ -57,8 +57,8 @@ def test_every_track_of_every_source_is_learnt(outcome, sites):
     tracks = sum(len(sila.read_tracks(file, scene=file.parent / "scene.json")) for file in files)
     assert outcome.model.tracks == outcome.tracks == tracks
     assert outcome.sources == 6
-    assert outcome.leaves == sum(
-        -(-len(sila.read_tracks(file, scene=file.parent / "scene.json")) // LEAF) for file in files
+    assert outcome.partitions == sum(
+        -(-len(sila.read_tracks(file, scene=file.parent / "scene.json")) // PARTITION) for file in files
     )
     assert outcome.unread == {}
     assert len(outcome.model.episode_ids) == outcome.model.episodes
@@ -70,7 +70,7 @@ def test_one_worker_and_another_order_give_the_same_bytes(outcome, sites, tmp_pa
     files = sorted(sites.rglob("*.csv"), reverse=True)
     local = {"processes": False, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(n_workers=1, threads_per_worker=2, **local) as cluster, Client(cluster) as single:
-        alone = sila.fleet.learn(files, client=single, batch=10, leaf=LEAF)
+        alone = sila.fleet.learn(files, client=single, batch=10, partition=PARTITION)
     assert alone.model == outcome.model
     assert saved(alone.model, tmp_path, "a.sila") == saved(outcome.model, tmp_path, "b.sila")
 
@@ -81,7 +81,7 @@ def test_a_worker_that_is_killed_changes_nothing(outcome, sites):
         done = threading.Event()
 
         def kill_one():
-            # In the middle: some leaves are learnt, the tree is not.
+            # In the middle: some partitions are learnt, the tree is not.
             while not done.is_set():
                 pending = client.run_on_scheduler(
                     lambda dask_scheduler: [
@@ -91,7 +91,7 @@ def test_a_worker_that_is_killed_changes_nothing(outcome, sites):
                     ]
                 )
                 learning = sum("-learn-" in key for key in pending)
-                if any("-finish-" in key for key in pending) and learning <= outcome.leaves - 2:
+                if any("-finalise-" in key for key in pending) and learning <= outcome.partitions - 2:
                     os.kill(next(iter(workers.values())), signal.SIGKILL)
                     return True
                 time.sleep(0.005)
@@ -99,7 +99,7 @@ def test_a_worker_that_is_killed_changes_nothing(outcome, sites):
 
         with ThreadPoolExecutor() as pool:
             killed = pool.submit(kill_one)
-            again = sila.fleet.learn(sites, client=client, batch=10, leaf=LEAF)
+            again = sila.fleet.learn(sites, client=client, batch=10, partition=PARTITION)
             done.set()
             assert killed.result(), "the worker was killed before the end"
         assert set(client.run(os.getpid).values()) != set(workers.values())
@@ -107,8 +107,8 @@ def test_a_worker_that_is_killed_changes_nothing(outcome, sites):
 
 
 def test_running_it_again_learns_nothing_twice(client, outcome, sites):
-    again = sila.fleet.learn(sites, client=client, model=outcome.model, batch=10, leaf=LEAF)
-    assert again.tracks == again.leaves == 0
+    again = sila.fleet.learn(sites, client=client, model=outcome.model, batch=10, partition=PARTITION)
+    assert again.tracks == again.partitions == 0
     assert again.known_episodes == outcome.model.episodes
     assert again.model == outcome.model
 
@@ -117,18 +117,18 @@ def test_it_goes_on_with_what_is_new(client, outcome, sites, tmp_path):
     (tmp_path / "scene.json").write_bytes((sites / "1" / "scene.json").read_bytes())
     made = sila.simulate(layout="four-way", sidewalk_width_m=2.0, tracks=30, seed=99)
     made.reported.save(tmp_path / "tomorrow.csv")
-    more = sila.fleet.learn([sites, tmp_path], client=client, model=outcome.model, batch=10, leaf=LEAF)
+    more = sila.fleet.learn([sites, tmp_path], client=client, model=outcome.model, batch=10, partition=PARTITION)
     assert more.known_episodes == outcome.model.episodes
     assert more.model.tracks == outcome.model.tracks + more.tracks
     assert set(outcome.model.episode_ids) < set(more.model.episode_ids)
-    only_new = sila.fleet.learn(tmp_path, client=client, model=outcome.model, batch=10, leaf=LEAF)
+    only_new = sila.fleet.learn(tmp_path, client=client, model=outcome.model, batch=10, partition=PARTITION)
     assert only_new.model == more.model
 
 
 def test_models_that_were_learnt_elsewhere_are_sources_too(client, outcome, sites, tmp_path):
     made = sila.simulate(layout="obtuse", tracks=30, seed=5)
     sila.learn(made.tracks, scene=made.scene).save(tmp_path / "elsewhere.sila")
-    both = sila.fleet.learn([sites, tmp_path], client=client, batch=10, leaf=LEAF)
+    both = sila.fleet.learn([sites, tmp_path], client=client, batch=10, partition=PARTITION)
     assert both.model.tracks == outcome.model.tracks + len(made.tracks)
     alone = sila.fleet.learn(tmp_path / "elsewhere.sila", client=client)
     assert alone.model == sila.Model.load(tmp_path / "elsewhere.sila")
@@ -138,12 +138,12 @@ def test_what_cannot_be_read_is_told_and_sinks_the_run_only_if_it_should(client,
     (tmp_path / "scene.json").write_bytes((sites / "1" / "scene.json").read_bytes())
     (tmp_path / "broken.csv").write_text("track_id,t,x,y\n1,0.0,one,2\n")
     sources = [sites, tmp_path / "broken.csv", tmp_path / "absent.csv"]
-    outcome_ = sila.fleet.learn(sources, client=client, batch=10, leaf=LEAF)
+    outcome_ = sila.fleet.learn(sources, client=client, batch=10, partition=PARTITION)
     assert outcome_.model == outcome.model
     assert set(outcome_.unread) == {str(tmp_path / "broken.csv"), str(tmp_path / "absent.csv")}
     assert outcome_.unread[str(tmp_path / "absent.csv")] == "no such file or folder"
     with pytest.raises(sila.FormatError, match="2 of 8 cannot"):
-        sila.fleet.learn(sources, client=client, batch=10, leaf=LEAF, strict=True)
+        sila.fleet.learn(sources, client=client, batch=10, partition=PARTITION, strict=True)
 
 
 class NoClient:
@@ -192,8 +192,8 @@ def test_models_of_another_schema_are_refused_before_any_work(sites, model, tmp_
 
 
 def test_arguments_are_checked(sites):
-    with pytest.raises(ValueError, match="leaf: expected a whole number"):
-        sila.fleet.learn(sites, client=NoClient(), leaf=0)
+    with pytest.raises(ValueError, match="partition: expected a whole number"):
+        sila.fleet.learn(sites, client=NoClient(), partition=0)
     with pytest.raises(ValueError, match="sources: expected at least one path"):
         sila.fleet.learn([], client=NoClient())
     with pytest.raises(TypeError, match="model: expected a sila.Model"):
@@ -203,7 +203,7 @@ def test_arguments_are_checked(sites):
 def test_error_statistics_travel_bit_for_bit(place):
     settings = sila._sila.merged_config("{}", "{}", "config")
     tracks = list(place.tracks)
-    error_statistics = sila._sila.run_task("teach", tracks, place.scene, 20, [], [None, None], settings, 1)
+    error_statistics = sila._sila.run_task("calibrate", tracks, place.scene, 20, [], [None, None], settings, 1)
     assert pickle.dumps(pickle.loads(pickle.dumps(error_statistics))) == pickle.dumps(error_statistics)
 
 
@@ -213,11 +213,11 @@ def program(*arguments):
 
 
 def test_the_program_learns_a_fleet(outcome, sites, tmp_path):
-    run = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--leaf", LEAF, "--workers", 2)
+    run = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--partition", PARTITION, "--workers", 2)
     assert run.returncode == 0, run.stderr
     assert f"{outcome.tracks} tracks new" in run.stdout
     assert sila.Model.load(tmp_path / "city.sila") == outcome.model
-    again = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--leaf", LEAF, "--workers", 1, "--json")
+    again = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--partition", PARTITION, "--workers", 1, "--json")
     assert again.returncode == 0, again.stderr
     assert '"tracks": 0' in again.stdout
 

@@ -83,7 +83,7 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
 
 def test_batch_learning_is_one_episode_with_error_statistics(place, unseen):
     at_once = sila.train_batch(place.tracks, scene=place.scene)
-    together = {"compact": {"enabled": False}}  # as batch learning has it
+    together = {"prune": {"enabled": False}}  # as batch learning has it
     unfitted = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config=together)
     assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), unfitted.size)
     errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, unfitted)]

@@ -7,10 +7,10 @@
 #include <map>
 #include <stdexcept>
 
+#include "fuse/similarity.hpp"
 #include "sila/core/steps.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/metrics.hpp"
-#include "sila/fuse/similarity.hpp"
 #include "sila/gp/flow_posterior.hpp"
 #include "sila/model/packing.hpp"
 
@@ -104,7 +104,7 @@ CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, cons
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold) {
   if (!(a.settings == b.settings)) {
     throw std::invalid_argument(
-        "compare: the models have different conventions (grid, frame, interval or knots), they must be equal");
+        "compare: the models have different settings (grid, frame, interval or knots), they must be equal");
   }
   ModelComparison comparison;
   std::vector<int> likes = equals(a, b);

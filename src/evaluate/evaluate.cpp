@@ -25,12 +25,12 @@ struct Judged {
   std::vector<SkippedTracks> skipped;
 };
 
-Judged windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double every_s,
+Judged windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double stride_s,
                            std::size_t steps) {
   Judged judged;
   std::map<std::string, std::size_t> skipped;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict, every_s);
+    std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict, stride_s);
     const std::size_t before = judged.windows.size();
     for (Window& window : windows) {
       if (window.future_m.size() == steps) judged.windows.push_back({i, std::move(window)});
@@ -161,7 +161,7 @@ double heading_change_rad(std::span<const Vector2> path_m) {
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& judged) {
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const std::vector<JudgedWindow> windows = windows_with_future(train, config, judged.every_s, steps).windows;
+  const std::vector<JudgedWindow> windows = windows_with_future(train, config, judged.stride_s, steps).windows;
   const auto references = [&](bool moving) {
     return references_on(windows, steps, config.sampling.interval_s,
                          [&](const Window& window) { return is_moving(window, judged) == moving; });
@@ -176,7 +176,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
                              const TrainingSupport* support) {
   validate_fields("evaluate", judged_config);
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const Judged judged = windows_with_future(tracks, config, judged_config.every_s, steps);
+  const Judged judged = windows_with_future(tracks, config, judged_config.stride_s, steps);
   std::vector<LinearReference> own =
       references_on(judged.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
   own.resize(2);  // the paths of the others would be fitted to what they are judged by

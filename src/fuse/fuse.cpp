@@ -8,10 +8,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "sila/fuse/fuse_fields.hpp"
-#include "sila/fuse/mean.hpp"
+#include "fuse/fuse_fields.hpp"
+#include "fuse/mean.hpp"
+#include "fuse/similarity.hpp"
 #include "sila/fuse/reindex.hpp"
-#include "sila/fuse/similarity.hpp"
 
 namespace sila {
 namespace {
@@ -31,7 +31,7 @@ void require_compatible(const std::string& function, const Model& previous, cons
   const ModelSettings& ours = previous.settings;
   const ModelSettings& theirs = incoming.model.settings;
   if (!previous.empty() && !incoming.model.empty() && !(ours == theirs)) {
-    throw std::invalid_argument(function + ": conventions of previous = " + describe(ours) +
+    throw std::invalid_argument(function + ": settings of previous = " + describe(ours) +
                                 ", those of incoming = " + describe(theirs) + ", they must be equal");
   }
   if (!previous.transitions.empty() && !incoming.model.transitions.empty() &&
@@ -269,8 +269,8 @@ FuseReport report_of(const FusionPlan& plan, const std::vector<FieldSources>& so
 }
 
 /// Alg. 2: the model that a plan describes.
-Fused carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
-                JoinedSites joined, const FuseConfig& config) {
+FuseResult carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
+                     JoinedSites joined, const FuseConfig& config) {
   std::vector<FieldSources> sources;
   for (const TransitionGroup& group : plan.groups) sources.push_back(sources_of(group, previous, incoming));
   Model model;
@@ -298,10 +298,11 @@ void validate(const FuseConfig& config) {
   validate(config.gp);
 }
 
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config) {
+FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config) {
   validate(config);
   require_compatible("fuse", previous, incoming);
-  require_separable("fuse", previous, config.sites), require_separable("fuse", incoming.model, config.sites);
+  require_separable("fuse", previous, config.sites);
+  require_separable("fuse", incoming.model, config.sites);
   JoinedSites joined = join_sites(previous.sites, incoming.model.sites);
   FusionProblem problem = joint_problem(previous, incoming.model);  // M^(n), line 4
   problem.similarity_threshold = config.similarity_threshold;
@@ -310,7 +311,7 @@ Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& c
   return carry_out(std::move(problem), std::move(plan), previous, incoming, std::move(joined), config);  // Alg. 2
 }
 
-Fused accumulate(const Model& previous, const Increment& incoming) {
+FuseResult accumulate(const Model& previous, const Increment& incoming) {
   require_compatible("accumulate", previous, incoming);
   FusionProblem problem = joint_problem(previous, incoming.model);  // no similarities: nothing can match
   FusionPlan plan = plan_fusion(problem);

@@ -1,4 +1,4 @@
-#include "sila/fuse/fuse_fields.hpp"
+#include "fuse/fuse_fields.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "sila/fuse/mean.hpp"
+#include "fuse/mean.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "sila/fuse/similarity.hpp"
+#include "fuse/similarity.hpp"
 
 #include <algorithm>
 #include <cmath>

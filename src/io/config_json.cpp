@@ -89,6 +89,11 @@ constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"serve", "service"},
     {"works_m", "construction_length_m"},
     {"stand_share", "stop_share"},
+    {"compact", "prune"},
+    {"forget_count", "expire_count"},
+    {"forget_after_episodes", "expire_after_episodes"},
+    {"model", "budget"},
+    {"evaluate.every_s", "evaluate.stride_s"},
 };
 
 /// Last names of fields that are constants now.

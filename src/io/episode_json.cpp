@@ -41,11 +41,11 @@ std::map<std::pair<int, int>, double> carried_counts(const ModelChange& change, 
 
 }  // namespace
 
-ordered_json to_json(const LimitReport& report) {
+ordered_json to_json(const BudgetReport& report) {
   return {{"primitives", report.primitives},
           {"transitions", report.transitions},
           {"count", report.count},
-          {"narrowed", report.narrowed}};
+          {"reduced", report.reduced}};
 }
 
 ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated) {
@@ -82,8 +82,8 @@ EpisodeRecord record_of(int number, const Model& previous, const Episode& episod
   const nlohmann::ordered_json statistics{
       {"standing", report.learn.standing},           {"unexplained", report.learn.unexplained},
       {"batch_primitives", report.learn.primitives}, {"batch_transitions", report.learn.transitions},
-      {"absorbed", report.compact.absorbed},         {"forgotten", report.compact.forgotten},
-      {"given_up", to_json(report.given_up)},        {"change", to_json(report.change, previous, episode.model)}};
+      {"subsumed", report.prune.subsumed},           {"expired", report.prune.expired},
+      {"evicted", to_json(report.budget)},           {"change", to_json(report.change, previous, episode.model)}};
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return {number,
           report.tracks,

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "sila/learn/sparse_coding.hpp"
+#include "learn/sparse_coding.hpp"
 
 namespace sila {
 namespace {
@@ -68,7 +68,10 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   for (const CellArrow& visit : problem.tracks[track]) {
     for (const Overlap::Entry& entry : overlap.at(visit.cell)) {
       const auto k = static_cast<std::size_t>(entry.primitive);
-      if (!touched.yet[k]) lasso.primitives.push_back(entry.primitive), touched.yet[k] = true;
+      if (!touched.yet[k]) {
+        lasso.primitives.push_back(entry.primitive);
+        touched.yet[k] = true;
+      }
       touched.products[k] += entry.arrow->dot(visit.value);
     }
   }
@@ -76,7 +79,10 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   std::erase_if(lasso.primitives, [&](int primitive) {
     const auto k = static_cast<std::size_t>(primitive);
     const bool out = !touched.used[k] && stays_zero(touched.products[k], penalty, problem);
-    if (out) touched.products[k] = 0.0, touched.yet[k] = false;
+    if (out) {
+      touched.products[k] = 0.0;
+      touched.yet[k] = false;
+    }
     return out;
   });
   std::sort(lasso.primitives.begin(), lasso.primitives.end());
@@ -85,7 +91,8 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   for (Eigen::Index j = 0; j < count; ++j) {
     const auto k = static_cast<std::size_t>(lasso.primitives[static_cast<std::size_t>(j)]);
     lasso.products(j) = touched.products[k];
-    touched.products[k] = 0.0, touched.yet[k] = false;
+    touched.products[k] = 0.0;
+    touched.yet[k] = false;
   }
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "sila/learn/dictionary.hpp"
+#include "learn/dictionary.hpp"
 
 namespace sila {
 
@@ -42,7 +42,7 @@ struct CodingState {
 /// Recomputes all codes for the given primitives (exact minimum); warm-started from the present ones.
 CodingState with_new_codes(const CodingProblem& problem, CodingState state, double penalty);
 
-/// Replaces each primitive in turn by the exact minimiser over its convex set (algorithms 1.5).
+/// Replaces each primitive in turn by the exact minimiser over its convex set (docs/learn.md, section 4).
 CodingState with_new_primitives(const CodingProblem& problem, CodingState state);
 
 /// What of each visited cell of a track the code does not explain, in path order.

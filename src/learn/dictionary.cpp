@@ -1,4 +1,4 @@
-#include "sila/learn/dictionary.hpp"
+#include "learn/dictionary.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -212,7 +212,10 @@ Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g) {
     b = (kappa * n + b) / (kappa * kappa + 1.0);
     length = kappa * b;
   }
-  if (b > g) b = g, length = std::min(n, 1.0);
+  if (b > g) {
+    b = g;
+    length = std::min(n, 1.0);
+  }
   const double scale = n > 0.0 ? length / n : 0.0;
   return {arrow.x() * scale, arrow.y() * scale, b};
 }

@@ -1,4 +1,4 @@
-#include "sila/learn/grid_vectors.hpp"
+#include "learn/grid_vectors.hpp"
 
 #include <cmath>
 #include <map>
@@ -24,7 +24,8 @@ GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double 
   const auto add = [&](const Vector2& position, const Vector2& heading) {
     HeadingSum& cell =
         cells.try_emplace(cell_of(grid, position), HeadingSum{Vector2::Zero(), 0, cells.size()}).first->second;
-    cell.sum += heading, cell.samples += 1;
+    cell.sum += heading;
+    cell.samples += 1;
   };
   for (std::size_t t = 0; t < track.positions.size(); ++t) {
     const Vector2& velocity = track.velocities[t];

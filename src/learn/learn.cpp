@@ -9,12 +9,12 @@
 #include <set>
 #include <utility>
 
+#include "learn/dictionary.hpp"
+#include "learn/grid_vectors.hpp"
+#include "learn/segmentation.hpp"
+#include "learn/transitions.hpp"
 #include "sila/gp/fuse_gps.hpp"
 #include "sila/gp/fit.hpp"
-#include "sila/learn/dictionary.hpp"
-#include "sila/learn/grid_vectors.hpp"
-#include "sila/learn/segmentation.hpp"
-#include "sila/learn/transitions.hpp"
 
 namespace sila {
 namespace {
@@ -67,7 +67,9 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
   for (const auto& [key, observation] : observed) {
     const std::size_t i = transitions.size();
     Transition& transition = transitions.emplace_back();
-    transition.from = key.first, transition.to = key.second, transition.sites = observation.sites;
+    transition.from = key.first;
+    transition.to = key.second;
+    transition.sites = observation.sites;
     transition.count = total_count(transition.sites);
     transition.support = static_cast<int>(transition.count);  // of one batch: each track once
     transition.field.extent =
@@ -98,11 +100,12 @@ std::vector<SitePart> by_site(const Batch& batch) {
 }
 
 /// Adds the increment of another site, side by side.
-void append(Learnt& all, Learnt more, const std::vector<std::size_t>& tracks) {
+void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& tracks) {
   Model& model = all.increment.model;
   const auto shift = static_cast<int>(model.primitives.size()), site = static_cast<int>(model.sites.size());
   for (Transition& transition : more.increment.model.transitions) {
-    transition.from += shift, transition.to += shift;
+    transition.from += shift;
+    transition.to += shift;
     for (SiteCount& part : transition.sites) part.site += site;
     model.transitions.push_back(std::move(transition));
   }
@@ -115,9 +118,12 @@ void append(Learnt& all, Learnt more, const std::vector<std::size_t>& tracks) {
   std::ranges::move(more.increment.samples, std::back_inserter(all.increment.samples));
   model.tracks += more.increment.model.tracks;
   LearnReport& report = all.report;
-  report.tracks += more.report.tracks, report.standing += more.report.standing;
-  report.unexplained += more.report.unexplained, report.objective += more.report.objective;
-  report.primitives += more.report.primitives, report.transitions += more.report.transitions;
+  report.tracks += more.report.tracks;
+  report.standing += more.report.standing;
+  report.unexplained += more.report.unexplained;
+  report.objective += more.report.objective;
+  report.primitives += more.report.primitives;
+  report.transitions += more.report.transitions;
 }
 
 /// Notes how many tracks show each primitive.
@@ -163,7 +169,7 @@ Hyperparameters starting_hyperparameters(const ModelSettings& settings, const Fi
   return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
 }
 
-Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
   validate_fields("learn", config);
   const std::vector<CurbTrajectory>& tracks = batch.tracks;
   const double min_speed_mps = config.dictionary.min_speed_mps;
@@ -177,8 +183,7 @@ Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfi
                                            config.dictionary.run_m / cell_m, config.dictionary);  // D, by ASNSC
   std::vector<std::vector<Segment>> segments;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, settings.grid, min_speed_mps,
-                               config.segmentation));
+    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, settings.grid, min_speed_mps));
   }
   Model model;
   model.settings = settings;
@@ -193,15 +198,15 @@ Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfi
   model.episodes = 1;
   model.tracks = static_cast<long>(tracks.size());
   const LearnReport report = report_of(vectors, segments, dictionary, model);
-  Learnt learnt{{std::move(model), {}}, report, std::move(segments)};
+  LearnResult learnt{{std::move(model), {}}, report, std::move(segments)};
   for (auto& [key, transition] : observed) learnt.increment.samples.push_back(std::move(transition.samples));
   return learnt;
 }
 
-Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
+LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
   const std::vector<SitePart> parts = by_site(batch);
   if (parts.size() < 2) return learn(batch, settings, config);
-  Learnt all = learn(parts.front().batch, settings, config);
+  LearnResult all = learn(parts.front().batch, settings, config);
   std::vector<std::vector<Segment>> first = std::exchange(all.segments, {});
   all.segments.resize(batch.tracks.size());
   for (std::size_t i = 0; i < first.size(); ++i) all.segments[parts.front().tracks[i]] = std::move(first[i]);

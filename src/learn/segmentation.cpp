@@ -1,10 +1,17 @@
-#include "sila/learn/segmentation.hpp"
+#include "learn/segmentation.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 
 namespace sila {
 namespace {
+
+/// Primitives used less by a track do not label it.
+constexpr double kMinCoefficient = 0.1;
+/// Total score that a change of primitive must gain [samples].
+constexpr double kSwitchPenalty = 1.5;
+/// Shorter runs join the run before [samples].
+constexpr std::size_t kMinRunSamples = 3;
 
 Vector2 arrow_at(const MotionPrimitive& primitive, const CellKey& cell) {
   const auto place = std::lower_bound(primitive.cells.begin(), primitive.cells.end(), cell,
@@ -30,13 +37,13 @@ Eigen::MatrixXd label_scores(const CurbTrajectory& track, std::span<const Coeffi
 }
 
 /// The label sequence of the highest total score, changes paid for (Viterbi); the lower label wins ties.
-std::vector<Eigen::Index> best_labels(const Eigen::MatrixXd& scores, double switch_penalty) {
+std::vector<Eigen::Index> best_labels(const Eigen::MatrixXd& scores) {
   const Eigen::Index samples = scores.rows(), labels = scores.cols();
   Eigen::MatrixXi before = Eigen::MatrixXi::Zero(samples, labels);
   Eigen::RowVectorXd total = scores.row(0);
   for (Eigen::Index t = 1; t < samples; ++t) {
     Eigen::Index best = 0;
-    const double changed = total.maxCoeff(&best) - switch_penalty;
+    const double changed = total.maxCoeff(&best) - kSwitchPenalty;
     Eigen::RowVectorXd next(labels);
     for (Eigen::Index k = 0; k < labels; ++k) {
       const bool stays = total(k) >= changed;
@@ -81,16 +88,14 @@ std::vector<Segment> without_short_runs(const std::vector<Segment>& runs, std::s
 }  // namespace
 
 std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coefficient> code,
-                             std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps,
-                             const SegmentationConfig& config) {
+                             std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps) {
   std::vector<Coefficient> labels;
   for (const Coefficient& used : code) {
-    if (used.value > config.min_coefficient) labels.push_back(used);
+    if (used.value > kMinCoefficient) labels.push_back(used);
   }
   if (labels.empty() || track.positions.empty()) return {};
   const Eigen::MatrixXd scores = label_scores(track, labels, primitives, grid, min_speed_mps);
-  return without_short_runs(runs_of(best_labels(scores, config.switch_penalty), labels),
-                            static_cast<std::size_t>(config.min_run_samples));
+  return without_short_runs(runs_of(best_labels(scores), labels), kMinRunSamples);
 }
 
 }  // namespace sila

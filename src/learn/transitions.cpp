@@ -1,4 +1,4 @@
-#include "sila/learn/transitions.hpp"
+#include "learn/transitions.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -77,7 +77,9 @@ void accumulate_moments(ErrorStatistics& sum, const ErrorStatistics& more) {
 
 ErrorStatistics zero_error_statistics(int steps, double interval_s) {
   ErrorStatistics error_statistics;
-  error_statistics.steps = steps, error_statistics.classes = kSpeedClasses, error_statistics.interval_s = interval_s;
+  error_statistics.steps = steps;
+  error_statistics.classes = kSpeedClasses;
+  error_statistics.interval_s = interval_s;
   const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
   const auto blank = [](int f) {
     return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)};
@@ -93,13 +95,21 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s) {
   return error_statistics;
 }
 
-ErrorStatistics faded(ErrorStatistics error_statistics, double share) {
+ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
   for (auto* table : {&error_statistics.with_map, &error_statistics.without_map}) {
-    for (RegressionMoments& cell : *table) cell.weight *= share, cell.features *= share, cell.products *= share;
+    for (RegressionMoments& cell : *table) {
+      cell.weight *= share;
+      cell.features *= share;
+      cell.products *= share;
+    }
   }
   for (auto* table :
        {&error_statistics.errors_with_map, &error_statistics.errors_without_map, &error_statistics.errors_place_free}) {
-    for (ErrorMoments& cell : *table) cell.weight *= share, cell.along_m2 *= share, cell.across_m2 *= share;
+    for (ErrorMoments& cell : *table) {
+      cell.weight *= share;
+      cell.along_m2 *= share;
+      cell.across_m2 *= share;
+    }
   }
   for (std::vector<double>& bins : error_statistics.scores) {
     for (double& count : bins) count *= share;
@@ -124,7 +134,7 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
   if (past.empty()) return recent;
   if (recent.empty()) return past;
   require_like(past, recent);
-  ErrorStatistics sum = faded(past, decay);
+  ErrorStatistics sum = discounted(past, decay);
   accumulate_moments(sum, recent);
   for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) {
     // Under covariances of which little was known nonconformity scores say little: wide ones would hide how large they

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "sila/core/buckets.hpp"
+#include "predict/buckets.hpp"
 #include "sila/gp/earlier_gps.hpp"
 
 namespace sila {
@@ -78,21 +78,22 @@ std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
 /// The fields of an earlier model, whose posteriors may serve again.
 class Known {
  public:
-  explicit Known(const FlowFieldIndex::Reuse& earlier) : earlier_(earlier) {
-    if (!earlier.model) return;
-    for (std::size_t i = 0; i < earlier.model->transitions.size(); ++i)
-      gps_.add(earlier.model->transitions[i].field.gp, static_cast<int>(i));
+  Known(const Model* earlier, const FlowFieldIndex* of_earlier) : earlier_(earlier), index_(of_earlier) {
+    if (!earlier) return;
+    for (std::size_t i = 0; i < earlier->transitions.size(); ++i)
+      gps_.add(earlier->transitions[i].field.gp, static_cast<int>(i));
   }
 
   FlowPosterior field(const FlowField& field) const {
     const std::optional<int> index = gps_.find(field.gp);
-    if (index && earlier_.model->transitions[static_cast<std::size_t>(*index)].field.gp_y == field.gp_y)
-      return earlier_.map->field(*index).posterior;
+    if (index && earlier_->transitions[static_cast<std::size_t>(*index)].field.gp_y == field.gp_y)
+      return index_->field(*index).posterior;
     return FlowPosterior(field.gp, field.second());
   }
 
  private:
-  FlowFieldIndex::Reuse earlier_;
+  const Model* earlier_;
+  const FlowFieldIndex* index_;
   EarlierGps gps_;
 };
 
@@ -133,17 +134,19 @@ void take_up(const CellSummaries& summaries, const FlowFieldIndex::Field& field,
 
 }  // namespace
 
-FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, const Reuse& earlier)
+FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, const Model* earlier,
+                               const FlowFieldIndex* of_earlier)
     : leaving_(model.primitives.size()) {
   bucket_size_ = model.settings.grid.cell;
   max_shortlisted_ = static_cast<std::size_t>(config.max_shortlisted);
-  apart_ = model.sharing == SiteSharing::apart, trained_sites_only_ = config.trained_sites_only;
+  apart_ = model.sharing == SiteSharing::apart;
+  trained_sites_only_ = config.trained_sites_only;
   for (const Site& site : model.sites) site_frames_.push_back(site.frame);
   buckets_.resize((apart_ ? site_frames_.size() : 0) + (apart_ && trained_sites_only_ ? 0 : 1));
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
     leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
-  const Known known(earlier);
+  const Known known(earlier, of_earlier);
   std::vector<Entry> entries(model.transitions.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
     const Transition& transition = model.transitions[i];
@@ -192,10 +195,12 @@ void FlowFieldIndex::add_summaries() {
       if (bucket.transitions.size() <= max_shortlisted_) continue;
       const Vector2 middle = bucket_middle(key, bucket_size_);
       crowded.emplace_back(middle, &bucket);
-      xs.push_back(middle.x()), ys.push_back(middle.y());
+      xs.push_back(middle.x());
+      ys.push_back(middle.y());
     }
   }
-  sort_and_make_unique(xs), sort_and_make_unique(ys);
+  sort_and_make_unique(xs);
+  sort_and_make_unique(ys);
   std::vector<CellSummaries> summaries(fields_.size());
   std::vector<std::size_t> times_scored(fields_.size());
   for (const auto& [middle, bucket] : crowded) {
@@ -207,7 +212,8 @@ void FlowFieldIndex::add_summaries() {
     bucket->summaries.resize(bucket->transitions.size());
     for (std::size_t k = 0; k < bucket->summaries.size(); ++k) {
       CellSummaries& of_field = summaries[static_cast<std::size_t>(bucket->transitions[k])];
-      of_field.places.push_back(place), of_field.summaries.push_back(&bucket->summaries[k]);
+      of_field.places.push_back(place);
+      of_field.summaries.push_back(&bucket->summaries[k]);
     }
   }
   tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { take_up(summaries[i], fields_[i], xs, ys); });

@@ -79,9 +79,12 @@ Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
     workspace.spare.pop_back();
   }
   Mode& mode = modes.back();
-  mode.weight = weight, mode.variant = VariantKind::expected, mode.source = modes.size() - 1;
+  mode.weight = weight;
+  mode.variant = VariantKind::expected;
+  mode.source = modes.size() - 1;
   mode.primitives.clear();
-  mode.path_m.resize(steps), mode.covariances_m2.resize(steps);
+  mode.path_m.resize(steps);
+  mode.covariances_m2.resize(steps);
   return mode;
 }
 

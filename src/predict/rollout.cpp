@@ -136,7 +136,8 @@ class Roller {
     for (std::size_t b = 0; b < branches.size(); ++b) {
       for (const Successor& successor : nexts[b]) {
         Branch& part = list[count++] = branches[b];
-        part.weight *= successor.probability, part.chain_probability *= successor.probability;
+        part.weight *= successor.probability;
+        part.chain_probability *= successor.probability;
         follow(part, successor.transition);
       }
       if (!nexts[b].empty()) continue;
@@ -148,20 +149,24 @@ class Roller {
 
   Rollout finished(const Branch& branch, std::size_t steps) const {
     Rollout rollout;
-    rollout.weight = branch.weight, rollout.chain_probability = branch.chain_probability;
+    rollout.weight = branch.weight;
+    rollout.chain_probability = branch.chain_probability;
     rollout.origin = branch.origin;
     const auto path = scratch_.array<Vector2>(steps), own_path = scratch_.array<Vector2>(steps);
     const auto covariances = scratch_.array<Matrix2>(with_covariances_ ? steps : 0);
     const Step* step = branch.step;
     for (std::size_t j = steps; j-- > 0; step = step->before) {
-      path[j] = step->position, own_path[j] = to_curb(frame_, step->own_position);
+      path[j] = step->position;
+      own_path[j] = to_curb(frame_, step->own_position);
       if (with_covariances_) covariances[j] = step->covariance;
     }
     std::size_t links = 0;
     for (const Link* link = branch.link; link; link = link->before) ++links;
     const auto transitions = scratch_.array<int>(links);
     for (const Link* link = branch.link; link; link = link->before) transitions[--links] = link->transition;
-    rollout.path = path, rollout.own_path = own_path, rollout.covariances = covariances;
+    rollout.path = path;
+    rollout.own_path = own_path;
+    rollout.covariances = covariances;
     rollout.transitions = transitions;
     return rollout;
   }

@@ -45,15 +45,15 @@ struct ModeAtStep {
 };
 
 /// What each mode says of one step, and how well that fits what happened.
-std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& window, const Hypotheses& hypotheses,
-                                 const Observation& seen, std::size_t step, const Vector2& truth) {
+std::vector<ModeAtStep> modes_at(const Predictor& predictor, const Window& window, const MergedRollouts& merged,
+                                 const ObservedFeatures& seen, std::size_t step, const Vector2& truth) {
   std::vector<ModeAtStep> modes;
   const double seconds = static_cast<double>(step + 1) * predictor.interval_s();
   const Stacking& stacking = predictor.stacking(seen.site);
   double total = 0.0;
-  for (std::size_t m = 0; m < hypotheses.rollouts.size(); ++m) {
-    const Rollout& rollout = hypotheses.rollouts[m];
-    ModeAtStep mode{map_features(seen, rollout, hypotheses.residuals[m], window.observed, step, predictor.interval_s()),
+  for (std::size_t m = 0; m < merged.rollouts.size(); ++m) {
+    const Rollout& rollout = merged.rollouts[m];
+    ModeAtStep mode{map_features(seen, rollout, merged.residuals[m], window.observed, step, predictor.interval_s()),
                     {},
                     rollout.weight,
                     0.0};
@@ -107,13 +107,13 @@ SlowErrors slow_errors_of(const WindowExamples& window, const Stacking& stacking
 
 WindowExamples examples_of(const Predictor& predictor, const Window& window, int steps, Workspace& workspace) {
   workspace.scratch.reset();
-  const Hypotheses hypotheses = predictor.hypotheses(window.observed, steps, workspace.scratch);
-  const Prediction& prediction = predictor.predict(window.observed, hypotheses, workspace);
-  const Stacking& stacking = predictor.stacking(hypotheses.seen.site);
+  const MergedRollouts merged = predictor.merged_rollouts(window.observed, steps, workspace.scratch);
+  const Prediction& prediction = predictor.predict(window.observed, merged, workspace);
+  const Stacking& stacking = predictor.stacking(merged.seen.site);
   // What other sites know would spoil the statistics of a new one: they begin as if it were the first.
-  Observation seen = hypotheses.seen;
+  ObservedFeatures seen = merged.seen;
   if (!seen.site) seen.global_residual = {};
-  WindowExamples examples{seen.speed, hypotheses.raw_novelty, seen.site && stacking.fitted(), seen.slow, {}, {}};
+  WindowExamples examples{seen.speed, merged.raw_novelty, seen.site && stacking.fitted(), seen.slow, {}, {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     Example example;
@@ -123,12 +123,12 @@ WindowExamples examples_of(const Predictor& predictor, const Window& window, int
         static_cast<double>(j + 1) * predictor.interval_s() * stacking.velocity_mps(example.alone, j, seen);
     example.place_free_way =
         static_cast<double>(j + 1) * predictor.interval_s() *
-        stacking.velocity_mps(place_free_features(hypotheses.seen, j, predictor.interval_s()), j, seen);
-    example.modes = modes_at(predictor, window, hypotheses, seen, j, example.truth);
+        stacking.velocity_mps(place_free_features(merged.seen, j, predictor.interval_s()), j, seen);
+    example.modes = modes_at(predictor, window, merged, seen, j, example.truth);
     example.nonconformity = nonconformity(prediction, j, window.future_m[j]);
     examples.steps.push_back(std::move(example));
   }
-  if (hypotheses.seen.slow) examples.slow_errors = slow_errors_of(examples, stacking, predictor.interval_s());
+  if (merged.seen.slow) examples.slow_errors = slow_errors_of(examples, stacking, predictor.interval_s());
   return examples;
 }
 
@@ -170,7 +170,8 @@ ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool pla
   if (!place_free || sum.empty()) return sum;
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s);
   free.errors_place_free = std::move(sum.errors_place_free);
-  free.scores = std::move(sum.scores), free.novelties = std::move(sum.novelties);
+  free.scores = std::move(sum.scores);
+  free.novelties = std::move(sum.novelties);
   free.slow = std::move(sum.slow);
   return free;
 }

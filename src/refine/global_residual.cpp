@@ -70,8 +70,10 @@ GlobalResidualSamples global_residual_samples(const std::vector<const ResidualSa
 
 GlobalResidualSamples join_samples(const std::vector<GlobalResidualSamples>& parts) {
   Eigen::Index count = 0, outputs = 0;
-  for (const GlobalResidualSamples& part : parts)
-    count += part.inputs.cols(), outputs = std::max(outputs, part.outputs.cols());
+  for (const GlobalResidualSamples& part : parts) {
+    count += part.inputs.cols();
+    outputs = std::max(outputs, part.outputs.cols());
+  }
   GlobalResidualSamples all{Eigen::MatrixXd(kGlobalResidualInputs, count), Eigen::MatrixXd(count, outputs)};
   Eigen::Index filled = 0;
   for (const GlobalResidualSamples& part : parts) {

@@ -43,8 +43,10 @@ void split_into_variants(std::span<Mode> modes, const Vector2& start_m, const Pr
     }
     // What the offsets of a pair add to the variance, every member gives up.
     const double kept = std::sqrt(1.0 - 2.0 * share * reach * reach);
-    for (Eigen::Index axis = 0; axis < static_cast<Eigen::Index>(pairs); ++axis)
-      inner.row(axis) *= kept, inner.col(axis) *= kept;
+    for (Eigen::Index axis = 0; axis < static_cast<Eigen::Index>(pairs); ++axis) {
+      inner.row(axis) *= kept;
+      inner.col(axis) *= kept;
+    }
     const Matrix2 covariance = frame * inner * frame.transpose();
     for (Mode& member : modes) member.covariances_m2[j] = 0.5 * (covariance + covariance.transpose());
   }

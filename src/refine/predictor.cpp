@@ -10,12 +10,13 @@
 #include "sila/predict/constant_velocity.hpp"
 #include "sila/refine/error_statistics.hpp"
 #include "sila/refine/mode_variants.hpp"
+#include "sila/refine/snapshot.hpp"
 
 namespace sila {
 namespace {
 
 /// The roll-out stacked with kinematics as past errors show.
-void fill_stacked(Mode& mode, const Stacking& stacking, const Observation& seen, const Rollout& rollout,
+void fill_stacked(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen, const Rollout& rollout,
                   const ResidualPrediction& residuals, const CurbTrajectory& observed, double interval_s) {
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
@@ -27,7 +28,7 @@ void fill_stacked(Mode& mode, const Stacking& stacking, const Observation& seen,
 }
 
 /// Without roll-outs: constant velocity until past errors show better. `here`: residual GPs are asked as well.
-void fill_kinematic(Mode& mode, const Stacking& stacking, const Observation& seen, bool here,
+void fill_kinematic(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen, bool here,
                     const CurbTrajectory& observed, double interval_s) {
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
@@ -72,17 +73,14 @@ void add_regions(Prediction& prediction, const Calibration& calibration, int spe
 
 }  // namespace
 
-Predictor::Predictor(const Model& model, const PredictConfig& config) : Predictor(model, config, {}, {}) {}
+Predictor::Predictor(const Model& model, const PredictConfig& config) : Predictor(model, config, nullptr) {}
 
-Predictor::Predictor(const Model& model, const PredictConfig& config, const Model& earlier, const Predictor& of_earlier)
-    : Predictor(model, config, {&earlier, &of_earlier.map_}, {&earlier, &of_earlier.residuals_}) {}
-
-Predictor::Predictor(const Model& model, const PredictConfig& config, const FlowFieldIndex::Reuse& map,
-                     const ResidualIndex::Reuse& residuals)
+Predictor::Predictor(const Model& model, const PredictConfig& config, const Snapshot* earlier)
     : config_(config),
       interval_s_(model.settings.sample_interval_s),
-      map_(model, config, map),
-      residuals_(model, config, residuals),
+      map_(model, config, earlier ? &earlier->model : nullptr, earlier ? &earlier->predictor.map_ : nullptr),
+      residuals_(model, config, earlier ? &earlier->model : nullptr,
+                 earlier ? &earlier->predictor.residuals_ : nullptr),
       elsewhere_(fitted_to(pooled_error_statistics(model.sites, config.trained_sites_only))) {
   validate_fields("predict", config);
   by_site_.resize(model.sites.size(), fitted_to({}));
@@ -99,13 +97,13 @@ RolloutSet Predictor::rollouts(const CurbTrajectory& observed, int steps, Scratc
   return roll_out_near(map_, observed, steps, interval_s_, with_covariances, config_, scratch);
 }
 
-Observation Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
-  return observation_of(residuals_, set.site, set.near, observed, scratch);
+ObservedFeatures Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
+  return observed_features(residuals_, set.site, set.near, observed, scratch);
 }
 
-Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
+MergedRollouts Predictor::merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
   const RolloutSet set = rollouts(observed, steps, scratch);
-  const Observation seen = observe(observed, set, scratch);
+  const ObservedFeatures seen = observe(observed, set, scratch);
   const std::span<Rollout> modes = merge_rollouts(set.rollouts, set.groups, scratch);
   const auto residuals = scratch.array<ResidualPrediction>(modes.size());
   for (std::size_t m = 0; m < modes.size(); ++m) {
@@ -115,30 +113,30 @@ Hypotheses Predictor::hypotheses(const CurbTrajectory& observed, int steps, Scra
   return {modes, residuals, seen, set.raw_novelty};
 }
 
-const Prediction& Predictor::predict(const CurbTrajectory& observed, const Hypotheses& hypotheses,
+const Prediction& Predictor::predict(const CurbTrajectory& observed, const MergedRollouts& merged,
                                      Workspace& workspace) const {
   const auto steps = static_cast<std::size_t>(steps_in(config_.horizon_s, interval_s_));
-  const Observation& seen = hypotheses.seen;
+  const ObservedFeatures& seen = merged.seen;
   const auto& [stacking, calibration] = fitted(seen.site);
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
-  prediction.novelty = calibration.novelty(hypotheses.raw_novelty);
+  prediction.novelty = calibration.novelty(merged.raw_novelty);
   if (!stacking.fitted()) {
     prediction.regions.clear();
-    prediction.fallback = hypotheses.rollouts.empty();
+    prediction.fallback = merged.rollouts.empty();
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback)
       fill_kinematic(add_mode(workspace, 1.0, steps), stacking, seen, true, observed, interval_s_);
     else
-      add_rollout_modes(map_, hypotheses.rollouts, observed, interval_s_, workspace);
+      add_rollout_modes(map_, merged.rollouts, observed, interval_s_, workspace);
     return prediction;
   }
   const bool here = seen.site || !config_.trained_sites_only;
-  prediction.fallback = !here || hypotheses.rollouts.empty();
-  for (std::size_t m = 0; m < (prediction.fallback ? 0 : hypotheses.rollouts.size()); ++m) {
-    const Rollout& rollout = hypotheses.rollouts[m];
+  prediction.fallback = !here || merged.rollouts.empty();
+  for (std::size_t m = 0; m < (prediction.fallback ? 0 : merged.rollouts.size()); ++m) {
+    const Rollout& rollout = merged.rollouts[m];
     Mode& mode = add_mode(workspace, rollout.weight, steps);
     visit_primitives(map_, rollout.transitions, mode.primitives);
-    fill_stacked(mode, stacking, seen, rollout, hypotheses.residuals[m], observed, interval_s_);
+    fill_stacked(mode, stacking, seen, rollout, merged.residuals[m], observed, interval_s_);
   }
   if (prediction.fallback) fill_kinematic(add_mode(workspace, 1.0, steps), stacking, seen, here, observed, interval_s_);
   add_variants(observed, seen, workspace);
@@ -147,7 +145,7 @@ const Prediction& Predictor::predict(const CurbTrajectory& observed, const Hypot
   return prediction;
 }
 
-void Predictor::add_variants(const CurbTrajectory& observed, const Observation& seen, Workspace& workspace) const {
+void Predictor::add_variants(const CurbTrajectory& observed, const ObservedFeatures& seen, Workspace& workspace) const {
   std::vector<Mode>& modes = workspace.prediction.modes;
   const int room = config_.max_modes - static_cast<int>(modes.size());
   const int lighter = seen.slow ? 0 : count_variants(room, config_);  // a standing pedestrian has none
@@ -162,7 +160,7 @@ void Predictor::add_variants(const CurbTrajectory& observed, const Observation& 
 const Prediction& Predictor::predict(const CurbTrajectory& observed, Workspace& workspace) const {
   require_observed(observed, interval_s_);
   workspace.scratch.reset();
-  return predict(observed, hypotheses(observed, steps_in(config_.horizon_s, interval_s_), workspace.scratch),
+  return predict(observed, merged_rollouts(observed, steps_in(config_.horizon_s, interval_s_), workspace.scratch),
                  workspace);
 }
 

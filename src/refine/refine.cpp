@@ -6,9 +6,9 @@
 #include <map>
 #include <utility>
 
-#include "sila/fuse/fuse_fields.hpp"
+#include "fuse/fuse_fields.hpp"
+#include "learn/transitions.hpp"
 #include "sila/gp/fuse_gps.hpp"
-#include "sila/learn/transitions.hpp"
 #include "sila/refine/global_residual.hpp"
 
 namespace sila {
@@ -98,7 +98,8 @@ SparseGp with_global_residual(const SparseGp& known, const SparseGp& more, const
   return samples ? learn_global_residual(known, *samples, config) : merge_global_residuals(known, more, config);
 }
 
-Fused with_residuals(Fused fused, const Model& previous, const Increment& incoming, const ResidualConfig& config) {
+FuseResult with_residuals(FuseResult fused, const Model& previous, const Increment& incoming,
+                          const ResidualConfig& config) {
   Model& model = fused.model;
   tbb::parallel_for(std::size_t{0}, fused.plan.groups.size(), [&](std::size_t g) {
     model.transitions[g].residual =
@@ -116,7 +117,7 @@ Fused with_residuals(Fused fused, const Model& previous, const Increment& incomi
   return fused;
 }
 
-Learnt with_residuals(Learnt learnt, const Batch& batch, const ResidualConfig& config) {
+LearnResult with_residuals(LearnResult learnt, const Batch& batch, const ResidualConfig& config) {
   Increment& increment = learnt.increment;
   Model& model = increment.model;
   const Hyperparameters hyperparameters = residual_hyperparameters(model.settings, config);
@@ -127,7 +128,8 @@ Learnt with_residuals(Learnt learnt, const Batch& batch, const ResidualConfig& c
     if (found == samples.end()) return;
     auto& [states, residuals] = found->second;
     transition.residual = fuse_gps({}, {states, residuals}, residual_gp_config(config), hyperparameters);
-    increment.samples[i].states = std::move(states), increment.samples[i].residuals = std::move(residuals);
+    increment.samples[i].states = std::move(states);
+    increment.samples[i].residuals = std::move(residuals);
   });
   increment.global_residuals = samples_by_site(batch, model.sites);
   for (std::size_t i = 0; i < model.sites.size(); ++i)
@@ -139,25 +141,29 @@ Learnt with_residuals(Learnt learnt, const Batch& batch, const ResidualConfig& c
 }  // namespace
 
 ModelSettings with_residuals(ModelSettings settings, double horizon_s, const ResidualConfig& config) {
-  if (config.enabled) settings.residual_horizon_s = horizon_s, settings.residual_knots = config.knots;
+  if (config.enabled) {
+    settings.residual_horizon_s = horizon_s;
+    settings.residual_knots = config.knots;
+  }
   return settings;
 }
 
-Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-             const ResidualConfig& residual) {
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                  const ResidualConfig& residual) {
   return with_residuals(learn(batch, settings, config), batch, residual);
 }
 
-Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-                   const ResidualConfig& residual) {
+LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                        const ResidualConfig& residual) {
   return with_residuals(learn_apart(batch, settings, config), batch, residual);
 }
 
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config, const ResidualConfig& residual) {
+FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,
+                const ResidualConfig& residual) {
   return with_residuals(fuse(previous, incoming, config), previous, incoming, residual);
 }
 
-Fused accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual) {
+FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual) {
   return with_residuals(accumulate(previous, incoming), previous, incoming, residual);
 }
 

@@ -84,7 +84,8 @@ int novelty_bin(double raw_novelty) {
 
 Calibration::Calibration(const ErrorStatistics& error_statistics) {
   if (error_statistics.empty() || error_statistics.scores.empty()) return;
-  steps_ = error_statistics.steps, classes_ = error_statistics.classes;
+  steps_ = error_statistics.steps;
+  classes_ = error_statistics.classes;
   const std::vector<double> gaussian = gaussian_shares();
   for (int step = 0; step < steps_; ++step) {
     std::vector<double> pooled(kScoreBins, 0.0);  // of those who move: who stands is another population

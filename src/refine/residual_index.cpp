@@ -18,20 +18,21 @@ Eigen::AlignedBox<double, kResidualInputs> reach_of(const SparseGp& gp) {
 
 }  // namespace
 
-ResidualIndex::ResidualIndex(const Model& model, const PredictConfig& config, const Reuse& earlier)
+ResidualIndex::ResidualIndex(const Model& model, const PredictConfig& config, const Model* earlier,
+                             const ResidualIndex* of_earlier)
     : knots_(model.settings.residual_knots),
       horizon_s_(model.settings.residual_horizon_s),
       experts_(model.transitions.size()) {
   EarlierGps known;
-  for (std::size_t i = 0; earlier.model && i < earlier.model->transitions.size(); ++i) {
-    const SparseGp& gp = earlier.model->transitions[i].residual;
+  for (std::size_t i = 0; earlier && i < earlier->transitions.size(); ++i) {
+    const SparseGp& gp = earlier->transitions[i].residual;
     if (gp.points > 0.0) known.add(gp, static_cast<int>(i));
   }
   tbb::parallel_for(std::size_t{0}, experts_.size(), [&](std::size_t i) {
     const SparseGp& gp = model.transitions[i].residual;
     if (!(gp.points > 0.0)) return;
     const std::optional<int> same = known.find(gp);
-    experts_[i] = same ? earlier.index->expert(*same) : Expert{Posterior(gp), reach_of(gp)};
+    experts_[i] = same ? of_earlier->expert(*same) : Expert{Posterior(gp), reach_of(gp)};
   });
   for (const Site& site : model.sites) {
     const bool knows = site.global_residual.points > 0.0;

@@ -145,43 +145,42 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
   return features;
 }
 
-Observation observation_of(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                           const CurbTrajectory& observed, Scratch& scratch) {
-  Observation observation{kinematic_features(observed),
-                          predict_global_residual(index, site, observed, scratch),
-                          predict_experts(index, near, observed, scratch),
-                          {},
-                          site,
-                          speed_class(observed),
-                          slow_class(observed)};
-  observation.residuals = combine(index, observed, observation.experts, {}, scratch);
-  return observation;
+ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
+                                   const CurbTrajectory& observed, Scratch& scratch) {
+  ObservedFeatures seen{kinematic_features(observed),
+                        predict_global_residual(index, site, observed, scratch),
+                        predict_experts(index, near, observed, scratch),
+                        {},
+                        site,
+                        speed_class(observed),
+                        slow_class(observed)};
+  seen.residuals = combine(index, observed, seen.experts, {}, scratch);
+  return seen;
 }
 
-Features place_free_features(const Observation& observation, std::size_t step, double interval_s) {
+Features place_free_features(const ObservedFeatures& seen, std::size_t step, double interval_s) {
   Features features(2, kPlaceFreeFeatures);
-  features.leftCols(kKinematicFeatures) = observation.kinematics;
-  features.col(kGlobalResidualFeature) =
-      observation.kinematics.col(kConstantVelocityFeature) +
-      observation.global_residual.residual_mps(static_cast<double>(step + 1) * interval_s);
+  features.leftCols(kKinematicFeatures) = seen.kinematics;
+  features.col(kGlobalResidualFeature) = seen.kinematics.col(kConstantVelocityFeature) +
+                                         seen.global_residual.residual_mps(static_cast<double>(step + 1) * interval_s);
   return features;
 }
 
-Features alone_features(const Observation& observation, const ResidualPrediction& residuals, std::size_t step,
+Features alone_features(const ObservedFeatures& seen, const ResidualPrediction& residuals, std::size_t step,
                         double interval_s) {
   Features features(2, kAloneFeatures);
-  features.leftCols(kPlaceFreeFeatures) = place_free_features(observation, step, interval_s);
-  features.col(kResidualFeature) = observation.kinematics.col(kConstantVelocityFeature) +
+  features.leftCols(kPlaceFreeFeatures) = place_free_features(seen, step, interval_s);
+  features.col(kResidualFeature) = seen.kinematics.col(kConstantVelocityFeature) +
                                    residuals.residual_mps(static_cast<double>(step + 1) * interval_s);
   return features;
 }
 
-Features map_features(const Observation& observation, const Rollout& rollout, const ResidualPrediction& residuals,
+Features map_features(const ObservedFeatures& seen, const Rollout& rollout, const ResidualPrediction& residuals,
                       const CurbTrajectory& observed, std::size_t step, double interval_s) {
   Features features(2, kMapFeatures);
   const Vector2& start = observed.positions.back();
   const double seconds = static_cast<double>(step + 1) * interval_s;
-  features.leftCols(kAloneFeatures) = alone_features(observation, residuals, step, interval_s);
+  features.leftCols(kAloneFeatures) = alone_features(seen, residuals, step, interval_s);
   features.col(kAloneFeatures) = velocity_to_world(observed.frame, rollout.path[step] - start) / seconds;
   features.col(kAloneFeatures + 1) = velocity_to_world(observed.frame, rollout.own_path[step] - start) / seconds;
   return features;
@@ -210,7 +209,7 @@ std::size_t Stacking::cell(std::size_t step, int speed_class) const {
   return row * kSpeedClasses + static_cast<std::size_t>(speed_class);
 }
 
-Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const Observation& seen) const {
+Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const {
   const Vector2 stacked = stacked_mps(features, step, seen.speed);
   if (!seen.slow || !fitted()) return stacked;
   const SlowChoice& choice = slow_choices_[*seen.slow];

@@ -151,7 +151,7 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
 std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedTrajectory>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(previous->model, batch, episode_, update_, &previous->predictor);
+    Episode episode = run_episode(*previous, batch, episode_, update_);
     if (episode.report.known) return std::nullopt;
     try {
       storage_.commit(previous->model, episode, calibration());

@@ -79,7 +79,10 @@ ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
   for (FusedPrimitive& fused : change.fused) fused.primitive = at(fused.primitive);
   std::erase_if(change.split,
                 [&](const ReplacedPrimitive& split) { return at(split.first) < 0 || at(split.second) < 0; });
-  for (ReplacedPrimitive& split : change.split) split.first = at(split.first), split.second = at(split.second);
+  for (ReplacedPrimitive& split : change.split) {
+    split.first = at(split.first);
+    split.second = at(split.second);
+  }
   change.primitives_after = static_cast<int>(kept.size());
   return change;
 }

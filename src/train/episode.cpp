@@ -11,29 +11,29 @@
 #include <utility>
 
 #include "sila/core/steps.hpp"
-#include "sila/refine/fade.hpp"
+#include "sila/refine/forgetting.hpp"
 
 namespace sila {
 namespace {
 
-/// The moments of one track that teach residual GPs.
-std::vector<ResidualSample> examples_of(const FramedTrajectory& track, const ModelSettings& settings,
-                                        const EpisodeConfig& config) {
+/// The samples of one track for residual GPs.
+std::vector<ResidualSample> samples_of(const FramedTrajectory& track, const ModelSettings& settings,
+                                       const EpisodeConfig& config) {
   std::vector<ResidualSample> examples;
   for (const Window& window :
-       windows_of(std::span(&track, 1), config.sampling, config.predict, config.residual.every_s)) {
+       windows_of(std::span(&track, 1), config.sampling, config.predict, config.residual.stride_s)) {
     auto example = residual_sample(window.observed, window.future_m, settings, config.residual.min_seen_share);
     if (example) examples.push_back(*std::move(example));
   }
   return examples;
 }
 
-/// The tracks as they are learnt from.
+/// The tracks in curb coordinates and their samples for residual GPs.
 Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& settings, const EpisodeConfig& config) {
   Batch batch;
   for (const FramedTrajectory& placed : tracks) {
     batch.tracks.push_back(resample(placed.track, placed.frame, config.sampling));
-    if (config.residual.enabled) batch.residuals.push_back(examples_of(placed, settings, config));
+    if (config.residual.enabled) batch.residuals.push_back(samples_of(placed, settings, config));
   }
   return batch;
 }
@@ -63,7 +63,7 @@ std::vector<int> sites_in(const Model& model, std::span<const FramedTrajectory> 
 }
 
 /// M'(n): each site by itself, or all in one.
-Learnt increment_of(const Batch& batch, const ModelSettings& settings, const EpisodeConfig& config) {
+LearnResult increment_of(const Batch& batch, const ModelSettings& settings, const EpisodeConfig& config) {
   if (config.fuse.sites == SiteSharing::apart) return learn_apart(batch, settings, config.learn, config.residual);
   return learn(batch, settings, config.learn, config.residual);
 }
@@ -129,24 +129,22 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
 }
 
 Update sila_update(const EpisodeConfig& config) {
-  auto settled = std::make_shared<Settled>();
-  return [config, settled](const Model& previous, const Batch& batch, const ModelSettings& settings) {
-    const Learnt incoming = increment_of(batch, settings, config);                   // M'(n)
-    Fused fused = fuse(previous, incoming.increment, config.fuse, config.residual);  // M(n)
+  return [config](const Model& previous, const Batch& batch, const ModelSettings& settings) {
+    const LearnResult incoming = increment_of(batch, settings, config);                   // M'(n)
+    FuseResult fused = fuse(previous, incoming.increment, config.fuse, config.residual);  // M(n)
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    Compacted small = compact(std::move(fused.model), config.compact, config.fuse, config.residual, *settled);
-    *settled = std::move(small.settled);
-    change = without_dropped(std::move(change), small.kept);
-    return Updated{std::move(small.model), incoming.report, fused.report, small.report, std::move(change)};
+    PruneResult pruned = prune(std::move(fused.model), config.prune, config.fuse, config.residual);
+    change = without_dropped(std::move(change), pruned.kept);
+    return UpdateResult{std::move(pruned.model), incoming.report, fused.report, pruned.report, std::move(change)};
   };
 }
 
 Update accumulate_update(const EpisodeConfig& config) {
   return [config](const Model& previous, const Batch& batch, const ModelSettings& settings) {
-    const Learnt incoming = increment_of(batch, settings, config);
-    Fused sum = accumulate(previous, incoming.increment, config.residual);
+    const LearnResult incoming = increment_of(batch, settings, config);
+    FuseResult sum = accumulate(previous, incoming.increment, config.residual);
     ModelChange change = change_by(sum.plan, previous, sum.model);
-    return Updated{std::move(sum.model), incoming.report, sum.report, {}, std::move(change)};
+    return UpdateResult{std::move(sum.model), incoming.report, sum.report, {}, std::move(change)};
   };
 }
 
@@ -155,19 +153,19 @@ Update retrain_update(const EpisodeConfig& config) {
   return [config, seen](const Model& previous, const Batch& batch, const ModelSettings& settings) {
     seen->tracks.insert(seen->tracks.end(), batch.tracks.begin(), batch.tracks.end());
     seen->residuals.insert(seen->residuals.end(), batch.residuals.begin(), batch.residuals.end());
-    Learnt learnt = increment_of(*seen, settings, config);
+    LearnResult learnt = increment_of(*seen, settings, config);
     learnt.increment.model.episodes = previous.episodes + 1;
     ModelChange change = change_by_retraining(previous, learnt.increment.model);
-    return Updated{std::move(learnt.increment.model), learnt.report, {}, {}, std::move(change)};
+    return UpdateResult{std::move(learnt.increment.model), learnt.report, {}, {}, std::move(change)};
   };
 }
 
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
-                               const PredictConfig& predict, double every_s) {
+                               const PredictConfig& predict, double stride_s) {
   const auto steps = static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s));
   std::vector<Window> windows;
   for (const FramedTrajectory& placed : tracks) {
-    for (std::size_t last : prediction_samples(placed.track, predict.observe_s, every_s)) {
+    for (std::size_t last : prediction_samples(placed.track, predict.observe_s, stride_s)) {
       windows.push_back({observe(placed.track, last, placed.frame, predict.observe_s, sampling),
                          past(placed.track, last, predict.observe_s, sampling),
                          future(placed.track, last, steps, sampling)});
@@ -176,16 +174,10 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
   return windows;
 }
 
-std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
-                                      const EpisodeConfig& config, const Predictor* ready) {
-  if (unseen.empty()) return {};
-  const ModelSettings settings = settings_for(model, unseen.front().frame, config);
-  std::optional<Predictor> made;
-  if (!ready || !(settings == model.settings)) {
-    Model seen = model;
-    seen.settings = settings;
-    ready = &made.emplace(seen, config.predict);
-  }
+namespace {
+
+std::vector<Site> error_statistics_by(const Predictor& predictor, std::span<const FramedTrajectory> unseen,
+                                      const EpisodeConfig& config) {
   std::vector<Site> sites;
   std::vector<std::vector<FramedTrajectory>> tracks;
   for (const FramedTrajectory& track : unseen) {
@@ -195,16 +187,29 @@ std::vector<Site> error_statistics_on(const Model& model, std::span<const Framed
   }
   for (std::size_t i = 0; i < sites.size(); ++i) {
     sites[i].error_statistics = gather_error_statistics(
-        *ready, windows_of(tracks[i], config.sampling, config.predict, config.error_statistics.every_s));
+        predictor, windows_of(tracks[i], config.sampling, config.predict, config.error_statistics.stride_s));
   }
   return sites;
 }
 
-namespace {
+/// The reports of an update and of the budget, and the sizes.
+EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model& model, UpdateResult& updated,
+                        const BudgetReport& budget) {
+  EpisodeReport report;
+  report.tracks = static_cast<int>(tracks);
+  report.size_before = size_before;
+  report.size_after = size(model);
+  report.learn = updated.learn;
+  report.fuse = std::move(updated.fuse);
+  report.prune = updated.prune;
+  report.budget = budget;
+  report.change = std::move(updated.change);
+  return report;
+}
 
-/// One episode without the fading that comes before it.
-Episode take_up(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                const Update& update, const Predictor* ready) {
+/// One episode without the discount before it. `predictor`: of `previous`, null if there is none yet.
+Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                    const Update& update, const Predictor* predictor) {
   validate_fields("run_episode", config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
@@ -217,47 +222,58 @@ Episode take_up(const Model& previous, std::span<const FramedTrajectory> batch, 
     return known;
   }
   std::vector<Site> recent;
-  if (config.error_statistics.enabled) recent = error_statistics_on(previous, batch, config, ready);
-  Updated updated = update(previous, prepared(batch, settings, config), settings);
+  if (config.error_statistics.enabled) {
+    recent = predictor && settings == previous.settings ? error_statistics_by(*predictor, batch, config)
+                                                        : error_statistics_on(previous, batch, config);
+  }
+  UpdateResult updated = update(previous, prepared(batch, settings, config), settings);
   set_error_statistics(updated.model.sites, previous.sites, recent, config.error_statistics.decay);
   updated.model.sharing = config.fuse.sites;
-  Limited limited = limit(std::move(updated.model), config.model, config.compact);
-  updated.model = std::move(limited.model);
-  updated.change = without_dropped(std::move(updated.change), limited.kept);
-  updated.model.episode_ids = joined(previous.episode_ids, {id});
-  Episode episode{std::move(updated.model), {}};
-  episode.report.tracks = static_cast<int>(batch.size());
-  episode.report.size_before = size(previous);
-  episode.report.size_after = size(episode.model);
-  episode.report.learn = updated.learn;
-  episode.report.fuse = std::move(updated.fuse);
-  episode.report.compact = updated.compact;
-  episode.report.given_up = limited.report;
-  episode.report.change = std::move(updated.change);
-  episode.report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  BudgetResult within = apply_budget(std::move(updated.model), config.budget, config.prune);
+  updated.change = without_dropped(std::move(updated.change), within.kept);
+  within.model.episode_ids = joined(previous.episode_ids, {id});
+  EpisodeReport report = report_of(batch.size(), size(previous), within.model, updated, within.report);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return {std::move(within.model), std::move(report)};
+}
+
+Episode run(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+            const Update& update, const Predictor* predictor) {
+  const double half_life = config.prune.half_life_episodes;
+  if (std::isinf(half_life) || batch.empty()) return learn_batch(previous, batch, config, update, predictor);
+  validate_fields("run_episode", config);
+  const Model discounted = discount_model(previous, std::exp2(-1.0 / half_life), sites_in(previous, batch));
+  Episode episode = learn_batch(discounted, batch, config, update, nullptr);
+  if (episode.report.known) episode.model = previous;
   return episode;
 }
 
 }  // namespace
 
-Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Update& update, const Predictor* ready) {
-  const double half_life = config.compact.half_life_episodes;
-  if (std::isinf(half_life) || batch.empty()) return take_up(previous, batch, config, update, ready);
-  validate_fields("run_episode", config);
-  const Model faded = fade(previous, std::exp2(-1.0 / half_life), sites_in(previous, batch));
-  Episode episode = take_up(faded, batch, config, update, nullptr);
-  if (episode.report.known) episode.model = previous;
-  return episode;
+std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
+                                      const EpisodeConfig& config) {
+  if (unseen.empty()) return {};
+  Model seen = model;
+  seen.settings = settings_for(model, unseen.front().frame, config);
+  return error_statistics_by(Predictor(seen, config.predict), unseen, config);
 }
 
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Predictor* ready) {
-  return run_episode(previous, batch, config, sila_update(config), ready);
+                    const Update& update) {
+  return run(previous, batch, config, update, nullptr);
 }
 
-Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
-                  const ResidualConfig& residual) {
+Episode run_episode(const Snapshot& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                    const Update& update) {
+  return run(previous.model, batch, config, update, &previous.predictor);
+}
+
+Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config) {
+  return run_episode(previous, batch, config, sila_update(config));
+}
+
+FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,
+                       const ResidualConfig& residual) {
   require_nothing_shared(previous, incoming);
   const double ours_m = previous.settings.reference_width_m, theirs_m = incoming.settings.reference_width_m;
   const bool by_width =
@@ -267,7 +283,7 @@ Fused fuse_models(const Model& previous, const Model& incoming, const FuseConfig
                                 " m, incoming with " + std::to_string(theirs_m) +
                                 " m; models that are to be fused must begin with one reference_width_m");
   }
-  Fused fused = fuse(previous, {incoming, {}}, config, residual);
+  FuseResult fused = fuse(previous, {incoming, {}}, config, residual);
   fused.model.episode_ids = joined(previous.episode_ids, incoming.episode_ids);
   return fused;
 }

@@ -38,15 +38,16 @@ int with_start(Plan& plan, bool goes_on, int half) {
   return half == kFleetNothing ? kFleetStart : add_task(plan, {FleetStep::fuse, -1, {kFleetStart, half}});
 }
 
-/// Adds the rounds in which each half is predicted by the other one; gives what all errors of the last round teach.
-int add_rounds(Plan& plan, const int (&judges)[2], int leaves, int middle, int rounds) {
+/// Adds the rounds in which each half is predicted by the other one; returns the task with all errors of the last
+/// round.
+int add_rounds(Plan& plan, const int (&models)[2], int partitions, int middle, int rounds) {
   int error_statistics[2] = {kFleetNothing, kFleetNothing};
   for (int round = 0; round < rounds; ++round) {
-    const FleetStep step = round + 1 < rounds ? FleetStep::warm_up : FleetStep::teach;
+    const FleetStep step = round + 1 < rounds ? FleetStep::warm_up : FleetStep::calibrate;
     std::vector<int> fitted[2];
-    for (int leaf = 0; leaf < leaves; ++leaf) {
-      const int half = leaf < middle ? 0 : 1;
-      fitted[half].push_back(add_task(plan, {step, leaf, {judges[half], error_statistics[1 - half]}}));
+    for (int partition = 0; partition < partitions; ++partition) {
+      const int half = partition < middle ? 0 : 1;
+      fitted[half].push_back(add_task(plan, {step, partition, {models[half], error_statistics[1 - half]}}));
     }
     for (int half = 0; half < 2; ++half) error_statistics[half] = reduce(plan, FleetStep::add, fitted[half]);
   }
@@ -66,67 +67,70 @@ SiteErrorStatistics error_statistics_in(const FleetValue& value) {
   throw std::invalid_argument("run_task: an input is a model where error statistics should be");
 }
 
-std::vector<double> widths_of(std::span<const Leaf> leaves) {
+std::vector<double> widths_of(std::span<const Partition> partitions) {
   std::vector<double> widths_m;
-  for (const Leaf& leaf : leaves) {
-    if (leaf.model)
-      widths_m.push_back(leaf.model->settings.reference_width_m);
-    else if (!leaf.tracks.empty())
-      widths_m.push_back(leaf.tracks.front().frame.sidewalk_width_m);
+  for (const Partition& partition : partitions) {
+    if (partition.model)
+      widths_m.push_back(partition.model->settings.reference_width_m);
+    else if (!partition.tracks.empty())
+      widths_m.push_back(partition.tracks.front().frame.sidewalk_width_m);
   }
   return widths_m;
 }
 
 using Batches = std::vector<std::span<const FramedTrajectory>>;
 
-Batches batches_of(const Leaf& leaf) {
-  if (leaf.batch == 0) throw std::invalid_argument("leaf: batch = 0, must be at least 1");
-  const std::span<const FramedTrajectory> tracks = leaf.tracks;
+Batches batches_of(const Partition& partition) {
+  if (partition.batch == 0) throw std::invalid_argument("partition: batch = 0, must be at least 1");
+  const std::span<const FramedTrajectory> tracks = partition.tracks;
   Batches batches;
-  for (std::size_t from = 0; from < tracks.size(); from += leaf.batch) {
-    batches.push_back(tracks.subspan(from, std::min(leaf.batch, tracks.size() - from)));
-    if (std::ranges::binary_search(leaf.left_out, episode_id(batches.back()))) batches.pop_back();
+  for (std::size_t from = 0; from < tracks.size(); from += partition.batch) {
+    batches.push_back(tracks.subspan(from, std::min(partition.batch, tracks.size() - from)));
+    if (std::ranges::binary_search(partition.left_out, episode_id(batches.back()))) batches.pop_back();
   }
   return batches;
 }
 
-Model learn_leaf(const Leaf& leaf, EpisodeConfig config) {
+Model learn_partition(const Partition& partition, EpisodeConfig config) {
   config.error_statistics.enabled = false;
-  Model model = leaf.model.value_or(Model{});
+  Model model = partition.model.value_or(Model{});
   for (Site& site : model.sites) site.error_statistics = {};
   const Update update = sila_update(config);
-  for (const auto& batch : batches_of(leaf)) model = run_episode(model, batch, config, update).model;
+  for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config, update).model;
   return model;
 }
 
-/// The leaf as one batch after another, each scored before it is learnt.
-Model learn_in_turn(const Leaf& leaf, EpisodeConfig config) {
+/// The partition as one batch after another, each scored before it is learnt.
+Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
   config.error_statistics.decay = 1.0;
   Model model;
   const Update update = sila_update(config);
-  for (const auto& batch : batches_of(leaf)) model = run_episode(model, batch, config, update).model;
+  for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config, update).model;
   return model;
 }
 
 /// Error statistics without what else is known of their sites.
 SiteErrorStatistics error_statistics_of(const Model& model) {
   SiteErrorStatistics error_statistics{model.sites};
-  for (Site& site : error_statistics.sites) site.episodes = 0, site.tracks = 0;
+  for (Site& site : error_statistics.sites) {
+    site.episodes = 0;
+    site.tracks = 0;
+  }
   return error_statistics;
 }
 
-SiteErrorStatistics teach(const Leaf& leaf, Model known, const SiteErrorStatistics& error_statistics,
-                          const EpisodeConfig& config) {
-  if (leaf.model) return error_statistics_of(*leaf.model);
+SiteErrorStatistics calibrate(const Partition& partition, Model known, const SiteErrorStatistics& error_statistics,
+                              const EpisodeConfig& config) {
+  if (partition.model) return error_statistics_of(*partition.model);
   known.sites = join_sites(std::move(known.sites), error_statistics.sites).sites;
   std::vector<FramedTrajectory> tracks;
-  for (const auto& batch : batches_of(leaf)) tracks.insert(tracks.end(), batch.begin(), batch.end());
+  for (const auto& batch : batches_of(partition)) tracks.insert(tracks.end(), batch.begin(), batch.end());
   SiteErrorStatistics fitted{error_statistics_on(known, tracks, config)};
   std::optional<Model> alone;
   for (Site& site : fitted.sites) {
     if (find_site(known.sites, site.frame)) continue;
-    // A half that never saw the site has no roll-outs to be wrong by; the leaf has, batch by batch.
-    if (!alone) alone = learn_in_turn(leaf, config);
+    // A half that never saw the site has no roll-outs; the partition itself has, batch by batch.
+    if (!alone) alone = learn_in_turn(partition, config);
     site.error_statistics =
         alone->sites[static_cast<std::size_t>(find_site(alone->sites, site.frame).value())].error_statistics;
   }
@@ -140,22 +144,22 @@ FuseConfig fusing(const EpisodeConfig& config) {
   return fuse;
 }
 
-/// As an episode does: what became rare beside the other half is absorbed or forgotten.
+/// As an episode: fuse, then prune.
 Model fuse_halves(const Model& first, const Model& second, const EpisodeConfig& config) {
   const FuseConfig fuse = fusing(config);
   Model fused = fuse_models(first, second, fuse, config.residual).model;
-  return compact(std::move(fused), config.compact, fuse, config.residual).model;
+  return prune(std::move(fused), config.prune, fuse, config.residual).model;
 }
 
-EpisodeConfig warming_up(EpisodeConfig config) {
+EpisodeConfig warm_up_config(EpisodeConfig config) {
   constexpr double kSparser = 4.0;
-  config.error_statistics.every_s *= kSparser;
+  config.error_statistics.stride_s *= kSparser;
   return config;
 }
 
 /// What was known of a site before fades as if its new episodes had come one after another.
-Model finish(Model model, const SiteErrorStatistics& error_statistics, const Model& start,
-             const EpisodeConfig& config) {
+Model finalise(Model model, const SiteErrorStatistics& error_statistics, const Model& start,
+               const EpisodeConfig& config) {
   for (Site& site : model.sites) {
     const auto before = find_site(start.sites, site.frame), now = find_site(error_statistics.sites, site.frame);
     const Site known = before ? start.sites[static_cast<std::size_t>(*before)] : Site{};
@@ -164,87 +168,88 @@ Model finish(Model model, const SiteErrorStatistics& error_statistics, const Mod
     site.error_statistics = add_error_statistics(
         known.error_statistics, recent, std::pow(config.error_statistics.decay, site.episodes - known.episodes));
   }
-  return limit(std::move(model), config.model, config.compact).model;
+  return apply_budget(std::move(model), config.budget, config.prune).model;
 }
 
-/// The leaves of each site at even distances; those of one site alone stay in their order.
-std::vector<ChosenLeaf> spread(std::vector<ChosenLeaf> leaves, std::span<const CurbFrame> frames) {
+/// The partitions of each site at even distances; those of one site alone stay in their order.
+std::vector<ChosenPartition> spread(std::vector<ChosenPartition> partitions, std::span<const CurbFrame> frames) {
   std::vector<Site> sites;
-  std::vector<std::size_t> site_of_leaf, rank;
+  std::vector<std::size_t> site_of_partition, rank;
   std::vector<std::size_t> counts;
-  for (const ChosenLeaf& leaf : leaves) {
-    site_of_leaf.push_back(static_cast<std::size_t>(find_or_add_site(sites, frames[leaf.leaf])));
+  for (const ChosenPartition& partition : partitions) {
+    site_of_partition.push_back(static_cast<std::size_t>(find_or_add_site(sites, frames[partition.partition])));
     counts.resize(sites.size());
-    rank.push_back(counts[site_of_leaf.back()]++);
+    rank.push_back(counts[site_of_partition.back()]++);
   }
-  std::vector<std::size_t> order(leaves.size());
+  std::vector<std::size_t> order(partitions.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {  // (rank + 1/2) / count
-    return (2 * rank[a] + 1) * counts[site_of_leaf[b]] < (2 * rank[b] + 1) * counts[site_of_leaf[a]];
+    return (2 * rank[a] + 1) * counts[site_of_partition[b]] < (2 * rank[b] + 1) * counts[site_of_partition[a]];
   });
-  std::vector<ChosenLeaf> result;
-  for (const std::size_t i : order) result.push_back(std::move(leaves[i]));
+  std::vector<ChosenPartition> result;
+  for (const std::size_t i : order) result.push_back(std::move(partitions[i]));
   return result;
 }
 
 }  // namespace
 
-std::vector<EpisodeId> episodes_of(const Leaf& leaf) {
-  if (leaf.model) return leaf.model->episode_ids;
+std::vector<EpisodeId> episodes_of(const Partition& partition) {
+  if (partition.model) return partition.model->episode_ids;
   std::set<EpisodeId> ids;
-  for (const auto& batch : batches_of(leaf)) ids.insert(episode_id(batch));
+  for (const auto& batch : batches_of(partition)) ids.insert(episode_id(batch));
   return {ids.begin(), ids.end()};
 }
 
-CurbFrame site_of(const Leaf& leaf) {
-  if (leaf.model) return leaf.model->sites.empty() ? CurbFrame{} : leaf.model->sites.front().frame;
-  return leaf.tracks.empty() ? CurbFrame{} : leaf.tracks.front().frame;
+CurbFrame site_of(const Partition& partition) {
+  if (partition.model) return partition.model->sites.empty() ? CurbFrame{} : partition.model->sites.front().frame;
+  return partition.tracks.empty() ? CurbFrame{} : partition.tracks.front().frame;
 }
 
-std::vector<ChosenLeaf> choose_leaves(std::span<const std::vector<EpisodeId>> episodes,
-                                      std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known) {
+std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<EpisodeId>> episodes,
+                                               std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known) {
   if (sites.size() != episodes.size()) {
-    throw std::invalid_argument("choose_leaves: sites = " + std::to_string(sites.size()) +
-                                ", must be one for each of " + std::to_string(episodes.size()) + " leaves");
+    throw std::invalid_argument("choose_partitions: sites = " + std::to_string(sites.size()) +
+                                ", must be one for each of " + std::to_string(episodes.size()) + " partitions");
   }
   std::vector<std::size_t> order(episodes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return episodes[a] < episodes[b]; });
   std::set<EpisodeId> taken(known.begin(), known.end());
-  std::vector<ChosenLeaf> chosen;
-  for (const std::size_t leaf : order) {
-    ChosenLeaf choice{leaf, {}};
-    std::ranges::copy_if(episodes[leaf], std::back_inserter(choice.left_out),
+  std::vector<ChosenPartition> chosen;
+  for (const std::size_t partition : order) {
+    ChosenPartition choice{partition, {}};
+    std::ranges::copy_if(episodes[partition], std::back_inserter(choice.left_out),
                          [&](const EpisodeId& id) { return taken.contains(id); });
-    taken.insert(episodes[leaf].begin(), episodes[leaf].end());
-    if (choice.left_out.size() < episodes[leaf].size()) chosen.push_back(std::move(choice));
+    taken.insert(episodes[partition].begin(), episodes[partition].end());
+    if (choice.left_out.size() < episodes[partition].size()) chosen.push_back(std::move(choice));
   }
   return spread(std::move(chosen), sites);
 }
 
-Plan plan_fleet(int leaves, bool goes_on, const EpisodeConfig& config) {
-  if (leaves < 1)
-    throw std::invalid_argument("plan_fleet: leaves = " + std::to_string(leaves) + ", must be at least 1");
+Plan plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
+  if (partitions < 1)
+    throw std::invalid_argument("plan_fleet: partitions = " + std::to_string(partitions) + ", must be at least 1");
   Plan plan;
   std::vector<int> learnt;
-  for (int leaf = 0; leaf < leaves; ++leaf) learnt.push_back(add_task(plan, {FleetStep::learn, leaf, {}}));
-  const int middle = (leaves + 1) / 2;
+  for (int partition = 0; partition < partitions; ++partition)
+    learnt.push_back(add_task(plan, {FleetStep::learn, partition, {}}));
+  const int middle = (partitions + 1) / 2;
   const auto split = static_cast<std::size_t>(middle);
   const int halves[2] = {reduce(plan, FleetStep::fuse, std::span(learnt).first(split)),
                          reduce(plan, FleetStep::fuse, std::span(learnt).subspan(split))};
   int error_statistics = kFleetNothing;
   if (config.error_statistics.enabled) {
-    const int judges[2] = {with_start(plan, goes_on, halves[1]), with_start(plan, goes_on, halves[0])};
-    error_statistics = add_rounds(plan, judges, leaves, middle, config.fleet.warm_up_rounds);
+    const int models[2] = {with_start(plan, goes_on, halves[1]), with_start(plan, goes_on, halves[0])};
+    error_statistics = add_rounds(plan, models, partitions, middle, config.fleet.warm_up_rounds);
   }
   const int whole =
       halves[1] == kFleetNothing ? halves[0] : add_task(plan, {FleetStep::fuse, -1, {halves[0], halves[1]}});
   const int model = with_start(plan, goes_on, whole);
-  add_task(plan, {FleetStep::finish, -1, {model, error_statistics, goes_on ? kFleetStart : kFleetNothing}});
+  add_task(plan, {FleetStep::finalise, -1, {model, error_statistics, goes_on ? kFleetStart : kFleetNothing}});
   return plan;
 }
 
-FleetValue run_task(FleetStep step, const Leaf& leaf, Inputs inputs, const EpisodeConfig& config) {
+FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, const EpisodeConfig& config) {
   const auto input = [&](std::size_t i) -> const FleetValue& {
     if (i >= inputs.size())
       throw std::invalid_argument("run_task: inputs = " + std::to_string(inputs.size()) + ", too few");
@@ -252,18 +257,18 @@ FleetValue run_task(FleetStep step, const Leaf& leaf, Inputs inputs, const Episo
   };
   switch (step) {
     case FleetStep::learn:
-      return learn_leaf(leaf, config);
+      return learn_partition(partition, config);
     case FleetStep::fuse:
       return fuse_halves(model_in(input(0)), model_in(input(1)), config);
     case FleetStep::warm_up:
-      return teach(leaf, model_in(input(0)), error_statistics_in(input(1)), warming_up(config));
-    case FleetStep::teach:
-      return teach(leaf, model_in(input(0)), error_statistics_in(input(1)), config);
+      return calibrate(partition, model_in(input(0)), error_statistics_in(input(1)), warm_up_config(config));
+    case FleetStep::calibrate:
+      return calibrate(partition, model_in(input(0)), error_statistics_in(input(1)), config);
     case FleetStep::add:
       return SiteErrorStatistics{
           join_sites(error_statistics_in(input(0)).sites, error_statistics_in(input(1)).sites).sites};
     default:
-      return finish(model_in(input(0)), error_statistics_in(input(1)), model_in(input(2)), config);
+      return finalise(model_in(input(0)), error_statistics_in(input(1)), model_in(input(2)), config);
   }
 }
 
@@ -273,18 +278,21 @@ double agreed_width_m(std::vector<double> widths_m) {
   return widths_m[(widths_m.size() - 1) / 2];
 }
 
-Model learn_fleet(const Model& start, std::vector<Leaf> leaves, EpisodeConfig config) {
-  if (leaves.empty()) return start;
+Model learn_fleet(const Model& start, std::vector<Partition> partitions, EpisodeConfig config) {
+  if (partitions.empty()) return start;
   if (config.scaling != CurbScaling::metres && config.reference_width_m == 0.0 && start.episodes == 0)
-    config.reference_width_m = agreed_width_m(widths_of(leaves));
+    config.reference_width_m = agreed_width_m(widths_of(partitions));
   std::vector<std::vector<EpisodeId>> episodes;
   std::vector<CurbFrame> sites;
-  for (const Leaf& leaf : leaves) episodes.push_back(episodes_of(leaf)), sites.push_back(site_of(leaf));
-  const std::vector<ChosenLeaf> chosen = choose_leaves(episodes, sites, start.episode_ids);
+  for (const Partition& partition : partitions) {
+    episodes.push_back(episodes_of(partition));
+    sites.push_back(site_of(partition));
+  }
+  const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, start.episode_ids);
   if (chosen.empty()) return start;
-  for (const ChosenLeaf& choice : chosen) leaves[choice.leaf].left_out = choice.left_out;
+  for (const ChosenPartition& choice : chosen) partitions[choice.partition].left_out = choice.left_out;
   const FleetValue begin = start, nothing;
-  const Leaf none;
+  const Partition none;
   std::vector<FleetValue> values;
   const Plan plan = plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0, config);
   for (const FleetTask& task : plan) {
@@ -293,8 +301,9 @@ Model learn_fleet(const Model& start, std::vector<Leaf> leaves, EpisodeConfig co
       inputs.push_back(from == kFleetStart     ? &begin
                        : from == kFleetNothing ? &nothing
                                                : &values[static_cast<std::size_t>(from)]);
-    const Leaf& leaf = task.leaf < 0 ? none : leaves[chosen[static_cast<std::size_t>(task.leaf)].leaf];
-    values.push_back(run_task(task.step, leaf, inputs, config));
+    const Partition& partition =
+        task.partition < 0 ? none : partitions[chosen[static_cast<std::size_t>(task.partition)].partition];
+    values.push_back(run_task(task.step, partition, inputs, config));
   }
   return std::get<Model>(std::move(values.back()));
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -13,7 +14,7 @@ namespace {
 /// Batch learning takes no error statistics on the way and has no growth to stop.
 EpisodeConfig plain_config(EpisodeConfig config) {
   config.error_statistics.enabled = false;
-  config.compact.enabled = false;
+  config.prune.enabled = false;
   return config;
 }
 
@@ -21,70 +22,53 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Predicts by the model of the last episode, and keeps for the next what stays as it is.
-class Follower {
- public:
-  /// Nothing if there is nothing to take error statistics on, or if all of the model fades before it.
-  const Predictor* follow(const Model& model, const EpisodeConfig& config) {
-    if (!config.error_statistics.enabled || model.episodes == 0 || std::isfinite(config.compact.half_life_episodes))
-      return nullptr;
-    if (!predictor_) {
-      predictor_.emplace(model, config.predict);
-    } else if (left_behind_) {
-      predictor_ = Predictor(model, config.predict, *left_behind_, *predictor_);
-    }
-    left_behind_.reset();
-    return &*predictor_;
-  }
-
-  /// The model that was followed is now another one.
-  void leave_behind(Model model) {
-    if (predictor_) left_behind_ = std::move(model);
-  }
-
- private:
-  std::optional<Predictor> predictor_;
-  std::optional<Model> left_behind_;
-};
-
 }  // namespace
 
-BatchCounts run_batches(Model& model, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
-                        const EpisodeObserver& observer) {
-  BatchCounts counts;
-  Follower follower;
+BatchesResult run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
+                          const EpisodeObserver& observer) {
+  // Error statistics need a predictor of the present model, unless all of the model is discounted before.
+  const bool predicts = config.error_statistics.enabled && std::isinf(config.prune.half_life_episodes);
+  BatchesResult result;
+  std::optional<Model> model(std::move(start));  // none: it is in the snapshot
+  std::unique_ptr<Snapshot> snapshot;
   for (std::span<const FramedTrajectory> batch = next_batch(); !batch.empty(); batch = next_batch()) {
-    const auto start = std::chrono::steady_clock::now();
-    const Predictor* const ready = follower.follow(model, config);
-    const double making_ready_s = seconds_since(start);
-    Episode episode = run_episode(model, batch, config, update, ready);
-    episode.report.seconds += making_ready_s;
+    const auto started = std::chrono::steady_clock::now();
+    if (model && predicts && model->episodes > 0) {
+      Model present = *std::exchange(model, std::nullopt);
+      snapshot = snapshot ? std::make_unique<Snapshot>(std::move(present), config.predict, *snapshot)
+                          : std::make_unique<Snapshot>(std::move(present), config.predict);
+    }
+    const double snapshot_s = seconds_since(started);
+    Episode episode =
+        model ? run_episode(*model, batch, config, update) : run_episode(*snapshot, batch, config, update);
+    episode.report.seconds += snapshot_s;
     if (episode.report.known) {
-      ++counts.known;
+      ++result.known;
       continue;
     }
-    ++counts.learnt;
-    if (observer) observer(counts.learnt, episode);
-    follower.leave_behind(std::exchange(model, std::move(episode.model)));
+    ++result.learnt;
+    if (observer) observer(result.learnt, model ? *model : snapshot->model, episode);
+    model = std::move(episode.model);
   }
-  return counts;
+  result.model = std::move(model ? *model : snapshot->model);
+  return result;
 }
 
 Training run_episodes(const Model& start, std::span<const FramedTrajectory> tracks, std::size_t batch_size,
                       const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer) {
   if (batch_size == 0) throw std::invalid_argument("run_episodes: batch_size = 0, must be at least 1");
-  Training run{start, {}, 0};
   const auto next_batch = [&, left = tracks]() mutable {
     const auto batch = left.first(std::min(batch_size, left.size()));
     left = left.subspan(batch.size());
     return batch;
   };
-  const auto keep = [&](int number, const Episode& episode) {
-    run.episodes.push_back(episode.report);
-    if (observer) observer(number, episode);
+  std::vector<EpisodeReport> reports;
+  const auto keep = [&](int number, const Model& previous, const Episode& episode) {
+    reports.push_back(episode.report);
+    if (observer) observer(number, previous, episode);
   };
-  run.known = run_batches(run.model, next_batch, config, update, keep).known;
-  return run;
+  BatchesResult run = run_batches(start, next_batch, config, update, keep);
+  return {std::move(run.model), std::move(reports), run.known};
 }
 
 Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config) {

@@ -77,16 +77,16 @@ TEST_F(Program, OnAFullDiskSaysSoAndKeepsWhatItHad) {
 TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
   simulate();
   const Outcome outcome =
-      run("learn tracks.csv --scene tracks.scene.json --model m.sila --json --set model.max_primitives=25 "
-          "--set model.max_bytes=400000");
+      run("learn tracks.csv --scene tracks.scene.json --model m.sila --json --set budget.max_primitives=25 "
+          "--set budget.max_bytes=400000");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
   EXPECT_LE(inspected.at("primitives").get<int>(), 25);
   EXPECT_LE(inspected.at("model_bytes").get<double>(), 400000.0);
-  const auto given_up = nlohmann::json::parse(outcome.out).at("given_up");
-  EXPECT_GT(given_up.at("primitives").get<int>(), 0);
-  EXPECT_GT(given_up.at("transitions").get<int>(), 0);
-  EXPECT_GT(given_up.at("count").get<double>(), 0.0);
+  const auto evicted = nlohmann::json::parse(outcome.out).at("evicted");
+  EXPECT_GT(evicted.at("primitives").get<int>(), 0);
+  EXPECT_GT(evicted.at("transitions").get<int>(), 0);
+  EXPECT_GT(evicted.at("count").get<double>(), 0.0);
   EXPECT_NE(outcome.err.find("over the limit, gave up"), std::string::npos) << outcome.err;
 }
 
@@ -94,8 +94,8 @@ TEST_F(Program, RefusesCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLea
   learn();
   const std::string model = read(folder_ / "m.sila");
   for (const std::string field :
-       {"model.max_bytes=1000", "model.max_bytes=0", "model.max_bytes=-5", "model.max_primitives=0",
-        "model.max_primitives=nan", "compact.half_life_episodes=0", "compact.half_life_episodes=-2"}) {
+       {"budget.max_bytes=1000", "budget.max_bytes=0", "budget.max_bytes=-5", "budget.max_primitives=0",
+        "budget.max_primitives=nan", "prune.half_life_episodes=0", "prune.half_life_episodes=-2"}) {
     const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
     expect_refused(refused, {field.substr(0, field.find('='))});
     EXPECT_EQ(run(refused).code, 2) << field;

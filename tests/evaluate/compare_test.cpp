@@ -87,7 +87,7 @@ TEST(Compare, TracesNoMoreThanAskedAndOnlyWhereSomebodyWalks) {
   }
 }
 
-TEST(Compare, RefusesModelsOfOtherConventions) {
+TEST(Compare, RejectsModelsWithOtherSettings) {
   const Model model = learnt(20);
   Model other = model;
   other.settings.reference_width_m = 3.0;

@@ -23,7 +23,7 @@ TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
   const std::span<const FramedTrajectory> unseen = std::span(tracks).subspan(15);
   std::string text = "{\"refused\":\"late\",\"count\":3}\n";
   const Predictor predictor(model, config.predict);
-  for (const Window& window : windows_of(unseen, config.sampling, config.predict, judged.every_s))
+  for (const Window& window : windows_of(unseen, config.sampling, config.predict, judged.stride_s))
     text += prediction_line(window.observed.id, predictor.predict(window.observed)) + "\n";
   const RecordedPredictions recorded = recorded_in(text);
   const Evaluation direct = evaluate(model, unseen, config, judged);

@@ -23,7 +23,7 @@ TEST(EvaluateForecast, ScoresConstantVelocityAsItselfAndPartsInsideFromOutside) 
   const std::vector<FramedTrajectory> train = testing::corner_walks(40, 14), test = testing::corner_walks(20, 15);
   const TrainingSupport support = training_support(train, config, {});
   std::map<std::pair<std::string, double>, Prediction> constant;
-  for (const Window& window : windows_of(test, config.sampling, config.predict, EvaluateConfig{}.every_s))
+  for (const Window& window : windows_of(test, config.sampling, config.predict, EvaluateConfig{}.stride_s))
     constant[{window.observed.id, window.observed.times_s.back()}] =
         support.moving.front().predict(window.past_m, config.sampling.interval_s);
   const Forecast forecast = [&](const CurbTrajectory& observed) {

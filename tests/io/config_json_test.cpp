@@ -107,6 +107,12 @@ TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
             "c.json: expected predict.stacking (the new name of this field), found \"predict.blend\"");
   EXPECT_EQ(said({{"learn", {{"field", {{"gp", {{"pseudo_inputs", "optimised"}}}}}}}}),
             "c.json: expected learn.field (the new name of this field), found \"learn.field.gp\"");
+  EXPECT_EQ(said({{"compact", {{"enabled", false}}}}),
+            "c.json: expected prune (the new name of this field), found \"compact\"");
+  EXPECT_EQ(said({{"model", {{"max_bytes", 1e6}}}}),
+            "c.json: expected budget (the new name of this field), found \"model\"");
+  EXPECT_EQ(said({{"evaluate", {{"every_s", 1.0}}}}),
+            "c.json: expected evaluate.stride_s (the new name of this field), found \"evaluate.every_s\"");
   EXPECT_EQ(said({{"predict", {{"leave_ratio", 0.5}}}}),
             "c.json: expected a field that can be set (this one is a constant now), found \"predict.leave_ratio\"");
 }

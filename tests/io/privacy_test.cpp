@@ -136,7 +136,7 @@ void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, s
     const CurbTrajectory learnt = resample(placed.track, placed.frame, config.sampling);
     for (const Vector2& position : learnt.positions) secrets.add(position);
   }
-  for (const Window& window : windows_of(tracks, config.sampling, config.predict, config.residual.every_s)) {
+  for (const Window& window : windows_of(tracks, config.sampling, config.predict, config.residual.stride_s)) {
     for (const Vector2& position : window.observed.positions) secrets.add(position);
   }
   const std::string bytes = content_of(folder / "m.sila");  // earlier models included: parts are not compressed

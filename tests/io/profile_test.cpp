@@ -20,7 +20,7 @@ TEST(Profile, DefaultIsTheDefaultConfigurationAndUndoesTheOthers) {
 TEST(Profile, OfThePaperHasNothingThatWeAdded) {
   for (const char* name : {"paper", "paper-literal"}) {
     const EpisodeConfig config = profile(name).episode;
-    EXPECT_FALSE(config.residual.enabled || config.error_statistics.enabled || config.compact.enabled ||
+    EXPECT_FALSE(config.residual.enabled || config.error_statistics.enabled || config.prune.enabled ||
                  config.predict.stacking);
   }
   EXPECT_EQ(profile("paper-literal").episode.learn.field.outputs, FieldOutputs::independent);

@@ -1,4 +1,4 @@
-#include "sila/learn/dictionary.hpp"
+#include "learn/dictionary.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <map>
 #include <random>
 
+#include "learn/sparse_coding.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/learn/sparse_coding.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

@@ -1,10 +1,10 @@
-#include "sila/learn/segmentation.hpp"
+#include "learn/segmentation.hpp"
 
 #include <gtest/gtest.h>
 
+#include "learn/transitions.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/learn/learn.hpp"
-#include "sila/learn/transitions.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -27,7 +27,7 @@ CurbTrajectory straight() {
 TEST(Segmentation, CutsATrackWhereOnePrimitiveEndsAndTheNextBegins) {
   const std::vector<MotionPrimitive> primitives{row(0, 8, {1, 0}), row(8, 16, {1, 0}), row(0, 16, {-1, 0})};
   const std::vector<Coefficient> code{{0, 1.0}, {1, 0.9}, {2, 0.3}};
-  const std::vector<Segment> segments = segment(straight(), code, primitives, kGrid, 0.2, {});
+  const std::vector<Segment> segments = segment(straight(), code, primitives, kGrid, 0.2);
   ASSERT_EQ(segments.size(), 2u);
   EXPECT_EQ(segments[0].primitive, 0);
   EXPECT_EQ(segments[1].primitive, 1);
@@ -39,9 +39,9 @@ TEST(Segmentation, CutsATrackWhereOnePrimitiveEndsAndTheNextBegins) {
 
 TEST(Segmentation, LeavesATrackAloneThatUsesNoPrimitive) {
   const std::vector<MotionPrimitive> primitives{row(0, 8, {1, 0})};
-  EXPECT_TRUE(segment(straight(), {}, primitives, kGrid, 0.2, {}).empty());
+  EXPECT_TRUE(segment(straight(), {}, primitives, kGrid, 0.2).empty());
   const std::vector<Coefficient> faint{{0, 0.05}};
-  EXPECT_TRUE(segment(straight(), faint, primitives, kGrid, 0.2, {}).empty());
+  EXPECT_TRUE(segment(straight(), faint, primitives, kGrid, 0.2).empty());
 }
 
 TEST(Transitions, CountATrackOnceAPairAndKeepTheSamplesOfBothRuns) {
@@ -67,7 +67,7 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   const LearnConfig config;
   const ModelSettings settings =
       begin_settings(tracks.front().frame.sidewalk_width_m, CurbScaling::mean_width, 0.2, config.grid);
-  const Learnt learnt = learn({tracks, {}}, settings, config);
+  const LearnResult learnt = learn({tracks, {}}, settings, config);
   EXPECT_NO_THROW(check(learnt.increment.model));
   EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
   EXPECT_EQ(learnt.report.tracks, 21);

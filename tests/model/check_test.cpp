@@ -27,7 +27,7 @@ void expect_refused(const std::vector<Harm>& harms) {
   }
 }
 
-TEST(CheckModel, RefusesConventionsThatNobodyCanWalkBy) {
+TEST(CheckModel, RejectsInvalidSettings) {
   expect_refused({
       {"no interval", [](Model& m) { m.settings.sample_interval_s = 0.0; }},
       {"an interval that makes 10^300 steps", [](Model& m) { m.settings.sample_interval_s = 1e-300; }},

@@ -66,7 +66,7 @@ TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
   const Transition& only = model.transitions.front();
   ASSERT_GT(only.residual.points, 0.0);
   const FlowFieldIndex map(model, {});
-  const ResidualIndex index(model, {}, {});
+  const ResidualIndex index(model, {});
   for (const Window& window : fresh_windows()) {
     Scratch scratch;
     const auto experts = predict_experts(index, map.near(window.observed, map.site(window.observed.frame), scratch),

@@ -10,6 +10,7 @@
 #include "sila/predict/flow_field_index.hpp"
 #include "sila/predict/modes.hpp"
 #include "sila/profile.hpp"
+#include "sila/refine/snapshot.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
@@ -177,26 +178,25 @@ TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
   EXPECT_LT(ours, 0.6 * constant);
 }
 
-// What stayed is not made anew; what changed, however little, is.
-TEST(Predictor, OfALaterModelSaysWhatOneMadeAnewSays) {
+TEST(Snapshot, OfALaterModelPredictsWhatOneMadeAnewPredicts) {
   const Model& earlier = corner_model();
   ASSERT_GE(earlier.transitions.size(), 4U);
   Model later = earlier;
   std::swap(later.transitions.front(), later.transitions.back());
   later.transitions[1].field.gp.response *= 1.3;
   later.transitions[2].residual.response *= 0.7;
-  const Predictor of_earlier(earlier, kConfig.predict);
-  const Predictor anew(later, kConfig.predict), following(later, kConfig.predict, earlier, of_earlier);
+  const Snapshot first(earlier, kConfig.predict), second(later, kConfig.predict, first);
+  const Predictor anew(later, kConfig.predict);
   bool differs = false;
   for (const Window& window : windows_of(testing::corner_walks(20, 97), kConfig.sampling, kConfig.predict, 1.0)) {
-    const Prediction a = anew.predict(window.observed), b = following.predict(window.observed);
+    const Prediction a = anew.predict(window.observed), b = second.predictor.predict(window.observed);
     ASSERT_EQ(a.modes.size(), b.modes.size());
     for (std::size_t m = 0; m < a.modes.size(); ++m) {
       EXPECT_EQ(a.modes[m].weight, b.modes[m].weight);
       EXPECT_EQ(a.modes[m].path_m, b.modes[m].path_m);
       EXPECT_EQ(a.modes[m].covariances_m2, b.modes[m].covariances_m2);
     }
-    differs = differs || a.modes.front().path_m != of_earlier.predict(window.observed).modes.front().path_m;
+    differs = differs || a.modes.front().path_m != first.predictor.predict(window.observed).modes.front().path_m;
   }
   EXPECT_TRUE(differs);
 }

@@ -77,7 +77,7 @@ TEST(Stacking, PeopleWhoHardlyMoveTakeTheChoiceOfLeastError) {
   error_statistics.slow.assign(kSlowClasses, {100.0, {}});
   std::mt19937 random(9);
   const Features features = random_features(random, kAloneFeatures);
-  Observation seen;
+  ObservedFeatures seen;
   seen.slow = 1;
   for (std::size_t best = 0; best < std::size(kSlowChoices); ++best) {
     error_statistics.slow[1].errors_m.fill(2.0);

@@ -21,7 +21,7 @@ const EpisodeConfig kConfig;
 ReportInput made_up() {
   ReportInput input;
   Model previous;
-  const auto keep = [&](int number, const Episode& episode) {
+  const auto keep = [&](int number, const Model&, const Episode& episode) {
     const EpisodeReport& report = episode.report;
     nlohmann::ordered_json statistics;
     statistics["change"] = to_json(report.change, previous, episode.model);

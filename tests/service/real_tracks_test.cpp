@@ -104,7 +104,7 @@ TEST(ServiceRealTracks, LiveErrorEqualsThatOfEvaluate) {
   if (!read) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
   const Site& site = *read;
   settings = settings_for(site);
-  settings.service.stride_s = settings.evaluate.every_s;
+  settings.service.stride_s = settings.evaluate.stride_s;
   settings.service.batch = 100;
   settings.service.max_track_samples = 100000;
   const Replayed run = replay(site, settings);

@@ -119,7 +119,7 @@ TEST(StreamCore, PredictsAtTheSamplesOfAFile) {
 
 TEST(StreamCore, ScoresEqualThoseOfEvaluate) {
   ServiceSettings settings = service_settings();
-  settings.service.stride_s = settings.evaluate.every_s;
+  settings.service.stride_s = settings.evaluate.stride_s;
   const std::vector<Detection> rows = spoiled(stream_of(paths_of(corner_walks(20, 7)), 1.1), 7);
   StreamCore core;
   core.keep_windows = true;

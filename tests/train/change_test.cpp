@@ -75,21 +75,22 @@ int fused_as_told(const Update& update, unsigned seed) {
   Told told;
   Model previous;
   int fused = 0;
-  run_episodes({}, testing::corner_walks(120, seed), 20, kConfig, update, [&](int number, const Episode& episode) {
-    SCOPED_TRACE("episode " + std::to_string(number));
-    const ModelChange& change = episode.report.change;
-    EXPECT_EQ(change.primitives_after, static_cast<int>(episode.model.primitives.size()));
-    fused += static_cast<int>(change.fused.size());
-    told = told_after(told, to_json(change, previous, episode.model));
-    EXPECT_EQ(cells_of(told), cells_of(episode.model));
-    EXPECT_EQ(told.transitions, edges_of(episode.model));
-    for (const ReplacedPrimitive& split : change.split) {
-      EXPECT_LT(split.previous, change.primitives_before);
-      EXPECT_LT(split.first, change.primitives_after);
-      EXPECT_NE(split.first, split.second);
-    }
-    previous = episode.model;
-  });
+  run_episodes({}, testing::corner_walks(120, seed), 20, kConfig, update,
+               [&](int number, const Model&, const Episode& episode) {
+                 SCOPED_TRACE("episode " + std::to_string(number));
+                 const ModelChange& change = episode.report.change;
+                 EXPECT_EQ(change.primitives_after, static_cast<int>(episode.model.primitives.size()));
+                 fused += static_cast<int>(change.fused.size());
+                 told = told_after(told, to_json(change, previous, episode.model));
+                 EXPECT_EQ(cells_of(told), cells_of(episode.model));
+                 EXPECT_EQ(told.transitions, edges_of(episode.model));
+                 for (const ReplacedPrimitive& split : change.split) {
+                   EXPECT_LT(split.previous, change.primitives_before);
+                   EXPECT_LT(split.first, change.primitives_after);
+                   EXPECT_NE(split.first, split.second);
+                 }
+                 previous = episode.model;
+               });
   return fused;
 }
 

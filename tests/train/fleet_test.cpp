@@ -24,11 +24,11 @@ Tracks part(const Tracks& tracks, std::size_t from, std::size_t count) {
   return {first, first + static_cast<std::ptrdiff_t>(count)};
 }
 
-std::vector<Leaf> leaves_of(const Tracks& tracks, std::size_t leaf, std::size_t batch) {
-  std::vector<Leaf> leaves;
-  for (std::size_t i = 0; i < tracks.size(); i += leaf)
-    leaves.push_back({part(tracks, i, std::min(leaf, tracks.size() - i)), batch, {}, {}});
-  return leaves;
+std::vector<Partition> leaves_of(const Tracks& tracks, std::size_t partition, std::size_t batch) {
+  std::vector<Partition> partitions;
+  for (std::size_t i = 0; i < tracks.size(); i += partition)
+    partitions.push_back({part(tracks, i, std::min(partition, tracks.size() - i)), batch, {}, {}});
+  return partitions;
 }
 
 TEST(EpisodeIds, StandForTheContentWhateverItsNamesAndOrder) {
@@ -114,8 +114,8 @@ TEST(FuseModels, NeedsOneReferenceWidthAndSaysSo) {
 
 TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
   const Tracks tracks = testing::corner_walks(110, 9);
-  std::vector<Leaf> leaves = leaves_of(tracks, 20, 10);
-  const Model model = learn_fleet({}, leaves, kConfig);
+  std::vector<Partition> partitions = leaves_of(tracks, 20, 10);
+  const Model model = learn_fleet({}, partitions, kConfig);
   EXPECT_EQ(model.tracks, 110);
   EXPECT_EQ(model.episodes, 11);
   EXPECT_EQ(model.episode_ids.size(), 11u);
@@ -123,19 +123,19 @@ TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
   EXPECT_FALSE(model.sites[0].error_statistics.empty());
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 3; ++trial) {
-    std::shuffle(leaves.begin(), leaves.end(), random);
-    EXPECT_TRUE(identical(learn_fleet({}, leaves, kConfig), model)) << "trial " << trial;
+    std::shuffle(partitions.begin(), partitions.end(), random);
+    EXPECT_TRUE(identical(learn_fleet({}, partitions, kConfig), model)) << "trial " << trial;
   }
 }
 
 TEST(Fleet, LearnsNothingTwice) {
   const Tracks tracks = testing::corner_walks(80, 10);
-  std::vector<Leaf> leaves = leaves_of(tracks, 40, 20);
-  const Model model = learn_fleet({}, leaves, kConfig);
-  EXPECT_TRUE(identical(learn_fleet(model, leaves, kConfig), model));
-  leaves.push_back(leaves.front());
-  EXPECT_TRUE(identical(learn_fleet({}, leaves, kConfig), model));
-  // A leaf of which one batch is known.
+  std::vector<Partition> partitions = leaves_of(tracks, 40, 20);
+  const Model model = learn_fleet({}, partitions, kConfig);
+  EXPECT_TRUE(identical(learn_fleet(model, partitions, kConfig), model));
+  partitions.push_back(partitions.front());
+  EXPECT_TRUE(identical(learn_fleet({}, partitions, kConfig), model));
+  // A partition of which one batch is known.
   Tracks mixed = part(tracks, 0, 20);
   const Tracks fresh = testing::corner_walks(20, 11);
   mixed.insert(mixed.end(), fresh.begin(), fresh.end());
@@ -146,11 +146,11 @@ TEST(Fleet, LearnsNothingTwice) {
 
 TEST(Fleet, TakesModelsThatWereLearntElsewhere) {
   const Tracks tracks = testing::corner_walks(60, 12);
-  std::vector<Leaf> leaves = leaves_of(part(tracks, 0, 40), 20, 20);
-  Leaf elsewhere;
+  std::vector<Partition> partitions = leaves_of(part(tracks, 0, 40), 20, 20);
+  Partition elsewhere;
   elsewhere.model = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
-  leaves.push_back(elsewhere);
-  const Model model = learn_fleet({}, leaves, kConfig);
+  partitions.push_back(elsewhere);
+  const Model model = learn_fleet({}, partitions, kConfig);
   EXPECT_EQ(model.tracks, 60);
   EXPECT_EQ(model.episode_ids.size(), 3u);
   const Model alone = learn_fleet({}, {elsewhere}, kConfig);
@@ -161,15 +161,15 @@ TEST(Fleet, BeginsWithTheMedianWidthOfItsPlaces) {
   EXPECT_EQ(agreed_width_m({4.0, 2.0, 3.0}), 3.0);
   EXPECT_EQ(agreed_width_m({4.0, 2.0}), 2.0);
   EXPECT_THROW(agreed_width_m({}), std::invalid_argument);
-  std::vector<Leaf> leaves;
+  std::vector<Partition> partitions;
   for (const double width_m : {3.5, 2.0, 2.5}) {
-    leaves.push_back({testing::corner_walks(20, static_cast<unsigned>(10.0 * width_m)), 20, {}, {}});
-    for (FramedTrajectory& track : leaves.back().tracks)
+    partitions.push_back({testing::corner_walks(20, static_cast<unsigned>(10.0 * width_m)), 20, {}, {}});
+    for (FramedTrajectory& track : partitions.back().tracks)
       track.frame = testing::square_frame(width_m, CurbScaling::mean_width);
   }
   EpisodeConfig by_width = kConfig;
   by_width.scaling = CurbScaling::mean_width;
-  EXPECT_EQ(learn_fleet({}, leaves, by_width).settings.reference_width_m, 2.5);
+  EXPECT_EQ(learn_fleet({}, partitions, by_width).settings.reference_width_m, 2.5);
 }
 
 TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
@@ -180,16 +180,16 @@ TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
     sites.push_back(testing::square_frame());
     sites.back().origin_m.x() = i < 8 ? 0.0 : 100.0;
   }
-  const std::vector<ChosenLeaf> chosen = choose_leaves(episodes, sites, {});
+  const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, {});
   ASSERT_EQ(chosen.size(), 12u);
   const auto of_second = [&](std::size_t from) {
     return std::count_if(chosen.begin() + static_cast<std::ptrdiff_t>(from),
                          chosen.begin() + static_cast<std::ptrdiff_t>(from) + 6,
-                         [](const ChosenLeaf& leaf) { return leaf.leaf >= 8; });
+                         [](const ChosenPartition& partition) { return partition.partition >= 8; });
   };
   EXPECT_EQ(of_second(0), 2);
   EXPECT_EQ(of_second(6), 2);
-  EXPECT_THROW(choose_leaves(episodes, std::span(sites).first(3), {}), std::invalid_argument);
+  EXPECT_THROW(choose_partitions(episodes, std::span(sites).first(3), {}), std::invalid_argument);
 }
 
 TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
@@ -198,7 +198,7 @@ TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
   for (FramedTrajectory& placed : elsewhere) {
     for (Vector2& position : placed.track.positions_m) position.x() += 100.0;
   }
-  const Leaf here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
+  const Partition here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
   const Model model = learn_fleet({}, {here, there}, kConfig);
   ASSERT_EQ(model.sites.size(), 2u);
   for (const Site& site : model.sites) {
@@ -209,11 +209,11 @@ TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
 }
 
 TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
-  for (const int leaves : {1, 2, 3, 7, 16, 33}) {
+  for (const int partitions : {1, 2, 3, 7, 16, 33}) {
     for (const bool goes_on : {false, true}) {
-      const std::vector<FleetTask> plan = plan_fleet(leaves, goes_on, kConfig);
+      const std::vector<FleetTask> plan = plan_fleet(partitions, goes_on, kConfig);
       std::vector<std::set<int>> knows(plan.size());
-      std::vector<int> fitted(static_cast<std::size_t>(leaves), 0);
+      std::vector<int> fitted(static_cast<std::size_t>(partitions), 0);
       for (std::size_t t = 0; t < plan.size(); ++t) {
         const FleetTask& task = plan[t];
         for (const int input : task.inputs) {
@@ -222,16 +222,16 @@ TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
             knows[t].insert(knows[static_cast<std::size_t>(input)].begin(),
                             knows[static_cast<std::size_t>(input)].end());
         }
-        if (task.step == FleetStep::learn) knows[t].insert(task.leaf);
-        if (task.step != FleetStep::teach && task.step != FleetStep::warm_up) continue;
-        ++fitted[static_cast<std::size_t>(task.leaf)];
+        if (task.step == FleetStep::learn) knows[t].insert(task.partition);
+        if (task.step != FleetStep::calibrate && task.step != FleetStep::warm_up) continue;
+        ++fitted[static_cast<std::size_t>(task.partition)];
         const int judge = task.inputs.front();
         if (judge >= 0) {
-          EXPECT_FALSE(knows[static_cast<std::size_t>(judge)].contains(task.leaf)) << leaves << " leaves";
+          EXPECT_FALSE(knows[static_cast<std::size_t>(judge)].contains(task.partition)) << partitions << " partitions";
         }
       }
       for (const int rounds : fitted) EXPECT_EQ(rounds, kConfig.fleet.warm_up_rounds);
-      EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(leaves)) << "every leaf counts";
+      EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(partitions)) << "every partition counts";
     }
   }
   EXPECT_THROW(plan_fleet(0, false, kConfig), std::invalid_argument);

@@ -17,51 +17,51 @@ const EpisodeConfig kConfig;
 /// SILA's update as it is without anything that keeps a model small.
 Update only_learn_and_fuse(const EpisodeConfig& config) {
   return [config](const Model& previous, const Batch& batch, const ModelSettings& settings) {
-    const Learnt incoming = learn(batch, settings, config.learn, config.residual);
-    Fused fused = fuse(previous, incoming.increment, config.fuse, config.residual);
+    const LearnResult incoming = learn(batch, settings, config.learn, config.residual);
+    FuseResult fused = fuse(previous, incoming.increment, config.fuse, config.residual);
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    return Updated{std::move(fused.model), incoming.report, fused.report, {}, std::move(change)};
+    return UpdateResult{std::move(fused.model), incoming.report, fused.report, {}, std::move(change)};
   };
 }
 
-TEST(Growth, WithoutCompactionTheModelIsWhatLearningAndFusingGive) {
+TEST(Growth, WithoutPruningTheModelIsThatOfLearningAndFusing) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 4);
   EpisodeConfig off = kConfig;
-  off.compact.enabled = false;
+  off.prune.enabled = false;
   const Model plain = run_episodes({}, tracks, 20, off, only_learn_and_fuse(off)).model;
   EXPECT_TRUE(identical(run_episodes({}, tracks, 20, off, sila_update(off)).model, plain));
 }
 
 // Which primitives a batch gives depends on rounding, so that one run more or less proves nothing: four seeds of 15
-// episodes, more than `forget_after_episodes`, give 77 with compaction and 89 without.
-TEST(Growth, CompactionMakesModelsSmaller) {
+// episodes, more than `expire_after_episodes`, give 77 with pruning and 89 without.
+TEST(Growth, PruningMakesModelsSmaller) {
   EpisodeConfig off = kConfig;
-  off.compact.enabled = false;
-  std::size_t compacted = 0, plain = 0;
+  off.prune.enabled = false;
+  std::size_t pruned = 0, plain = 0;
   for (const unsigned seed : {4U, 5U, 6U, 7U}) {
     const std::vector<FramedTrajectory> tracks = testing::corner_walks(150, seed);
-    compacted += size(run_episodes({}, tracks, 10, kConfig, sila_update(kConfig)).model);
+    pruned += size(run_episodes({}, tracks, 10, kConfig, sila_update(kConfig)).model);
     plain += size(run_episodes({}, tracks, 10, off, sila_update(off)).model);
   }
-  EXPECT_LT(compacted, plain);
+  EXPECT_LT(pruned, plain);
 }
 
 TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(100, 6);
   const std::size_t free_bytes = packed_bytes(run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model);
   EpisodeConfig capped = kConfig;
-  capped.model.max_bytes = 0.8 * static_cast<double>(free_bytes);
-  capped.model.max_primitives = 12;
-  int given_up = 0;
-  run_episodes({}, tracks, 20, capped, sila_update(capped), [&](int number, const Episode& episode) {
+  capped.budget.max_bytes = 0.8 * static_cast<double>(free_bytes);
+  capped.budget.max_primitives = 12;
+  int evicted = 0;
+  run_episodes({}, tracks, 20, capped, sila_update(capped), [&](int number, const Model&, const Episode& episode) {
     SCOPED_TRACE("episode " + std::to_string(number));
-    EXPECT_LE(static_cast<double>(packed_bytes(episode.model)), capped.model.max_bytes);
+    EXPECT_LE(static_cast<double>(packed_bytes(episode.model)), capped.budget.max_bytes);
     EXPECT_LE(episode.model.primitives.size(), 12U);
     EXPECT_EQ(episode.report.change.primitives_after, static_cast<int>(episode.model.primitives.size()));
     EXPECT_NO_THROW(check(episode.model));
-    given_up += episode.report.given_up.transitions;
+    evicted += episode.report.budget.transitions;
   });
-  EXPECT_GT(given_up, 0);
+  EXPECT_GT(evicted, 0);
 }
 
 TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
@@ -76,8 +76,8 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
   rest.primitives.clear(), rest.transitions.clear();
   const auto least = static_cast<double>(packed_bytes(rest)), most = static_cast<double>(packed_bytes(model));
   const double nearly_all = least + 0.95 * (most - least), a_third = least + 0.33 * (most - least);
-  const Limited little = limit(model, {.max_bytes = nearly_all});
-  EXPECT_GT(little.report.narrowed, 0);
+  const BudgetResult little = apply_budget(model, {.max_bytes = nearly_all});
+  EXPECT_GT(little.report.reduced, 0);
   EXPECT_EQ(little.report.transitions, 0);
   EXPECT_LE(static_cast<double>(packed_bytes(little.model)), nearly_all);
   EXPECT_NO_THROW(check(little.model));
@@ -86,7 +86,7 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
     EXPECT_EQ(after.points, before.points);
     EXPECT_GE(after.pseudo_inputs.cols(), std::min<Eigen::Index>(before.pseudo_inputs.cols(), 30));
   }
-  const Limited much = limit(model, {.max_bytes = a_third});
+  const BudgetResult much = apply_budget(model, {.max_bytes = a_third});
   EXPECT_GT(much.report.transitions, 0);
   EXPECT_LE(most_inputs(much.model), 30);
 }
@@ -121,11 +121,11 @@ TEST(Growth, AChangedPlaceIsLearntSoonerWithAHalfLife) {
   const std::vector<FramedTrajectory> unseen(judged.begin() + 100, judged.end());
   const auto error_m = [&](double half_life_episodes) {
     EpisodeConfig config = kConfig;
-    config.compact.half_life_episodes = half_life_episodes;
+    config.prune.half_life_episodes = half_life_episodes;
     const Model settled = run_episodes({}, before, 20, config, sila_update(config)).model;
     return mean_error_m(run_episodes(settled, after, 20, config, sila_update(config)).model, config, unseen);
   };
-  const double remembering_m = error_m(kConfig.compact.half_life_episodes);
+  const double remembering_m = error_m(kConfig.prune.half_life_episodes);
   const double forgetting_m = error_m(2.0);
   EXPECT_GT(forgetting_m, 0.0);
   EXPECT_LT(forgetting_m, 0.9 * remembering_m);

@@ -136,8 +136,8 @@ TEST(Hostile, AnyMixtureOfTracksIsLearntFusedAndPredicted) {
 TEST(Hostile, SoItIsWithoutTheBlendAndWithLimits) {
   EpisodeConfig config;
   config.predict.stacking = false;
-  config.model.max_primitives = 10;
-  config.compact.half_life_episodes = 2.0;
+  config.budget.max_primitives = 10;
+  config.prune.half_life_episodes = 2.0;
   expect_sound_lives(50, config);
 }
 
@@ -171,7 +171,7 @@ TEST(Hostile, EveryKindAloneAndEveryTrackTheSameOneIsLearntFusedAndPredicted) {
 
 TEST(Hostile, PeopleWhoAllDoTheSameDoNotMakeAPredictionSurerThanAMillimetre) {
   EpisodeConfig config;
-  config.error_statistics.every_s = 0.1;
+  config.error_statistics.stride_s = 0.1;
   std::vector<FramedTrajectory> same = HostileTracks(7).many(Hostile::identical_points, testing::repeats(300), true);
   Model model;
   for (int episode = 0; episode < 12; ++episode) {

@@ -4,7 +4,7 @@
 
 #include "sila/model/packing.hpp"
 #include "sila/profile.hpp"
-#include "sila/refine/fade.hpp"
+#include "sila/refine/forgetting.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
@@ -28,7 +28,7 @@ TEST(IndependentOutputs, PredictAsSharedOnesUnderOneTheta) {
   EpisodeConfig shared = with_outputs(FieldOutputs::shared), independent = with_outputs(FieldOutputs::independent);
   for (const bool compacted : {false, true}) {
     SCOPED_TRACE(compacted);
-    shared.compact.enabled = independent.compact.enabled = compacted;
+    shared.prune.enabled = independent.prune.enabled = compacted;
     const Model a = learnt(shared, tracks), b = learnt(independent, tracks);
     EXPECT_NO_THROW(check(b));
     ASSERT_EQ(size(a), size(b));
@@ -65,9 +65,9 @@ TEST(IndependentOutputs, ArePackedBitForBitAndFadeTogether) {
     const FlowField again = unpack_flow_field(pack(transition.field));
     EXPECT_TRUE(again.gp == transition.field.gp && again.gp_y == transition.field.gp_y);
   }
-  const FlowField faded = fade(model, 0.5, std::vector<int>{0}).transitions.front().field;
-  EXPECT_EQ(faded.gp.points, faded.gp_y.points);
-  EXPECT_EQ(faded.gp_y.points, 0.5 * model.transitions.front().field.gp_y.points);
+  const FlowField discounted = discount_model(model, 0.5, std::vector<int>{0}).transitions.front().field;
+  EXPECT_EQ(discounted.gp.points, discounted.gp_y.points);
+  EXPECT_EQ(discounted.gp_y.points, 0.5 * model.transitions.front().field.gp_y.points);
 }
 
 TEST(IndependentOutputs, AreNotMixedWithSharedOnes) {

@@ -95,18 +95,18 @@ TEST(Sites, LaterTracksOfOneLeaveTheOthersPaths) {
 
 TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
   const Tracks a = here(80, 1), b = there(80, 2);
-  const auto leaves_of = [](const Tracks& tracks) {
-    std::vector<Leaf> leaves;
+  const auto partitions_of = [](const Tracks& tracks) {
+    std::vector<Partition> partitions;
     for (std::size_t i = 0; i < tracks.size(); i += 20)
-      leaves.push_back({Tracks(tracks.begin() + static_cast<std::ptrdiff_t>(i),
-                               tracks.begin() + static_cast<std::ptrdiff_t>(i + 20)),
-                        20,
-                        {},
-                        {}});
-    return leaves;
+      partitions.push_back({Tracks(tracks.begin() + static_cast<std::ptrdiff_t>(i),
+                                   tracks.begin() + static_cast<std::ptrdiff_t>(i + 20)),
+                            20,
+                            {},
+                            {}});
+    return partitions;
   };
-  const Model of_a = learn_fleet({}, leaves_of(a), kConfig), of_b = learn_fleet({}, leaves_of(b), kConfig);
-  const Model together = learn_fleet({}, leaves_of(both(a, b)), kConfig);
+  const Model of_a = learn_fleet({}, partitions_of(a), kConfig), of_b = learn_fleet({}, partitions_of(b), kConfig);
+  const Model together = learn_fleet({}, partitions_of(both(a, b)), kConfig);
   EXPECT_NO_THROW(check(together));
   ASSERT_EQ(together.sites.size(), 2u);
   for (const Site& site : together.sites) {
@@ -163,7 +163,7 @@ TEST(Sites, WithoutTrainingGetTheGlobalPart) {
 
 TEST(Sites, FadeByTheirOwnEpisodes) {
   EpisodeConfig fading = kConfig;
-  fading.compact.half_life_episodes = 2.0;
+  fading.prune.half_life_episodes = 2.0;
   const Model of_a = learnt(here(60, 1), {}, fading);
   const Model together = learnt(there(60, 2), of_a, fading);
   EXPECT_EQ(pack(together.sites[0].error_statistics), pack(of_a.sites[0].error_statistics));

@@ -77,7 +77,7 @@ TEST(Retrain, SeesAllBatchesSoFar) {
   EXPECT_EQ(retrained.model.tracks, 40);
   EXPECT_EQ(retrained.model.episodes, 2);
   EpisodeConfig plain = kConfig;
-  plain.error_statistics.enabled = plain.compact.enabled = false;
+  plain.error_statistics.enabled = plain.prune.enabled = false;
   const Model at_once = run_episode({}, tracks, plain).model;
   EXPECT_EQ(size(retrained.model), size(at_once));
 }

@@ -39,7 +39,7 @@ struct ModelComparison {
 };
 
 /// Primitives belong together if they are equal, else the most similar pairs of at least the threshold, one to one.
-/// Throws: std::invalid_argument if the models' conventions differ.
+/// Throws: std::invalid_argument if the models' settings differ.
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold);
 
 /// How far apart two predictions' mean paths are.

@@ -16,7 +16,7 @@ namespace sila {
 
 /// Which windows are judged and how they are parted.
 struct EvaluateConfig {
-  double every_s = 1.6;
+  double stride_s = 1.6;
   /// A window is moving from this displacement on while observed [m].
   static constexpr double moving_m = 0.5;
   /// A moving window is turning if the heading changes by more from its start to its end [rad].
@@ -26,7 +26,7 @@ struct EvaluateConfig {
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, EvaluateConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("every_s", config.every_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
+  visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
 }
 
 /// One judged window.

@@ -22,7 +22,7 @@ struct FuseReport {
 };
 
 /// A fused model and how it came about. `explain_fusion(name, problem, config, plan)` writes it down.
-struct Fused {
+struct FuseResult {
   Model model;
   FusionProblem problem;
   FusionPlan plan;
@@ -33,13 +33,13 @@ struct Fused {
 /// The first episode gives the increment's model, an increment without primitives leaves all primitives and transitions
 /// as they are. Samples of the increment stand in for its GPs wherever GPs are fused; without samples its GPs are fused
 /// as stored. Sites are joined; episodes, tracks and error statistics add. The same on any number of threads. Throws:
-/// std::invalid_argument for a field out of range, conventions that differ, samples that do not belong to the
+/// std::invalid_argument for a field out of range, settings that differ, samples that do not belong to the
 /// transitions, sites that are shared and must be apart. Source: SILA paper, Alg. 1 and 2. Differs: docs/decisions/0040
 /// to 0046, 0097.
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {});
+FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {});
 
 /// Standard incremental learning: all that was known and all that came, side by side. Equals `fuse` with a threshold
 /// that nothing reaches. Throws: as fuse. Source: SILA paper, second baseline.
-Fused accumulate(const Model& previous, const Increment& incoming);
+FuseResult accumulate(const Model& previous, const Increment& incoming);
 
 }  // namespace sila

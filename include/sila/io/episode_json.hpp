@@ -8,7 +8,7 @@
 
 namespace sila {
 
-nlohmann::ordered_json to_json(const LimitReport& report);
+nlohmann::ordered_json to_json(const BudgetReport& report);
 
 /// The change as a model file keeps it: the shapes of the primitives that are new or fused, and the transitions whose
 /// count is another one. Its length depends on what changed, not on the size of the model.

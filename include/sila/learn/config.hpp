@@ -7,7 +7,7 @@
 
 namespace sila {
 
-/// Lengths in metres become curb units when a model begins (see Conventions).
+/// Lengths in metres become curb units when a model begins (see ModelSettings).
 struct GridConfig {
   double cell_m = 1.0;
   int tile_cells = 8;
@@ -29,7 +29,7 @@ enum class CutRule {
 };
 inline constexpr const char* kCutRules[] = {"aligned", "first_unexplained"};
 
-/// Dictionary learning (ASNSC). Source: Chen, Liu, How 2016; algorithms 1.3 to 1.8.
+/// Dictionary learning (ASNSC). Source: Chen, Liu, How 2016; docs/learn.md, sections 2 to 5.
 struct DictionaryConfig {
   /// Slower samples have no heading (v_min) [m/s].
   static constexpr double min_speed_mps = 0.2;
@@ -58,16 +58,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_primitives", config.max_primitives, Range{1, 100000}, "-",
                "most primitives learnt from one batch (L_max)");
 }
-
-/// Labelling of samples by primitives. Source: algorithms 1.9.
-struct SegmentationConfig {
-  /// Primitives used less by a track do not label it.
-  static constexpr double min_coefficient = 0.1;
-  /// Evidence that a change of primitive needs [samples].
-  static constexpr double switch_penalty = 1.5;
-  /// Shorter runs join the run before [samples].
-  static constexpr int min_run_samples = 3;
-};
 
 /// How the two components of a field's velocity are modelled.
 enum class FieldOutputs {
@@ -111,7 +101,6 @@ void fields(Config& config, Visitor&& visit) {
 struct LearnConfig {
   GridConfig grid;
   DictionaryConfig dictionary;
-  SegmentationConfig segmentation;
   FieldConfig field;
 };
 

@@ -1,23 +1,30 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/learn/segmentation.hpp"
 #include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {
 
-/// The conventions of a model. The length of its curb unit converts configured metres into units.
+/// The settings of a model. The length of its curb unit converts configured metres into units.
 ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                              const GridConfig& config);
 
 /// The hyper-parameters that fields start from, in curb units.
 Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config);
+
+/// A stretch of one track, samples [begin, end), that one primitive explains.
+struct Segment {
+  int primitive = 0;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
 
 /// What became of the tracks of a batch.
 struct LearnReport {
@@ -29,20 +36,20 @@ struct LearnReport {
   double objective = 0.0;
 };
 
-struct Learnt {
+struct LearnResult {
   Increment increment;
   LearnReport report;
   std::vector<std::vector<Segment>> segments;  ///< of each track
 };
 
 /// Learns the model of one batch, M'(n), from its tracks alone.
-/// Units: tracks in curb units, sampled by the conventions' interval.
+/// Units: tracks in curb units, sampled by the interval of the settings.
 /// Throws: std::invalid_argument for a configuration out of range or a track that breaks its invariant.
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).
-Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
 
 /// The same for a batch of several sites that are to stay apart: each site is learnt by itself, and the increments
 /// stand side by side in one.
-Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
+LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
 
 }  // namespace sila

@@ -30,7 +30,9 @@ struct RegressionMoments {
   Eigen::VectorXd products;  ///< F, sum of w f y
 
   RegressionMoments& operator+=(const RegressionMoments& more) {
-    weight += more.weight, features += more.features, products += more.products;
+    weight += more.weight;
+    features += more.features;
+    products += more.products;
     return *this;
   }
 };
@@ -42,7 +44,9 @@ struct ErrorMoments {
   double across_m2 = 0.0;
 
   ErrorMoments& operator+=(const ErrorMoments& more) {
-    weight += more.weight, along_m2 += more.along_m2, across_m2 += more.across_m2;
+    weight += more.weight;
+    along_m2 += more.along_m2;
+    across_m2 += more.across_m2;
     return *this;
   }
 };
@@ -93,7 +97,7 @@ struct ErrorStatistics {
 ErrorStatistics zero_error_statistics(int steps, double interval_s);
 
 /// The error statistics as if each example had counted `share` as much: all of them are sums over examples.
-ErrorStatistics faded(ErrorStatistics error_statistics, double share);
+ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
 /// Past error statistics, faded by `decay`, and new ones. Throws: std::invalid_argument if they differ in shape.
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double decay);

@@ -17,7 +17,7 @@ struct Transition {
   FlowField field;
   SparseGp residual = {};             ///< of the paths that led here (see residual GP.hpp); no points: nothing known
   std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
-  int support = 0;  ///< lower bound of the number of different tracks; does not fade, counts no track twice
+  int support = 0;  ///< lower bound of the number of different tracks; is not discounted, counts no track twice
 };
 
 static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");

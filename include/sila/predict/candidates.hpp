@@ -23,7 +23,7 @@ struct Candidates {
 };
 
 /// Of the transitions nearby those whose fields know the last observed point and enough of those before it, scored by
-/// how well they explain the observed velocities. Source: algorithms 1.11, steps 1 to 3.
+/// how well they explain the observed velocities. Source: docs/predict.md, section 1.
 Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near, const CurbTrajectory& observed,
                            const PredictConfig& config, Scratch& scratch);
 

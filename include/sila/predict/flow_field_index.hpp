@@ -18,15 +18,7 @@ namespace sila {
 /// primitives.
 class FlowFieldIndex {
  public:
-  /// A model and its map, or neither.
-  struct Reuse {
-    const Model* model = nullptr;
-    const FlowFieldIndex* map = nullptr;
-  };
-
-  FlowFieldIndex(const Model& model, const PredictConfig& config) : FlowFieldIndex(model, config, Reuse{}) {}
-  /// What the model has of an earlier one is not factorised again.
-  FlowFieldIndex(const Model& model, const PredictConfig& config, const Reuse& earlier);
+  FlowFieldIndex(const Model& model, const PredictConfig& config) : FlowFieldIndex(model, config, nullptr, nullptr) {}
 
   struct Field {
     int from = 0, to = 0;
@@ -53,6 +45,11 @@ class FlowFieldIndex {
   };
 
  private:
+  friend class Predictor;
+  /// Posteriors of fields that are equal in an earlier model are taken from its index.
+  FlowFieldIndex(const Model& model, const PredictConfig& config, const Model* earlier,
+                 const FlowFieldIndex* of_earlier);
+
   /// Where a person may be.
   struct Bucket {
     std::vector<int> transitions;

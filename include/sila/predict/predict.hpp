@@ -23,7 +23,7 @@ struct RolloutSet {
 };
 
 /// Selects the transitions that a pedestrian may be in, rolls them out over at least `steps` steps and groups them.
-/// Source: SILA paper, section on prediction; algorithms 1.11.
+/// Source: SILA paper, section on prediction; docs/predict.md.
 RolloutSet roll_out_near(const FlowFieldIndex& map, const CurbTrajectory& observed, int steps, double interval_s,
                          bool with_covariances, const PredictConfig& config, Scratch& scratch);
 
@@ -58,7 +58,7 @@ void require_observed(const CurbTrajectory& observed, double interval_s);
 /// The prediction of the paper: roll-outs of the flow fields alone. Units: `observed` in curb units, sampled every
 /// `interval_s`, ending at t0; the prediction in metres, world frame. Throws: std::invalid_argument for a track that
 /// breaks its invariant or has another sampling interval.
-/// Source: SILA paper, section on prediction; algorithms 1.11.
+/// Source: SILA paper, section on prediction; docs/predict.md.
 Prediction predict_by_rollouts(const FlowFieldIndex& map, const CurbTrajectory& observed, double interval_s,
                                const PredictConfig& config);
 

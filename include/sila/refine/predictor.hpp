@@ -11,12 +11,13 @@
 #include "sila/refine/stacking.hpp"
 
 namespace sila {
+struct Snapshot;
 
 /// Merged and normalised roll-outs, and what is known without one. They live in the scratch memory.
-struct Hypotheses {
+struct MergedRollouts {
   std::span<const Rollout> rollouts;
   std::span<const ResidualPrediction> residuals;  ///< for each, of the transitions that do not support another mode
-  Observation seen;
+  ObservedFeatures seen;
   double raw_novelty = 1.0;
 };
 
@@ -25,22 +26,20 @@ class Predictor {
  public:
   /// Throws: std::invalid_argument for a configuration out of range.
   Predictor(const Model& model, const PredictConfig& config);
-  /// The same with less work where the model has much of an earlier one, whose predictor is at hand.
-  Predictor(const Model& model, const PredictConfig& config, const Model& earlier, const Predictor& of_earlier);
 
   /// The next seconds of a person as weighted modes; always an answer.
   /// Units: `observed` in curb units, sampled at the model's interval, ending at t0; the prediction in metres,
   /// world frame. Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
-  /// Source: SILA paper, section on prediction; algorithms 1.11.
+  /// Source: SILA paper, section on prediction; docs/predict.md.
   Prediction predict(const CurbTrajectory& observed) const;
   /// The same, and once the workspace is as large as it has to be without allocating; valid until it is used again.
   const Prediction& predict(const CurbTrajectory& observed, Workspace& workspace) const;
 
   /// Steps towards a prediction, over at least `steps` steps; error statistics and explanations are made from them.
   RolloutSet rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
-  Observation observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const;
-  Hypotheses hypotheses(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
-  const Prediction& predict(const CurbTrajectory& observed, const Hypotheses& hypotheses, Workspace& workspace) const;
+  ObservedFeatures observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const;
+  MergedRollouts merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
+  const Prediction& predict(const CurbTrajectory& observed, const MergedRollouts& merged, Workspace& workspace) const;
 
   const PredictConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
@@ -49,8 +48,8 @@ class Predictor {
   const Stacking& stacking(std::optional<int> site) const { return fitted(site).stacking; }
 
  private:
-  Predictor(const Model& model, const PredictConfig& config, const FlowFieldIndex::Reuse& map,
-            const ResidualIndex::Reuse& residuals);
+  friend struct Snapshot;
+  Predictor(const Model& model, const PredictConfig& config, const Snapshot* earlier);
 
   struct Fitted {
     Stacking stacking;
@@ -59,7 +58,7 @@ class Predictor {
   const Fitted& fitted(std::optional<int> site) const {
     return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
   }
-  void add_variants(const CurbTrajectory& observed, const Observation& seen, Workspace& workspace) const;
+  void add_variants(const CurbTrajectory& observed, const ObservedFeatures& seen, Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 
   PredictConfig config_;

@@ -12,12 +12,13 @@ namespace sila {
 /// The settings of a model that learns residual GPs until `horizon_s`.
 ModelSettings with_residuals(ModelSettings settings, double horizon_s, const ResidualConfig& config);
 
-Learnt learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-             const ResidualConfig& residual);
-Learnt learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-                   const ResidualConfig& residual);
-Fused fuse(const Model& previous, const Increment& incoming, const FuseConfig& config, const ResidualConfig& residual);
-Fused accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                  const ResidualConfig& residual);
+LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                        const ResidualConfig& residual);
+FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,
+                const ResidualConfig& residual);
+FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);
 
 /// One residual GP of two; without points if neither has any.
 SparseGp merge_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config);

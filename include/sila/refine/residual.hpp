@@ -28,7 +28,7 @@ struct ResidualConfig {
   /// Noise: how much pedestrians with the same inputs differ [m/s].
   static constexpr double noise_std_mps = 0.33;
   /// Time between two samples of a track [s].
-  static constexpr double every_s = 0.8;
+  static constexpr double stride_s = 0.8;
   /// Minimum part of the future that a sample needs [of the horizon].
   static constexpr double min_seen_share = 0.75;
   int max_pseudo_inputs = 120;

@@ -14,20 +14,13 @@ namespace sila {
 /// What predictions need of the residual GPs of a model, made once.
 class ResidualIndex {
  public:
-  /// A model and its index, or neither.
-  struct Reuse {
-    const Model* model = nullptr;
-    const ResidualIndex* index = nullptr;
-  };
-
   /// The residual GP of a transition.
   struct Expert {
     Posterior posterior;
     Eigen::AlignedBox<double, kResidualInputs> reach;  ///< beyond it the GP is its prior
   };
 
-  /// What the model has of an earlier one is not factorised again.
-  ResidualIndex(const Model& model, const PredictConfig& config, const Reuse& earlier);
+  ResidualIndex(const Model& model, const PredictConfig& config) : ResidualIndex(model, config, nullptr, nullptr) {}
 
   const std::optional<Expert>& expert(int transition) const { return experts_[static_cast<std::size_t>(transition)]; }
   /// The global residual GP of a site, or else what counts of all others.
@@ -39,6 +32,10 @@ class ResidualIndex {
   double horizon_s() const { return horizon_s_; }
 
  private:
+  friend class Predictor;
+  /// Posteriors of GPs that are equal in an earlier model are taken from its index.
+  ResidualIndex(const Model& model, const PredictConfig& config, const Model* earlier, const ResidualIndex* of_earlier);
+
   int knots_ = 0;
   double horizon_s_ = 0.0;
   std::vector<std::optional<Expert>> experts_;

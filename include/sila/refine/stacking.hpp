@@ -35,7 +35,7 @@ using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
 KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
 /// What is known of a pedestrian before any roll-out.
-struct Observation {
+struct ObservedFeatures {
   KinematicFeatures kinematics = KinematicFeatures::Zero();
   ResidualPrediction global_residual;
   std::span<const ExpertPrediction> experts;
@@ -44,15 +44,15 @@ struct Observation {
   int speed = 0;                    ///< class
   std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
 };
-Observation observation_of(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                           const CurbTrajectory& observed, Scratch& scratch);
+ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
+                                   const CurbTrajectory& observed, Scratch& scratch);
 
 /// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
 /// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.
-Features place_free_features(const Observation& observation, std::size_t step, double interval_s);
-Features alone_features(const Observation& observation, const ResidualPrediction& residuals, std::size_t step,
+Features place_free_features(const ObservedFeatures& seen, std::size_t step, double interval_s);
+Features alone_features(const ObservedFeatures& seen, const ResidualPrediction& residuals, std::size_t step,
                         double interval_s);
-Features map_features(const Observation& observation, const Rollout& rollout, const ResidualPrediction& residuals,
+Features map_features(const ObservedFeatures& seen, const Rollout& rollout, const ResidualPrediction& residuals,
                       const CurbTrajectory& observed, std::size_t step, double interval_s);
 
 /// The coefficients with which features are summed, per (step, class): solved once from the error statistics.
@@ -67,7 +67,7 @@ class Stacking {
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who
   /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
   /// halves of them.
-  Vector2 velocity_mps(const Features& features, std::size_t step, const Observation& seen) const;
+  Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
   /// The stacked prediction, whoever it is.
   Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
   /// Variances [m²] along and across the way to the mean position that so many features give; zero where nothing was

@@ -11,21 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "sila/refine/predictor.hpp"
+#include "sila/refine/snapshot.hpp"
 #include "sila/service/online_calibration.hpp"
 #include "sila/train/episode.hpp"
 
 namespace sila {
-
-/// A model and its predictor; immutable, shared by all threads that use it.
-struct Snapshot {
-  Model model;
-  Predictor predictor;
-  Snapshot(Model given, const PredictConfig& config) : model(std::move(given)), predictor(model, config) {}
-  /// Reuses what the model has in common with an earlier one.
-  Snapshot(Model given, const PredictConfig& config, const Snapshot& earlier)
-      : model(std::move(given)), predictor(model, config, earlier.model, earlier.predictor) {}
-};
 
 /// Counts of the learner thread, since its start.
 struct LearnerStatus {

@@ -6,33 +6,33 @@
 #include "sila/fuse/config.hpp"
 #include "sila/learn/config.hpp"
 #include "sila/predict/config.hpp"
-#include "sila/refine/compact.hpp"
-#include "sila/refine/limit.hpp"
+#include "sila/refine/budget.hpp"
+#include "sila/refine/prune.hpp"
 #include "sila/refine/residual.hpp"
 
 namespace sila {
 
-/// What past errors teach.
+/// Statistics of the errors of predictions made before a batch is learnt.
 struct ErrorStatisticsConfig {
   bool enabled = true;
-  /// Between the windows of a track that are predicted [s].
-  double every_s = 1.6;
+  /// Time between two windows of a track [s].
+  double stride_s = 1.6;
   double decay = 0.97;
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and learn from the errors");
+  visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and calibrate by the errors");
   visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode",
                "how much older error statistics still count");
 }
 
-/// How models that were learnt side by side become one, where it differs from one batch after another.
+/// How models that were learnt in parallel are fused, where it differs from one batch after another.
 struct FleetConfig {
   bool case_3_fuses_stronger = true;
   PrimitiveMean mean = PrimitiveMean::count;
-  /// How often each half is predicted by the other half, the last time to learn from the errors.
+  /// Rounds in which each half is predicted by the other half; the last round calibrates.
   static constexpr int warm_up_rounds = 2;
 };
 
@@ -45,7 +45,6 @@ void fields(Config& config, Visitor&& visit) {
                "mean of fused primitives: plain (paper), by count, over active cells");
 }
 
-/// Everything that an episode is governed by.
 struct EpisodeConfig {
   SamplingConfig sampling;
   CurbScaling scaling = CurbScaling::metres;
@@ -53,8 +52,8 @@ struct EpisodeConfig {
   LearnConfig learn;
   ResidualConfig residual;
   FuseConfig fuse;
-  CompactConfig compact;
-  ModelLimits model;
+  PruneConfig prune;
+  ModelBudget budget;
   ErrorStatisticsConfig error_statistics;
   FleetConfig fleet;
   PredictConfig predict;
@@ -73,8 +72,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("learn", config.learn);
   visit.group("residual", config.residual);
   visit.group("fuse", config.fuse);
-  visit.group("compact", config.compact);
-  visit.group("model", config.model);
+  visit.group("prune", config.prune);
+  visit.group("budget", config.budget);
   visit.group("error_statistics", config.error_statistics);
   visit.group("fleet", config.fleet);
   visit.group("predict", config.predict);

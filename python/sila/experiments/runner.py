@@ -64,7 +64,7 @@ def do_run(experiment: Experiment, run: Run) -> Json:
 
 def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -> tuple[Json, Json]:
     """The scores of a method at a scene, and what a checkpoint keeps of them."""
-    stride_s = json.loads(config)["evaluate"]["every_s"]
+    stride_s = json.loads(config)["evaluate"]["stride_s"]
     windows = site.test.windows(config, stride_s)
     started = time.perf_counter()
     found = method.predict(windows.without_future())

@@ -1,3 +1,5 @@
+#include "sila/fuse/reindex.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,8 +8,6 @@
 #include <random>
 #include <set>
 #include <stdexcept>
-
-#include "sila/fuse/reindex.hpp"
 
 namespace sila {
 namespace {

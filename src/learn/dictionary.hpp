@@ -4,15 +4,15 @@
 #include <span>
 #include <vector>
 
+#include "learn/grid_vectors.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/learn/grid_vectors.hpp"
 #include "sila/model/motion_primitive.hpp"
 
 namespace sila {
 
 /// The nearest point (in the Euclidean norm) of the cone that keeps a primitive's arrow no longer than its activeness,
 /// and the activeness at most 1: |(x, y)| <= b / g, b <= g. `g` is the square root of the activeness weight. Source:
-/// algorithms 1.5. It is what forbids pairs of primitives of opposite sign.
+/// docs/learn.md, section 4. It is what forbids pairs of primitives of opposite sign.
 Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g);
 
 /// One use of a primitive by a track.
@@ -30,8 +30,8 @@ struct Dictionary {
 
 /// Learns local motion primitives by augmented semi-nonnegative sparse coding:
 /// min 1/2 |X - D S|^2 + sparsity * sum S, S >= 0, each primitive in its convex set and support; primitives are added
-/// while each pays `gain` (cell visits). Source: Chen, Liu, How 2016 (ASNSC); algorithms 1.3 to 1.8. Differs: support
-/// masks, see docs/decisions/0002-support-masks.md.
+/// while each pays `gain` (cell visits). Source: Chen, Liu, How 2016 (ASNSC); docs/learn.md, sections 2 to 5. Differs:
+/// support masks, see docs/decisions/0002-support-masks.md.
 Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid, double gain_cells, double run_cells,
                             const DictionaryConfig& config);
 

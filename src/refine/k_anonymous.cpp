@@ -1,23 +1,23 @@
-#include "sila/refine/share.hpp"
+#include "sila/refine/k_anonymous.hpp"
 
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "coverage.hpp"
+#include "overlap.hpp"
 
 namespace sila {
 
-Model shareable(Model model, int min_people) {
+Model k_anonymous(Model model, int min_people) {
   if (min_people < 1)
-    throw std::invalid_argument("shareable: min_people = " + std::to_string(min_people) + ", must be at least 1");
+    throw std::invalid_argument("k_anonymous: min_people = " + std::to_string(min_people) + ", must be at least 1");
   const auto known = [&](int primitive) {
     return model.primitives[static_cast<std::size_t>(primitive)].support >= min_people;
   };
   std::vector<bool> kept;
   for (const Transition& transition : model.transitions)
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
-  detail::thin_out(model, kept);
+  detail::remove_transitions(model, kept);
   return model;
 }
 

@@ -1,4 +1,4 @@
-#include "sila/refine/compact.hpp"
+#include "sila/refine/prune.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -10,16 +10,16 @@
 
 #include "sila/fuse/fuse.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/refine/fade.hpp"
-#include "sila/refine/limit.hpp"
+#include "sila/refine/budget.hpp"
+#include "sila/refine/forgetting.hpp"
 #include "support/random_models.hpp"
 
 namespace sila {
 namespace {
 
-CompactConfig forgetting_nothing() {
-  CompactConfig config;
-  config.forget_count = 0.0;
+PruneConfig expiring_nothing() {
+  PruneConfig config;
+  config.expire_count = 0.0;
   return config;
 }
 
@@ -55,246 +55,228 @@ Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
   return model;
 }
 
-TEST(Compact, RefusesWhatIsOutOfRange) {
-  CompactConfig config;
+TEST(Prune, RejectsValuesOutOfRange) {
+  PruneConfig config;
   config.known_ratio = 1.5;
-  EXPECT_THROW(compact({}, config), std::invalid_argument);
+  EXPECT_THROW(prune({}, config), std::invalid_argument);
   config = {};
   config.half_life_episodes = 0.0;
-  EXPECT_THROW(compact({}, config), std::invalid_argument);
+  EXPECT_THROW(prune({}, config), std::invalid_argument);
   config.half_life_episodes = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(compact({}, config), std::invalid_argument);
+  EXPECT_THROW(prune({}, config), std::invalid_argument);
 }
 
-TEST(Compact, SwitchedOffChangesNothing) {
+TEST(Prune, DisabledChangesNothing) {
   for_seeds(10, [](Random& random) {
     const Model model = grown_model(random);
-    CompactConfig off;
+    PruneConfig off;
     off.enabled = false;
-    EXPECT_TRUE(identical(compact(model, off).model, model));
-    EXPECT_EQ(compact(model, off).kept.size(), model.primitives.size());
+    EXPECT_TRUE(identical(prune(model, off).model, model));
+    EXPECT_EQ(prune(model, off).kept.size(), model.primitives.size());
   });
 }
 
-TEST(Compact, NeverGrowsAModelAndConservesCountsAndPoints) {
-  int absorbed = 0;
+TEST(Prune, NeverGrowsAModelAndConservesCountsAndPoints) {
+  int subsumed = 0;
   for_seeds(20, [&](Random& random) {
     const Model model = grown_model(random);
-    const Compacted small = compact(model, forgetting_nothing());
+    const PruneResult small = prune(model, expiring_nothing());
     check(small.model);
-    EXPECT_EQ(small.model.transitions.size() + static_cast<std::size_t>(small.report.absorbed),
+    EXPECT_EQ(small.model.transitions.size() + static_cast<std::size_t>(small.report.subsumed),
               model.transitions.size());
     EXPECT_EQ(small.model.primitives.size() + static_cast<std::size_t>(small.report.primitives),
               model.primitives.size());
     EXPECT_EQ(small.kept.size(), small.model.primitives.size());
     EXPECT_NEAR(total_count(small.model), total_count(model), 1e-9 * total_count(model));
     EXPECT_NEAR(total_points(small.model), total_points(model), 1e-9 * total_points(model));
-    absorbed += small.report.absorbed;
+    subsumed += small.report.subsumed;
   });
-  EXPECT_GT(absorbed, 20);
+  EXPECT_GT(subsumed, 20);
 }
 
-TEST(Compact, TwiceIsOnce) {
+TEST(Prune, TwiceIsOnce) {
   for_seeds(20, [](Random& random) {
-    const Compacted once = compact(grown_model(random), {});
-    const Compacted twice = compact(once.model, {});
+    const PruneResult once = prune(grown_model(random), {});
+    const PruneResult twice = prune(once.model, {});
     EXPECT_TRUE(identical(twice.model, once.model));
-    EXPECT_EQ(twice.report.absorbed + twice.report.forgotten + twice.report.primitives, 0);
+    EXPECT_EQ(twice.report.subsumed + twice.report.expired + twice.report.primitives, 0);
   });
 }
 
-TEST(Compact, SavesWorkOnWhatIsAsItWasLeftAndChangesNothing) {
-  int absorbed = 0, settled = 0;
-  for_seeds(20, [&](Random& random) {
-    Compacted once = compact(grown_model(random), {});
-    for (int more = 0; more < 4; ++more) {
-      Model model = fuse(once.model, random_increment(random)).model;
-      model.episodes = model.sites[0].episodes += integer(random, 0, 6);
-      settled += static_cast<int>(std::ranges::count_if(
-          model.transitions, [&](const Transition& transition) { return once.settled.holds(transition); }));
-      Compacted again = compact(model, {}, {}, {}, once.settled);
-      EXPECT_TRUE(identical(again.model, compact(model, {}).model));
-      absorbed += again.report.absorbed;
-      once = std::move(again);
-    }
-  });
-  EXPECT_GT(absorbed, 20);
-  EXPECT_GT(settled, 100);
-}
-
-TEST(Compact, GivesTheSameBytesOnAnyNumberOfThreads) {
+TEST(Prune, GivesTheSameBytesOnAnyNumberOfThreads) {
   for_seeds(5, [](Random& random) {
     const Model model = grown_model(random);
     const auto on_threads = [&](std::size_t threads) {
       const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-      return compact(model, {}).model;
+      return prune(model, {}).model;
     };
     EXPECT_TRUE(identical(on_threads(1), on_threads(2)));
   });
 }
 
-TEST(Compact, AbsorbsSomebodyWhoWalksAsManyDo) {
+TEST(Prune, SubsumesARareTransitionThatAgreesWithAFrequentOne) {
   Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25)}, 5);
   model.transitions[1].sites[0].last_episode = 4;
-  const Compacted small = compact(model, {});
-  EXPECT_EQ(small.report.absorbed, 1);
+  const PruneResult small = prune(model, {});
+  EXPECT_EQ(small.report.subsumed, 1);
   EXPECT_EQ(small.kept, (std::vector<int>{0, 1}));
   ASSERT_EQ(small.model.transitions.size(), 1U);
   EXPECT_DOUBLE_EQ(small.model.transitions[0].count, 31.0);
   EXPECT_EQ(small.model.transitions[0].sites[0].last_episode, 4);
 }
 
-TEST(Compact, KeepsSomebodyWhoWalksTheOtherWayOrElsewhereOrOften) {
-  EXPECT_EQ(compact(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}), {}).report.absorbed, 0);
-  EXPECT_EQ(compact(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 40.0)}), {}).report.absorbed, 0);
-  EXPECT_EQ(compact(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 4, 0.25)}), {}).report.absorbed, 0);
+TEST(Prune, KeepsTransitionsThatDisagreeOrAreElsewhereOrFrequent) {
+  EXPECT_EQ(prune(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}), {}).report.subsumed, 0);
+  EXPECT_EQ(prune(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 40.0)}), {}).report.subsumed, 0);
+  EXPECT_EQ(prune(model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 4, 0.25)}), {}).report.subsumed, 0);
 }
 
-TEST(Compact, WhatIsRareAndWasNotSeenForLongGoesToWhoKnowsThePlaceWhateverItSays) {
+TEST(Prune, ExpiredTransitionIsSubsumedByOneThatKnowsThePlace) {
   Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}, 11);
   model.transitions[0].sites[0].last_episode = 11;
-  const Compacted small = compact(model, {});
+  const PruneResult small = prune(model, {});
   ASSERT_EQ(small.model.transitions.size(), 1U);
-  EXPECT_EQ(small.report.absorbed, 1);
+  EXPECT_EQ(small.report.subsumed, 1);
   EXPECT_DOUBLE_EQ(small.model.transitions[0].count, 31.0);
   EXPECT_DOUBLE_EQ(total_points(small.model), total_points(model));
   model.sites[0].episodes = 10;
-  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "not long ago";
+  EXPECT_EQ(prune(model, {}).report.subsumed, 0) << "not long ago";
   model.sites[0].episodes = 11;
   model.transitions[1].count = 4.0;
-  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "seen four times";
+  EXPECT_EQ(prune(model, {}).report.subsumed, 0) << "seen four times";
   model.transitions[0].count = model.transitions[1].count = 1.0;
-  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "by nobody who was not seen more often";
+  EXPECT_EQ(prune(model, {}).report.subsumed, 0) << "only by a more frequent one";
 }
 
-TEST(Compact, AbsorbsNothingOfAnotherSiteThatIsApart) {
+TEST(Prune, SubsumesNothingOfAnotherSiteWithSitesApart) {
   Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25)}, 5);
   model.sites.push_back(model.sites[0]);
   model.transitions[1].sites[0].site = 1;
   check(model);
-  EXPECT_TRUE(identical(compact(model, {}).model, model));
+  EXPECT_TRUE(identical(prune(model, {}).model, model));
   model.sites[1].episodes = 100;
-  EXPECT_EQ(compact(model, {}).report.absorbed, 0) << "nor what is old";
+  EXPECT_EQ(prune(model, {}).report.subsumed, 0) << "nor what is old";
   model.sharing = SiteSharing::shared;
-  const Model small = compact(model, {}).model;
+  const Model small = prune(model, {}).model;
   ASSERT_EQ(small.transitions.size(), 1u);
   EXPECT_EQ(small.transitions[0].sites, (std::vector<SiteCount>{{0, 30.0, 1}, {1, 1.0, 1}}));
 }
 
-TEST(Compact, CountsTheAgeOfATransitionByTheClockOfItsSite) {
+TEST(Prune, CountsTheAgeOfATransitionInEpisodesOfItsSite) {
   Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}, 3);
   model.sites.push_back({CurbFrame{{100.0, 0.0}}, 50, 1000, {}, {}});
   model.episodes = 53;
-  EXPECT_EQ(compact(model, {}).report.absorbed, 0);
+  EXPECT_EQ(prune(model, {}).report.subsumed, 0);
   model.sites[0].episodes = 11;
-  EXPECT_EQ(compact(model, {}).report.absorbed, 1);
+  EXPECT_EQ(prune(model, {}).report.subsumed, 1);
 }
 
-TEST(Compact, ForgetsWhatHasFadedOnlyWhereNobodyElseKnowsThePlace) {
+TEST(Prune, RemovesADiscountedTransitionOnlyWhereNoOtherKnowsThePlace) {
   Model model = model_of({walk_along(0, 0, 1, 0.0), walk_along(1, 1, 0.4, 40.0)}, 100);
-  const Compacted small = compact(model, {});
-  EXPECT_EQ(small.report.forgotten, 1);
-  EXPECT_EQ(small.kept, (std::vector<int>{0})) << "who is alone at a place stays";
+  const PruneResult small = prune(model, {});
+  EXPECT_EQ(small.report.expired, 1);
+  EXPECT_EQ(small.kept, (std::vector<int>{0})) << "the only transition at a place stays";
   model.transitions[1].sites[0].last_episode = 91;
-  EXPECT_EQ(compact(model, {}).report.forgotten, 0) << "not long ago";
+  EXPECT_EQ(prune(model, {}).report.expired, 0) << "not long ago";
 }
 
-TEST(Limit, RefusesWhatIsOutOfRangeAndWhatNothingFitsIn) {
-  EXPECT_THROW(limit({}, {0.0, 1e9}), std::invalid_argument);
-  EXPECT_THROW(limit({}, {10.0, -1.0}), std::invalid_argument);
-  EXPECT_THROW(limit({}, {10.0, std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
+TEST(Budget, RejectsValuesOutOfRangeAndBudgetsTooSmallForOneTransition) {
+  EXPECT_THROW(apply_budget({}, {0.0, 1e9}), std::invalid_argument);
+  EXPECT_THROW(apply_budget({}, {10.0, -1.0}), std::invalid_argument);
+  EXPECT_THROW(apply_budget({}, {10.0, std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
   const Model model = model_of({walk_along(0, 1, 30, 0.0)});
-  EXPECT_THROW(limit(model, {10.0, 100.0}), std::invalid_argument);
-  EXPECT_THROW(limit(model, {1.0, 1e9}), std::invalid_argument) << "a way from one primitive to another needs two";
+  EXPECT_THROW(apply_budget(model, {10.0, 100.0}), std::invalid_argument);
+  EXPECT_THROW(apply_budget(model, {1.0, 1e9}), std::invalid_argument)
+      << "a transition between two primitives needs both";
 }
 
-TEST(Limit, ThatNothingExceedsChangesNothing) {
+TEST(Budget, ThatIsNotExceededChangesNothing) {
   for_seeds(5, [](Random& random) {
     const Model model = grown_model(random);
-    const Limited limited =
-        limit(model, {static_cast<double>(model.primitives.size()), static_cast<double>(packed_bytes(model))});
-    EXPECT_TRUE(identical(limited.model, model));
-    EXPECT_EQ(limited.report.transitions, 0);
+    const BudgetResult within =
+        apply_budget(model, {static_cast<double>(model.primitives.size()), static_cast<double>(packed_bytes(model))});
+    EXPECT_TRUE(identical(within.model, model));
+    EXPECT_EQ(within.report.transitions, 0);
   });
 }
 
-TEST(Limit, IsNeverExceededWhateverIsLearnt) {
-  int given_up = 0;
+TEST(Budget, IsNeverExceededWhateverIsLearnt) {
+  int evicted = 0;
   for_seeds(15, [&](Random& random) {
-    const ModelLimits limits{1.0 * integer(random, 4, 12), uniform(random, 2e4, 1e5)};
+    const ModelBudget limits{1.0 * integer(random, 4, 12), uniform(random, 2e4, 1e5)};
     Model model;
     for (int batch = 0; batch < 6; ++batch) {
       const Model before = fuse(model, random_increment(random)).model;
-      const Limited limited = limit(before, limits);
-      model = limited.model;
+      const BudgetResult within = apply_budget(before, limits);
+      model = within.model;
       check(model);
       EXPECT_LE(static_cast<double>(model.primitives.size()), limits.max_primitives);
       EXPECT_LE(static_cast<double>(packed_bytes(model)), limits.max_bytes);
-      EXPECT_EQ(model.transitions.size() + static_cast<std::size_t>(limited.report.transitions),
+      EXPECT_EQ(model.transitions.size() + static_cast<std::size_t>(within.report.transitions),
                 before.transitions.size());
-      EXPECT_NEAR(total_count(model) + limited.report.count, total_count(before), 1e-9 * total_count(before));
-      given_up += limited.report.transitions;
+      EXPECT_NEAR(total_count(model) + within.report.count, total_count(before), 1e-9 * total_count(before));
+      evicted += within.report.transitions;
     }
   });
-  EXPECT_GT(given_up, 50);
+  EXPECT_GT(evicted, 50);
 }
 
-TEST(Limit, GivesUpTheRareBeforeTheFrequentAndTheCoveredBeforeTheOnlyOne) {
+TEST(Budget, EvictsRareBeforeFrequentAndOverlappedBeforeUnique) {
   const Model by_count = model_of({walk_along(0, 0, 5, 0.0), walk_along(1, 1, 2, 40.0)});
-  EXPECT_EQ(limit(by_count, {1.0}).kept, std::vector<int>{0});
+  EXPECT_EQ(apply_budget(by_count, {1.0}).kept, std::vector<int>{0});
   const Model by_cover = model_of({walk_along(0, 0, 9, 0.0), walk_along(1, 1, 5, 0.25), walk_along(2, 2, 4, 40.0)});
-  EXPECT_EQ(limit(by_cover, {2.0}).kept, (std::vector<int>{0, 2}));
+  EXPECT_EQ(apply_budget(by_cover, {2.0}).kept, (std::vector<int>{0, 2}));
   const auto bytes = static_cast<double>(packed_bytes(by_cover));
-  EXPECT_EQ(limit(by_cover, {3.0, bytes - 1.0}).kept, (std::vector<int>{0, 2}));
+  EXPECT_EQ(apply_budget(by_cover, {3.0, bytes - 1.0}).kept, (std::vector<int>{0, 2}));
   Model apart = by_cover;  // at another site nothing else knows the place
   apart.sites.push_back(apart.sites[0]);
   apart.transitions[1].sites[0].site = 1;
-  EXPECT_EQ(limit(apart, {2.0}).kept, (std::vector<int>{0, 1}));
+  EXPECT_EQ(apply_budget(apart, {2.0}).kept, (std::vector<int>{0, 1}));
 }
 
 constexpr std::array kFirstSite{0};
 
-TEST(Fade, LeavesOtherSitesAsTheyAre) {
+TEST(Forgetting, LeavesOtherSitesAsTheyAre) {
   Random random(6);
   Increment elsewhere = random_increment(random);
   elsewhere.model.sites[0].frame.origin_m = {100.0, 0.0};
   const Model both = fuse(random_model(random), elsewhere).model;
-  const Model faded = fade(both, 0.5, kFirstSite);
-  check(faded);
+  const Model discounted = discount_model(both, 0.5, kFirstSite);
+  check(discounted);
   for (std::size_t i = 0; i < both.transitions.size(); ++i) {
-    const Transition &before = both.transitions[i], &after = faded.transitions[i];
+    const Transition &before = both.transitions[i], &after = discounted.transitions[i];
     const double share = before.sites[0].site == 0 ? 0.5 : 1.0;
     EXPECT_EQ(after.count, share * before.count);
     EXPECT_EQ(after.field.gp.points, share * before.field.gp.points);
   }
 }
 
-TEST(Fade, OfASharedTransitionThePartOfTheSite) {
+TEST(Forgetting, DiscountsTheSitesPartOfASharedTransition) {
   Model model = model_of({walk_along(0, 1, 4, 0.0)});
   model.sharing = SiteSharing::shared;
   model.sites.push_back(model.sites[0]);
   model.transitions[0].sites = {{0, 3.0, 1}, {1, 1.0, 1}};
   const double points = model.transitions[0].field.gp.points;
-  const Transition faded = fade(model, 0.5, kFirstSite).transitions[0];
-  EXPECT_EQ(faded.sites, (std::vector<SiteCount>{{0, 1.5, 1}, {1, 1.0, 1}}));
-  EXPECT_EQ(faded.count, 2.5);
-  EXPECT_DOUBLE_EQ(faded.field.gp.points, points * 2.5 / 4.0);
+  const Transition discounted = discount_model(model, 0.5, kFirstSite).transitions[0];
+  EXPECT_EQ(discounted.sites, (std::vector<SiteCount>{{0, 1.5, 1}, {1, 1.0, 1}}));
+  EXPECT_EQ(discounted.count, 2.5);
+  EXPECT_DOUBLE_EQ(discounted.field.gp.points, points * 2.5 / 4.0);
 }
 
-TEST(Fade, RefusesSharesThatAreNone) {
-  for (const double share : {0.0, -1.0, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(fade({}, share, {}), std::invalid_argument) << share;
+TEST(Forgetting, RejectsFactorsOutsideZeroToOne) {
+  for (const double factor : {0.0, -1.0, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(discount_model({}, factor, {}), std::invalid_argument) << factor;
   }
 }
 
-TEST(Fade, ByAllChangesNothing) {
+TEST(Forgetting, ByFactorOneChangesNothing) {
   for_seeds(5, [](Random& random) {
     const Model model = grown_model(random);
-    EXPECT_TRUE(identical(fade(model, 1.0, kFirstSite), model));
+    EXPECT_TRUE(identical(discount_model(model, 1.0, kFirstSite), model));
   });
 }
 
-TEST(Fade, ByHalfOfWhatWasSeenTwiceIsWhatWasSeenOnce) {
+TEST(Forgetting, HalfOfDataSeenTwiceIsDataSeenOnce) {
   for_seeds(10, [](Random& random) {
     Model once = random_model(random), twice = once;
     for (Transition& transition : twice.transitions) {
@@ -306,11 +288,11 @@ TEST(Fade, ByHalfOfWhatWasSeenTwiceIsWhatWasSeenOnce) {
       transition.field.gp = absorb(single, samples.positions, samples.velocities);
       transition.count *= 2.0, transition.sites[0].count *= 2.0;
     }
-    const Model faded = fade(twice, 0.5, kFirstSite);
+    const Model discounted = discount_model(twice, 0.5, kFirstSite);
     for (std::size_t i = 0; i < once.transitions.size(); ++i) {
       const SparseGp& a = once.transitions[i].field.gp;
-      const SparseGp& b = faded.transitions[i].field.gp;
-      EXPECT_DOUBLE_EQ(faded.transitions[i].count, once.transitions[i].count);
+      const SparseGp& b = discounted.transitions[i].field.gp;
+      EXPECT_DOUBLE_EQ(discounted.transitions[i].count, once.transitions[i].count);
       EXPECT_DOUBLE_EQ(b.points, a.points);
       EXPECT_LE((b.information - a.information).norm(), 1e-12 * a.information.norm());
       EXPECT_LE((b.response - a.response).norm(), 1e-12 * a.response.norm());
@@ -318,10 +300,10 @@ TEST(Fade, ByHalfOfWhatWasSeenTwiceIsWhatWasSeenOnce) {
   });
 }
 
-TEST(Fade, AsOftenAsOneLikesLeavesAModelThatPassesItsChecks) {
+TEST(Forgetting, RepeatedManyTimesLeavesAValidModel) {
   Random random(3);
   Model model = grown_model(random);
-  for (int i = 0; i < 3000; ++i) model = fade(std::move(model), 0.5, kFirstSite);
+  for (int i = 0; i < 3000; ++i) model = discount_model(std::move(model), 0.5, kFirstSite);
   check(model);
 }
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "learn/segmentation.hpp"
 #include "sila/core/trajectory.hpp"
-#include "sila/learn/segmentation.hpp"
 #include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
@@ -24,7 +24,7 @@ using TransitionKey = std::pair<int, int>;
 /// Counts each transition at most once a trajectory and gathers the samples of both of its segments; a track of one
 /// segment makes a self transition, so that its data are not lost. Shapes: one list of segments and the index of its
 /// site a track. Samples are real velocities, slow ones included: that people slow down here is worth knowing; of each
-/// stretch of a track one every `stride_s`, or all. Source: SILA paper, T(i, j); algorithms 1.10, 2.5.
+/// stretch of a track one every `stride_s`, or all. Source: SILA paper, T(i, j); docs/learn.md, section 7.
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
                                                                 std::span<const std::vector<Segment>> segments,
                                                                 std::span<const int> sites, double stride_s = 0.0);

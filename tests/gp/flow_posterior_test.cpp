@@ -1,3 +1,5 @@
+#include "sila/gp/flow_posterior.hpp"
+
 #include <gtest/gtest.h>
 
 #include <stdexcept>

@@ -1,3 +1,5 @@
+#include "sila/fuse/fuse.hpp"
+
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -5,9 +7,8 @@
 #include <stdexcept>
 
 #include "arrows.hpp"
-#include "sila/fuse/fuse.hpp"
+#include "fuse/similarity.hpp"
 #include "sila/fuse/reindex.hpp"
-#include "sila/fuse/similarity.hpp"
 #include "sila/gp/fuse_gps.hpp"
 #include "sila/io/fusion_case.hpp"
 #include "support/random_models.hpp"
@@ -98,7 +99,7 @@ TEST(Fuse, GivesValidModelsNoLargerThanAccumulating) {
     config.split_credit = integer(random, 0, 1) == 1;
     Model model;
     for (int episode = 1; episode <= 4; ++episode) {
-      const Fused fused = fuse(model, batch, config);
+      const FuseResult fused = fuse(model, batch, config);
       EXPECT_NO_THROW(check(fused.model));
       EXPECT_LE(size(fused.model), size(accumulate(model, batch).model));
       EXPECT_EQ(total_count(fused.model), total_count(model) + total_count(batch.model) + fused.report.split_credit);
@@ -148,7 +149,7 @@ TEST(Fuse, WithAThresholdThatNothingReachesEqualsAccumulating) {
   for_seeds(50, [](Random& random) {
     const Model previous = random_model(random);
     const Increment incoming = random_increment(random);
-    const Fused accumulated = accumulate(previous, incoming);
+    const FuseResult accumulated = accumulate(previous, incoming);
     expect_same(fuse(previous, incoming, with_threshold(1.0)).model, accumulated.model);
     EXPECT_EQ(size(accumulated.model), size(previous) + size(incoming.model));
     EXPECT_EQ(static_cast<std::size_t>(accumulated.report.copied), accumulated.model.transitions.size());
@@ -171,8 +172,8 @@ TEST(Fuse, OfModelsWithoutSamplesTreatsBothAlike) {
   for_seeds(50, [](Random& random) {
     const Model a = random_model(random);
     const Model b = random_model(random);
-    const Fused ab = fuse(a, {b, {}}, with_threshold(0.6));
-    const Fused ba = fuse(b, {a, {}}, with_threshold(0.6));
+    const FuseResult ab = fuse(a, {b, {}}, with_threshold(0.6));
+    const FuseResult ba = fuse(b, {a, {}}, with_threshold(0.6));
     const auto weights = [](const Model& model) {
       std::multiset<double> result;
       for (const MotionPrimitive& primitive : model.primitives) result.insert(primitive.weight);
@@ -193,7 +194,7 @@ TEST(Fuse, LooksUpAllSimilaritiesThatThePlanNeeds) {
   for_seeds(100, [](Random& random) {
     const Model previous = random_model(random);
     const Increment incoming = random_increment(random);
-    const Fused fused = fuse(previous, incoming, with_threshold(uniform(random, 0.2, 0.8)));
+    const FuseResult fused = fuse(previous, incoming, with_threshold(uniform(random, 0.2, 0.8)));
     std::vector<MotionPrimitive> all = previous.primitives;
     all.insert(all.end(), incoming.model.primitives.begin(), incoming.model.primitives.end());
     FusionProblem complete = fused.problem;
@@ -276,7 +277,7 @@ TEST(Fuse, KeepsCountsBySiteWhateverFuses) {
       Increment batch = random_increment(random);
       batch.model.sites[0].frame.origin_m.x() = 100.0 * (episode % 2);
       by_site[episode % 2] += total_count(batch.model);
-      const Fused fused = fuse(model, batch, config);
+      const FuseResult fused = fuse(model, batch, config);
       credit += fused.report.split_credit;
       model = fused.model;
       check(model);
@@ -311,7 +312,7 @@ TEST(Fuse, ReplacesAPrimitiveByItsTwoHalves) {
   const std::vector<MotionPrimitive> halves{row_of_arrows(1, 2), row_of_arrows(3, 4)};
   const Model previous = increment_of(halves, {{0, 1, 4}}, 1).model;
   const Increment incoming = increment_of({row_of_arrows(1, 4), row_of_arrows(9, 12)}, {{0, 1, 1}, {1, 0, 2}}, 2);
-  const Fused fused = fuse(previous, incoming, with_threshold(0.7));
+  const FuseResult fused = fuse(previous, incoming, with_threshold(0.7));
   ASSERT_EQ(fused.report.case_1, 1);
   ASSERT_EQ(fused.model.primitives.size(), 3u);
   EXPECT_TRUE(same(fused.model.primitives[0], halves[0]));
@@ -329,7 +330,7 @@ TEST(Fuse, ReplacesAPrimitiveByItsTwoHalves) {
 TEST(Fuse, TakesSamplesInPlaceOfTheGpsThatWereTrainedOnThem) {
   const Increment first = increment_of(kTwoRows, {{0, 1, 3}}, 3);
   const Increment second = increment_of(kTwoRows, {{0, 1, 2}}, 4);
-  const Fused fused = fuse(first.model, second);
+  const FuseResult fused = fuse(first.model, second);
   ASSERT_EQ(fused.report.fused, 1);
   const SparseGp& old = first.model.transitions[0].field.gp;
   const std::vector<const SparseGp*> parts{&old};
@@ -342,7 +343,7 @@ TEST(Fuse, TakesSamplesInPlaceOfTheGpsThatWereTrainedOnThem) {
 TEST(Fuse, WithoutSamplesFusesBothStoredGps) {
   const Increment first = increment_of(kTwoRows, {{0, 1, 3}}, 3);
   const Increment second = increment_of(kTwoRows, {{0, 1, 2}}, 4);
-  const Fused fused = fuse(first.model, {second.model, {}});
+  const FuseResult fused = fuse(first.model, {second.model, {}});
   const std::vector<const SparseGp*> parts{&first.model.transitions[0].field.gp, &second.model.transitions[0].field.gp};
   const GpData none{Eigen::MatrixXd(2, 0), Eigen::MatrixXd(0, 2)};
   EXPECT_TRUE(same(fused.model.transitions[0].field.gp, fuse_gps(parts, none, GpConfig{})));
@@ -353,7 +354,7 @@ TEST(Fuse, FitsATransitionOfTheIncrementAloneToItsPooledSamples) {
   const Model previous = increment_of({row_of_arrows(0, 3)}, {}, 5).model;
   const Increment incoming =
       increment_of({row_of_arrows(0, 3), row_of_arrows(0, 2), row_of_arrows(10, 13)}, {{0, 2, 1}, {1, 2, 2}}, 6);
-  const Fused fused = fuse(previous, incoming);
+  const FuseResult fused = fuse(previous, incoming);
   ASSERT_EQ(fused.report.case_2, 1);
   ASSERT_EQ(fused.report.refitted, 1);
   ASSERT_EQ(fused.model.transitions.size(), 1u);
@@ -368,9 +369,9 @@ TEST(Fuse, AsksTheCallerForModelsOfOneKind) {
   Increment incoming = random_increment(random);
   incoming.model.settings.grid.cell = 2.5;
   const std::string message = refusal([&] { fuse(previous, incoming); });
-  EXPECT_NE(message.find("fuse: conventions of previous = {cell 1, "), std::string::npos) << message;
+  EXPECT_NE(message.find("fuse: settings of previous = {cell 1, "), std::string::npos) << message;
   EXPECT_NE(message.find("incoming = {cell 2.5, "), std::string::npos) << message;
-  EXPECT_NE(refusal([&] { accumulate(previous, incoming); }).find("accumulate: conventions"), std::string::npos);
+  EXPECT_NE(refusal([&] { accumulate(previous, incoming); }).find("accumulate: settings"), std::string::npos);
 }
 
 TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {

@@ -16,7 +16,7 @@ struct GridVector {
 
 /// Maps trajectories to the grid. Samples below `min_speed_mps` have no heading and are skipped; a cell crossed between
 /// two samples is found by linear sub-samples; a cell whose headings cancel (mean below 0.3) stays inactive. Source:
-/// SILA paper, section on ASNSC ("k-th entry is the normalised velocity in cell k"); algorithms 1.2.
+/// SILA paper, section on ASNSC ("k-th entry is the normalised velocity in cell k"); docs/learn.md, section 1.
 GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double min_speed_mps);
 
 }  // namespace sila

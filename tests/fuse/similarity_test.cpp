@@ -1,10 +1,11 @@
+#include "fuse/similarity.hpp"
+
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
 #include "arrows.hpp"
-#include "sila/fuse/mean.hpp"
-#include "sila/fuse/similarity.hpp"
+#include "fuse/mean.hpp"
 #include "support/random_models.hpp"
 
 namespace sila {

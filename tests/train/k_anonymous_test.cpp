@@ -1,5 +1,5 @@
 // What may be given away: support counts different tracks, never too many.
-#include "sila/refine/share.hpp"
+#include "sila/refine/k_anonymous.hpp"
 
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ TEST(Support, OfOneTrackIsOneHoweverOftenItComesBack) {
   EXPECT_FALSE(model.empty());
   for (const Transition& edge : model.transitions) EXPECT_EQ(edge.support, 1);
   for (const MotionPrimitive& primitive : model.primitives) EXPECT_LE(primitive.support, 1);
-  EXPECT_TRUE(shareable(model, 2).empty());
+  EXPECT_TRUE(k_anonymous(model, 2).empty());
 }
 
 TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
@@ -79,7 +79,7 @@ TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
     SCOPED_TRACE(people);
     tracks.insert(tracks.begin() + 10 * people, lone_walk(people));
     const Model model = learnt(tracks, 10);
-    const Model shared = shareable(model, 4);
+    const Model shared = k_anonymous(model, 4);
     EXPECT_NO_THROW(check(shared));
     alone_at_home += goes_alone(model), alone_away += goes_alone(shared);
     if (people < 4) {
@@ -94,7 +94,7 @@ TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
 }
 
 TEST(Share, RefusesFewerThanOne) {
-  EXPECT_THROW(shareable({}, 0), std::invalid_argument);
+  EXPECT_THROW(k_anonymous({}, 0), std::invalid_argument);
 }
 
 }  // namespace

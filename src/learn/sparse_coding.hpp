@@ -27,7 +27,7 @@ Eigen::VectorXd gram_times(const Gram& gram, const Eigen::VectorXd& s) {
 /// Minimises 1/2 s'Gs - products's + penalty * sum(s) over s >= 0 by cyclic coordinate descent from `start`; exact to
 /// 1e-6 in s. `gram(i, k)` gives an entry of G: only columns of coefficients that move are read, so that a part of a
 /// large matrix need not be copied. Shapes: G n x n symmetric positive semidefinite, products n, start n (>= 0).
-/// Columns of (near) zero norm stay as they are. Source: algorithms 1.4.
+/// Columns of (near) zero norm stay as they are. Source: docs/learn.md, section 3.
 template <class Gram>
 LassoSolution nonnegative_lasso(const Gram& gram, const Eigen::VectorXd& products, double penalty,
                                 Eigen::VectorXd start) {

@@ -1,0 +1,212 @@
+#include "sila/refine/budget.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "overlap.hpp"
+#include "sila/gp/fuse_gps.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+/// Minimum share by which an overlapped transition counts: its residual GP is lost with it.
+constexpr double kMinUniqueShare = 0.25;
+/// Where bytes are short, all residual GPs are reduced to this many pseudo-inputs, then to the next number, before any
+/// transition is evicted.
+constexpr std::array kReducedPseudoInputs{60, 30};
+
+/// A pseudo-input of a transition.
+struct Place {
+  std::size_t transition = 0;
+  std::size_t input = 0;
+};
+
+/// Which transitions represent the pseudo-inputs of which, while transitions are evicted.
+struct SubsumptionTable {
+  std::vector<std::vector<int>> subsumers;   ///< of each pseudo-input: how many others know it and agree
+  std::vector<std::vector<Place>> subsumes;  ///< of each transition
+  std::vector<bool> kept;
+  std::vector<double> bytes;
+};
+
+/// Adds the pseudo-inputs of `of` that `by` knows and agrees with.
+void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std::vector<Transition>& transitions,
+                 std::size_t of, std::size_t by, const detail::OverlapCriteria& criteria) {
+  const Eigen::Matrix2Xd& own = index.own_means(static_cast<int>(of), transitions[of]);
+  const FlowPosterior& other = index.posterior(static_cast<int>(by), transitions[by]);
+  const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
+  for (Eigen::Index m = 0; m < places.cols(); ++m) {
+    const FieldPrediction said = other.predict(places.col(m));
+    if (other.unexplained_share(said) >= criteria.known_ratio) continue;
+    if ((said.mean - own.col(m)).norm() >= criteria.agreement) continue;
+    ++table.subsumers[of][static_cast<std::size_t>(m)];
+    table.subsumes[by].push_back({of, static_cast<std::size_t>(m)});
+  }
+}
+
+SubsumptionTable subsumption_table(const Model& model, const PruneConfig& config) {
+  const std::vector<Transition>& transitions = model.transitions;
+  const bool apart = model.sharing == SiteSharing::apart;
+  SubsumptionTable table;
+  table.subsumes.resize(transitions.size());
+  table.kept.assign(transitions.size(), true);
+  for (const Transition& transition : transitions) {
+    table.subsumers.emplace_back(static_cast<std::size_t>(transition.field.gp.pseudo_inputs.cols()), 0);
+    table.bytes.push_back(static_cast<double>(packed_bytes(transition)));
+  }
+  const detail::OverlapCriteria criteria{config.known_ratio, config.agreement_mps / model.settings.reference_width_m,
+                                         0.0};
+  detail::OverlapIndex index(transitions);
+  for (std::size_t of = 0; of < transitions.size(); ++of) {
+    for (const int by : index.candidates(transitions[of], criteria.share, table.kept)) {
+      const auto other = static_cast<std::size_t>(by);
+      if (other == of || (apart && !share_a_site(transitions[of].sites, transitions[other].sites))) continue;
+      add_overlap(table, index, transitions, of, other, criteria);
+    }
+  }
+  return table;
+}
+
+double worth(const SubsumptionTable& table, const std::vector<Transition>& transitions, std::size_t i) {
+  const std::vector<int>& subsumers = table.subsumers[i];
+  const auto alone = static_cast<double>(std::count(subsumers.begin(), subsumers.end(), 0));
+  const double unique_share = subsumers.empty() ? 1.0 : alone / static_cast<double>(subsumers.size());
+  return transitions[i].count * std::max(kMinUniqueShare, unique_share);
+}
+
+void evict(SubsumptionTable& table, const Transition& transition, std::size_t i, BudgetReport& report) {
+  table.kept[i] = false;
+  for (const Place& place : table.subsumes[i]) --table.subsumers[place.transition][place.input];
+  ++report.transitions;
+  report.count += transition.count;
+}
+
+/// The primitives that transitions touch, each with the worth of those transitions; negative: none touches it.
+std::vector<double> worth_of_primitives(const SubsumptionTable& table, const Model& model) {
+  std::vector<double> sums(model.primitives.size(), -1.0);
+  for (std::size_t i = 0; i < model.transitions.size(); ++i) {
+    if (!table.kept[i]) continue;
+    const Transition& transition = model.transitions[i];
+    const double here = worth(table, model.transitions, i);
+    for (const int p : {transition.from, transition.to}) {
+      double& sum = sums[static_cast<std::size_t>(p)];
+      sum = std::max(sum, 0.0) + here;
+    }
+  }
+  return sums;
+}
+
+void keep_to_primitives(SubsumptionTable& table, const Model& model, double most, BudgetReport& report) {
+  while (true) {
+    const std::vector<double> sums = worth_of_primitives(table, model);
+    const auto touched = std::count_if(sums.begin(), sums.end(), [](double sum) { return sum >= 0.0; });
+    if (static_cast<double>(touched) <= most) return;
+    std::size_t least = sums.size();
+    for (std::size_t p = 0; p < sums.size(); ++p) {
+      if (sums[p] >= 0.0 && (least == sums.size() || sums[p] < sums[least])) least = p;
+    }
+    for (std::size_t i = 0; i < model.transitions.size(); ++i) {
+      const Transition& transition = model.transitions[i];
+      const auto p = static_cast<int>(least);
+      if (table.kept[i] && (transition.from == p || transition.to == p)) evict(table, transition, i, report);
+    }
+  }
+}
+
+/// Bytes of the primitives that transitions touch.
+double bytes_of_primitives(const SubsumptionTable& table, const Model& model) {
+  const std::vector<double> sums = worth_of_primitives(table, model);
+  double bytes = 0.0;
+  for (std::size_t p = 0; p < sums.size(); ++p) {
+    if (sums[p] >= 0.0) bytes += static_cast<double>(packed_bytes(model.primitives[p]));
+  }
+  return bytes;
+}
+
+/// Reduces residual GPs, those of the rarest transitions first, until `excess` bytes are saved.
+void reduce_residuals(SubsumptionTable& table, std::vector<Transition>& transitions, double excess,
+                      BudgetReport& report) {
+  std::vector<std::size_t> order(transitions.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return transitions[i].count; });
+  for (const int most : kReducedPseudoInputs) {
+    for (const std::size_t i : order) {
+      if (excess <= 0.0) return;
+      Transition& transition = transitions[i];
+      if (!table.kept[i] || transition.residual.pseudo_inputs.cols() <= most) continue;
+      transition.residual = reduce_pseudo_inputs(transition.residual, most);
+      const double before = std::exchange(table.bytes[i], static_cast<double>(packed_bytes(transition)));
+      excess -= before - table.bytes[i];
+      ++report.reduced;
+    }
+  }
+}
+
+double bytes_of_transitions(const SubsumptionTable& table) {
+  double bytes = 0.0;
+  for (std::size_t i = 0; i < table.kept.size(); ++i) bytes += table.kept[i] ? table.bytes[i] : 0.0;
+  return bytes;
+}
+
+void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetReport& report) {
+  const std::size_t count = model.transitions.size();
+  reduce_residuals(table, model.transitions, bytes_of_transitions(table) + bytes_of_primitives(table, model) - most,
+                   report);
+  double transitions = bytes_of_transitions(table);
+  while (transitions > 0.0 && transitions + bytes_of_primitives(table, model) > most) {
+    const auto rank = [&](std::size_t i) {
+      return std::tuple(worth(table, model.transitions, i) / table.bytes[i],
+                        -age_episodes(model.transitions[i].sites, model.sites), i);
+    };
+    std::size_t least = count;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (table.kept[i] && (least == count || rank(i) < rank(least))) least = i;
+    }
+    transitions = std::max(0.0, transitions - table.bytes[least]);
+    evict(table, model.transitions[least], least, report);
+    if (std::find(table.kept.begin(), table.kept.end(), true) == table.kept.end()) return;
+  }
+}
+
+[[noreturn]] void refuse(const ModelBudget& budget) {
+  const auto text = [](double value) { return std::isinf(value) ? "inf" : std::to_string(std::llround(value)); };
+  throw std::invalid_argument("apply_budget: budget.max_primitives = " + text(budget.max_primitives) +
+                              " and budget.max_bytes = " + text(budget.max_bytes) +
+                              " leave no room for a single transition, they must allow for the smallest usable model");
+}
+
+}  // namespace
+
+BudgetResult apply_budget(Model model, const ModelBudget& budget, const PruneConfig& overlap) {
+  validate_fields("apply_budget", budget);
+  BudgetResult result;
+  const std::size_t before = model.primitives.size();
+  const bool few = static_cast<double>(before) <= budget.max_primitives;
+  if (few && (std::isinf(budget.max_bytes) || static_cast<double>(packed_bytes(model)) <= budget.max_bytes)) {
+    result.kept.resize(before);
+    std::iota(result.kept.begin(), result.kept.end(), 0);
+    result.model = std::move(model);
+    return result;
+  }
+  SubsumptionTable table = subsumption_table(model, overlap);
+  keep_to_primitives(table, model, budget.max_primitives, result.report);
+  if (!std::isinf(budget.max_bytes)) {
+    Model rest = model;
+    rest.primitives.clear();
+    rest.transitions.clear();
+    keep_to_bytes(table, model, budget.max_bytes - static_cast<double>(packed_bytes(rest)), result.report);
+  }
+  result.kept = detail::remove_transitions(model, table.kept);
+  if (model.transitions.empty()) refuse(budget);
+  result.report.primitives = static_cast<int>(before - model.primitives.size());
+  result.model = std::move(model);
+  return result;
+}
+
+}  // namespace sila

@@ -1,0 +1,64 @@
+#include "sila/refine/forgetting.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace sila {
+namespace {
+
+/// Never zero, so that a transition observed long ago remains one.
+double discounted(double value, double factor) {
+  return std::max(value * factor, std::numeric_limits<double>::min());
+}
+
+void discount_gp(SparseGp& gp, double factor) {
+  if (!(gp.points > 0.0)) return;
+  const double points = discounted(gp.points, factor);
+  gp = discount(std::move(gp), factor);
+  gp.points = points;
+}
+
+/// The factor of a whole of which a part is discounted.
+double factor_of_whole(double factor, double part, double whole) {
+  return part > 0.0 ? 1.0 - (1.0 - factor) * std::min(1.0, part / whole) : 1.0;
+}
+
+}  // namespace
+
+Model discount_model(Model model, double factor, std::span<const int> sites) {
+  if (!(factor > 0.0 && factor <= 1.0)) {
+    throw std::invalid_argument("discount_model: factor = " + std::to_string(factor) + " is outside (0, 1]");
+  }
+  if (factor == 1.0) return model;
+  const auto affected = [&](int site) { return std::ranges::find(sites, site) != sites.end(); };
+  for (Transition& transition : model.transitions) {
+    double of_these = 0.0;
+    for (SiteCount& part : transition.sites) {
+      if (!affected(part.site)) continue;
+      of_these += part.count;
+      part.count = discounted(part.count, factor);
+    }
+    const double left = factor_of_whole(factor, of_these, transition.count);
+    if (left == 1.0) continue;
+    transition.count = total_count(transition.sites);
+    discount_gp(transition.field.gp, left);
+    discount_gp(transition.field.gp_y, left);
+    discount_gp(transition.residual, left);
+  }
+  double tracks = 0.0, all_tracks = 0.0;
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    Site& site = model.sites[i];
+    all_tracks += static_cast<double>(site.tracks);
+    if (!affected(static_cast<int>(i))) continue;
+    tracks += static_cast<double>(site.tracks);
+    site.error_statistics = discounted(std::move(site.error_statistics), factor);
+    discount_gp(site.global_residual, factor);
+  }
+  discount_gp(model.global_residual, factor_of_whole(factor, tracks, all_tracks));
+  return model;
+}
+
+}  // namespace sila

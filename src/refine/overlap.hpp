@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sila/gp/flow_posterior.hpp"
+#include "sila/model/model.hpp"
+
+namespace sila::detail {
+
+/// When a field represents another one at a place. Two fields are compared at the pseudo-inputs of the first.
+struct OverlapCriteria {
+  double known_ratio = 0.4;  ///< a field knows a position if variance / signal variance is below this
+  double agreement = 0.3;    ///< velocities that differ by less are alike [widths/s]
+  double share = 0.8;        ///< of the pseudo-inputs of the other field, which it must know
+};
+
+/// Finds fields that overlap; posteriors are made when they are first needed. Indices are those of the transitions at
+/// the beginning; a removed transition is never found.
+class OverlapIndex {
+ public:
+  explicit OverlapIndex(const std::vector<Transition>& transitions);
+
+  /// Of the `wanted` transitions those whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs
+  /// of `of`; sorted.
+  std::vector<int> candidates(const Transition& of, double share, const std::vector<bool>& wanted) const;
+  const FlowPosterior& posterior(int transition, const Transition& content);
+  /// The means of a field at its own pseudo-inputs.
+  const Eigen::Matrix2Xd& own_means(int transition, const Transition& content);
+  /// Root mean square difference of the fields of `by` and `of` at the pseudo-inputs of `of` that `by` knows
+  /// [widths/s], if `by` meets the criteria.
+  std::optional<double> difference(int of, const Transition& rare, int by, const Transition& subsumer,
+                                   const OverlapCriteria& criteria);
+  void remove(int transition);
+  /// The transition has another field now.
+  void replace(int transition, const Transition& content);
+
+ private:
+  std::vector<std::optional<FlowPosterior>> posteriors_;
+  std::vector<std::optional<Eigen::Matrix2Xd>> means_;
+  std::vector<Eigen::AlignedBox2d> boxes_;  ///< one length scale wider than the data; empty: removed
+};
+
+/// Removes transitions (`kept[i]` false) and the primitives that no transition touches.
+/// Returns the primitives that stay, by their old index.
+std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept);
+
+}  // namespace sila::detail

@@ -1,0 +1,155 @@
+#include "sila/refine/prune.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "fuse/fuse_fields.hpp"
+#include "overlap.hpp"
+#include "sila/refine/refine.hpp"
+
+namespace sila {
+namespace {
+
+/// The model while it is pruned: transitions keep their indices, those that are gone are not `kept`.
+struct PruningState {
+  std::vector<Transition>& transitions;
+  const std::vector<Site>& sites;
+  bool apart;  ///< a transition subsumes nothing of another site
+  detail::OverlapIndex index;
+  std::vector<bool> kept;
+  std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are compared
+};
+
+bool seen_long_ago(const Transition& transition, const std::vector<Site>& sites, const PruneConfig& config) {
+  return age_episodes(transition.sites, sites) >= config.expire_after_episodes;
+}
+
+/// A transition of less than this expires where no other one knows the place [trajectories].
+constexpr double kExpiredCount = 0.5;
+
+/// The transition that subsumes `rare` with the least difference; -1 if none does. Its count is at least that of
+/// `rare`, with `more_often` greater.
+int best_subsumer(PruningState& state, int rare, const std::vector<bool>& compared,
+                  const detail::OverlapCriteria& criteria, bool more_often) {
+  const auto at = [&](int i) -> const Transition& { return state.transitions[static_cast<std::size_t>(i)]; };
+  int best = -1;
+  double least = 0.0;
+  std::vector<bool> eligible = compared[static_cast<std::size_t>(rare)] ? state.kept : compared;
+  eligible[static_cast<std::size_t>(rare)] = false;
+  for (const int other : state.index.candidates(at(rare), criteria.share, eligible)) {
+    if (at(other).count < at(rare).count || (more_often && at(other).count == at(rare).count)) continue;
+    if (state.apart && !share_a_site(at(other).sites, at(rare).sites)) continue;
+    const auto difference = state.index.difference(rare, at(rare), other, at(other), criteria);
+    if (!difference || (best >= 0 && *difference >= least)) continue;
+    best = other;
+    least = *difference;
+  }
+  return best;
+}
+
+void subsume(PruningState& state, int rare, int into, const FuseConfig& fusing, const ResidualConfig& residual) {
+  Transition& target = state.transitions[static_cast<std::size_t>(into)];
+  const Transition& source = state.transitions[static_cast<std::size_t>(rare)];
+  const FieldSources both{{&target, &source}, {}, {}};
+  std::vector<SiteCount> sites = target.sites;
+  for (const SiteCount& part : source.sites) add_count(sites, part);
+  Transition fused{target.from,
+                   target.to,
+                   target.count + source.count,
+                   fuse_fields(both, fusing.gp),
+                   merge_residuals(target.residual, source.residual, residual),
+                   std::move(sites),
+                   std::max(target.support, source.support)};
+  target = std::move(fused);
+  state.kept[static_cast<std::size_t>(rare)] = false;
+  state.index.remove(rare);
+  state.index.replace(into, target);
+  state.changed[static_cast<std::size_t>(into)] = true;
+}
+
+/// Until no transition agrees any more, because one that has grown may agree with others than before.
+int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count,
+                 const detail::OverlapCriteria& criteria, const FuseConfig& fusing, const ResidualConfig& residual) {
+  std::vector<int> order(state.transitions.size());
+  std::iota(order.begin(), order.end(), 0);
+  int subsumed = 0;
+  for (; std::find(compared.begin(), compared.end(), true) != compared.end();
+       compared = std::exchange(state.changed, std::vector<bool>(order.size(), false))) {
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {  // the rarest first
+      return state.transitions[static_cast<std::size_t>(a)].count <
+             state.transitions[static_cast<std::size_t>(b)].count;
+    });
+    for (const int rare : order) {
+      if (!state.kept[static_cast<std::size_t>(rare)]) continue;
+      if (state.transitions[static_cast<std::size_t>(rare)].count > max_count) continue;
+      const int subsumer = best_subsumer(state, rare, compared, criteria, false);
+      if (subsumer < 0) continue;
+      subsume(state, rare, subsumer, fusing, residual);
+      ++subsumed;
+    }
+  }
+  return subsumed;
+}
+
+/// Merges a transition without recent observations into the more frequent one that knows its place and differs least;
+/// without one it stays until exponential forgetting has reduced its count.
+PruneReport expire_old(PruningState& state, const PruneConfig& config, detail::OverlapCriteria criteria,
+                       const FuseConfig& fusing, const ResidualConfig& residual) {
+  PruneReport report;
+  criteria.agreement = std::numeric_limits<double>::infinity();
+  const std::vector<bool> all(state.transitions.size(), true);
+  for (std::size_t i = 0; i < state.transitions.size(); ++i) {
+    const Transition& old = state.transitions[i];
+    if (!state.kept[i] || old.count > config.expire_count || !seen_long_ago(old, state.sites, config)) continue;
+    const int subsumer = best_subsumer(state, static_cast<int>(i), all, criteria, true);
+    if (subsumer >= 0) {
+      subsume(state, static_cast<int>(i), subsumer, fusing, residual);
+      ++report.subsumed;
+    } else if (old.count < kExpiredCount) {
+      state.kept[i] = false;
+      state.index.remove(static_cast<int>(i));
+      ++report.expired;
+    }
+  }
+  return report;
+}
+
+}  // namespace
+
+PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing, const ResidualConfig& residual) {
+  validate_fields("prune", config);
+  PruneResult result;
+  const std::size_t primitives = model.primitives.size();
+  if (!config.enabled) {
+    result.kept.resize(primitives);
+    std::iota(result.kept.begin(), result.kept.end(), 0);
+    result.model = std::move(model);
+    return result;
+  }
+  const std::size_t transitions = model.transitions.size();
+  PruningState state{model.transitions,
+                     model.sites,
+                     model.sharing == SiteSharing::apart,
+                     detail::OverlapIndex(model.transitions),
+                     std::vector<bool>(transitions, true),
+                     std::vector<bool>(transitions, false)};
+  const detail::OverlapCriteria criteria{config.known_ratio, config.agreement_mps / model.settings.reference_width_m,
+                                         config.agreement_share};
+  std::vector<bool> compared(transitions, true);
+  for (bool goes_on = true; goes_on;) {
+    result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, criteria, fusing, residual);
+    const PruneReport old = expire_old(state, config, criteria, fusing, residual);
+    result.report.subsumed += old.subsumed;
+    result.report.expired += old.expired;
+    compared = std::exchange(state.changed, std::vector<bool>(transitions, false));
+    goes_on = old.subsumed > 0;  // a transition that grew may agree with others now
+  }
+  result.kept = detail::remove_transitions(model, state.kept);
+  result.report.primitives = static_cast<int>(primitives - model.primitives.size());
+  result.model = std::move(model);
+  return result;
+}
+
+}  // namespace sila

@@ -1,0 +1,12 @@
+#include "sila/refine/snapshot.hpp"
+
+#include <utility>
+
+namespace sila {
+
+Snapshot::Snapshot(Model given, const PredictConfig& config) : model(std::move(given)), predictor(model, config) {}
+
+Snapshot::Snapshot(Model given, const PredictConfig& config, const Snapshot& earlier)
+    : model(std::move(given)), predictor(model, config, &earlier) {}
+
+}  // namespace sila
