@@ -101,7 +101,7 @@ Model learn_leaf(const Leaf& leaf, EpisodeConfig config) {
 
 /// The leaf as one batch after another, each scored before it is learnt.
 Model learn_in_turn(const Leaf& leaf, EpisodeConfig config) {
-  config.error_statistics.decay = 1.0;
+  config.error_statistics.memory_windows = std::numeric_limits<double>::infinity();
   Model model;
   const Update update = sila_update(config);
   for (const auto& batch : batches_of(leaf)) model = run_episode(model, batch, config, update).model;
@@ -161,8 +161,7 @@ Model finish(Model model, const SiteErrorStatistics& error_statistics, const Mod
     const Site known = before ? start.sites[static_cast<std::size_t>(*before)] : Site{};
     const ErrorStatistics recent =
         now ? error_statistics.sites[static_cast<std::size_t>(*now)].error_statistics : ErrorStatistics{};
-    site.error_statistics = add_error_statistics(
-        known.error_statistics, recent, std::pow(config.error_statistics.decay, site.episodes - known.episodes));
+    site.error_statistics = add_error_statistics(known.error_statistics, recent, config.error_statistics.memory_windows);
   }
   return limit(std::move(model), config.model, config.compact).model;
 }

@@ -16,16 +16,16 @@ namespace sila {
 struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Between the windows of a track that are predicted [s].
-  double every_s = 1.6;
-  double decay = 0.97;
+  double every_s = 0.8;
+  double memory_windows = 10000.0;
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and learn from the errors");
-  visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode",
-               "how much older error statistics still count");
+  visit.number("memory_windows", config.memory_windows, Range{1.0, std::numeric_limits<double>::infinity()}, "windows",
+               "after so many newer ones an error counts 1/e");
 }
 
 /// How models that were learnt side by side become one, where it differs from one batch after another.
