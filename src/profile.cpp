@@ -26,8 +26,6 @@ constexpr Setting kSettings[] = {
     {"predict.stacking", {"false", "false"}},
     {"prune.enabled", {"false", "false"}},
     {"scaling", {"mean_width", "mean_width"}},
-    {"sampling.smoothing_s", {"0.25", "0.25"}},
-    {"sampling.smoothing_intervals", {"0.8", "0.8"}},
     {"fuse.sites", {"shared", "shared"}},
     {"fuse.split_credit", {"false", "false"}},
     {"learn.dictionary.cut", {"first_unexplained", "first_unexplained"}},

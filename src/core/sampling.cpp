@@ -1,51 +1,122 @@
 #include "sila/core/sampling.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "sampling_simd.hpp"
-
 namespace sila {
 namespace {
 
-/// Kernel weights beyond this many widths are below 4e-4 and left out.
-constexpr double kKernelReach = 4.0;
+/// Spectral density of the white acceleration that a walk is believed to have [m^2/s^3]: 0.5 m/s^2 for half a second.
+constexpr double kAccelerationDensity = 2.0;
+/// What is believed of a tracker's noise before its samples are seen [m], with the weight of so many differences.
+constexpr double kPriorNoise_m = 0.005, kPriorDifferences = 10.0;
+constexpr double kMinNoise_m = 1e-3;
+/// Before the first sample: a pedestrian at rest, give or take [m/s].
+constexpr double kPriorSpeed_mps = 2.0;
+/// The filter begins so long before the first state that is asked for [s].
+constexpr double kRunIn_s = 1.0;
 /// Stamps are compared with this slack, far below any tracker's resolution.
 constexpr double kTimeSlack_s = 1e-6;
 
-double median_interval(std::span<const double> times_s) {
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < times_s.size(); ++i) intervals.push_back(times_s[i] - times_s[i - 1]);
-  if (intervals.empty()) return 0.0;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+double square(double x) {
+  return x * x;
 }
 
-double kernel_width_s(std::span<const double> times_s, const SamplingConfig& config) {
-  return std::max(config.smoothing_s, config.smoothing_intervals * median_interval(times_s));
-}
-
-MotionState local_line(const Trajectory& track, double time_s, std::size_t known, double width_s) {
-  const auto begin = track.times_s.begin(), end = begin + static_cast<std::ptrdiff_t>(known);
-  const auto from = std::lower_bound(begin, end, time_s - kKernelReach * width_s);
-  const auto to = std::upper_bound(from, end, time_s + kKernelReach * width_s);
-  const auto count = static_cast<std::size_t>(to - from);
-  const detail::KernelSums sums = detail::kernel_sums(
-      std::span(from, count), std::span(track.positions_m).subspan(static_cast<std::size_t>(from - begin), count),
-      time_s, width_s);
-  if (sums.weight < 1e-12) {  // nothing in reach: the nearest known sample, at rest
-    const auto next = std::min(std::lower_bound(begin, end, time_s), end - 1);
-    return {track.positions_m[static_cast<std::size_t>(next - begin)], Vector2::Zero()};
+/// Variance of a tracker's noise [m^2]: the median of squared second differences, relative to the variance that unit
+/// noise would give them, less what the motion itself accounts for.
+double noise_variance_m2(std::span<const double> times_s, std::span<const Vector2> positions_m) {
+  std::vector<double> squares;
+  for (std::size_t i = 2; i < times_s.size(); ++i) {
+    const double before = times_s[i - 1] - times_s[i - 2], after = times_s[i] - times_s[i - 1];
+    const double share = after / (before + after);  // of the earlier sample in the line through both neighbours
+    const Vector2 off = positions_m[i - 1] - share * positions_m[i - 2] - (1.0 - share) * positions_m[i];
+    const double by_motion = kAccelerationDensity * square(before * after) / (3.0 * (before + after));
+    const double by_noise = 1.0 + square(share) + square(1.0 - share);
+    squares.push_back((0.5 * off.squaredNorm() / std::log(2.0) - by_motion) / by_noise);  // median of chi^2_2: 2 log 2
   }
-  const double mean_time = sums.time / sums.weight;
-  const double spread = sums.time_square / sums.weight - mean_time * mean_time;
-  const Vector2 mean = sums.position / sums.weight;
-  const Vector2 slope =
-      spread < 1e-12 ? Vector2(Vector2::Zero()) : Vector2((sums.product / sums.weight - mean_time * mean) / spread);
-  return {mean - slope * mean_time, slope};
+  double median = 0.0;
+  if (!squares.empty()) {
+    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), middle, squares.end());
+    median = std::max(0.0, *middle);
+  }
+  const double count = static_cast<double>(squares.size());
+  return std::max(square(kMinNoise_m),
+                  (kPriorDifferences * square(kPriorNoise_m) + count * median) / (kPriorDifferences + count));
+}
+
+/// Position and velocity with their covariance, the same for x and y.
+struct Belief {
+  Eigen::Matrix<double, 2, 2> mean;  ///< rows: position, velocity; columns: x, y
+  Eigen::Matrix2d covariance;
+};
+
+Eigen::Matrix2d transition(double seconds) {
+  return (Eigen::Matrix2d() << 1.0, seconds, 0.0, 1.0).finished();
+}
+
+Belief predicted(const Belief& belief, double seconds) {
+  const Eigen::Matrix2d step = transition(seconds);
+  Belief next{step * belief.mean, step * belief.covariance * step.transpose()};
+  const double cube = seconds * seconds * seconds / 3.0, half = seconds * seconds / 2.0;
+  next.covariance += kAccelerationDensity * (Eigen::Matrix2d() << cube, half, half, seconds).finished();
+  return next;
+}
+
+Belief conditioned(const Belief& belief, const Vector2& position_m, double variance_m2) {
+  const Eigen::Vector2d gain = belief.covariance.col(0) / (belief.covariance(0, 0) + variance_m2);
+  return {belief.mean + gain * (position_m.transpose() - belief.mean.row(0)),
+          belief.covariance - gain * belief.covariance.row(0)};
+}
+
+/// States at the samples: a Kalman filter and the Rauch-Tung-Striebel smoother of an integrated Wiener process, which is
+/// the cubic smoothing spline (Wahba 1978; Sarkka, Bayesian Filtering and Smoothing, chapter 8).
+std::vector<MotionState> smoothed_states(std::span<const double> times_s, std::span<const Vector2> positions_m) {
+  const std::size_t count = times_s.size();
+  const double noise_m2 = noise_variance_m2(times_s, positions_m);
+  std::vector<Belief> beliefs;
+  beliefs.reserve(count);
+  Belief belief{Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
+  belief.mean.row(0) = positions_m[0].transpose();
+  belief.covariance.diagonal() << noise_m2, square(kPriorSpeed_mps);
+  beliefs.push_back(belief);
+  for (std::size_t i = 1; i < count; ++i) {
+    belief = conditioned(predicted(belief, times_s[i] - times_s[i - 1]), positions_m[i], noise_m2);
+    beliefs.push_back(belief);
+  }
+  for (std::size_t i = count - 1; i-- > 0;) {
+    const double seconds = times_s[i + 1] - times_s[i];
+    const Belief ahead = predicted(beliefs[i], seconds);
+    const Eigen::Matrix2d gain =
+        beliefs[i].covariance * transition(seconds).transpose() * ahead.covariance.inverse();
+    beliefs[i].mean += gain * (beliefs[i + 1].mean - ahead.mean);
+  }
+  std::vector<MotionState> states;
+  states.reserve(count);
+  for (const Belief& b : beliefs) states.push_back({b.mean.row(0).transpose(), b.mean.row(1).transpose()});
+  return states;
+}
+
+/// Between two states the cubic that has both, which is what the process is believed to do; before the first and after
+/// the last the straight line.
+MotionState between(std::span<const double> times_s, std::span<const MotionState> states, double time_s) {
+  const auto later = std::lower_bound(times_s.begin(), times_s.end(), time_s);
+  const auto next = static_cast<std::size_t>(later - times_s.begin());
+  if (next == 0 || next == states.size()) {
+    const std::size_t end = next == 0 ? 0 : next - 1;
+    const MotionState& state = states[end];
+    return {state.position_m + (time_s - times_s[end]) * state.velocity_mps, state.velocity_mps};
+  }
+  const MotionState &a = states[next - 1], &b = states[next];
+  const double seconds = times_s[next] - times_s[next - 1], u = (time_s - times_s[next - 1]) / seconds;
+  const Vector2 chord = (b.position_m - a.position_m) / seconds;
+  const Vector2 rising = 3.0 * chord - 2.0 * a.velocity_mps - b.velocity_mps;
+  const Vector2 bending = a.velocity_mps + b.velocity_mps - 2.0 * chord;
+  return {a.position_m + seconds * u * (a.velocity_mps + u * (rising + u * bending)),
+          a.velocity_mps + u * (2.0 * rising + 3.0 * u * bending)};
 }
 
 /// On the straight line between the samples around `time_s`; the first or last sample outside them.
@@ -84,23 +155,27 @@ CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::ve
 
 }  // namespace
 
-std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
-                                const SamplingConfig& config) {
+std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known) {
   if (known == 0 || known > track.times_s.size()) {
     throw std::invalid_argument("smooth: known = " + std::to_string(known) + ", the track has " +
                                 std::to_string(track.times_s.size()) + " samples");
   }
-  const double width_s = kernel_width_s(std::span(track.times_s).first(known), config);
+  if (times_s.empty()) return {};
+  const auto begin = track.times_s.begin();
+  const auto from = static_cast<std::size_t>(
+      std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), times_s.front() - kRunIn_s) - begin);
+  const auto seen_s = std::span(track.times_s).subspan(from, known - from);
+  const auto at_samples = smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from));
   std::vector<MotionState> states;
   states.reserve(times_s.size());
-  for (double t : times_s) states.push_back(local_line(track, t, known, width_s));
+  for (const double time_s : times_s) states.push_back(between(seen_s, at_samples, time_s));
   return states;
 }
 
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {
   std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
-  const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
+  const std::vector<MotionState> states = smooth(track, times_s, last + 1);
   return in_frame(track, frame, std::move(times_s), states);
 }
 
@@ -111,7 +186,7 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
   for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k) {
     times_s.push_back(start + static_cast<double>(k) * config.interval_s);
   }
-  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), config);
+  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size());
   return in_frame(track, frame, std::move(times_s), states);
 }
 

@@ -25,12 +25,12 @@ void require_sum(const char* name, double value) {
 }
 
 void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells,
-                         int features) {
+                         int features, int outputs) {
   require_length(name, table.size(), cells);
   for (const RegressionMoments& moments : table) {
     require_sum(name, moments.weight);
     if (moments.features.rows() != features || moments.features.cols() != features ||
-        moments.products.size() != features)
+        moments.products.rows() != features || moments.products.cols() != outputs)
       refuse_statistics(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
     if (!moments.features.allFinite() || !moments.products.allFinite())
       refuse_statistics(std::string(name) + " has a number that is not finite");
@@ -42,13 +42,18 @@ void require_error_moments(const char* name, const std::vector<ErrorMoments>& ta
   for (const ErrorMoments& moments : table) {
     require_sum(name, moments.weight);
     // One is a difference of squares, which rounding may leave a little below 0.
-    for (const double sum_m2 : {moments.along_m2, moments.across_m2}) require_sum(name, sum_m2 + 1e-6);
+    for (const double sum : {moments.along, moments.across}) require_sum(name, sum + 1e-6);
   }
 }
 
 void require_bins(const char* name, const std::vector<double>& bins, std::size_t wanted) {
   require_length(name, bins.size(), wanted);
   for (const double count : bins) require_sum(name, count);
+}
+
+void require_density(const char* name, const DensityMoments& density, int steps) {
+  require_regressions(name, {density.scale}, 1, steps > 0 ? kScaleFeatures : 0, steps > 0 ? 2 : 0);
+  require_error_moments(name, density.components, static_cast<std::size_t>(steps * kMixtureComponents));
 }
 
 constexpr double kWindowsToKnowCovariance = 20.0;
@@ -64,11 +69,8 @@ void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, 
 
 /// All but the nonconformity scores.
 void accumulate_moments(ErrorStatistics& sum, const ErrorStatistics& more) {
-  accumulate_cells(sum.with_map, more.with_map);
-  accumulate_cells(sum.without_map, more.without_map);
-  accumulate_cells(sum.errors_with_map, more.errors_with_map);
-  accumulate_cells(sum.errors_without_map, more.errors_without_map);
-  accumulate_cells(sum.errors_place_free, more.errors_place_free);
+  accumulate_cells(sum.stacking, more.stacking);
+  sum.density += more.density, sum.density_place_free += more.density_place_free;
   accumulate_bins(sum.novelties, more.novelties);
   accumulate_cells(sum.slow, more.slow);
 }
@@ -81,14 +83,13 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s) {
   error_statistics.classes = kSpeedClasses;
   error_statistics.interval_s = interval_s;
   const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
-  const auto blank = [](int f) {
-    return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)};
+  const auto blank = [](int f, int outputs) {
+    return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::MatrixXd::Zero(f, outputs)};
   };
-  error_statistics.with_map.assign(cells, blank(kMapFeatures));
-  error_statistics.without_map.assign(cells, blank(kAloneFeatures));
-  error_statistics.errors_with_map.resize(cells);
-  error_statistics.errors_without_map.resize(cells);
-  error_statistics.errors_place_free.resize(cells);
+  error_statistics.stacking.assign(cells, blank(kStackedFeatures, 1));
+  error_statistics.density = {blank(kScaleFeatures, 2),
+                              std::vector<ErrorMoments>(static_cast<std::size_t>(steps * kMixtureComponents))};
+  error_statistics.density_place_free = error_statistics.density;
   error_statistics.scores.assign(cells, std::vector<double>(kScoreBins, 0.0));
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
   error_statistics.slow.resize(kSlowClasses);
@@ -96,19 +97,18 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s) {
 }
 
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
-  for (auto* table : {&error_statistics.with_map, &error_statistics.without_map}) {
-    for (RegressionMoments& cell : *table) {
+  const auto discount = [&](RegressionMoments& m) {
+    m.weight *= share;
+    m.features *= share;
+    m.products *= share;
+  };
+  for (RegressionMoments& cell : error_statistics.stacking) discount(cell);
+  for (DensityMoments* density : {&error_statistics.density, &error_statistics.density_place_free}) {
+    discount(density->scale);
+    for (ErrorMoments& cell : density->components) {
       cell.weight *= share;
-      cell.features *= share;
-      cell.products *= share;
-    }
-  }
-  for (auto* table :
-       {&error_statistics.errors_with_map, &error_statistics.errors_without_map, &error_statistics.errors_place_free}) {
-    for (ErrorMoments& cell : *table) {
-      cell.weight *= share;
-      cell.along_m2 *= share;
-      cell.across_m2 *= share;
+      cell.along *= share;
+      cell.across *= share;
     }
   }
   for (std::vector<double>& bins : error_statistics.scores) {
@@ -130,16 +130,17 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
                               " steps; keep predict.horizon_s as it was when the model began");
 }
 
-ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double decay) {
+ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
+                                     double memory_windows) {
   if (past.empty()) return recent;
   if (recent.empty()) return past;
   require_like(past, recent);
-  ErrorStatistics sum = discounted(past, decay);
+  ErrorStatistics sum = discounted(past, std::exp(-recent.density.scale.weight / memory_windows));
   accumulate_moments(sum, recent);
   for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) {
     // Under covariances of which little was known nonconformity scores say little: wide ones would hide how large they
     // are now.
-    const double known = past.errors_with_map[cell].weight;
+    const double known = past.density.scale.weight;
     accumulate_bins(sum.scores[cell], recent.scores[cell], known / (known + kWindowsToKnowCovariance));
   }
   return sum;
@@ -165,11 +166,9 @@ void validate(const ErrorStatistics& error_statistics) {
   if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
     refuse_statistics("interval_s must be positive");
   const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
-  require_regressions("with_map", error_statistics.with_map, cells, kMapFeatures);
-  require_regressions("without_map", error_statistics.without_map, cells, kAloneFeatures);
-  require_error_moments("errors_with_map", error_statistics.errors_with_map, cells);
-  require_error_moments("errors_without_map", error_statistics.errors_without_map, cells);
-  require_error_moments("errors_place_free", error_statistics.errors_place_free, cells);
+  require_regressions("stacking", error_statistics.stacking, cells, kStackedFeatures, 1);
+  require_density("density", error_statistics.density, empty ? 0 : error_statistics.steps);
+  require_density("density_place_free", error_statistics.density_place_free, empty ? 0 : error_statistics.steps);
   require_length("scores", error_statistics.scores.size(), cells);
   for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);

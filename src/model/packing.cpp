@@ -147,8 +147,8 @@ bool identical(const Site& a, const Site& b) {
 }  // namespace
 
 std::vector<double> pack(const ErrorStatistics& error_statistics) {
-  const auto& [steps, classes, interval_s, with_map, without_map, errors_with_map, errors_without_map,
-               errors_place_free, scores, novelties, slow] = error_statistics;
+  const auto& [steps, classes, interval_s, stacking, density, density_place_free, scores, novelties, slow] =
+      error_statistics;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
     const auto& [weight, features, products] = moments;
@@ -157,19 +157,22 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
     packer.add(products);
   };
   const auto add_errors = [&](const ErrorMoments& moments) {
-    const auto& [weight, along_m2, across_m2] = moments;
+    const auto& [weight, along, across] = moments;
     packer.add(weight);
-    packer.add(along_m2);
-    packer.add(across_m2);
+    packer.add(along);
+    packer.add(across);
+  };
+  const auto add_density = [&](const DensityMoments& moments) {
+    const auto& [scale, components] = moments;
+    add_moments(scale);
+    packer.add_list(components, add_errors);
   };
   packer.add(steps);
   packer.add(classes);
   packer.add(interval_s);
-  packer.add_list(with_map, add_moments);
-  packer.add_list(without_map, add_moments);
-  packer.add_list(errors_with_map, add_errors);
-  packer.add_list(errors_without_map, add_errors);
-  packer.add_list(errors_place_free, add_errors);
+  packer.add_list(stacking, add_moments);
+  add_density(density);
+  add_density(density_place_free);
   const auto add_number = [&](double number) { packer.add(number); };
   packer.add_list(scores, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
   packer.add_list(novelties, add_number);
@@ -184,18 +187,19 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
 ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
   const auto moments = [&] {  // braces: the reads happen in this order
-    return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.vector()};
+    return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.matrix()};
   };
   const auto error_moments = [&] { return ErrorMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
+  const auto density = [&] {
+    return DensityMoments{moments(), unpacker.list<ErrorMoments>(error_moments)};
+  };
   ErrorStatistics error_statistics;
   error_statistics.steps = unpacker.count<int>();
   error_statistics.classes = unpacker.count<int>();
   error_statistics.interval_s = unpacker.number();
-  error_statistics.with_map = unpacker.list<RegressionMoments>(moments);
-  error_statistics.without_map = unpacker.list<RegressionMoments>(moments);
-  error_statistics.errors_with_map = unpacker.list<ErrorMoments>(error_moments);
-  error_statistics.errors_without_map = unpacker.list<ErrorMoments>(error_moments);
-  error_statistics.errors_place_free = unpacker.list<ErrorMoments>(error_moments);
+  error_statistics.stacking = unpacker.list<RegressionMoments>(moments);
+  error_statistics.density = density();
+  error_statistics.density_place_free = density();
   const auto number = [&] { return unpacker.number(); };
   error_statistics.scores = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
   error_statistics.novelties = unpacker.list<double>(number);

@@ -6,50 +6,53 @@
 namespace sila {
 namespace {
 
-/// Ahead and to the left of a pedestrian who goes this way; anything for a pedestrian who stands.
-Matrix2 heading_frame(const Vector2& way) {
-  const double length = way.norm();
-  const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
-  Matrix2 frame;
-  frame << ahead, Vector2(-ahead.y(), ahead.x());
-  return frame;
+Mode& add_twin(Workspace& workspace, VariantKind variant, double weight) {
+  Mode& twin = add_mode(workspace, weight, workspace.prediction.times_s.size());
+  const Mode& first = workspace.prediction.modes.front();
+  twin.variant = variant, twin.source = first.source;
+  twin.path_m = first.path_m, twin.covariances_m2 = first.covariances_m2, twin.primitives = first.primitives;
+  return twin;
 }
 
 }  // namespace
 
-int count_variants(int room, const PredictConfig& config) {
-  return std::max(0, std::min(room, config.mode_variants) / 2 * 2);
+void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t component, const Vector2& scale,
+                      const Vector2& start_m) {
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j)
+    mode.covariances_m2[j] = oriented_covariance(mode.path_m[j] - start_m, density.variances_m2(component, j, scale));
 }
 
-void split_into_variants(std::span<Mode> modes, const Vector2& start_m, const PredictConfig& config) {
-  constexpr VariantKind variants[] = {VariantKind::slower, VariantKind::faster, VariantKind::left, VariantKind::right};
-  const std::size_t pairs = modes.size() / 2;
-  Mode& most_likely = modes.front();
-  const double share = config.variant_weight, reach = config.variant_reach;
-  for (std::size_t k = 1; k < modes.size(); ++k) {
-    modes[k] = most_likely;
-    modes[k].weight = most_likely.weight * share;
-    modes[k].variant = variants[k - 1];
-  }
-  most_likely.weight *= 1.0 - 2.0 * static_cast<double>(pairs) * share;
-  for (std::size_t j = 0; j < most_likely.path_m.size(); ++j) {
-    const Matrix2 frame = heading_frame(most_likely.path_m[j] - start_m);
-    Matrix2 inner = frame.transpose() * most_likely.covariances_m2[j] * frame;
-    for (std::size_t pair = 0; pair < pairs; ++pair) {
-      const auto axis = static_cast<Eigen::Index>(pair);
-      const Vector2 off = reach * std::sqrt(inner(axis, axis)) * frame.col(axis);
-      modes[1 + 2 * pair].path_m[j] += pair == 0 ? Vector2(-off) : off;
-      modes[2 + 2 * pair].path_m[j] += pair == 0 ? off : Vector2(-off);
+void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
+                  const PredictConfig& config) {
+  struct Variant {
+    VariantKind kind;
+    Vector2 direction;  ///< along, across
+  };
+  static const Variant variants[] = {{VariantKind::slower, {-1.0, 0.0}},
+                                     {VariantKind::faster, {1.0, 0.0}},
+                                     {VariantKind::left, {0.0, 1.0}},
+                                     {VariantKind::right, {0.0, -1.0}}};
+  std::vector<Mode>& modes = workspace.prediction.modes;
+  const int room = config.max_modes - (kMixtureComponents - 1) - static_cast<int>(modes.size());
+  const int count = std::max(0, std::min(room, config.mode_variants) / 2 * 2);
+  const double weight = config.variant_weight * modes.front().weight;
+  for (int k = 0; k < count; ++k) {
+    Mode& variant = add_twin(workspace, variants[k].kind, weight);
+    for (std::size_t j = 0; j < variant.path_m.size(); ++j) {
+      const Vector2 way = variant.path_m[j] - start_m;
+      const double length = way.norm();
+      const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
+      const Vector2 off = PredictConfig::variant_reach * density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
+      variant.path_m[j] += off.x() * ahead + off.y() * Vector2(-ahead.y(), ahead.x());
     }
-    // What the offsets of a pair add to the variance, every member gives up.
-    const double kept = std::sqrt(1.0 - 2.0 * share * reach * reach);
-    for (Eigen::Index axis = 0; axis < static_cast<Eigen::Index>(pairs); ++axis) {
-      inner.row(axis) *= kept;
-      inner.col(axis) *= kept;
-    }
-    const Matrix2 covariance = frame * inner * frame.transpose();
-    for (Mode& member : modes) member.covariances_m2[j] = 0.5 * (covariance + covariance.transpose());
   }
+  modes.front().weight -= count * weight;
+}
+
+void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m) {
+  for (std::size_t component = 1; component < kMixtureComponents; ++component)
+    fill_covariances(add_twin(workspace, VariantKind::wide, density.weight(component)), density, component, scale,
+                     start_m);
 }
 
 }  // namespace sila

@@ -15,33 +15,19 @@
 namespace sila {
 namespace {
 
-/// The roll-out stacked with kinematics as past errors show.
-void fill_stacked(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen, const Rollout& rollout,
-                  const ResidualPrediction& residuals, const CurbTrajectory& observed, double interval_s) {
+/// Fills the path of a mode and its covariances, those of the narrow component. `here`: the residual GPs of the place
+/// count. Returns the scale of the errors.
+Vector2 fill_mode(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
+                  bool here, const CurbTrajectory& observed, double interval_s) {
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  Vector2 velocity_mps = Vector2::Zero();
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    const Features features = map_features(seen, rollout, residuals, observed, j, interval_s);
-    const Vector2 way = static_cast<double>(j + 1) * interval_s * stacking.velocity_mps(features, j, seen);
-    mode.path_m[j] = start_m + way;
-    mode.covariances_m2[j] = oriented_covariance(way, stacking.error_variance_m2(j, seen.speed, kMapFeatures));
+    velocity_mps = here ? stacking.velocity_mps(stacked_features(seen, residuals, j, interval_s), j, seen)
+                        : place_free_mps(seen, j, interval_s);
+    mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s * velocity_mps;
   }
-}
-
-/// Without roll-outs: constant velocity until past errors show better. `here`: residual GPs are asked as well.
-void fill_kinematic(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen, bool here,
-                    const CurbTrajectory& observed, double interval_s) {
-  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    const double seconds = static_cast<double>(j + 1) * interval_s;
-    const double spread = kConstantVelocitySpread_mps * seconds;
-    const Features features =
-        here ? alone_features(seen, seen.residuals, j, interval_s) : place_free_features(seen, j, interval_s);
-    const Vector2 way = seconds * stacking.velocity_mps(features, j, seen);
-    mode.path_m[j] = start_m + way;
-    mode.covariances_m2[j] = stacking.fitted()
-                                 ? oriented_covariance(way, stacking.error_variance_m2(j, seen.speed, features.cols()))
-                                 : Matrix2(Matrix2::Identity() * spread * spread);
-  }
+  const ErrorDensity& density = here ? stacking.density() : stacking.density_place_free();
+  return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{}, velocity_mps));
 }
 
 /// Transitions with which roll-outs of other modes began, and none of this mode.
@@ -120,41 +106,49 @@ const Prediction& Predictor::predict(const CurbTrajectory& observed, const Merge
   const auto& [stacking, calibration] = fitted(seen.site);
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
   prediction.novelty = calibration.novelty(merged.raw_novelty);
+  const bool here = seen.site || !config_.trained_sites_only;
+  prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
   if (!stacking.fitted()) {
     prediction.regions.clear();
-    prediction.fallback = merged.rollouts.empty();
     // Before errors are known the residual GPs alone are better than constant velocity.
-    if (prediction.fallback)
-      fill_kinematic(add_mode(workspace, 1.0, steps), stacking, seen, true, observed, interval_s_);
-    else
+    if (prediction.fallback) {
+      Mode& mode = add_mode(workspace, 1.0, steps);
+      fill_mode(mode, stacking, seen, seen.residuals, true, observed, interval_s_);
+      for (std::size_t j = 0; j < steps; ++j) {
+        const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
+        mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
+      }
+    } else {
       add_rollout_modes(map_, merged.rollouts, observed, interval_s_, workspace);
+    }
     return prediction;
   }
-  const bool here = seen.site || !config_.trained_sites_only;
-  prediction.fallback = !here || merged.rollouts.empty();
-  for (std::size_t m = 0; m < (prediction.fallback ? 0 : merged.rollouts.size()); ++m) {
-    const Rollout& rollout = merged.rollouts[m];
-    Mode& mode = add_mode(workspace, rollout.weight, steps);
-    visit_primitives(map_, rollout.transitions, mode.primitives);
-    fill_stacked(mode, stacking, seen, rollout, merged.residuals[m], observed, interval_s_);
-  }
-  if (prediction.fallback) fill_kinematic(add_mode(workspace, 1.0, steps), stacking, seen, here, observed, interval_s_);
-  add_variants(observed, seen, workspace);
+  add_stacked_modes(observed, merged, prediction.fallback, here, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.speed);
   return prediction;
 }
 
-void Predictor::add_variants(const CurbTrajectory& observed, const ObservedFeatures& seen, Workspace& workspace) const {
+void Predictor::add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback,
+                                  bool here, Workspace& workspace) const {
+  const auto steps = workspace.prediction.times_s.size();
+  const ObservedFeatures& seen = merged.seen;
+  const Stacking& stacking = fitted(seen.site).stacking;
+  const ErrorDensity& density = here ? stacking.density() : stacking.density_place_free();
+  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
   std::vector<Mode>& modes = workspace.prediction.modes;
-  const int room = config_.max_modes - static_cast<int>(modes.size());
-  const int lighter = seen.slow ? 0 : count_variants(room, config_);  // a standing pedestrian has none
-  if (lighter == 0) return;
-  for (int k = 0; k < lighter; ++k) add_mode(workspace, 0.0, workspace.prediction.times_s.size());
-  // The first mode and the last ones, side by side.
-  std::rotate(modes.begin() + 1, modes.end() - lighter, modes.end());
-  split_into_variants(std::span(modes).first(static_cast<std::size_t>(lighter) + 1),
-                      to_world(observed.frame, observed.positions.back()), config_);
+  Vector2 scale = Vector2::Ones();
+  for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
+    Mode& mode = add_mode(workspace, density.weight(0) * (fallback ? 1.0 : merged.rollouts[m].weight), steps);
+    if (!fallback) visit_primitives(map_, merged.rollouts[m].transitions, mode.primitives);
+    const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
+    const Vector2 own = fill_mode(mode, stacking, seen, residuals, here, observed, interval_s_);
+    fill_covariances(mode, density, 0, own, start_m);
+    if (m == 0) scale = own;
+  }
+  // A standing pedestrian has no variants.
+  if (!seen.slow) add_variants(workspace, density, scale, start_m, config_);
+  add_wide_modes(workspace, density, scale, start_m);
 }
 
 const Prediction& Predictor::predict(const CurbTrajectory& observed, Workspace& workspace) const {

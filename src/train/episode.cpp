@@ -41,14 +41,14 @@ Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& se
 /// Gives each site what its own past errors show and what `recent` ones teach; a site without recent ones stays as it
 /// was.
 void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
-                          double decay) {
+                          double memory_windows) {
   const auto error_statistics_in = [](const std::vector<Site>& of, const CurbFrame& frame) {
     const auto site = find_site(of, frame);
     return site ? of[static_cast<std::size_t>(*site)].error_statistics : ErrorStatistics{};
   };
   for (Site& site : sites) {
     site.error_statistics =
-        add_error_statistics(error_statistics_in(previous, site.frame), error_statistics_in(recent, site.frame), decay);
+        add_error_statistics(error_statistics_in(previous, site.frame), error_statistics_in(recent, site.frame), memory_windows);
   }
   require_one_shape(sites);
 }
@@ -227,7 +227,7 @@ Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> bat
                                                         : error_statistics_on(previous, batch, config);
   }
   UpdateResult updated = update(previous, prepared(batch, settings, config), settings);
-  set_error_statistics(updated.model.sites, previous.sites, recent, config.error_statistics.decay);
+  set_error_statistics(updated.model.sites, previous.sites, recent, config.error_statistics.memory_windows);
   updated.model.sharing = config.fuse.sites;
   BudgetResult within = apply_budget(std::move(updated.model), config.budget, config.prune);
   updated.change = without_dropped(std::move(updated.change), within.kept);

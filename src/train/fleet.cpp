@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -102,7 +103,7 @@ Model learn_partition(const Partition& partition, EpisodeConfig config) {
 
 /// The partition as one batch after another, each scored before it is learnt.
 Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
-  config.error_statistics.decay = 1.0;
+  config.error_statistics.memory_windows = std::numeric_limits<double>::infinity();
   Model model;
   const Update update = sila_update(config);
   for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config, update).model;
@@ -165,8 +166,7 @@ Model finalise(Model model, const SiteErrorStatistics& error_statistics, const M
     const Site known = before ? start.sites[static_cast<std::size_t>(*before)] : Site{};
     const ErrorStatistics recent =
         now ? error_statistics.sites[static_cast<std::size_t>(*now)].error_statistics : ErrorStatistics{};
-    site.error_statistics = add_error_statistics(
-        known.error_statistics, recent, std::pow(config.error_statistics.decay, site.episodes - known.episodes));
+    site.error_statistics = add_error_statistics(known.error_statistics, recent, config.error_statistics.memory_windows);
   }
   return apply_budget(std::move(model), config.budget, config.prune).model;
 }

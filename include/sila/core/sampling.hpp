@@ -14,17 +14,12 @@ namespace sila {
 /// How a track becomes equally spaced positions and velocities.
 struct SamplingConfig {
   double interval_s = 0.2;
-  double smoothing_s = 0.1;
-  double smoothing_intervals = 0.5;
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, SamplingConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("interval_s", config.interval_s, Range{0.01, 2.0}, "s", "time between resampled positions (Delta t)");
-  visit.number("smoothing_s", config.smoothing_s, Range{0.01, 5.0}, "s", "width of the smoothing kernel, at least");
-  visit.number("smoothing_intervals", config.smoothing_intervals, Range{0.0, 10.0}, "intervals",
-               "width of the smoothing kernel, at least, in sampling intervals of the input");
 }
 
 /// Position and velocity of a person at one moment.
@@ -33,11 +28,12 @@ struct MotionState {
   Vector2 velocity_mps = Vector2::Zero();
 };
 
-/// Smoothed states at the given times by local linear regression with a Gaussian kernel, from the first `known` samples
-/// alone: what comes later cannot change the result, which central differences or smoothing across the boundary would
-/// let it do. Throws: std::invalid_argument if `known` is 0 or over the length of the track.
-std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
-                                const SamplingConfig& config);
+/// States at the given times from the first `known` samples alone: what comes later cannot change the result, which
+/// central differences or smoothing across the boundary would let it do. A cubic smoothing spline whose stiffness
+/// follows from the noise of the tracker, estimated from second differences of these samples: clean tracks are
+/// interpolated, noisy ones filtered. Throws: std::invalid_argument if `known` is 0 or over the length of the track.
+/// Source: Wahba 1978; docs/decisions/0107-tracker-noise.md.
+std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known);
 
 /// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and
 /// reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track. Units:

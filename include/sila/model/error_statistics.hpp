@@ -10,24 +10,24 @@ namespace sila {
 
 /// Speed classes that error statistics are kept for.
 inline constexpr int kSpeedClasses = 5;
-/// Velocities of the last 0.4, 0.8, 1.6 and 3 s and at the end.
-inline constexpr int kKinematicFeatures = 5;
-/// The same, and that of the global residual GP: nothing that depends on the place.
-inline constexpr int kPlaceFreeFeatures = kKinematicFeatures + 1;
-/// The same, and that of the residual GPs.
-inline constexpr int kAloneFeatures = kPlaceFreeFeatures + 1;
-/// The same, and the mean velocities of the two particles of a roll-out.
-inline constexpr int kMapFeatures = kAloneFeatures + 2;
+/// Mean velocities over seven windows, the velocity at the end, and the direction of walking.
+inline constexpr int kKinematicFeatures = 9;
+/// The same, the global residual GP and the residual GPs.
+inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
+/// What the spread of errors is regressed on: 1, and logarithms of speeds, changes of velocity and local support.
+inline constexpr int kScaleFeatures = 8;
+/// Gaussians of the mixture that errors are spread by, from narrow to wide.
+inline constexpr int kMixtureComponents = 3;
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
 
-/// Sums over weighted examples from which a linear regression on F features is solved; the size does not grow with the
-/// examples.
+/// Sums over weighted examples from which a linear regression of P outputs on F features is solved; the size does not
+/// grow with the examples.
 struct RegressionMoments {
   double weight = 0.0;
   Eigen::MatrixXd features;  ///< F x F, sum of w f f'
-  Eigen::VectorXd products;  ///< F, sum of w f y
+  Eigen::MatrixXd products;  ///< F x P, sum of w f y'
 
   RegressionMoments& operator+=(const RegressionMoments& more) {
     weight += more.weight;
@@ -37,16 +37,30 @@ struct RegressionMoments {
   }
 };
 
-/// Sums of squared prediction errors in the frame of the person's heading.
+/// Sums of squared prediction errors along and across the predicted way.
 struct ErrorMoments {
   double weight = 0.0;
-  double along_m2 = 0.0;
-  double across_m2 = 0.0;
+  double along = 0.0;
+  double across = 0.0;
 
   ErrorMoments& operator+=(const ErrorMoments& more) {
     weight += more.weight;
-    along_m2 += more.along_m2;
-    across_m2 += more.across_m2;
+    along += more.along;
+    across += more.across;
+    return *this;
+  }
+};
+
+/// Sums from which the density of prediction errors is fitted (refine/error_density.hpp).
+struct DensityMoments {
+  /// Log of the mean squared error over the steps, along and across, on kScaleFeatures; errors relative to nominal ones.
+  RegressionMoments scale;
+  /// Expected squared errors of each component, relative to the scale: at step * kMixtureComponents + component.
+  std::vector<ErrorMoments> components;
+
+  DensityMoments& operator+=(const DensityMoments& more) {
+    scale += more.scale;
+    for (std::size_t c = 0; c < components.size(); ++c) components[c] += more.components[c];
     return *this;
   }
 };
@@ -74,18 +88,16 @@ struct SlowErrors {
   }
 };
 
-/// What the prediction errors of past episodes fitted, gathered on tracks that the model had not learnt yet: how to
-/// stacking kinematics with roll-outs, and how wide the errors are. Cell (step, speed class) of each table is at step *
-/// classes + class.
+/// What the prediction errors of past episodes show, gathered on tracks that the model had not learnt yet: how to stack
+/// velocities with residual GPs, and how errors are spread. Cell (step, speed class) of a table is at step * classes +
+/// class.
 struct ErrorStatistics {
   int steps = 0;
   int classes = 0;
-  double interval_s = 0.2;                     ///< between steps
-  std::vector<RegressionMoments> with_map;     ///< kinematics and roll-outs
-  std::vector<RegressionMoments> without_map;  ///< kinematics and residual GPs, for when no transition matches
-  std::vector<ErrorMoments> errors_with_map;
-  std::vector<ErrorMoments> errors_without_map;
-  std::vector<ErrorMoments> errors_place_free;  ///< of the global residual GP alone, for a place that is not known
+  double interval_s = 0.2;                       ///< between steps
+  std::vector<RegressionMoments> stacking;       ///< of true mean velocities on kStackedFeatures
+  DensityMoments density;                        ///< errors of stacked predictions
+  DensityMoments density_place_free;             ///< of the global residual GP alone, for a place that is not known
   std::vector<std::vector<double>> scores;      ///< how often what happened was so surprising: bins of each cell
   std::vector<double> novelties;                ///< how often a path was so little known: bins
   std::vector<SlowErrors> slow;                 ///< of each slow class
@@ -99,8 +111,9 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s);
 /// The error statistics as if each example had counted `share` as much: all of them are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
-/// Past error statistics, faded by `decay`, and new ones. Throws: std::invalid_argument if they differ in shape.
-ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double decay);
+/// Past error statistics and new ones; the past fades as if each new window left exp(-1 / memory_windows) of it. Throws: std::invalid_argument if they differ in shape.
+ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
+                                     double memory_windows);
 
 /// Throws: std::invalid_argument if neither is empty and they differ in shape.
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b);

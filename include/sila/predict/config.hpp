@@ -19,7 +19,7 @@ struct PredictConfig {
   double observe_s = 3.2;
   double horizon_s = 5.0;
   double mode_horizon_s = 5.0;
-  int max_modes = 6;
+  int max_modes = 8;
   int max_shortlisted = 24;
   int max_candidates = 4;
   /// Maximum number of open branches while transitions are chained.
@@ -39,13 +39,8 @@ struct PredictConfig {
   bool trained_sites_only = true;
   /// Maximum effective sample size of the global residual GP at an untrained site.
   static constexpr double max_effective_samples = 25.0;
-  /// Ridge towards the residual GPs (without them: constant velocity), all speeds together, in units of the error
-  /// variance.
-  static constexpr double stacking_ridge = 7.0;
-  /// Ridge of each speed class towards all speeds, and of stacking with a roll-out towards that without one.
-  static constexpr double stacking_class_ridge = 50.0;
   int mode_variants = 4;
-  double variant_weight = 0.01;
+  double variant_weight = 0.002;
   /// Distance of a variant from its mode [standard deviations].
   static constexpr double variant_reach = 0.9;
   /// Time constant with which the speed-preserving roll-out turns into the field [s].

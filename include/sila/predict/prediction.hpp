@@ -8,8 +8,8 @@
 namespace sila {
 
 /// How a mode differs from what is expected of its roll-out.
-enum class VariantKind { expected, slower, faster, left, right };
-inline constexpr const char* kVariantKinds[] = {"expected", "slower", "faster", "left", "right"};
+enum class VariantKind { expected, slower, faster, left, right, wide };
+inline constexpr const char* kVariantKinds[] = {"expected", "slower", "faster", "left", "right", "wide"};
 
 /// One hypothesis of what the person will do, in the world frame.
 struct Mode {

@@ -1,20 +1,22 @@
 #pragma once
 
-#include <span>
-
 #include "sila/predict/config.hpp"
-#include "sila/predict/prediction.hpp"
+#include "sila/predict/predict.hpp"
+#include "sila/refine/error_density.hpp"
 
 namespace sila {
 
-/// How many lighter modes there are beside the most likely: pairs, as far as there is room.
-int count_variants(int room, const PredictConfig& config);
+/// The covariances of a component about the mode's path, along and across the way from `start_m`.
+void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t component, const Vector2& scale,
+                      const Vector2& start_m);
 
-/// Splits the first of the modes into itself and the others, lighter ones beside it: slower, faster, more to the left,
-/// more to the right, each `variant_reach` standard deviations off. The mixture keeps the mode's mean and
-/// covariance along and across the way, so that nothing is claimed that the errors have not shown; only whoever looks
-/// at single paths sees more of what may happen. In pairs; none if there is no room for two. `start_m` is where the
-/// person is. Source: none in the paper; docs/decisions/0072-mode_variants.md.
-void split_into_variants(std::span<Mode> modes, const Vector2& start_m, const PredictConfig& config);
+/// Adds modes of little weight beside the first: slower, faster, more to the left, more to the right, each
+/// `variant_reach` standard deviations off, so that a user of single paths sees what else may happen. In pairs, as far
+/// as there is room for them and the wider modes. Source: none in the paper; docs/decisions/0072-mode_variants.md.
+void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
+                  const PredictConfig& config);
+
+/// Adds the wider components of the errors, about the path of the first mode.
+void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m);
 
 }  // namespace sila

@@ -58,7 +58,8 @@ class Predictor {
   const Fitted& fitted(std::optional<int> site) const {
     return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
   }
-  void add_variants(const CurbTrajectory& observed, const ObservedFeatures& seen, Workspace& workspace) const;
+  void add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback, bool here,
+                         Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 
   PredictConfig config_;

@@ -20,13 +20,13 @@ struct ResidualConfig {
   bool enabled = true;
   /// Number of times until the horizon at which they are learnt.
   static constexpr int knots = 4;
-  double place_scale_m = 2.0;
+  double place_scale_m = 1.3;
   double velocity_scale_mps = 0.45;
   double mean_velocity_scale_mps = 0.5;
   /// Prior standard deviation [m/s].
   static constexpr double signal_std_mps = 0.4;
   /// Noise: how much pedestrians with the same inputs differ [m/s].
-  static constexpr double noise_std_mps = 0.33;
+  static constexpr double noise_std_mps = 0.25;
   /// Time between two samples of a track [s].
   static constexpr double stride_s = 0.8;
   /// Minimum part of the future that a sample needs [of the horizon].
@@ -36,7 +36,7 @@ struct ResidualConfig {
   static constexpr double selection_stop = 0.1;
   /// Length scale of the velocities of the global residual GP [m/s].
   static constexpr double global_scale_mps = 0.9;
-  int global_pseudo_inputs = 40;
+  int global_pseudo_inputs = 60;
 };
 
 template <class Config, class Visitor>

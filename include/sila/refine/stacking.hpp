@@ -10,7 +10,7 @@
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
 #include "sila/predict/config.hpp"
-#include "sila/predict/rollout.hpp"
+#include "sila/refine/error_density.hpp"
 #include "sila/refine/residuals.hpp"
 
 namespace sila {
@@ -26,7 +26,7 @@ int speed_class(const CurbTrajectory& observed);
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed);
 
 /// Candidate mean velocities from t0 to a step [m/s], one a column.
-using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMapFeatures>;
+using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures>;
 /// The column of constant velocity among all features.
 inline constexpr int kConstantVelocityFeature = 1;
 using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
@@ -39,26 +39,27 @@ struct ObservedFeatures {
   KinematicFeatures kinematics = KinematicFeatures::Zero();
   ResidualPrediction global_residual;
   std::span<const ExpertPrediction> experts;
-  ResidualPrediction residuals;     ///< all opinions together
+  ResidualPrediction residuals;     ///< all experts together
   std::optional<int> site;          ///< none: at an untrained one
   int speed = 0;                    ///< class
   std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, Scratch& scratch);
+                           const CurbTrajectory& observed, Scratch& scratch);
 
-/// Candidate mean velocities from t0 to `step` (counted from 0): whatever the place, here, and with a roll-out.
-/// Shapes: 2 x kPlaceFreeFeatures, 2 x kAloneFeatures, 2 x kMapFeatures.
-Features place_free_features(const ObservedFeatures& seen, std::size_t step, double interval_s);
-Features alone_features(const ObservedFeatures& seen, const ResidualPrediction& residuals, std::size_t step,
-                        double interval_s);
-Features map_features(const ObservedFeatures& seen, const Rollout& rollout, const ResidualPrediction& residuals,
-                      const CurbTrajectory& observed, std::size_t step, double interval_s);
+/// Mean velocity from t0 to `step` (counted from 0) by the global residual GP alone.
+Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
+/// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
+Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
+                          double interval_s);
+/// What the spread of errors depends on; `predicted_mps`: mean velocity until the horizon.
+ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
+                             const Vector2& predicted_mps);
 
-/// The coefficients with which features are summed, per (step, class): solved once from the error statistics.
-/// Ridge regression towards what the residual GPs say (constant velocity where they know nothing).
-/// Whatever the place the global residual GP alone counts: coefficients learnt at some places made it worse at others.
-/// Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global residual GP.md.
+/// The coefficients with which features are summed, per (step, class), and the density of the errors that remain: solved
+/// once from the error statistics. Ridge regression towards what the residual GPs say (constant velocity where they
+/// know nothing). At an untrained place the global residual GP alone counts: coefficients learnt at some places made it
+/// worse at others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_residual.md.
 class Stacking {
  public:
   Stacking(const ErrorStatistics& error_statistics, const PredictConfig& config);
@@ -70,25 +71,17 @@ class Stacking {
   Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
   /// The stacked prediction, whoever it is.
   Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
-  /// Variances [m²] along and across the way to the mean position that so many features give; zero where nothing was
-  /// fitted, at least those of an error of a millimetre elsewhere.
-  Vector2 error_variance_m2(std::size_t step, int speed_class, Eigen::Index features) const;
+  /// Of the errors of stacked predictions, and of those of the global residual GP alone.
+  const ErrorDensity& density() const { return density_; }
+  const ErrorDensity& density_place_free() const { return density_place_free_; }
 
  private:
   std::size_t cell(std::size_t step, int speed_class) const;
 
   int steps_ = 0;
-  /// What was fitted of one set of features.
-  struct Table {
-    std::vector<Eigen::VectorXd> coefficients;
-    std::vector<Vector2> variances_m2;
-  };
-  const Table& table(Eigen::Index features) const;
-  Table place_free_, alone_, with_map_;
+  std::vector<Eigen::VectorXd> coefficients_;
+  ErrorDensity density_, density_place_free_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
 };
-
-/// A covariance with the given variances along and across a direction.
-Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2);
 
 }  // namespace sila

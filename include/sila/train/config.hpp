@@ -1,6 +1,7 @@
 #pragma once
 
 #include <concepts>
+#include <limits>
 
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/config.hpp"
@@ -16,16 +17,16 @@ namespace sila {
 struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Time between two windows of a track [s].
-  double stride_s = 1.6;
-  double decay = 0.97;
+  double stride_s = 0.8;
+  double memory_windows = 10000.0;
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and calibrate by the errors");
-  visit.number("decay", config.decay, Range{0.0, 1.0, true}, "per episode",
-               "how much older error statistics still count");
+  visit.number("memory_windows", config.memory_windows, Range{1.0, std::numeric_limits<double>::infinity()}, "windows",
+               "after so many newer ones an error counts 1/e");
 }
 
 /// How models that were learnt in parallel are fused, where it differs from one batch after another.

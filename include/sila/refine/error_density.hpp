@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "sila/core/trajectory.hpp"
+#include "sila/model/error_statistics.hpp"
+
+namespace sila {
+
+using ScaleFeatures = Eigen::Matrix<double, kScaleFeatures, 1>;
+
+/// What the spread of the errors of one prediction depends on.
+/// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
+/// until the horizon, and the number of pedestrians that the residual GPs rest on.
+ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
+                             const Vector2& predicted_mps, double local_support);
+
+/// Covariance with the given variances along and across a direction.
+Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2);
+
+/// The density of prediction errors along and across the predicted way: a mixture of Gaussians, from narrow to wide,
+/// whose variances are, at each step, those of the mixture times a scale that depends on the window. The scale is a
+/// log-linear regression on squared errors (Harvey 1976); the mixture is fitted by online expectation maximisation
+/// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0106-error-density.md.
+class ErrorDensity {
+ public:
+  ErrorDensity(const DensityMoments& moments, int steps, double interval_s);
+
+  /// Factors of the variances along and across.
+  Vector2 scale(const ScaleFeatures& features) const;
+  /// Share of the component, from 0 (narrow) to kMixtureComponents - 1 (wide).
+  double weight(std::size_t component) const { return weights_[component]; }
+  /// Variances [m^2] of a component along and across; steps beyond the fitted ones go on growing with the square of time.
+  Vector2 variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const;
+  Vector2 total_variances_m2(std::size_t step, const Vector2& scale) const;
+
+  /// How likely each component is to have made an error, given along and across.
+  std::array<double, kMixtureComponents> responsibilities(std::size_t step, const Vector2& scale,
+                                                          const Vector2& error_m) const;
+  /// Density of an error [1/m^2].
+  double density(std::size_t step, const Vector2& scale, const Vector2& error_m) const;
+
+ private:
+  std::size_t steps_;
+  double interval_s_;
+  Eigen::Matrix<double, kScaleFeatures, 2> coefficients_;
+  std::array<double, kMixtureComponents> weights_ = {};
+  std::vector<std::array<Vector2, kMixtureComponents>> relative_;  ///< variances relative to nominal ones, of each step
+};
+
+/// What a prediction and what happened add to the moments. Shapes: as many errors (along, across) as steps that were
+/// seen, at most those of the moments. `share`: how likely this prediction was meant, of several.
+void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
+                const std::vector<Vector2>& errors_m, double share, double interval_s);
+
+}  // namespace sila

@@ -1,0 +1,153 @@
+#include "sila/refine/error_density.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace sila {
+namespace {
+
+/// Errors are believed to grow like this before any was seen, and are measured relative to it.
+constexpr double kNominalAlong_mps = 0.35, kNominalAcross_mps = 0.25, kNominalPosition_m = 0.1;
+/// The mixture before any error was seen, with the weight of so many windows.
+constexpr double kPriorRelative[kMixtureComponents] = {0.25, 1.2, 6.0};
+constexpr double kPriorShares[kMixtureComponents] = {0.5, 0.35, 0.15};
+constexpr double kPriorWindows = 10.0;
+/// Ridge of the regression of the scale, towards no dependence.
+constexpr double kScaleRidge = 20.0;
+/// Keeps the logarithm of an error of zero finite.
+constexpr double kSmallestSquare = 0.2;
+/// No error is believed to be smaller: pedestrians who all do the same would else make the covariances vanish.
+constexpr double kLeastError_m = 1e-3;
+/// A covariance thinner than this could not be told from a flat one.
+constexpr double kThinnest = 1e-12;
+/// The scale stays within this factor, however far a window is from those that were seen.
+constexpr double kMaxLogScale = 4.0;
+
+double square(double x) {
+  return x * x;
+}
+
+Vector2 nominal_variances_m2(std::size_t step, double interval_s) {
+  const double t = static_cast<double>(step + 1) * interval_s;
+  return {square(kNominalPosition_m + kNominalAlong_mps * t), square(kNominalPosition_m + kNominalAcross_mps * t)};
+}
+
+/// A logarithm, centred and scaled so that one ridge serves all features.
+double centred_log(double value, double offset, double centre, double spread) {
+  return (std::log(value + offset) - std::log(centre + offset)) / spread;
+}
+
+}  // namespace
+
+ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
+                             const Vector2& predicted_mps, double local_support) {
+  ScaleFeatures features;
+  features << 1.0, centred_log(v04.norm(), 0.1, 1.2, 0.4), centred_log(v_all.norm(), 0.1, 1.2, 0.4),
+      centred_log((v04 - v08).norm(), 0.02, 0.1, 0.8), centred_log((v08 - v16).norm(), 0.02, 0.1, 0.8),
+      centred_log((v08 - v_all).norm(), 0.02, 0.15, 0.8), centred_log((predicted_mps - v08).norm(), 0.05, 0.2, 0.7),
+      centred_log(local_support, 1.0, 5.0, 1.0);
+  return features;
+}
+
+Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2) {
+  const double length = direction.norm();
+  if (length < 1e-9) return Matrix2::Identity() * along_across_m2.mean();
+  const Vector2 along = direction / length, across(-along.y(), along.x());
+  return along_across_m2.x() * along * along.transpose() + along_across_m2.y() * across * across.transpose();
+}
+
+ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double interval_s)
+    : steps_(static_cast<std::size_t>(steps)), interval_s_(interval_s), coefficients_(decltype(coefficients_)::Zero()) {
+  if (moments.scale.weight > 0.0) {
+    Eigen::MatrixXd matrix = moments.scale.features;
+    matrix.diagonal().tail(kScaleFeatures - 1).array() += kScaleRidge;
+    matrix(0, 0) += 1e-3;
+    coefficients_ = matrix.ldlt().solve(moments.scale.products);
+    if (!coefficients_.allFinite()) coefficients_.setZero();
+    coefficients_.row(0).setZero();  // the components have the level of each step
+  }
+  std::array<double, kMixtureComponents> counts = {};
+  for (std::size_t step = 0; step < steps_; ++step) {
+    auto& relative = relative_.emplace_back();
+    for (std::size_t c = 0; c < kMixtureComponents; ++c) {
+      const ErrorMoments& seen = moments.components[step * kMixtureComponents + c];
+      const double prior = kPriorWindows * kPriorShares[c];
+      counts[c] += seen.weight + prior;
+      relative[c] = (Vector2(seen.along, seen.across) + Vector2::Constant(prior * kPriorRelative[c])) /
+                    (seen.weight + prior);
+    }
+  }
+  double total = 0.0;
+  for (const double count : counts) total += count;
+  for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : kPriorShares[c];
+}
+
+Vector2 ErrorDensity::scale(const ScaleFeatures& features) const {
+  const Vector2 logs = coefficients_.transpose() * features;
+  return logs.cwiseMax(-kMaxLogScale).cwiseMin(kMaxLogScale).array().exp();
+}
+
+Vector2 ErrorDensity::variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const {
+  const std::size_t row = std::min(step, steps_ - 1);
+  const double growth = square(static_cast<double>(step + 1) / static_cast<double>(row + 1));
+  const Vector2 variances =
+      growth * relative_[row][component].cwiseProduct(nominal_variances_m2(row, interval_s_)).cwiseProduct(scale);
+  return variances.cwiseMax(std::max(square(kLeastError_m), kThinnest * variances.maxCoeff()));
+}
+
+Vector2 ErrorDensity::total_variances_m2(std::size_t step, const Vector2& scale) const {
+  Vector2 sum = Vector2::Zero();
+  for (std::size_t c = 0; c < kMixtureComponents; ++c) sum += weights_[c] * variances_m2(c, step, scale);
+  return sum;
+}
+
+std::array<double, kMixtureComponents> ErrorDensity::responsibilities(std::size_t step, const Vector2& scale,
+                                                                      const Vector2& error_m) const {
+  std::array<double, kMixtureComponents> logs;
+  for (std::size_t c = 0; c < kMixtureComponents; ++c) {
+    const Vector2 variances = variances_m2(c, step, scale);
+    logs[c] = std::log(weights_[c]) - 0.5 * (error_m.array().square() / variances.array()).sum() -
+              0.5 * variances.array().log().sum();
+  }
+  const double most = *std::ranges::max_element(logs);
+  double sum = 0.0;
+  for (double& log : logs) sum += log = std::exp(log - most);
+  for (double& share : logs) share /= sum;
+  return logs;
+}
+
+double ErrorDensity::density(std::size_t step, const Vector2& scale, const Vector2& error_m) const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < kMixtureComponents; ++c) {
+    const Vector2 variances = variances_m2(c, step, scale);
+    sum += weights_[c] * std::exp(-0.5 * (error_m.array().square() / variances.array()).sum()) /
+           std::sqrt(variances.prod());
+  }
+  return sum / (2.0 * 3.14159265358979323846);
+}
+
+void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
+                const std::vector<Vector2>& errors_m, double share, double interval_s) {
+  if (errors_m.empty()) return;
+  const Vector2 scale = density.scale(features);
+  Vector2 relative = Vector2::Zero();
+  for (std::size_t step = 0; step < errors_m.size(); ++step) {
+    const Vector2 square_m2 = errors_m[step].array().square();
+    const Vector2 nominal_m2 = nominal_variances_m2(step, interval_s);
+    relative += square_m2.cwiseQuotient(nominal_m2);
+    const auto shares = density.responsibilities(step, scale, errors_m[step]);
+    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2.cwiseProduct(scale));
+    for (std::size_t c = 0; c < kMixtureComponents; ++c)
+      moments.components[step * kMixtureComponents + c] +=
+          {share * shares[c], share * shares[c] * scaled.x(), share * shares[c] * scaled.y()};
+  }
+  const Vector2 logs = (relative / static_cast<double>(errors_m.size())).array().max(0.0).unaryExpr([](double x) {
+    return std::log(x + kSmallestSquare);
+  });
+  moments.scale.weight += share;
+  moments.scale.features.noalias() += share * features * features.transpose();
+  moments.scale.products.noalias() += share * features * logs.transpose();
+}
+
+}  // namespace sila
