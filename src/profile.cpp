@@ -26,6 +26,7 @@ constexpr Setting kSettings[] = {
     {"predict.stacking", {"false", "false"}},
     {"prune.enabled", {"false", "false"}},
     {"scaling", {"mean_width", "mean_width"}},
+    {"sampling.acceleration_density", {"0.05", "0.05"}},
     {"fuse.sites", {"shared", "shared"}},
     {"fuse.split_credit", {"false", "false"}},
     {"learn.dictionary.cut", {"first_unexplained", "first_unexplained"}},

@@ -13,10 +13,10 @@
 #include <string>
 
 #include "../gp_data.hpp"
+#include "gp/greedy.hpp"
 #include "learn/dictionary.hpp"
 #include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
-#include "gp/greedy.hpp"
 #include "sila/gp/fit.hpp"
 #include "sila/learn/learn.hpp"
 #include "sila/sim/simulate.hpp"

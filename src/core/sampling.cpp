@@ -9,12 +9,10 @@
 namespace sila {
 namespace {
 
-/// Spectral density of the white acceleration that a walk is believed to have [m^2/s^3]: 0.5 m/s^2 for half a second.
-constexpr double kAccelerationDensity = 2.0;
 /// What is believed of a tracker's noise before its samples are seen [m], with the weight of so many differences.
 constexpr double kPriorNoise_m = 0.005, kPriorDifferences = 10.0;
 constexpr double kMinNoise_m = 1e-3;
-/// Before the first sample: a pedestrian at rest, give or take [m/s].
+/// Before the first sample: the mean velocity of the samples, give or take [m/s].
 constexpr double kPriorSpeed_mps = 2.0;
 /// The filter begins so long before the first state that is asked for [s].
 constexpr double kRunIn_s = 1.0;
@@ -27,13 +25,13 @@ double square(double x) {
 
 /// Variance of a tracker's noise [m^2]: the median of squared second differences, relative to the variance that unit
 /// noise would give them, less what the motion itself accounts for.
-double noise_variance_m2(std::span<const double> times_s, std::span<const Vector2> positions_m) {
+double noise_variance_m2(std::span<const double> times_s, std::span<const Vector2> positions_m, double density) {
   std::vector<double> squares;
   for (std::size_t i = 2; i < times_s.size(); ++i) {
     const double before = times_s[i - 1] - times_s[i - 2], after = times_s[i] - times_s[i - 1];
     const double share = after / (before + after);  // of the earlier sample in the line through both neighbours
     const Vector2 off = positions_m[i - 1] - share * positions_m[i - 2] - (1.0 - share) * positions_m[i];
-    const double by_motion = kAccelerationDensity * square(before * after) / (3.0 * (before + after));
+    const double by_motion = density * square(before * after) / (3.0 * (before + after));
     const double by_noise = 1.0 + square(share) + square(1.0 - share);
     squares.push_back((0.5 * off.squaredNorm() / std::log(2.0) - by_motion) / by_noise);  // median of chi^2_2: 2 log 2
   }
@@ -58,11 +56,11 @@ Eigen::Matrix2d transition(double seconds) {
   return (Eigen::Matrix2d() << 1.0, seconds, 0.0, 1.0).finished();
 }
 
-Belief predicted(const Belief& belief, double seconds) {
+Belief predicted(const Belief& belief, double seconds, double density) {
   const Eigen::Matrix2d step = transition(seconds);
   Belief next{step * belief.mean, step * belief.covariance * step.transpose()};
   const double cube = seconds * seconds * seconds / 3.0, half = seconds * seconds / 2.0;
-  next.covariance += kAccelerationDensity * (Eigen::Matrix2d() << cube, half, half, seconds).finished();
+  next.covariance += density * (Eigen::Matrix2d() << cube, half, half, seconds).finished();
   return next;
 }
 
@@ -72,26 +70,28 @@ Belief conditioned(const Belief& belief, const Vector2& position_m, double varia
           belief.covariance - gain * belief.covariance.row(0)};
 }
 
-/// States at the samples: a Kalman filter and the Rauch-Tung-Striebel smoother of an integrated Wiener process, which is
-/// the cubic smoothing spline (Wahba 1978; Sarkka, Bayesian Filtering and Smoothing, chapter 8).
-std::vector<MotionState> smoothed_states(std::span<const double> times_s, std::span<const Vector2> positions_m) {
+/// States at the samples: a Kalman filter and the Rauch-Tung-Striebel smoother of an integrated Wiener process, which
+/// is the cubic smoothing spline (Wahba 1978; Sarkka, Bayesian Filtering and Smoothing, chapter 8).
+std::vector<MotionState> smoothed_states(std::span<const double> times_s, std::span<const Vector2> positions_m,
+                                         double density) {
   const std::size_t count = times_s.size();
-  const double noise_m2 = noise_variance_m2(times_s, positions_m);
+  const double noise_m2 = noise_variance_m2(times_s, positions_m, density);
   std::vector<Belief> beliefs;
   beliefs.reserve(count);
   Belief belief{Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
   belief.mean.row(0) = positions_m[0].transpose();
+  if (count > 1)
+    belief.mean.row(1) = (positions_m.back() - positions_m.front()).transpose() / (times_s.back() - times_s.front());
   belief.covariance.diagonal() << noise_m2, square(kPriorSpeed_mps);
   beliefs.push_back(belief);
   for (std::size_t i = 1; i < count; ++i) {
-    belief = conditioned(predicted(belief, times_s[i] - times_s[i - 1]), positions_m[i], noise_m2);
+    belief = conditioned(predicted(belief, times_s[i] - times_s[i - 1], density), positions_m[i], noise_m2);
     beliefs.push_back(belief);
   }
   for (std::size_t i = count - 1; i-- > 0;) {
     const double seconds = times_s[i + 1] - times_s[i];
-    const Belief ahead = predicted(beliefs[i], seconds);
-    const Eigen::Matrix2d gain =
-        beliefs[i].covariance * transition(seconds).transpose() * ahead.covariance.inverse();
+    const Belief ahead = predicted(beliefs[i], seconds, density);
+    const Eigen::Matrix2d gain = beliefs[i].covariance * transition(seconds).transpose() * ahead.covariance.inverse();
     beliefs[i].mean += gain * (beliefs[i + 1].mean - ahead.mean);
   }
   std::vector<MotionState> states;
@@ -155,7 +155,8 @@ CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::ve
 
 }  // namespace
 
-std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known) {
+std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
+                                const SamplingConfig& config) {
   if (known == 0 || known > track.times_s.size()) {
     throw std::invalid_argument("smooth: known = " + std::to_string(known) + ", the track has " +
                                 std::to_string(track.times_s.size()) + " samples");
@@ -165,7 +166,8 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
   const auto from = static_cast<std::size_t>(
       std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), times_s.front() - kRunIn_s) - begin);
   const auto seen_s = std::span(track.times_s).subspan(from, known - from);
-  const auto at_samples = smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from));
+  const auto at_samples =
+      smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from), config.acceleration_density);
   std::vector<MotionState> states;
   states.reserve(times_s.size());
   for (const double time_s : times_s) states.push_back(between(seen_s, at_samples, time_s));
@@ -175,7 +177,7 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {
   std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
-  const std::vector<MotionState> states = smooth(track, times_s, last + 1);
+  const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
   return in_frame(track, frame, std::move(times_s), states);
 }
 
@@ -186,7 +188,7 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
   for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k) {
     times_s.push_back(start + static_cast<double>(k) * config.interval_s);
   }
-  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size());
+  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), config);
   return in_frame(track, frame, std::move(times_s), states);
 }
 

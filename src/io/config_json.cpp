@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "old_settings.hpp"
 #include "sila/core/errors.hpp"
 #include "text_file.hpp"
 
@@ -64,100 +65,6 @@ std::size_t nearest_word(std::string_view name, const std::vector<std::string_vi
   for (const std::string_view word : words) distances.push_back(distance.to(word));
   return static_cast<std::size_t>(std::ranges::min_element(distances) - distances.begin());
 }
-
-/// Earlier names of fields and groups, and those that they have now.
-constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
-    {"outlook", "residual"},
-    {"gait_pseudo_inputs", "global_pseudo_inputs"},
-    {"lessons", "error_statistics"},
-    {"blend", "stacking"},
-    {"alternatives", "mode_variants"},
-    {"alternative_weight", "variant_weight"},
-    {"max_asked", "max_shortlisted"},
-    {"known_places_only", "trained_sites_only"},
-    {"tuning_step", "calibration_step"},
-    {"gp.fusion", "gp_fusion"},
-    {"gp.max_fused_pseudo_inputs", "max_pseudo_inputs"},
-    {"field.gp", "field"},
-    {"fuse.gp", "fuse"},
-    {"live.every_s", "service.stride_s"},
-    {"live.max_unscored", "service.max_pending_scores"},
-    {"live.remembered", "service.scored_pedestrians"},
-    {"serve.max_waiting_lines", "service.max_queued_lines"},
-    {"serve.max_outgoing_mb", "service.max_send_queue_mb"},
-    {"live", "service"},
-    {"serve", "service"},
-    {"works_m", "construction_length_m"},
-    {"stand_share", "stop_share"},
-    {"compact", "prune"},
-    {"forget_count", "expire_count"},
-    {"forget_after_episodes", "expire_after_episodes"},
-    {"model", "budget"},
-    {"evaluate.every_s", "evaluate.stride_s"},
-};
-
-/// Last names of fields that are constants now.
-constexpr std::string_view kConstants[] = {
-    "jump_tolerance_m",
-    "max_abs_position_m",
-    "standing_extent_m",
-    "min_speed_mps",
-    "activeness_weight",
-    "gain_m",
-    "dilation_cells",
-    "segmentation",
-    "min_coefficient",
-    "switch_penalty",
-    "min_run_samples",
-    "drop_below",
-    "every_s",
-    "warm_up_rounds",
-    "knots",
-    "signal_std_mps",
-    "noise_std_mps",
-    "min_seen_share",
-    "selection_stop",
-    "keep_pseudo_inputs_share",
-    "settled_share",
-    "global_scale_mps",
-    "gait_scale_mps",
-    "max_count",
-    "agreement_share",
-    "agreement_mps",
-    "max_branches",
-    "support_ratio",
-    "leave_ratio",
-    "min_relative_weight",
-    "chaining",
-    "max_effective_samples",
-    "gait_examples_elsewhere",
-    "stacking_ridge",
-    "stacking_class_ridge",
-    "blend_ridge",
-    "blend_class_ridge",
-    "variant_reach",
-    "alternative_reach",
-    "own_speed_relaxation_s",
-    "noise_correlation_s",
-    "moving_m",
-    "turning_rad",
-    "clock_jump_s",
-    "drift_pedestrians",
-    "drift_deviations",
-    "constant_mean",
-    "alpha",
-    "min_points_to_optimise",
-    "max_iterations",
-    "gradient_tolerance",
-    "relative_tolerance",
-    "min_length_scale",
-    "max_length_scale_extents",
-    "min_noise_variance",
-    "min_noise_to_signal",
-    "pooling_rounds",
-    "lattice_step",
-    "page_every_s",
-};
 
 /// A path with the present names of its parts.
 std::string renamed(std::string_view path) {

@@ -13,8 +13,8 @@
 #include "learn/grid_vectors.hpp"
 #include "learn/segmentation.hpp"
 #include "learn/transitions.hpp"
-#include "sila/gp/fuse_gps.hpp"
 #include "sila/gp/fit.hpp"
+#include "sila/gp/fuse_gps.hpp"
 
 namespace sila {
 namespace {

@@ -24,8 +24,8 @@ void require_sum(const char* name, double value) {
     refuse_statistics(std::string(name).append(" has a number that is no sum"));
 }
 
-void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells,
-                         int features, int outputs) {
+void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells, int features,
+                         int outputs) {
   require_length(name, table.size(), cells);
   for (const RegressionMoments& moments : table) {
     require_sum(name, moments.weight);

@@ -190,9 +190,7 @@ ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
     return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.matrix()};
   };
   const auto error_moments = [&] { return ErrorMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
-  const auto density = [&] {
-    return DensityMoments{moments(), unpacker.list<ErrorMoments>(error_moments)};
-  };
+  const auto density = [&] { return DensityMoments{moments(), unpacker.list<ErrorMoments>(error_moments)}; };
   ErrorStatistics error_statistics;
   error_statistics.steps = unpacker.count<int>();
   error_statistics.classes = unpacker.count<int>();

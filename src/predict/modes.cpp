@@ -37,7 +37,6 @@ Rollout weighted_mean(std::span<const Rollout> rollouts, RolloutGroup group, Scr
   if (group.size() == 1) return mean;
   mean.weight = weight_of(rollouts, group);
   mean.path = mean_path(rollouts, group, mean.weight, &Rollout::path, scratch);
-  mean.own_path = mean_path(rollouts, group, mean.weight, &Rollout::own_path, scratch);
   const auto covariances = scratch.array<Matrix2>(mean.covariances.size());
   std::fill(covariances.begin(), covariances.end(), Matrix2::Zero());
   for (const std::size_t index : group) {

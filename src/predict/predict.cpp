@@ -83,6 +83,7 @@ Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
   mode.variant = VariantKind::expected;
   mode.source = modes.size() - 1;
   mode.primitives.clear();
+  mode.primitives.reserve(32);  // modes change places, and so do their capacities
   mode.path_m.resize(steps);
   mode.covariances_m2.resize(steps);
   return mode;

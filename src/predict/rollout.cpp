@@ -11,7 +11,7 @@ namespace {
 
 /// One step of a path, and the one before it: paths that part share what they have in common.
 struct Step {
-  Vector2 position, own_position;  ///< [widths], [m] in the world frame
+  Vector2 position;  ///< [widths]
   Matrix2 covariance;
   const Step* before = nullptr;
 };
@@ -29,8 +29,7 @@ struct Branch {
   const Link* link = nullptr;
   const Step* step = nullptr;
   Vector2 deviation = Vector2::Zero();  ///< of the person from the field, what is left of it [widths/s]
-  Vector2 position, velocity;           ///< of the particle that follows the field [widths], [widths/s]
-  Vector2 own_position, own_velocity;   ///< of the particle with its own speed [m], [m/s], world frame
+  Vector2 position, velocity;           ///< [widths], [widths/s]
   Matrix2 covariance = Matrix2::Zero();
   FieldLinearisation here;  ///< what the field that it follows says at `position`
   bool off_map = false;     ///< left the last field: keeps its velocity
@@ -75,7 +74,6 @@ class Roller {
         config_(config),
         frame_(observed.frame),
         dt_(interval_s),
-        own_speed_mps_(mean_speed_mps(observed)),
         with_covariances_(with_covariances),
         scratch_(scratch) {}
 
@@ -88,8 +86,6 @@ class Roller {
       branch.origin = candidate;
       branch.position = observed.positions.back();
       branch.velocity = observed.velocities.back();
-      branch.own_position = to_world(frame_, branch.position);
-      branch.own_velocity = velocity_to_world(frame_, branch.velocity);
       follow(branch, candidate.transition);
       if (config_.own_deviation) branch.deviation = branch.velocity - branch.here.flow.mean;
     }
@@ -105,10 +101,9 @@ class Roller {
     }
     if (with_covariances_) spread(branch, field, steps_before);
     branch.position += dt_ * branch.velocity;
-    advance_own(branch, field);
     if (!branch.off_map || with_covariances_) look(branch);
     Step& step = scratch_.array<Step>(1).front();
-    step = {branch.position, branch.own_position, branch.covariance, branch.step};
+    step = {branch.position, branch.covariance, branch.step};
     branch.step = &step;
   }
 
@@ -152,12 +147,11 @@ class Roller {
     rollout.weight = branch.weight;
     rollout.chain_probability = branch.chain_probability;
     rollout.origin = branch.origin;
-    const auto path = scratch_.array<Vector2>(steps), own_path = scratch_.array<Vector2>(steps);
+    const auto path = scratch_.array<Vector2>(steps);
     const auto covariances = scratch_.array<Matrix2>(with_covariances_ ? steps : 0);
     const Step* step = branch.step;
     for (std::size_t j = steps; j-- > 0; step = step->before) {
       path[j] = step->position;
-      own_path[j] = to_curb(frame_, step->own_position);
       if (with_covariances_) covariances[j] = step->covariance;
     }
     std::size_t links = 0;
@@ -165,7 +159,6 @@ class Roller {
     const auto transitions = scratch_.array<int>(links);
     for (const Link* link = branch.link; link; link = link->before) transitions[--links] = link->transition;
     rollout.path = path;
-    rollout.own_path = own_path;
     rollout.covariances = covariances;
     rollout.transitions = transitions;
     return rollout;
@@ -206,21 +199,10 @@ class Roller {
     return 2.0 * correlation_s * gained * gained;
   }
 
-  void advance_own(Branch& branch, const FlowFieldIndex::Field& field) const {
-    if (!branch.off_map) {
-      const Vector2 flow = velocity_to_world(frame_, field.posterior.mean(to_curb(frame_, branch.own_position)));
-      const double length = flow.norm();
-      const double share = std::min(1.0, dt_ / config_.own_speed_relaxation_s);
-      if (length > 1e-9) branch.own_velocity += share * (flow * (own_speed_mps_ / length) - branch.own_velocity);
-    }
-    branch.own_position += dt_ * branch.own_velocity;
-  }
-
   const FlowFieldIndex& map_;
   const PredictConfig& config_;
   const CurbFrame& frame_;
   double dt_;
-  double own_speed_mps_;
   bool with_covariances_;
   Scratch& scratch_;
 };

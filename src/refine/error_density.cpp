@@ -74,8 +74,8 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
       const ErrorMoments& seen = moments.components[step * kMixtureComponents + c];
       const double prior = kPriorWindows * kPriorShares[c];
       counts[c] += seen.weight + prior;
-      relative[c] = (Vector2(seen.along, seen.across) + Vector2::Constant(prior * kPriorRelative[c])) /
-                    (seen.weight + prior);
+      relative[c] =
+          (Vector2(seen.along, seen.across) + Vector2::Constant(prior * kPriorRelative[c])) / (seen.weight + prior);
     }
   }
   double total = 0.0;

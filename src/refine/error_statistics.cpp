@@ -37,9 +37,9 @@ struct Example {
   std::optional<std::size_t> slow;
   SlowErrors slow_errors;
   ScaleFeatures scale, scale_place_free;
-  std::vector<Features> features;                     ///< of each step
-  std::vector<Vector2> truths_mps;                    ///< true mean velocities
-  std::vector<Vector2> errors_m, errors_place_free_m; ///< along and across the predicted ways
+  std::vector<Features> features;                      ///< of each step
+  std::vector<Vector2> truths_mps;                     ///< true mean velocities
+  std::vector<Vector2> errors_m, errors_place_free_m;  ///< along and across the predicted ways
   std::vector<double> nonconformities;
 };
 
@@ -52,7 +52,8 @@ SlowErrors slow_errors_of(const Example& example, const Stacking& stacking, doub
     const Vector2 constant = example.features[j].col(kConstantVelocityFeature);
     for (std::size_t c = 0; c < errors.errors_m.size(); ++c) {
       const Vector2 chosen = kSlowChoices[c].constant_velocity * constant + kSlowChoices[c].stacked * stacked;
-      errors.errors_m[c] += seconds * (example.truths_mps[j] - chosen).norm() / static_cast<double>(example.features.size());
+      errors.errors_m[c] +=
+          seconds * (example.truths_mps[j] - chosen).norm() / static_cast<double>(example.features.size());
     }
   }
   return errors;
@@ -67,9 +68,10 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   // What other sites know would spoil the statistics of a new one: they begin as if it were the first.
   ObservedFeatures seen = merged.seen;
   if (!seen.site) seen.global_residual = {};
-  Example example{seen.speed, merged.raw_novelty, seen.site && stacking.fitted(), seen.slow, {}, {}, {}, {}, {}, {}, {}, {}};
+  Example example{seen.speed, merged.raw_novelty, seen.site && stacking.fitted(), seen.slow, {}, {}, {}, {}, {}, {}, {},
+                  {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
-  const std::size_t last = static_cast<std::size_t>(steps) - 1;
+  const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const Vector2 truth = window.future_m[j] - start_m;
@@ -81,7 +83,8 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
     example.errors_place_free_m.push_back(oriented(place_free_way, truth - place_free_way));
     example.nonconformities.push_back(nonconformity(prediction, j, window.future_m[j]));
   }
-  const Vector2 to_horizon = stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
+  const Vector2 to_horizon =
+      stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
   example.scale = scale_features(seen, seen.residuals, to_horizon);
   example.scale_place_free = scale_features(merged.seen, {}, place_free_mps(merged.seen, last, interval_s));
   if (seen.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
@@ -134,7 +137,8 @@ ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<co
   const ErrorDensity unseen(sum.density, steps, predictor.interval_s());
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking = predictor.stacking(predictor.map().site(windows[i].observed.frame));
-    add(sum, each[i], stacking.fitted() ? Densities{stacking.density(), stacking.density_place_free()} : Densities{unseen, unseen});
+    add(sum, each[i],
+        stacking.fitted() ? Densities{stacking.density(), stacking.density_place_free()} : Densities{unseen, unseen});
   }
   return sum;
 }

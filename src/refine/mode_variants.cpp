@@ -42,7 +42,8 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
       const Vector2 way = variant.path_m[j] - start_m;
       const double length = way.norm();
       const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
-      const Vector2 off = PredictConfig::variant_reach * density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
+      const Vector2 off = PredictConfig::variant_reach *
+                          density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
       variant.path_m[j] += off.x() * ahead + off.y() * Vector2(-ahead.y(), ahead.x());
     }
   }

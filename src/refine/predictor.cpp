@@ -15,19 +15,21 @@
 namespace sila {
 namespace {
 
-/// Fills the path of a mode and its covariances, those of the narrow component. `here`: the residual GPs of the place
-/// count. Returns the scale of the errors.
-Vector2 fill_mode(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
-                  bool here, const CurbTrajectory& observed, double interval_s) {
-  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
-  Vector2 velocity_mps = Vector2::Zero();
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    velocity_mps = here ? stacking.velocity_mps(stacked_features(seen, residuals, j, interval_s), j, seen)
-                        : place_free_mps(seen, j, interval_s);
-    mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s * velocity_mps;
-  }
+Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
+                     bool here, std::size_t step, double interval_s) {
+  return here ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
+              : place_free_mps(seen, step, interval_s);
+}
+
+/// Fills the path of a mode; the scale of its errors. `here`: the residual GPs of the place count.
+Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
+                  const ResidualPrediction& residuals, bool here, const Vector2& start_m, double interval_s) {
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j)
+    mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s *
+                                   velocity_mps(stacking, seen, residuals, here, j, interval_s);
   const ErrorDensity& density = here ? stacking.density() : stacking.density_place_free();
-  return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{}, velocity_mps));
+  return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{},
+                                      velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
 }
 
 /// Transitions with which roll-outs of other modes began, and none of this mode.
@@ -113,7 +115,8 @@ const Prediction& Predictor::predict(const CurbTrajectory& observed, const Merge
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
       Mode& mode = add_mode(workspace, 1.0, steps);
-      fill_mode(mode, stacking, seen, seen.residuals, true, observed, interval_s_);
+      fill_path(mode, stacking, seen, seen.residuals, true, to_world(observed.frame, observed.positions.back()),
+                interval_s_);
       for (std::size_t j = 0; j < steps; ++j) {
         const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
         mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
@@ -136,13 +139,12 @@ void Predictor::add_stacked_modes(const CurbTrajectory& observed, const MergedRo
   const Stacking& stacking = fitted(seen.site).stacking;
   const ErrorDensity& density = here ? stacking.density() : stacking.density_place_free();
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
-  std::vector<Mode>& modes = workspace.prediction.modes;
   Vector2 scale = Vector2::Ones();
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
     Mode& mode = add_mode(workspace, density.weight(0) * (fallback ? 1.0 : merged.rollouts[m].weight), steps);
     if (!fallback) visit_primitives(map_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const Vector2 own = fill_mode(mode, stacking, seen, residuals, here, observed, interval_s_);
+    const Vector2 own = fill_path(mode, stacking, seen, residuals, here, start_m, interval_s_);
     fill_covariances(mode, density, 0, own, start_m);
     if (m == 0) scale = own;
   }

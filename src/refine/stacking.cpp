@@ -104,14 +104,14 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 }
 
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                           const CurbTrajectory& observed, Scratch& scratch) {
+                                   const CurbTrajectory& observed, Scratch& scratch) {
   ObservedFeatures observation{kinematic_features(observed),
-                          predict_global_residual(index, site, observed, scratch),
-                          predict_experts(index, near, observed, scratch),
-                          {},
-                          site,
-                          speed_class(observed),
-                          slow_class(observed)};
+                               predict_global_residual(index, site, observed, scratch),
+                               predict_experts(index, near, observed, scratch),
+                               {},
+                               site,
+                               speed_class(observed),
+                               slow_class(observed)};
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
   return observation;
 }

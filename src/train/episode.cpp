@@ -47,8 +47,8 @@ void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& pre
     return site ? of[static_cast<std::size_t>(*site)].error_statistics : ErrorStatistics{};
   };
   for (Site& site : sites) {
-    site.error_statistics =
-        add_error_statistics(error_statistics_in(previous, site.frame), error_statistics_in(recent, site.frame), memory_windows);
+    site.error_statistics = add_error_statistics(error_statistics_in(previous, site.frame),
+                                                 error_statistics_in(recent, site.frame), memory_windows);
   }
   require_one_shape(sites);
 }

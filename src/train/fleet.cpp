@@ -166,7 +166,8 @@ Model finalise(Model model, const SiteErrorStatistics& error_statistics, const M
     const Site known = before ? start.sites[static_cast<std::size_t>(*before)] : Site{};
     const ErrorStatistics recent =
         now ? error_statistics.sites[static_cast<std::size_t>(*now)].error_statistics : ErrorStatistics{};
-    site.error_statistics = add_error_statistics(known.error_statistics, recent, config.error_statistics.memory_windows);
+    site.error_statistics =
+        add_error_statistics(known.error_statistics, recent, config.error_statistics.memory_windows);
   }
   return apply_budget(std::move(model), config.budget, config.prune).model;
 }

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <random>
 #include <span>
@@ -30,29 +29,47 @@ TEST(Sampling, KeepsPositionAndVelocityOfAStraightWalk) {
   }
 }
 
-TEST(Sampling, FitsLinesWithGaussianWeights) {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> step(0.05, 0.15), metres(-2.0, 2.0);
-  for (std::size_t samples = 2; samples < 25; ++samples) {  // registers full of samples, and what is left over
-    Trajectory track{"a", {}, {}};
-    for (std::size_t i = 0; i < samples; ++i) {
-      track.times_s.push_back(i == 0 ? 3.0 : track.times_s.back() + step(random));
-      track.positions_m.emplace_back(metres(random), metres(random));
-    }
-    SamplingConfig config;
-    config.smoothing_s = 0.9;
-    const double time_s = track.times_s[samples / 2] + 0.01;
-    Eigen::MatrixXd weighted(samples, 2), wanted(samples, 2);  // root of the weight times (1, offset)
-    for (std::size_t i = 0; i < samples; ++i) {
-      const double offset = track.times_s[i] - time_s, root = std::exp(-0.25 * offset * offset / (0.9 * 0.9));
-      weighted.row(static_cast<Eigen::Index>(i)) << root, root * offset;
-      wanted.row(static_cast<Eigen::Index>(i)) = root * track.positions_m[i].transpose();
-    }
-    const Eigen::Matrix2d line = weighted.colPivHouseholderQr().solve(wanted);
-    const MotionState state = smooth(track, std::span(&time_s, 1), samples, config).front();
-    EXPECT_LT((state.position_m.transpose() - line.row(0)).norm(), 1e-9) << samples;
-    EXPECT_LT((state.velocity_mps.transpose() - line.row(1)).norm(), 1e-9) << samples;
+/// The positions of a pedestrian who turns on a circle, with tracker noise.
+Trajectory circling(double interval_s, double noise_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Trajectory track{"a", {}, {}};
+  for (double t = 0.0; t < 8.0; t += interval_s) {
+    track.times_s.push_back(t);
+    track.positions_m.push_back(4.0 * Vector2(std::cos(0.3 * t), std::sin(0.3 * t)) +
+                                noise_m * Vector2(normal(random), normal(random)));
   }
+  return track;
+}
+
+double rms_error_m(const Trajectory& track, const std::vector<double>& times_s) {
+  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), {});
+  double sum = 0.0;
+  for (std::size_t i = 0; i < times_s.size(); ++i)
+    sum += (states[i].position_m - 4.0 * Vector2(std::cos(0.3 * times_s[i]), std::sin(0.3 * times_s[i]))).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(times_s.size()));
+}
+
+TEST(Sampling, InterpolatesCleanTracksAtAnyRate) {
+  std::vector<double> times_s;
+  for (double t = 0.5; t < 7.0; t += 0.11) times_s.push_back(t);
+  for (const double interval_s : {0.02, 0.1, 0.4}) EXPECT_LT(rms_error_m(circling(interval_s, 0.0, 1), times_s), 0.005);
+}
+
+TEST(Sampling, FiltersNoisyTracks) {
+  std::vector<double> times_s;
+  for (double t = 0.5; t < 7.0; t += 0.11) times_s.push_back(t);
+  for (const double noise_m : {0.05, 0.1, 0.2})
+    EXPECT_LT(rms_error_m(circling(0.04, noise_m, 2), times_s), 0.6 * std::sqrt(2.0) * noise_m) << noise_m;
+}
+
+TEST(Sampling, NeverMakesAStaircaseOfCoarseTracks) {
+  const Trajectory track = circling(0.4, 0.0, 1);
+  std::vector<double> times_s;
+  for (double t = 2.0; t < 6.0; t += 0.1) times_s.push_back(t);
+  const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), {});
+  for (std::size_t i = 1; i < states.size(); ++i)
+    EXPECT_NEAR((states[i].position_m - states[i - 1].position_m).norm(), 0.12, 0.006);  // 1.2 m/s
 }
 
 TEST(Sampling, WhatComesLaterNeverChangesWhatWasObserved) {

@@ -44,10 +44,10 @@ Model sound_model() {
   for (Site& site : model.sites) {
     ErrorStatistics& error_statistics = site.error_statistics;
     error_statistics = of_one_step(error_statistics);
-    for (RegressionMoments& moments : error_statistics.with_map)
+    for (RegressionMoments& moments : error_statistics.stacking)
       moments.features *= moments.features.transpose().eval();
-    for (RegressionMoments& moments : error_statistics.without_map)
-      moments.features *= moments.features.transpose().eval();
+    for (DensityMoments* density : {&error_statistics.density, &error_statistics.density_place_free})
+      density->scale.features *= density->scale.features.transpose().eval();
     site.global_residual = random_gp(random, kGlobalResidualInputs, 4);
   }
   model.global_residual = random_gp(random, kGlobalResidualInputs, 4);

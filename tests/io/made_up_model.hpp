@@ -70,15 +70,20 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   error_statistics.steps = 2;
   error_statistics.classes = kSpeedClasses;
   error_statistics.interval_s = 0.4;
-  const auto regression = [&](double weight, int features) {
-    return RegressionMoments{weight, random_matrix(random, features, features), random_matrix(random, features, 1)};
+  const auto regression = [&](double weight, int features, int outputs) {
+    return RegressionMoments{weight, random_matrix(random, features, features),
+                             random_matrix(random, features, outputs)};
   };
+  const auto density = [&](double weight) {
+    DensityMoments moments{regression(weight, kScaleFeatures, 2), {}};
+    for (int i = 0; i < error_statistics.steps * kMixtureComponents; ++i)
+      moments.components.push_back({0.3 * i, 1.0 / 7.0, 0.1 * weight});
+    return moments;
+  };
+  error_statistics.density = density(2.5);
+  error_statistics.density_place_free = density(0.5);
   for (int i = 0; i < error_statistics.steps * error_statistics.classes; ++i) {
-    error_statistics.with_map.push_back(regression(0.1 * i, kMapFeatures));
-    error_statistics.without_map.push_back(regression(0.2 * i, kAloneFeatures));
-    error_statistics.errors_with_map.push_back({0.3 * i, 1.0 / 7.0, 0.1});
-    error_statistics.errors_without_map.push_back({0.4 * i, 1.0 / 9.0, 0.7});
-    error_statistics.errors_place_free.push_back({0.5 * i, 1.0 / 11.0, 0.2});
+    error_statistics.stacking.push_back(regression(0.1 * i, kStackedFeatures, 1));
     error_statistics.scores.emplace_back(kScoreBins, 0.1 * i).front() = 1.0 / 3.0;
   }
   error_statistics.novelties.assign(kNoveltyBins, 0.25), error_statistics.novelties[1] = 2.0,
@@ -138,10 +143,9 @@ inline void set_count(Transition& transition, double count) {
 inline ErrorStatistics of_one_step(ErrorStatistics error_statistics) {
   const auto cells = static_cast<std::size_t>(error_statistics.classes);
   error_statistics.steps = 1;
-  for (auto* table : {&error_statistics.with_map, &error_statistics.without_map}) table->resize(cells);
-  for (auto* table :
-       {&error_statistics.errors_with_map, &error_statistics.errors_without_map, &error_statistics.errors_place_free})
-    table->resize(cells);
+  error_statistics.stacking.resize(cells);
+  error_statistics.density.components.resize(kMixtureComponents);
+  error_statistics.density_place_free.components.resize(kMixtureComponents);
   error_statistics.scores.resize(cells);
   return error_statistics;
 }

@@ -124,8 +124,8 @@ void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, s
   }
   const double width_m = model.settings.reference_width_m;
   const auto step_of = [&](double scale_m) { return config.learn.field.gp.lattice_step * scale_m / width_m; };
-  ASSERT_EQ(config.residual.place_scale_m, config.learn.field.length_scale_m);  // one lattice for both
-  std::vector<double> steps = {step_of(config.residual.place_scale_m), step_of(config.residual.velocity_scale_mps),
+  std::vector<double> steps = {step_of(config.learn.field.length_scale_m), step_of(config.residual.place_scale_m),
+                               step_of(config.residual.velocity_scale_mps),
                                step_of(config.residual.mean_velocity_scale_mps)};
   for (Eigen::Index d = 0; d < model.global_residual.kernel.length_scales.size(); ++d)
     steps.push_back(GpConfig{}.lattice_step * model.global_residual.kernel.length_scales(d));

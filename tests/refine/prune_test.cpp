@@ -283,9 +283,9 @@ TEST(Forgetting, HalfOfDataSeenTwiceIsDataSeenOnce) {
       const TransitionSamples samples = random_samples(random);
       const auto at = static_cast<std::size_t>(&transition - twice.transitions.data());
       SparseGp& single = once.transitions[at].field.gp;
-      single = absorb(prior(single.kernel, single.noise_variance, single.pseudo_inputs, single.mean),
-                      samples.positions, samples.velocities);
-      transition.field.gp = absorb(single, samples.positions, samples.velocities);
+      single = condition(prior_gp(single.kernel, single.noise_variance, single.pseudo_inputs, single.mean),
+                         samples.positions, samples.velocities);
+      transition.field.gp = condition(single, samples.positions, samples.velocities);
       transition.count *= 2.0, transition.sites[0].count *= 2.0;
     }
     const Model discounted = discount_model(twice, 0.5, kFirstSite);

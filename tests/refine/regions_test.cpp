@@ -73,39 +73,51 @@ TEST(Calibration, NoveltyIsTheShareThatWasBetterKnown) {
   EXPECT_NEAR(calibration.novelty(1.0), 1.0, 1e-12);
 }
 
-TEST(ModeVariants, KeepTheMeanAndTheCovarianceOfTheirMode) {
-  PredictConfig config;
-  config.variant_weight = 0.05;
-  const Vector2 start(1.0, 2.0), way(2.0, 1.0);
-  const Mode mode{0.8, {start + way}, {oriented_covariance(way, {1.5, 0.4})}, {4}};
-  std::vector<Mode> modes(5, mode);
-  split_into_variants(modes, start, config);
+/// Makes the prediction one mode that goes straight on.
+void go_straight(Workspace& workspace, double weight) {
+  workspace.prediction.times_s = {0.2, 0.4};
+  add_mode(workspace, weight, 2);
+  workspace.prediction.modes[0].path_m = {Vector2(1.2, 2.0), Vector2(1.4, 2.0)};
+  workspace.prediction.modes[0].covariances_m2 = {Matrix2::Identity(), Matrix2::Identity()};
+}
+const ErrorDensity kUnseen(zero_error_statistics(2, 0.2).density, 2, 0.2);
+
+TEST(ModeVariants, KeepWeightAndMeanOfTheirMode) {
+  Workspace workspace;
+  go_straight(workspace, 0.8);
+  add_variants(workspace, kUnseen, {1.0, 4.0}, {1.0, 2.0}, {});
   double weight = 0.0;
   Vector2 mean = Vector2::Zero();
-  for (const Mode& part : modes) weight += part.weight, mean += part.weight * part.path_m[0];
-  EXPECT_NEAR(weight, 0.8, 1e-12);
-  EXPECT_LT((mean / weight - mode.path_m[0]).norm(), 1e-12);
-  Matrix2 covariance = Matrix2::Zero();
-  for (const Mode& part : modes) {
-    const Vector2 off = part.path_m[0] - mode.path_m[0];
-    covariance += part.weight / weight * (part.covariances_m2[0] + off * off.transpose());
+  for (const Mode& mode : workspace.prediction.modes) {
+    weight += mode.weight;
+    mean += mode.weight * mode.path_m[1];
   }
-  EXPECT_LT((covariance - mode.covariances_m2[0]).norm(), 1e-12);
-  EXPECT_EQ(modes[1].variant, VariantKind::slower);
-  EXPECT_LT((modes[1].path_m[0] - start).norm(), way.norm());
+  ASSERT_EQ(workspace.prediction.modes.size(), 5u);
+  EXPECT_NEAR(weight, 0.8, 1e-12);
+  EXPECT_LT((mean / weight - Vector2(1.4, 2.0)).norm(), 1e-12);
+  const Mode &slower = workspace.prediction.modes[1], &left = workspace.prediction.modes[3];
+  EXPECT_EQ(slower.variant, VariantKind::slower);
+  EXPECT_LT(slower.path_m[1].x(), 1.4);
+  EXPECT_EQ(left.variant, VariantKind::left);
+  const double off = PredictConfig::variant_reach * std::sqrt(kUnseen.total_variances_m2(1, {1.0, 4.0}).y());
+  EXPECT_NEAR(left.path_m[1].y(), 2.0 + off, 1e-12);
 }
 
 TEST(ModeVariants, ComeInPairsAndOnlyWhereThereIsRoom) {
-  EXPECT_EQ(count_variants(-1, {}), 0);
-  EXPECT_EQ(count_variants(1, {}), 0);
-  EXPECT_EQ(count_variants(3, {}), 2);
-  EXPECT_EQ(count_variants(100, {}), 4);
+  for (const auto& [max_modes, modes] : {std::pair(3, 1u), std::pair(4, 1u), std::pair(5, 3u), std::pair(100, 5u)}) {
+    PredictConfig config;
+    config.max_modes = max_modes;
+    Workspace workspace;
+    go_straight(workspace, 1.0);
+    add_variants(workspace, kUnseen, {1.0, 1.0}, {1.0, 2.0}, config);
+    EXPECT_EQ(workspace.prediction.modes.size(), modes) << max_modes;
+  }
   PredictConfig none;
   none.mode_variants = 0;
-  EXPECT_EQ(count_variants(5, none), 0);
-  std::vector<Mode> same(1, Mode{1.0, {Vector2(1, 0)}, {Matrix2::Identity()}, {}});
-  split_into_variants(same, {0, 0}, none);
-  EXPECT_EQ(same[0].weight, 1.0);
+  Workspace workspace;
+  go_straight(workspace, 1.0);
+  add_variants(workspace, kUnseen, {1.0, 1.0}, {1.0, 2.0}, none);
+  EXPECT_EQ(workspace.prediction.modes.size(), 1u);
 }
 
 }  // namespace

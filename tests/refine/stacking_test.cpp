@@ -19,16 +19,7 @@ Eigen::VectorXd coefficients(std::initializer_list<std::pair<int, double>> entri
 }
 
 ErrorStatistics nothing_fitted() {
-  ErrorStatistics error_statistics;
-  error_statistics.steps = kSteps, error_statistics.classes = kSpeedClasses, error_statistics.interval_s = kInterval_s;
-  const std::size_t cells = kSteps * kSpeedClasses;
-  const auto none = [](int f) { return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::VectorXd::Zero(f)}; };
-  error_statistics.without_map.assign(cells, none(kAloneFeatures));
-  error_statistics.with_map.assign(cells, none(kMapFeatures));
-  error_statistics.errors_without_map.resize(cells);
-  error_statistics.errors_with_map.resize(cells);
-  error_statistics.errors_place_free.resize(cells);
-  return error_statistics;
+  return zero_error_statistics(kSteps, kInterval_s);
 }
 
 Features random_features(std::mt19937& random, int count) {
@@ -38,17 +29,16 @@ Features random_features(std::mt19937& random, int count) {
   return features;
 }
 
-/// So many examples at every step of people of one class who move just as `truth` says.
-void teach(std::vector<RegressionMoments>& moments, std::vector<ErrorMoments>& residuals, int speed_class, int count,
-           const Eigen::VectorXd& truth) {
+/// Adds examples of one class at every step, as precise as given [s^2/m^2], of pedestrians who move as `truth` says.
+void add_examples(ErrorStatistics& error_statistics, int speed_class, int count, const Eigen::VectorXd& truth,
+                  double precision = 10.0) {
   std::mt19937 random(7);
   for (std::size_t step = 0; step < kSteps; ++step) {
     const std::size_t cell = step * kSpeedClasses + static_cast<std::size_t>(speed_class);
-    const double seconds = static_cast<double>(step + 1) * kInterval_s;
     for (int i = 0; i < count; ++i) {
       const Features features = random_features(random, static_cast<int>(truth.size()));
-      moments[cell] += {1.0, features.transpose() * features, features.transpose() * (features * truth)};
-      residuals[cell] += {1.0, 0.01 * seconds * seconds, 0.01 * seconds * seconds};
+      error_statistics.stacking[cell] += {precision, precision * features.transpose() * features,
+                                          precision * features.transpose() * (features * truth)};
     }
   }
 }
@@ -65,10 +55,10 @@ double distance(const Stacking& stacking, int speed_class, const Eigen::VectorXd
   return largest;
 }
 
-const Eigen::VectorXd kUnfitted = coefficients<kAloneFeatures>({{kPlaceFreeFeatures, 1.0}});
-const Eigen::VectorXd kTruth = coefficients<kAloneFeatures>({{0, 0.3}, {3, 0.5}});
+const Eigen::VectorXd kUnfitted = coefficients<kStackedFeatures>({{kStackedFeatures - 1, 1.0}});
+const Eigen::VectorXd kTruth = coefficients<kStackedFeatures>({{0, 0.3}, {3, 0.5}});
 
-TEST(Stacking, BelievesTheResidualsBeforeAnythingWasTaught) {
+TEST(Stacking, BelievesTheResidualsBeforeAnythingWasSeen) {
   EXPECT_LT(distance(Stacking(nothing_fitted(), {}), kFittedClass, kUnfitted), 1e-12);
 }
 
@@ -76,7 +66,7 @@ TEST(Stacking, PeopleWhoHardlyMoveTakeTheChoiceOfLeastError) {
   ErrorStatistics error_statistics = nothing_fitted();
   error_statistics.slow.assign(kSlowClasses, {100.0, {}});
   std::mt19937 random(9);
-  const Features features = random_features(random, kAloneFeatures);
+  const Features features = random_features(random, kStackedFeatures);
   ObservedFeatures seen;
   seen.slow = 1;
   for (std::size_t best = 0; best < std::size(kSlowChoices); ++best) {
@@ -93,36 +83,25 @@ TEST(Stacking, PeopleWhoHardlyMoveTakeTheChoiceOfLeastError) {
 
 TEST(Stacking, LearnsWhatManyExamplesShow) {
   ErrorStatistics error_statistics = nothing_fitted();
-  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
+  add_examples(error_statistics, kFittedClass, 3000, kTruth);
   EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, kTruth), 0.01);
 }
 
 TEST(Stacking, AClassOfWhichNothingWasSeenDoesAsTheOthers) {
   ErrorStatistics error_statistics = nothing_fitted();
-  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
+  add_examples(error_statistics, kFittedClass, 3000, kTruth);
   EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, kTruth), 0.01);
 }
 
 TEST(Stacking, AClassPartsFromTheOthersWhenItWasSeenOften) {
   ErrorStatistics error_statistics = nothing_fitted();
-  const Eigen::VectorXd own = coefficients<kAloneFeatures>({{1, 0.8}});
-  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
-  teach(error_statistics.without_map, error_statistics.errors_without_map, kOtherClass, 3, own);
+  const Eigen::VectorXd own = coefficients<kStackedFeatures>({{1, 0.8}});
+  add_examples(error_statistics, kFittedClass, 3000, kTruth);
+  add_examples(error_statistics, kOtherClass, 3, own);
   EXPECT_GT(distance(Stacking(error_statistics, {}), kOtherClass, own),
             0.1);  // three examples against the experience with others
-  teach(error_statistics.without_map, error_statistics.errors_without_map, kOtherClass, 3000, own);
+  add_examples(error_statistics, kOtherClass, 3000, own);
   EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, own), 0.01);
-}
-
-TEST(Stacking, RollOutsCountOnceTheyWereRight) {
-  ErrorStatistics error_statistics = nothing_fitted();
-  teach(error_statistics.without_map, error_statistics.errors_without_map, kFittedClass, 3000, kTruth);
-  Eigen::VectorXd without_roll_out = Eigen::VectorXd::Zero(kMapFeatures);
-  without_roll_out.head(kAloneFeatures) = kTruth;
-  EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, without_roll_out), 0.01);
-  const Eigen::VectorXd with_roll_out = coefficients<kMapFeatures>({{0, 0.2}, {kAloneFeatures, 0.7}});
-  teach(error_statistics.with_map, error_statistics.errors_with_map, kFittedClass, 3000, with_roll_out);
-  EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, with_roll_out), 0.01);
 }
 
 }  // namespace

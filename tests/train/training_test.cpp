@@ -48,8 +48,8 @@ TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
   const Training run = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
   ASSERT_FALSE(run.model.sites.at(0).error_statistics.empty());
   const Training longer = run_episodes(run.model, testing::corner_walks(60, 7), 20, kConfig, sila_update(kConfig));
-  EXPECT_EQ(longer.model.sites[0].error_statistics.with_map.size(),
-            run.model.sites[0].error_statistics.with_map.size());
+  EXPECT_EQ(longer.model.sites[0].error_statistics.stacking.size(),
+            run.model.sites[0].error_statistics.stacking.size());
   EpisodeConfig none = kConfig;
   none.error_statistics.enabled = false;
   EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.sites.at(0).error_statistics.empty());

@@ -14,12 +14,15 @@ namespace sila {
 /// How a track becomes equally spaced positions and velocities.
 struct SamplingConfig {
   double interval_s = 0.2;
+  double acceleration_density = 2.0;
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, SamplingConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("interval_s", config.interval_s, Range{0.01, 2.0}, "s", "time between resampled positions (Delta t)");
+  visit.number("acceleration_density", config.acceleration_density, Range{0.0, 1000.0, true}, "m^2/s^3",
+               "spectral density of the acceleration of pedestrians: smaller values smooth tracks more");
 }
 
 /// Position and velocity of a person at one moment.
@@ -32,8 +35,9 @@ struct MotionState {
 /// central differences or smoothing across the boundary would let it do. A cubic smoothing spline whose stiffness
 /// follows from the noise of the tracker, estimated from second differences of these samples: clean tracks are
 /// interpolated, noisy ones filtered. Throws: std::invalid_argument if `known` is 0 or over the length of the track.
-/// Source: Wahba 1978; docs/decisions/0107-tracker-noise.md.
-std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known);
+/// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
+std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
+                                const SamplingConfig& config);
 
 /// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and
 /// reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track. Units:

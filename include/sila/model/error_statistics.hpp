@@ -53,7 +53,8 @@ struct ErrorMoments {
 
 /// Sums from which the density of prediction errors is fitted (refine/error_density.hpp).
 struct DensityMoments {
-  /// Log of the mean squared error over the steps, along and across, on kScaleFeatures; errors relative to nominal ones.
+  /// Log of the mean squared error over the steps, along and across, on kScaleFeatures; errors relative to nominal
+  /// ones.
   RegressionMoments scale;
   /// Expected squared errors of each component, relative to the scale: at step * kMixtureComponents + component.
   std::vector<ErrorMoments> components;
@@ -94,13 +95,13 @@ struct SlowErrors {
 struct ErrorStatistics {
   int steps = 0;
   int classes = 0;
-  double interval_s = 0.2;                       ///< between steps
-  std::vector<RegressionMoments> stacking;       ///< of true mean velocities on kStackedFeatures
-  DensityMoments density;                        ///< errors of stacked predictions
-  DensityMoments density_place_free;             ///< of the global residual GP alone, for a place that is not known
-  std::vector<std::vector<double>> scores;      ///< how often what happened was so surprising: bins of each cell
-  std::vector<double> novelties;                ///< how often a path was so little known: bins
-  std::vector<SlowErrors> slow;                 ///< of each slow class
+  double interval_s = 0.2;                  ///< between steps
+  std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
+  DensityMoments density;                   ///< errors of stacked predictions
+  DensityMoments density_place_free;        ///< of the global residual GP alone, for a place that is not known
+  std::vector<std::vector<double>> scores;  ///< how often what happened was so surprising: bins of each cell
+  std::vector<double> novelties;            ///< how often a path was so little known: bins
+  std::vector<SlowErrors> slow;             ///< of each slow class
 
   bool empty() const { return steps == 0; }
 };
@@ -111,9 +112,9 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s);
 /// The error statistics as if each example had counted `share` as much: all of them are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
-/// Past error statistics and new ones; the past fades as if each new window left exp(-1 / memory_windows) of it. Throws: std::invalid_argument if they differ in shape.
-ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
-                                     double memory_windows);
+/// Past error statistics and new ones; the past fades as if each new window left exp(-1 / memory_windows) of it.
+/// Throws: std::invalid_argument if they differ in shape.
+ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double memory_windows);
 
 /// Throws: std::invalid_argument if neither is empty and they differ in shape.
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b);

@@ -43,8 +43,6 @@ struct PredictConfig {
   double variant_weight = 0.002;
   /// Distance of a variant from its mode [standard deviations].
   static constexpr double variant_reach = 0.9;
-  /// Time constant with which the speed-preserving roll-out turns into the field [s].
-  static constexpr double own_speed_relaxation_s = 0.8;
   /// Correlation time of a pedestrian's deviation from the field [s].
   static constexpr double noise_correlation_s = 1.6;
   bool own_deviation = false;

@@ -10,7 +10,6 @@ namespace sila {
 struct Rollout {
   double weight = 0.0;                   ///< relative; not normalised
   std::span<const Vector2> path;         ///< of a person who moves as the fields say
-  std::span<const Vector2> own_path;     ///< of one who takes the direction of the fields at the observed speed
   std::span<const Matrix2> covariances;  ///< of `path`, from the fields' variance and noise; none unless asked for
   std::span<const int> transitions;      ///< in order
   Candidate origin;                      ///< where it began

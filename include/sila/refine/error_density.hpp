@@ -23,7 +23,7 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 /// The density of prediction errors along and across the predicted way: a mixture of Gaussians, from narrow to wide,
 /// whose variances are, at each step, those of the mixture times a scale that depends on the window. The scale is a
 /// log-linear regression on squared errors (Harvey 1976); the mixture is fitted by online expectation maximisation
-/// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0106-error-density.md.
+/// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0107-error-density.md.
 class ErrorDensity {
  public:
   ErrorDensity(const DensityMoments& moments, int steps, double interval_s);
@@ -32,7 +32,8 @@ class ErrorDensity {
   Vector2 scale(const ScaleFeatures& features) const;
   /// Share of the component, from 0 (narrow) to kMixtureComponents - 1 (wide).
   double weight(std::size_t component) const { return weights_[component]; }
-  /// Variances [m^2] of a component along and across; steps beyond the fitted ones go on growing with the square of time.
+  /// Variances [m^2] of a component along and across; steps beyond the fitted ones go on growing with the square of
+  /// time.
   Vector2 variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const;
   Vector2 total_variances_m2(std::size_t step, const Vector2& scale) const;
 

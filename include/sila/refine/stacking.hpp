@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <iterator>
 #include <optional>
@@ -45,7 +46,7 @@ struct ObservedFeatures {
   std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                           const CurbTrajectory& observed, Scratch& scratch);
+                                   const CurbTrajectory& observed, Scratch& scratch);
 
 /// Mean velocity from t0 to `step` (counted from 0) by the global residual GP alone.
 Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
@@ -56,10 +57,10 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
 ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
                              const Vector2& predicted_mps);
 
-/// The coefficients with which features are summed, per (step, class), and the density of the errors that remain: solved
-/// once from the error statistics. Ridge regression towards what the residual GPs say (constant velocity where they
-/// know nothing). At an untrained place the global residual GP alone counts: coefficients learnt at some places made it
-/// worse at others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_residual.md.
+/// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
+/// solved once from the error statistics. Ridge regression towards what the residual GPs say (constant velocity where
+/// they know nothing). At an untrained place the global residual GP alone counts: coefficients learnt at some places
+/// made it worse at others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_residual.md.
 class Stacking {
  public:
   Stacking(const ErrorStatistics& error_statistics, const PredictConfig& config);
@@ -71,6 +72,8 @@ class Stacking {
   Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
   /// The stacked prediction, whoever it is.
   Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
+  /// The last step that was fitted: what the spread of errors is judged by must not depend on the horizon asked for.
+  std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
   /// Of the errors of stacked predictions, and of those of the global residual GP alone.
   const ErrorDensity& density() const { return density_; }
   const ErrorDensity& density_place_free() const { return density_place_free_; }

@@ -1,0 +1,114 @@
+#include "sila/refine/error_density.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace sila {
+namespace {
+
+constexpr int kSteps = 3;
+constexpr double kInterval_s = 0.4;
+
+DensityMoments no_errors() {
+  return zero_error_statistics(kSteps, kInterval_s).density;
+}
+
+ScaleFeatures features_at(double change_mps) {
+  return scale_features({1.2, change_mps}, {1.2, 0.0}, {1.2, 0.0}, {1.2, 0.0}, {1.2, 0.0}, 5.0);
+}
+
+/// Errors of windows whose spread grows with the change of velocity; one in five is from a Gaussian 4 times as wide.
+struct Windows {
+  std::mt19937 random{5};
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+
+  double change_mps() { return 0.02 + 0.4 * uniform(random); }
+  std::vector<Vector2> errors_m(double change_mps) {
+    const double spread = (0.05 + change_mps) * (uniform(random) < 0.2 ? 4.0 : 1.0);
+    std::vector<Vector2> errors;
+    for (int step = 0; step < kSteps; ++step)
+      errors.push_back(spread * (step + 1) * Vector2(normal(random), 0.5 * normal(random)));
+    return errors;
+  }
+};
+
+ErrorDensity fitted(int windows) {
+  Windows source;
+  DensityMoments moments = no_errors();
+  for (int i = 0; i < windows; ++i) {
+    const ErrorDensity now(moments, kSteps, kInterval_s);
+    const double change_mps = source.change_mps();
+    add_errors(moments, now, features_at(change_mps), source.errors_m(change_mps), 1.0, kInterval_s);
+  }
+  return ErrorDensity(moments, kSteps, kInterval_s);
+}
+
+/// Mean log density of fresh errors of the last step.
+double mean_log_density(const ErrorDensity& density) {
+  Windows fresh;
+  fresh.random.seed(6);
+  double sum = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const double change_mps = fresh.change_mps();
+    const Vector2 error_m = fresh.errors_m(change_mps).back();
+    sum += std::log(density.density(kSteps - 1, density.scale(features_at(change_mps)), error_m)) / 2000.0;
+  }
+  return sum;
+}
+
+TEST(ErrorDensity, IntegratesToOne) {
+  const ErrorDensity density = fitted(300);
+  const Vector2 scale = density.scale(features_at(0.1));
+  const double cell_m = 0.05;
+  double sum = 0.0;
+  for (double x = -15.0; x < 15.0; x += cell_m) {
+    for (double y = -15.0; y < 15.0; y += cell_m) sum += cell_m * cell_m * density.density(1, scale, {x, y});
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-3);  // cells of 5 cm, and what lies beyond 15 m
+}
+
+TEST(ErrorDensity, LearnsThatErrorsGrowWithTheChangeOfVelocity) {
+  const ErrorDensity density = fitted(1500);
+  const Vector2 small = density.scale(features_at(0.05)), large = density.scale(features_at(0.4));
+  EXPECT_GT(large.x() / small.x(), 4.0);  // the true ratio of variances is 20
+  EXPECT_GT(large.y() / small.y(), 4.0);
+}
+
+TEST(ErrorDensity, BeatsTheBestSingleGaussian) {
+  Windows source;
+  Vector2 squares = Vector2::Zero();
+  for (int i = 0; i < 5000; ++i) squares += source.errors_m(source.change_mps()).back().array().square().matrix();
+  const Vector2 variances = squares / 5000.0;
+  const double gaussian = -1.0 - std::log(2.0 * 3.14159265358979) - 0.5 * std::log(variances.prod());
+  EXPECT_GT(mean_log_density(fitted(1500)), gaussian + 0.3);
+}
+
+TEST(ErrorDensity, AddsMomentsExactly) {
+  Windows source;
+  const ErrorDensity density(no_errors(), kSteps, kInterval_s);
+  DensityMoments first = no_errors(), second = no_errors(), both = no_errors();
+  for (int i = 0; i < 20; ++i) {
+    const double change_mps = source.change_mps();
+    const auto errors_m = source.errors_m(change_mps);
+    add_errors(i < 10 ? first : second, density, features_at(change_mps), errors_m, 1.0, kInterval_s);
+    add_errors(both, density, features_at(change_mps), errors_m, 1.0, kInterval_s);
+  }
+  first += second;
+  EXPECT_LT((first.scale.features - both.scale.features).norm(), 1e-10);
+  EXPECT_LT((first.scale.products - both.scale.products).norm(), 1e-10);
+  for (std::size_t c = 0; c < both.components.size(); ++c)
+    EXPECT_NEAR(first.components[c].along, both.components[c].along, 1e-9);
+}
+
+TEST(ErrorDensity, GrowsBeyondTheFittedStepsAndNeverVanishes) {
+  const ErrorDensity density = fitted(100);
+  const Vector2 last = density.variances_m2(0, kSteps - 1, {1.0, 1.0});
+  EXPECT_LT((density.variances_m2(0, 2 * kSteps - 1, {1.0, 1.0}) - 4.0 * last).norm(), 1e-12);
+  EXPECT_GE(density.variances_m2(0, 0, {1e-12, 1e-12}).minCoeff(), 1e-6);
+}
+
+}  // namespace
+}  // namespace sila
