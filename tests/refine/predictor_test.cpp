@@ -219,7 +219,7 @@ Rollout standing(const Vector2& point, double weight, const Matrix2& covariance,
   std::fill(path.begin(), path.end(), point);
   std::fill(covariances.begin(), covariances.end(), covariance);
   Rollout rollout;
-  rollout.weight = weight, rollout.path = rollout.own_path = path, rollout.covariances = covariances;
+  rollout.weight = weight, rollout.path = path, rollout.covariances = covariances;
   return rollout;
 }
 

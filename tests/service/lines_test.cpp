@@ -114,7 +114,7 @@ TEST(SendQueue, DropsTheOldestPredictionsAndReportsThem) {
       std::string text = std::to_string(pushed++) + std::string(random() % 50, 'x');
       dropped += queue.push(std::move(text), droppable);
       EXPECT_LE(queue.bytes(), 500u);
-      for (unsigned k = random() % 10 == 0 ? random() % 12 : 0; k > 0; --k) take();
+      for (auto k = random() % 10 == 0 ? random() % 12 : 0; k > 0; --k) take();
     }
     while (take()) continue;
     EXPECT_TRUE(queue.empty());
