@@ -63,7 +63,7 @@ def test_a_region_says_of_each_point_whether_it_is_inside(predictions):
 def test_manners_and_novelty_are_said_of_every_prediction(predictions):
     for prediction in predictions:
         assert 0.0 <= prediction.novelty <= 1.0
-        assert {mode.variant for mode in prediction.modes} <= {"expected", "slower", "faster", "left", "right"}
+        assert {mode.variant for mode in prediction.modes} <= {"expected", "slower", "faster", "left", "right", "wide"}
     frame = predictions.to_frame()
     assert {"expected", "slower"} <= set(frame["variant"])
 
