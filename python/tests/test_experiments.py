@@ -1,4 +1,4 @@
-"""Experiments: the same numbers as the library's own harness gave, resumed runs, refused files, measures that are right."""
+"""Experiments: the recorded numbers, resumed runs, refused files, measures that are right."""
 
 import json
 from pathlib import Path
@@ -46,7 +46,7 @@ def csv_of(folder, file, changes=None):
     ("golden", "changes"),
     [("experiment.csv", {}), ("experiment_places.csv", {"kind": "places", "orders": 2, "trials": 1})],
 )
-def test_the_numbers_are_those_of_the_harness_in_cpp(tmp_path, golden, changes):
+def test_the_numbers_are_those_recorded(tmp_path, golden, changes):
     expected = pd.read_csv(GOLDEN / golden)
     found = csv_of(tmp_path, GOLDEN / "experiment.json", changes)
     keys = ["place", "method", "trial", "order"]
