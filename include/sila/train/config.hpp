@@ -17,8 +17,8 @@ namespace sila {
 struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Time between two windows of a track [s].
-  double stride_s = 0.8;
-  double memory_windows = 10000.0;
+  double stride_s = 1.6;
+  double memory_windows = 5000.0;
 };
 
 template <class Config, class Visitor>
