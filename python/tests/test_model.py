@@ -81,7 +81,8 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
     assert why["expect"] and why["reasons"]
 
 
-def test_batch_learning_is_one_episode_with_error_statistics(place, unseen):
+def test_batch_learning_is_one_episode_with_error_statistics(place):
+    unseen = sila.simulate(layout="acute", tracks=200, seed=2)  # 25 tracks are too few to tell the two apart
     at_once = sila.train_batch(place.tracks, scene=place.scene)
     together = {"prune": {"enabled": False}}  # as batch learning has it
     unfitted = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config=together)
