@@ -164,9 +164,11 @@ TEST(Server, AClientThatSendsLittleIsAnsweredBesideAFlood) {
   std::thread flood([&] {
     for (int k = 0; !enough; k += 1000) greedy.send(leaps(k, 1000));
   });
-  auto rejection = greedy.receive();
-  while (rejection && rejection->contains("modes")) rejection = greedy.receive();  // predictions of accepted lines
-  EXPECT_EQ(rejection.value_or(nlohmann::json::object()).value("rejected", ""), "overloaded");
+  // Before that come predictions of accepted lines. What follows a gap of rejected lines may be off the clock.
+  auto message = greedy.receive();
+  while (message && (message->contains("modes") || message->value("rejected", "") == "off_clock"))
+    message = greedy.receive();
+  EXPECT_EQ(message.value_or(nlohmann::json::object()).value("rejected", ""), "overloaded");
   for (const Detection& row : one_walker(3.3)) calm.send(row);
   const auto answer = calm.receive();
   enough = true;
@@ -327,7 +329,7 @@ TEST(Server, AUnixSocketIsForItsOwnerAlone) {
           {row.t_s, row.track, row.t_s,
            nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", 1.0}}.dump()});
     }
-    EXPECT_GT(replay_to("unix:" + path.string(), "", lines, 10.0, 0.3, [](const std::string&) {}).predictions, 0u);
+    EXPECT_GT(replay_to("unix:" + path.string(), "", lines, 10.0, 2.0, [](const std::string&) {}).predictions, 0u);
   }
   EXPECT_FALSE(std::filesystem::exists(path));
 }
