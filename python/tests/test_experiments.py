@@ -160,6 +160,12 @@ def test_a_new_baseline_is_one_file(tmp_path):
     assert "gone (not run here)" in (tmp_path / "out/table.md").read_text()
 
 
+def test_a_batch_whose_tracks_are_too_short_teaches_knn_nothing(tmp_path):
+    path = written(tmp_path, methods=["knn"], config={"predict": {"observe_s": 6.0, "horizon_s": 9.0}}, batch=1)
+    run_experiment(read_experiment(path), tmp_path / "out")
+    assert pd.read_csv(tmp_path / "out/results.csv")["size"].max() > 0  # of the longer ones
+
+
 def gaussians(windows, deviation_m, steps=5):
     paths = np.zeros((windows, 1, steps, 2))
     return Forecast(np.ones((windows, 1)), paths, np.tile(deviation_m**2 * np.eye(2), (windows, 1, steps, 1, 1)))

@@ -68,14 +68,9 @@ std::span<const Successor> successors(const FlowFieldIndex& map, int transition,
 
 class Roller {
  public:
-  Roller(const FlowFieldIndex& map, const CurbTrajectory& observed, double interval_s, bool with_covariances,
-         const PredictConfig& config, Scratch& scratch)
-      : map_(map),
-        config_(config),
-        frame_(observed.frame),
-        dt_(interval_s),
-        with_covariances_(with_covariances),
-        scratch_(scratch) {}
+  Roller(const FlowFieldIndex& map, double interval_s, bool with_covariances, const PredictConfig& config,
+         Scratch& scratch)
+      : map_(map), config_(config), dt_(interval_s), with_covariances_(with_covariances), scratch_(scratch) {}
 
   std::span<Branch> start(const Candidates& candidates, const CurbTrajectory& observed) const {
     const auto branches = scratch_.array<Branch>(candidates.list.size());
@@ -201,7 +196,6 @@ class Roller {
 
   const FlowFieldIndex& map_;
   const PredictConfig& config_;
-  const CurbFrame& frame_;
   double dt_;
   bool with_covariances_;
   Scratch& scratch_;
@@ -224,7 +218,7 @@ std::span<Branch> prune(std::span<Branch> branches, const PredictConfig& config)
 std::span<Rollout> roll_out(const FlowFieldIndex& map, const Candidates& candidates, const CurbTrajectory& observed,
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch) {
-  const Roller roller(map, observed, interval_s, with_covariances, config, scratch);
+  const Roller roller(map, interval_s, with_covariances, config, scratch);
   const int branching_steps = steps_in(config.mode_horizon_s, interval_s);
   std::span<Branch> branches = roller.start(candidates, observed);
   for (int step = 0; step < steps; ++step) {

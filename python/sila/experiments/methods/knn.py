@@ -33,6 +33,8 @@ class Knn(Method):
         self.frame = self.frame or tracks.frame(0)
         windows = self.windows(tracks, self.stride_s)
         position, _, future = windows.laid_over(self.frame)
+        if len(position) == 0:
+            return
         more = future - position[:, -1:]
         self.displacements_m = np.concatenate([self.displacements_m.reshape(-1, *more.shape[1:]), more])
         self.situations = np.concatenate([self.situations, self.situation(position, windows.interval_s)])
