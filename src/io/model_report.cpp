@@ -20,7 +20,7 @@ struct Counts {
   std::size_t cells = 0;           ///< that any primitive covers, each once
   std::size_t arrows = 0;          ///< cells of all primitives
   Eigen::Index pseudo_inputs = 0;  ///< of all transitions
-  double points = 0.0;             ///< samples absorbed by all transitions
+  double points = 0.0;             ///< samples of all transitions
   double seconds = 0.0;            ///< of all recorded episodes
 };
 
@@ -148,7 +148,7 @@ std::string describe(const StoredModel& stored) {
   line("size") << size(model) << " = " << model.primitives.size() << " primitives + " << model.transitions.size()
                << " transitions";
   line("primitives") << counts.arrows << " arrows in " << counts.cells << " cells";
-  line("transitions") << counts.pseudo_inputs << " pseudo-inputs, " << counts.points << " samples absorbed";
+  line("transitions") << counts.pseudo_inputs << " pseudo-inputs, " << counts.points << " samples";
   line("busiest") << busiest_transitions(model, 5);
   line("grid") << "cells of " << model.settings.grid.cell * model.settings.reference_width_m << " m, tiles of "
                << model.settings.grid.tile_cells << " cells";

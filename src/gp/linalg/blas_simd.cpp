@@ -194,6 +194,7 @@ void trsm_right_triangular_simd(PaddedMatrix& x, const PaddedMatrix& lower) {
 /// C -> C - A B. Each tile of two registers by four columns stays in registers for all columns of A. `lower`: tiles
 /// above the diagonal are left out. `upper_a`: columns of A before the tile's rows, zero there, are left out.
 void gemm_simd(PaddedMatrix& c, const PaddedMatrix& a, const PaddedMatrix& b, bool lower, bool upper_a) {
+  if (a.padded_columns() == 0) return;  // no storage that a pointer could point into
   const Tag d;
   const std::size_t lanes = hn::Lanes(d), tile = 2 * lanes, stride = a.stride();
   for (std::size_t j = 0; j < c.padded_columns(); j += kPanel) {
