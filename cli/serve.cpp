@@ -24,7 +24,7 @@ struct ServeVerb {
 };
 
 /// Writes one line to stderr; may be called from any thread.
-void tell(const std::string& text) {
+void print_message(const std::string& text) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   std::cerr << text + "\n" << std::flush;
@@ -57,8 +57,9 @@ void commit(OpenModel& open, const Model& previous, const Episode& episode, cons
   record.statistics = with_calibration(record.statistics, calibration);
   open.file.commit(episode.model, record, to_json(open.config).dump());
   open.episodes = number;
-  tell("episode " + std::to_string(number) + " is stored: " + std::to_string(episode.report.tracks) + " tracks, size " +
-       std::to_string(episode.report.size_before) + " -> " + std::to_string(episode.report.size_after));
+  print_message("episode " + std::to_string(number) + " is stored: " + std::to_string(episode.report.tracks) +
+                " tracks, size " + std::to_string(episode.report.size_before) + " -> " +
+                std::to_string(episode.report.size_after));
 }
 
 /// The model in the file, if another process changed it.
@@ -66,7 +67,8 @@ std::optional<Model> reload(OpenModel& open) {
   if (!open.file.changed_elsewhere()) return std::nullopt;
   StoredModel stored = open.file.read();
   open.episodes = static_cast<int>(stored.episodes.size());
-  tell(open.path + ": changed by another process; continuing with its " + std::to_string(open.episodes) + " episodes");
+  print_message(open.path + ": changed by another process; continuing with its " + std::to_string(open.episodes) +
+                " episodes");
   return std::move(stored.model);
 }
 
@@ -93,11 +95,11 @@ void serve(const ServeVerb& options) {
                          },
                          [&] { return reload(open); }});
   {
-    Server server(server_options(options), scene, settings, learner, tell);
-    tell(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
+    Server server(server_options(options), scene, settings, learner, print_message);
+    print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
     if (server.run()) learner.drain();
   }
-  if (learner.status().learning) tell("finishing the episode");
+  if (learner.status().learning) print_message("finishing the episode");
 }
 
 }  // namespace

@@ -14,17 +14,17 @@ nlohmann::ordered_json coverage_json(const Metrics& m) {
 }
 
 nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double>& horizons_s) {
-  nlohmann::ordered_json json{
+  nlohmann::ordered_json entry{
       {"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
-  json["horizons"] = nlohmann::ordered_json::array();
+  entry["horizons"] = nlohmann::ordered_json::array();
   for (std::size_t h = 0; h < horizons_s.size(); ++h) {
-    json["horizons"].push_back({{"horizon_s", horizons_s[h]},
-                                {"model", to_json(group.model[h])},
-                                {"constant_velocity", to_json(group.constant[h])}});
+    entry["horizons"].push_back({{"horizon_s", horizons_s[h]},
+                                 {"model", to_json(group.model[h])},
+                                 {"constant_velocity", to_json(group.constant[h])}});
   }
   for (std::size_t r = 0; r < group.references.size(); ++r)
-    json["references"][kReferences[r]] = to_json(group.references[r]);
-  return json;
+    entry["references"][kReferences[r]] = to_json(group.references[r]);
+  return entry;
 }
 
 std::string row(const GroupScore& group, double horizon_s, const Metrics& m, const Metrics& c) {

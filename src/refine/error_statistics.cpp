@@ -14,7 +14,7 @@ namespace sila {
 namespace {
 
 /// What all other sites together weigh in a cell of a site's nonconformity scores, at the most.
-constexpr double kPriorWindows = 20.0;
+constexpr double kOtherSitesWindows = 20.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
   moments.weight += weight;
@@ -164,7 +164,7 @@ ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::siz
     }
     const double windows = std::accumulate(others.begin(), others.end(), 0.0);
     if (windows <= 0.0) continue;
-    const double share = std::min(1.0, kPriorWindows / windows);
+    const double share = std::min(1.0, kOtherSitesWindows / windows);
     for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
   }
   return own;

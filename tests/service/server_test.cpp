@@ -306,7 +306,7 @@ TEST(Server, LearnsWhilePredicting) {
   EXPECT_EQ(report.sent, lines.size());
   EXPECT_GT(report.predictions, 0u);
   EXPECT_EQ(report.rejected, 0u);
-  for (int tries = 0; tries < 200 && service.stored < 2; ++tries)
+  for (int tries = 0; tries < 2400 && service.stored < 2; ++tries)
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(service.stored, 2);
   const Counters counters = service.server->metrics().counters;
