@@ -105,7 +105,7 @@ def read_tracks(
     Raises FormatError for a file that is missing, damaged, of no known format or without a usable track.
     """
     if hasattr(paths, "columns"):
-        given = {"format": format, "frames_per_second": frames_per_second, "metres_per_unit": metres_per_unit}
+        given: dict[str, Any] = {"format": format, "frames_per_second": frames_per_second, "metres_per_unit": metres_per_unit}
         given |= {"camera": camera, "person_classes": person_classes or None}
         unused = [name for name, value in given.items() if value is not None]
         if unused:

@@ -311,7 +311,7 @@ def _scene_of_tracks(files: list[Path], start: Model, settings: str, batch: int)
 
 def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
     if isinstance(own, Scene):
-        return own
+        return _sila.scene_for(own, start, [], 1, settings)
     if own is None:
         raise FormatError(
             str(file), 0, f"a scene, given or beside it ({' or '.join(_names_beside(file))}), as others have one", "none"
