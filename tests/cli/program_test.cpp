@@ -60,7 +60,8 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   EXPECT_EQ(mode.at("u").size(), mode.at("x").size());
   EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
   EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
-  expect_refused("predict mot.txt --fps 10 --model m.sila --image", {"--image", "--camera"});
+  write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  expect_refused("predict metres.csv --model m.sila --image", {"--image", "--camera"});
   expect_refused("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
 }
 
