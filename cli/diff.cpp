@@ -23,8 +23,8 @@ std::vector<CurbTrajectory> observed_paths(const DiffOptions& options, const Mod
                                            const Config& config) {
   const PredictConfig& predict = config.episode.predict;
   std::vector<CurbTrajectory> paths;
-  if (!options.tracks.scene.empty()) {
-    const SceneTracks input = read_placed(options.tracks, config);
+  if (!options.tracks.scene.empty() || !options.tracks.paths.empty()) {
+    const SceneTracks input = read_placed(options.tracks, config, a);
     for (Window& window : windows_of(input.tracks, config.episode.sampling, predict, config.evaluate.stride_s))
       paths.push_back(std::move(window.observed));
     return paths;
@@ -36,8 +36,6 @@ std::vector<CurbTrajectory> observed_paths(const DiffOptions& options, const Mod
 
 void diff_models(const DiffOptions& options) {
   const ThreadLimit limit(options.common.threads);
-  if (options.tracks.scene.empty() && !options.tracks.paths.empty())
-    throw std::invalid_argument("diff: --scene is needed where tracks are given");
   const StoredModel a = load_model(options.a), b = load_model(options.b);
   const Config config = configured(options.common, a, options.a);
   const ModelComparison difference = compare(a.model, b.model, config.episode.fuse.similarity_threshold);
@@ -58,7 +56,7 @@ void add_diff(CLI::App& app) {
                             "sila diff monday.sila tuesday.sila", options->common);
   verb->add_option("a", options->a, "model file")->required()->type_name("A.sila");
   verb->add_option("b", options->b, "model file")->required()->type_name("B.sila");
-  add_tracks(*verb, options->tracks, false);
+  add_tracks(*verb, options->tracks);
   verb->callback([options] { diff_models(*options); });
 }
 

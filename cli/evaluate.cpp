@@ -29,7 +29,7 @@ void evaluate_model(const EvaluateOptions& options) {
   const Config config = configured(options.common, stored, options.model);
   const RecordedPredictions recorded =
       options.predictions.empty() ? RecordedPredictions{} : read_predictions(options.predictions);
-  SceneTracks input = read_placed(options.tracks, config);
+  SceneTracks input = read_placed(options.tracks, config, stored.model);
   if (options.tracks.hold_out > 0.0) {
     input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
                                 options.tracks.split)

@@ -64,41 +64,52 @@ void tell_episode(int number, const EpisodeReport& report) {
 /// The tracks in batches: a part of the input at a time, or, if some are held back, all that are left.
 class Batches {
  public:
-  Batches(const LearnOptions& options, const Config& config) : corners_(config.corners), size_(options.batch) {
+  Batches(const LearnOptions& options, const Config& config, const Model& start)
+      : scaling_(config.episode.scaling), corners_(config.corners), size_(options.batch) {
+    Scene given;
     if (options.tracks.hold_out > 0.0) {  // the tracks held back are drawn from all
-      SceneTracks input = read_placed(options.tracks, config);
-      waiting_ = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
-                              options.tracks.split)
+      ReadTracks input = read_clean(options.tracks, config);
+      given = std::move(input.scene);
+      waiting_ = split_tracks(without_frames(std::move(input.tracks.trajectories)), options.tracks.hold_out,
+                              options.common.seed.value_or(1), options.tracks.split)
                      .train;
     } else {
-      opened_ = open_tracks(options.tracks, config);
+      OpenedTracks opened = open_tracks(options.tracks, config);
+      given = std::move(opened.scene);
+      stream_ = std::move(opened.stream);
     }
+    if (!given.corners.empty() || !start.sites.empty()) scene_ = scene_for(given, start, {}, scaling_, corners_);
   }
 
   /// Empty after the last.
   std::span<const FramedTrajectory> next() {
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(handed_out_));
-    while (opened_ && waiting_.size() < static_cast<std::size_t>(size_)) {
-      if (auto part = opened_->stream.next())
-        std::ranges::move(placed(std::move(part->trajectories), opened_->scene, corners_),
-                          std::back_inserter(waiting_));
-      if (!opened_->stream.exhausted()) continue;
-      opened_->stream.next();  // refuses what held no track at all
-      tell(opened_->stream.report());
-      opened_.reset();
+    while (stream_ && waiting_.size() < static_cast<std::size_t>(size_)) {
+      if (auto part = stream_->next())
+        std::ranges::move(without_frames(std::move(part->trajectories)), std::back_inserter(waiting_));
+      if (!stream_->exhausted()) continue;
+      stream_->next();  // refuses what held no track at all
+      tell(stream_->report());
+      stream_.reset();
     }
     handed_out_ = std::min(waiting_.size(), static_cast<std::size_t>(size_));
     tracks_ += handed_out_;
-    return std::span(waiting_).first(handed_out_);
+    const std::span batch = std::span(waiting_).first(handed_out_);
+    if (batch.empty()) return batch;
+    if (!scene_) scene_ = scene_for({}, {}, batch, scaling_, corners_);
+    place(batch, *scene_, corners_);
+    return batch;
   }
 
   /// Handed out so far.
   std::size_t tracks() const { return tracks_; }
 
  private:
+  CurbScaling scaling_;
   CornerChoice corners_;
   int size_;
-  std::optional<OpenedTracks> opened_;
+  std::optional<Scene> scene_;  ///< by which all batches are looked at; none before the first batch of a new model
+  std::optional<TrackStream> stream_;
   std::vector<FramedTrajectory> waiting_;
   std::size_t handed_out_ = 0;
   std::size_t tracks_ = 0;
@@ -152,7 +163,7 @@ void learn_tracks(const LearnOptions& options) {
   if (!file.empty()) stored = file.read();
   const Config config = configured(options.common, stored, options.model);
   const int before = static_cast<int>(stored.episodes.size());
-  Batches batches(options, config);
+  Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
   Removed removed;
   const auto [model, learnt, known] = run_batches(

@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
   sila::cli::add_verify(app);
   sila::cli::add_experiment(app);
   sila::cli::add_report(app);
+  sila::cli::add_scene(app);
   sila::cli::add_serve(app);
   sila::cli::add_replay(app);
   sila::cli::add_config(app);

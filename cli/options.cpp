@@ -32,6 +32,12 @@ Named named_in(const TrackOptions& options, const Config& config) {
     throw std::invalid_argument("tracks: none are given, and no --scene that names some");
   if (!options.format.empty()) result.read.format = format_named(options.format);
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
+  if (!options.camera.empty()) {
+    CameraFile read = read_camera(options.camera);
+    result.scene.camera = read.camera;
+    result.read.camera = read.camera;
+    result.scene.warnings.insert(result.scene.warnings.end(), read.warnings.begin(), read.warnings.end());
+  }
   for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
   return result;
 }
@@ -55,12 +61,16 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
   return verb;
 }
 
-void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required) {
+void add_tracks(CLI::App& verb, TrackOptions& options) {
   verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")
       ->type_name("TRACKS");
-  auto* scene =
-      verb.add_option("--scene", options.scene, "scene file: where the corner and the curbs are")->type_name("FILE");
-  if (scene_required) scene->required();
+  verb.add_option("--scene", options.scene, kSceneHelp)->type_name("FILE");
+  verb.add_option("--camera", options.camera, "file with the camera by which pixels become metres [that of the scene]")
+      ->type_name("FILE");
+  verb.add_option("--person", options.read.person_classes,
+                  "class, by name or number, that is a pedestrian; may be repeated [person, pedestrian, ..., and the "
+                  "number of the format]")
+      ->type_name("CLASS");
   verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")
       ->type_name("DIR");
   verb.add_option("--format", options.format, "format of the tracks [recognised by content]");
@@ -123,13 +133,14 @@ std::string read_token(const std::string& path) {
   return token;
 }
 
-SceneTracks read_placed(const TrackOptions& options, const Config& config) {
+SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model) {
   ReadTracks read = read_clean(options, config);
   SceneTracks result;
-  result.scene = std::move(read.scene);
   result.report = std::move(read.tracks.report);
   result.input_ids = std::move(read.tracks.input_ids);
-  result.tracks = placed(std::move(read.tracks.trajectories), result.scene, config.corners);
+  result.tracks = without_frames(std::move(read.tracks.trajectories));
+  result.scene = scene_for(read.scene, model, result.tracks, config.episode.scaling, config.corners);
+  place(result.tracks, result.scene, config.corners);
   return result;
 }
 

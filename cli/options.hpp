@@ -14,10 +14,14 @@
 #include "sila/core/framed_trajectory.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/io/model_scene.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 
 namespace sila::cli {
+
+inline constexpr const char* kSceneHelp =
+    "scene file: where the corner and the curbs are [the frame of the model, made from its first tracks]";
 
 /// Told to every verb.
 struct CommonOptions {
@@ -33,6 +37,7 @@ struct CommonOptions {
 struct TrackOptions {
   std::vector<std::string> paths;
   std::string scene;
+  std::string camera;
   std::string data_dir;
   std::string format;
   ReadOptions read;
@@ -59,7 +64,7 @@ std::map<std::string, SplitBy> split_names();
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
-void add_tracks(CLI::App& verb, TrackOptions& options, bool scene_required = true);
+void add_tracks(CLI::App& verb, TrackOptions& options);
 
 /// `base` with the profile, the configuration file, then the --set assignments, applied.
 Config configured(const CommonOptions& common, Config base = {});
@@ -82,7 +87,8 @@ OpenedTracks open_tracks(const TrackOptions& options, const Config& config);
 /// What became of the rows, on stderr.
 void tell(const TrackReport& report);
 
-/// Reads tracks, tells what became of their rows on stderr, and puts each in the frame of its corner.
-SceneTracks read_placed(const TrackOptions& options, const Config& config);
+/// Reads tracks, tells what became of their rows on stderr, and puts each in the frame of its corner: of the scene, or
+/// without one of the model.
+SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model);
 
 }  // namespace sila::cli

@@ -2,6 +2,7 @@
 
 #include <iostream>
 #include <memory>
+#include <stdexcept>
 
 #include "options.hpp"
 #include "sila/core/thread_limit.hpp"
@@ -21,7 +22,7 @@ struct PredictOptions {
   std::string model, out;
   std::optional<double> observe_s, horizon_s;
   double every_s = 1.0;
-  bool explain = false;
+  bool explain = false, image = false;
 };
 
 Config predict_config(const PredictOptions& options, const StoredModel& stored) {
@@ -34,16 +35,17 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
 
 /// One line a prediction, in the order of the tracks.
 std::vector<std::string> lines_of(const FramedTrajectory& placed, const std::string& input_id,
-                                  const Predictor& predictor, const Config& config, const PredictOptions& options) {
+                                  const Predictor& predictor, const Config& config, const PredictOptions& options,
+                                  const Camera* camera) {
   std::vector<std::string> lines;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, options.every_s)) {
     const CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
     if (options.explain) {
       const Explanation explanation = explain(predictor, observed);
-      lines.push_back(prediction_line(input_id, predictor.predict(observed), &explanation));
+      lines.push_back(prediction_line(input_id, predictor.predict(observed), &explanation, camera));
     } else {
-      lines.push_back(prediction_line(input_id, predictor.predict(observed)));
+      lines.push_back(prediction_line(input_id, predictor.predict(observed), nullptr, camera));
     }
   }
   return lines;
@@ -53,11 +55,14 @@ void predict_tracks(const PredictOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel stored = load_model(options.model);
   const Config config = predict_config(options, stored);
-  const SceneTracks input = read_placed(options.tracks, config);
+  const SceneTracks input = read_placed(options.tracks, config, stored.model);
+  if (options.image && !input.scene.camera)
+    throw std::invalid_argument("predict: --image needs --camera, or a scene file with a camera");
+  const Camera* const camera = options.image ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);
   std::vector<std::vector<std::string>> lines(input.tracks.size());
   tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
-    lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options);
+    lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options, camera);
   });
   std::string text;
   std::size_t count = 0;
@@ -86,6 +91,7 @@ void add_predict(CLI::App& app) {
   verb->add_option("--horizon", options->horizon_s, "seconds that are predicted [5]");
   verb->add_option("--every", options->every_s, "seconds between predictions of a track [1]")
       ->check(CLI::PositiveNumber);
+  verb->add_flag("--image", options->image, "add u, v and cov_uv, the path in the picture of the camera");
   verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");
   verb->callback([options] { predict_tracks(*options); });
 }

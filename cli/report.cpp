@@ -44,10 +44,8 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.episode = config.episode;
   input.evaluate = config.evaluate;
   input.configuration = to_json(config);
-  if (options.tracks.scene.empty() && !options.tracks.paths.empty())
-    throw std::invalid_argument("report: --scene is needed where tracks are given");
-  if (options.tracks.scene.empty()) return report_data(input);
-  SceneTracks read = read_placed(options.tracks, config);
+  if (options.tracks.scene.empty() && options.tracks.paths.empty()) return report_data(input);
+  SceneTracks read = read_placed(options.tracks, config, input.stored.model);
   input.scene = std::move(read.scene);
   input.rows = std::move(read.report);
   input.input_ids = std::move(read.input_ids);
@@ -90,7 +88,7 @@ void add_report(CLI::App& app) {
   verb->add_option("subject", options->subject, "model file, or the results.json of `sila experiment`")
       ->required()
       ->type_name("M.sila|RESULTS.json");
-  add_tracks(*verb, options->tracks, false);
+  add_tracks(*verb, options->tracks);
   verb->add_option("--results", options->results, "results.json of `sila experiment`, for the learning curves")
       ->type_name("FILE");
   verb->add_option("--out", options->out, "HTML file to write [standard output]; with --json its data")

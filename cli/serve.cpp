@@ -72,6 +72,13 @@ std::optional<Model> reload(OpenModel& open) {
   return std::move(stored.model);
 }
 
+/// The scene given, or that of the model; none for a new model, whose frame is made from its first batch.
+std::optional<Scene> scene_in(const ServeVerb& options, const OpenModel& open) {
+  const Scene given = options.scene.empty() ? Scene{} : read_scene(options.scene, open.config.episode.scaling);
+  if (given.corners.empty() && open.stored.model.sites.empty()) return std::nullopt;
+  return scene_for(given, open.stored.model, {}, open.config.episode.scaling, open.config.corners);
+}
+
 ServerOptions server_options(const ServeVerb& verb) {
   ServerOptions options = verb.server;
   if (options.http == "off") options.http.clear();
@@ -83,10 +90,7 @@ void serve(const ServeVerb& options) {
   const ThreadLimit limit(options.common.threads);
   std::signal(SIGPIPE, SIG_IGN);  // the service continues when a reader of its output ends
   OpenModel open = open_model(options);
-  const Scene scene = read_scene(options.scene, open.config.episode.scaling);
-  const CornerChoice corners = open.config.corners;
-  const ServiceSettings settings{open.config.service, open.config.clean, open.config.episode, open.config.evaluate,
-                                 [&](const Trajectory& track) { return frame_for(scene, track, corners); }};
+  const std::optional<Scene> scene = scene_in(options, open);
   const OnlineCalibration calibration =
       open.stored.episodes.empty() ? OnlineCalibration{} : calibration_in(open.stored.episodes.back().statistics);
   LearnerThread learner(open.stored.model, calibration, open.config.episode, open.config.service,
@@ -94,8 +98,14 @@ void serve(const ServeVerb& options) {
                            commit(open, previous, episode, latest);
                          },
                          [&] { return reload(open); }});
+  const auto frame_of = [&](const Trajectory& track) {
+    return scene ? frame_for(*scene, track, open.config.corners)
+                 : frame_from_tracks(learner.snapshot()->model).value_or(provisional_frame());
+  };
+  const ServiceSettings settings{open.config.service, open.config.clean, open.config.episode, open.config.evaluate,
+                                 frame_of};
   {
-    Server server(server_options(options), scene, settings, learner, print_message);
+    Server server(server_options(options), scene.value_or(Scene{}), settings, learner, print_message);
     print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
     if (server.run()) learner.drain();
   }
@@ -110,9 +120,7 @@ void add_serve(CLI::App& app) {
   CLI::App* verb =
       add_verb(app, "serve", "Predict the detections of a tracker as they come, and learn while predicting.",
                "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766", options->common);
-  verb->add_option("--scene", options->scene, "scene file: where the corner and the curbs are")
-      ->required()
-      ->type_name("FILE");
+  verb->add_option("--scene", options->scene, kSceneHelp)->type_name("FILE");
   verb->add_option("--model", options->model, "model file to create or to continue")->required()->type_name("M.sila");
   verb->add_option("--http", options->server.http,
                    "address of the live page, the metrics and WebSockets, or off [127.0.0.1:8765]")

@@ -18,6 +18,7 @@ void add_diff(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_experiment(CLI::App& app);
 void add_report(CLI::App& app);
+void add_scene(CLI::App& app);
 void add_serve(CLI::App& app);
 void add_replay(CLI::App& app);
 void add_config(CLI::App& app);

@@ -62,7 +62,7 @@ void bind_experiments(nb::module_& module);
 void bind_sim(nb::module_& module);
 
 /// A frame as it travels between processes: bit for bit, where make_curb_frame would normalise again.
-using FrameState = std::tuple<double, double, double, double, double, double, double, double, double>;
+using FrameState = std::tuple<double, double, double, double, double, double, double, double, double, bool>;
 FrameState state_of(const CurbFrame& frame);
 CurbFrame frame_in(const FrameState& state);
 

@@ -8,13 +8,13 @@
 namespace sila::python {
 
 FrameState state_of(const CurbFrame& f) {
-  return {f.origin_m.x(), f.origin_m.y(), f.axis_1.x(), f.axis_1.y(),      f.axis_2.x(),
-          f.axis_2.y(),   f.unit_m.x(),   f.unit_m.y(), f.sidewalk_width_m};
+  return {f.origin_m.x(), f.origin_m.y(), f.axis_1.x(), f.axis_1.y(),       f.axis_2.x(),
+          f.axis_2.y(),   f.unit_m.x(),   f.unit_m.y(), f.sidewalk_width_m, f.from_tracks};
 }
 
 CurbFrame frame_in(const FrameState& state) {
-  const auto [ox, oy, ax, ay, bx, by, ux, uy, width] = state;
-  CurbFrame frame{{ox, oy}, {ax, ay}, {bx, by}, {ux, uy}, width};
+  const auto [ox, oy, ax, ay, bx, by, ux, uy, width, from_tracks] = state;
+  CurbFrame frame{{ox, oy}, {ax, ay}, {bx, by}, {ux, uy}, width, from_tracks};
   validate(frame);
   return frame;
 }

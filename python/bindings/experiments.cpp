@@ -14,6 +14,7 @@
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/evaluation_report.hpp"
+#include "sila/io/model_scene.hpp"
 #include "sila/sim/simulate.hpp"
 
 // What the experiments in Python are computed with: splits, windows, the library's own methods, scores.
@@ -35,7 +36,9 @@ FramedTracks simulated(const std::string& config_json) {
       detections.rows.push_back({track.id, track.times_s[i], track.positions_m[i]});
   }
   detections.rows_read = detections.rows.size();
-  return {sila::placed(clean(std::span(&detections, 1), config.clean).trajectories, scene, config.corners)};
+  FramedTracks framed{without_frames(clean(std::span(&detections, 1), config.clean).trajectories)};
+  place(framed.tracks, scene, config.corners);
+  return framed;
 }
 
 /// The tracks of several scenes as of one site; ids are a scene's own, so each gets the name of its scene in front.

@@ -37,12 +37,16 @@ TrackFormat format_named(const std::string& name) {
 
 std::pair<std::vector<Track>, std::string> read_files(
     const std::vector<std::filesystem::path>& paths, const ScaledScene* scene, const std::optional<std::string>& format,
-    std::optional<double> frames_per_second, std::optional<double> metres_per_unit, const std::string& config) {
+    std::optional<double> frames_per_second, std::optional<double> metres_per_unit,
+    const std::optional<std::filesystem::path>& camera, const std::vector<std::string>& person_classes,
+    const std::string& config) {
   const Config settings = config_of(config);
   ReadOptions options;
   if (format) options.format = format_named(*format);
   options.frames_per_second = frames_per_second;
   options.metres_per_unit = metres_per_unit;
+  if (camera) options.camera = read_camera(*camera).camera;
+  options.person_classes = person_classes;
   const Scene place = scene == nullptr ? Scene{} : scene->usual();
   CleanTracks clean =
       paths.empty() ? read_scene_tracks(place, settings.clean) : read_tracks(paths, place, options, settings.clean);
@@ -70,7 +74,8 @@ void bind_io(nb::module_& module) {
   module.def("config_from_file", &config_from_file, "path"_a, "The JSON of a file, without its comments.");
   module.def("config_fields", &config_fields, "Path, default, unit, range and meaning of every configuration field.");
   module.def("read_files", &read_files, "paths"_a, "scene"_a.none(), "format"_a.none(), "frames_per_second"_a.none(),
-             "metres_per_unit"_a.none(), "config"_a, nb::call_guard<nb::gil_scoped_release>(),
+             "metres_per_unit"_a.none(), "camera"_a.none(), "person_classes"_a, "config"_a,
+             nb::call_guard<nb::gil_scoped_release>(),
              "Tracks of files, or of those that the scene names if there is no path; and the report as JSON.");
   module.def("write_csv", &write_csv, "path"_a, "tracks"_a, nb::call_guard<nb::gil_scoped_release>(),
              "Writes the generic CSV, track_id,t,x,y.");

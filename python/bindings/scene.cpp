@@ -4,6 +4,8 @@
 #include <stdexcept>
 
 #include "arrays.hpp"
+#include "sila/io/model_file.hpp"
+#include "sila/io/model_scene.hpp"
 
 namespace sila::python {
 namespace {
@@ -148,6 +150,34 @@ CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, 
   return scaled.corners[index].frame;
 }
 
+ScaledScene scene_of_model(const StoredModel& stored) {
+  ScaledScene scene;
+  for (const CurbScaling scaling : kScalings) {
+    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)] = scene_of(stored.model);
+    for (Corner& corner : scaled.corners) corner.frame = rescaled(corner.frame, scaling);
+  }
+  return scene;
+}
+
+/// The scene by which tracks are looked at: given, of the model, or made from the first batch of a new one.
+ScaledScene scene_for_verb(const ScaledScene* given, const StoredModel& stored, const std::vector<Track>& tracks,
+                           std::size_t batch, const std::string& config_json) {
+  const Config config = config_of(config_json);
+  std::vector<FramedTrajectory> first;
+  for (std::size_t i = 0; i < std::min(batch, tracks.size()); ++i) first.push_back({tracks[i].trajectory, {}});
+  if (given == nullptr && stored.model.sites.empty() && first.empty()) return {};  // nothing is to be looked at
+  ScaledScene scene;
+  if (given != nullptr) scene = *given;
+  for (const CurbScaling scaling : kScalings) {
+    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
+    scaled = scene_for(scaled, stored.model, first, scaling, config.corners);
+    if (given == nullptr && scaling != config.episode.scaling) {
+      for (Corner& corner : scaled.corners) corner.frame = rescaled(corner.frame, scaling);
+    }
+  }
+  return scene;
+}
+
 }  // namespace
 
 std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config) {
@@ -177,6 +207,9 @@ void bind_scene(nb::module_& module) {
                   "sidewalk_width_2_m: float | None = None, name: str = '', y_axis: str = 'up') -> None"))
       .def_static("load", &load_scene, "path"_a, nb::kw_only(), "data_dir"_a = std::filesystem::path(),
                   "Reads a scene file; data_dir is also searched for the files that it names.")
+      .def_static("of_model", &scene_of_model, "model"_a,
+                  "The sites of a model as corners, as `sila scene show` prints them. Raises ValueError for an empty "
+                  "model.")
       .def(
           "save", [](const ScaledScene& scene, const std::filesystem::path& path) { write_scene(path, scene.usual()); },
           "path"_a, "Writes what `load` reads.")
@@ -209,6 +242,10 @@ void bind_scene(nb::module_& module) {
       .def("__getstate__", [](const ScaledScene& scene) { return state_of(scene); })
       .def("__setstate__",
            [](ScaledScene& scene, const nb::tuple& state) { new (&scene) ScaledScene(scaled_scene_in(state)); });
+  module.def(
+      "scene_for", &scene_for_verb, "given"_a.none(), "model"_a, "tracks"_a, "batch"_a, "config"_a,
+      nb::call_guard<nb::gil_scoped_release>(),
+      "The scene by which tracks are looked at: given, of the model, or made from the first batch of a new one.");
 }
 
 }  // namespace sila::python

@@ -15,7 +15,7 @@ from ._tracks import SceneLike, TracksLike, as_tracks
 class Predictor:
     """Learns tracks and predicts them, as an estimator of scikit-learn.
 
-    `scene`: a Scene or the path of a scene file. `batch`: tracks an episode in `fit`. Further keywords are
+    `scene`: a Scene or the path of a scene file; without one the model makes its frame from its first batch. `batch`: tracks an episode in `fit`. Further keywords are
     configuration fields, groups joined by two underscores (`predict__horizon_s=3.0`) or as dictionaries
     (`predict={"horizon_s": 3.0}`). X is whatever tracks can be given as; use `Tracks` or lists of Track in
     `sklearn.model_selection`. There is no y.
@@ -52,7 +52,7 @@ class Predictor:
         """Learns X anew, `batch` tracks an episode."""
         settings = self._settings()
         self.model_ = _verbs.learn(
-            X, scene=self._scene(), batch=self.batch, config=settings, threads=self.threads, progress=False
+            X, scene=self.scene, batch=self.batch, config=settings, threads=self.threads, progress=False
         )
         return self
 
@@ -63,7 +63,7 @@ class Predictor:
             return self
         self.model_ = _verbs.learn(
             tracks,
-            scene=self._scene(),
+            scene=self.scene,
             model=getattr(self, "model_", None),
             batch=len(tracks),
             config=self._settings(),
@@ -77,7 +77,7 @@ class Predictor:
         return _verbs.predict(
             self._fitted(),
             X,
-            scene=self._scene(),
+            scene=self.scene,
             at_end=True,
             config=self._settings(),
             threads=self.threads,
@@ -86,7 +86,7 @@ class Predictor:
 
     def evaluate(self, X: TracksLike) -> Evaluation:
         """As sila.evaluate."""
-        return _verbs.evaluate(self._fitted(), X, scene=self._scene(), config=self._settings(), threads=self.threads)
+        return _verbs.evaluate(self._fitted(), X, scene=self.scene, config=self._settings(), threads=self.threads)
 
     def score(self, X: TracksLike, y: None = None) -> float:
         """Minus the mean weighted MHD [m] at the whole horizon over all windows of X; higher is better.
@@ -115,11 +115,6 @@ class Predictor:
 
     def _settings(self) -> dict[str, Any]:
         return _nested(self._given)
-
-    def _scene(self) -> SceneLike:
-        if self.scene is None:
-            raise ValueError("Predictor: scene: expected a sila.Scene or the path of a scene file, found None")
-        return self.scene
 
     def _fitted(self) -> Model:
         if not hasattr(self, "model_"):

@@ -87,19 +87,30 @@ class Tracks(Sequence[Track]):
 
 
 def read_tracks(
-    paths: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | None = None,
+    paths: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | pandas.DataFrame | None = None,
     *,
     scene: SceneLike | None = None,
     format: str | None = None,
     frames_per_second: float | None = None,
     metres_per_unit: float | None = None,
+    camera: str | os.PathLike[str] | None = None,
+    person_classes: Sequence[str] = (),
     config: ConfigLike = None,
 ) -> Tracks:
-    """Reads track files or folders; without `paths`, the files that `scene` names. Formats are told by content.
+    """Reads track files or folders; without `paths`, the files that `scene` names. Formats are told by content. A data
+    frame is taken as by `as_tracks`: seconds and metres, without the options of files.
 
-    Files that the scene names get the units and the transform that it says. `config`: the group `clean` is used.
+    `camera`: a file with the camera by which pixels become metres, instead of that of the scene. `person_classes`: the
+    class names or numbers that are pedestrians, instead of the usual ones (docs/formats.md). Files that the scene names get the units and the transform that it says. `config`: the group `clean` is used.
     Raises FormatError for a file that is missing, damaged, of no known format or without a usable track.
     """
+    if hasattr(paths, "columns"):
+        given: dict[str, Any] = {"format": format, "frames_per_second": frames_per_second, "metres_per_unit": metres_per_unit}
+        given |= {"camera": camera, "person_classes": person_classes or None}
+        unused = [name for name, value in given.items() if value is not None]
+        if unused:
+            raise ValueError(f"read_tracks: {', '.join(unused)}: for files; a data frame has seconds and metres")
+        return _from_frame(paths, config)
     if paths is None and scene is None:
         raise ValueError("read_tracks: expected paths, or a scene that names its files; found neither")
     if paths is None:
@@ -110,7 +121,14 @@ def read_tracks(
         raise ValueError("read_tracks: paths: expected at least one path, found 0")
     place = None if scene is None else as_scene(scene)
     tracks, report = _sila.read_files(
-        [Path(path) for path in paths], place, format, frames_per_second, metres_per_unit, merged("{}", config)
+        [Path(path) for path in paths],
+        place,
+        format,
+        frames_per_second,
+        metres_per_unit,
+        None if camera is None else Path(camera),
+        [str(name) for name in person_classes],
+        merged("{}", config),
     )
     return Tracks(tracks, report=json.loads(report))
 

@@ -20,7 +20,7 @@ _CHUNK = 64  # tracks between two moves of the progress bar
 def learn(
     tracks: TracksLike,
     *,
-    scene: SceneLike,
+    scene: SceneLike | None = None,
     model: Model | None = None,
     batch: int = 20,
     config: ConfigLike = None,
@@ -29,6 +29,7 @@ def learn(
 ) -> Model:
     """Learns tracks, `batch` of them an episode, and gives the model that then knows them; `model` goes on if given.
 
+    `scene` says where corners are. Without it a new model makes a frame from its first batch and keeps it for its life.
     As `sila learn`: each batch is predicted before it is learnt, and the errors teach. `config` changes what `model`
     was learnt with. `threads`: 0 means all. Raises ValueError for a configuration that the model did not begin with.
     """
@@ -43,15 +44,17 @@ def learn(
             moving.set_postfix_str(f"size {size}")
             moving.update()
 
-        return _sila.learn(start, list(given), as_scene(scene), settings, batch, _threads(threads), on_episode)
+        place = _place(scene, start, given, settings, batch)
+        return _sila.learn(start, list(given), place, settings, batch, _threads(threads), on_episode)
 
 
-def train_batch(tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0) -> Model:
+def train_batch(tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0) -> Model:
     """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
     other half, so that no window teaches that was learnt."""
     settings = merged("{}", config)
     given = as_tracks(tracks, config=json.loads(settings))
-    return _sila.train_batch(list(given), as_scene(scene), settings, _threads(threads))
+    place = _place(scene, Model(), given, settings, len(given))
+    return _sila.train_batch(list(given), place, settings, _threads(threads))
 
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
@@ -73,7 +76,7 @@ def predict(
     model: Model,
     tracks: TracksLike,
     *,
-    scene: SceneLike,
+    scene: SceneLike | None = None,
     every_s: float = 1.0,
     at_end: bool = False,
     config: ConfigLike = None,
@@ -87,7 +90,8 @@ def predict(
     {"predict": {"horizon_s": 3}}.
     """
     settings = merged(_model("model", model).config_json, config)
-    given, place = list(as_tracks(tracks, config=json.loads(settings))), as_scene(scene)
+    given = list(as_tracks(tracks, config=json.loads(settings)))
+    place = _place(scene, model, given, settings)
     ready = _sila.ReadyPredictor(model, settings)
     found: list[_sila.Prediction] = []
     with bar(progress, len(given), "predicting", "track") as moving:
@@ -102,7 +106,7 @@ def explain(
     model: Model,
     tracks: TracksLike,
     *,
-    scene: SceneLike,
+    scene: SceneLike | None = None,
     every_s: float = 1.0,
     at_end: bool = False,
     config: ConfigLike = None,
@@ -113,18 +117,18 @@ def explain(
     settings = merged(_model("model", model).config_json, config)
     given = list(as_tracks(tracks, config=json.loads(settings)))
     ready = _sila.ReadyPredictor(model, settings)
-    lines = ready.explain(given, as_scene(scene), float(every_s), at_end, _threads(threads))
+    lines = ready.explain(given, _place(scene, model, given, settings), float(every_s), at_end, _threads(threads))
     return [json.loads(line) for line in lines]
 
 
 def evaluate(
-    model: Model, tracks: TracksLike, *, scene: SceneLike, config: ConfigLike = None, threads: int = 0
+    model: Model, tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0
 ) -> Evaluation:
     """Judges predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
     ones that the model has not learnt."""
     settings = merged(_model("model", model).config_json, config)
-    given = as_tracks(tracks, config=json.loads(settings))
-    numbers, text = _sila.evaluate(model, list(given), as_scene(scene), settings, _threads(threads))
+    given = list(as_tracks(tracks, config=json.loads(settings)))
+    numbers, text = _sila.evaluate(model, given, _place(scene, model, given, settings), settings, _threads(threads))
     found = json.loads(numbers)
     return Evaluation(found["groups"], found["skipped"], text)
 
@@ -150,6 +154,12 @@ def simulate(*, config: ConfigLike = None, **simulate: Any) -> Simulation:
     reported, truth, scene = _sila.simulate(settings)
     cleaned = clean(Tracks(reported), "simulation", settings)
     return Simulation(cleaned, Tracks(reported), Tracks(truth), scene)
+
+
+def _place(scene: SceneLike | None, model: Model, tracks: Any, settings: str, batch: int = 1) -> Scene:
+    """The scene of the tracks: given, that of the model, or one made from the first `batch` tracks of a new model."""
+    given = None if scene is None else as_scene(scene)
+    return _sila.scene_for(given, model, list(tracks), batch, settings)
 
 
 def _model(argument: str, given: Any) -> Model:

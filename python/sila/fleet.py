@@ -80,7 +80,8 @@ def learn(
 
     `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them; `scene` holds for all of
     them, or a dictionary says which for each. Without, the scene beside a track file (tracks.scene.json for tracks.csv,
-    else scene.json) is taken. `model` goes on if given. Episodes that stand in it, or in two sources, are learnt once.
+    else scene.json) is taken. If there is none at all, all track files are taken for one place with one origin, whose
+    frame is that of `model`, or made from the first tracks of the first file. `model` goes on if given. Episodes that stand in it, or in two sources, are learnt once.
     `client`: a dask.distributed.Client; without one a cluster of this machine's processors lives as long as the call.
 
     A source that cannot be read is left out and named in `unread`; with `strict` it raises FormatError. Scenes that
@@ -93,7 +94,7 @@ def learn(
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError(f"learn: {name}: expected a whole number of at least 1, found {value!r}")
     began = time.monotonic()
-    found, unread = _found(sources, scene)
+    found, unread = _found(sources, scene, start, merged(start.config_json, config), batch)
     settings = _agreed(merged(start.config_json, config), start, found)
     for source in found:
         if source.model is not None:
@@ -238,7 +239,9 @@ def _task(step: str, partition: Any, left_out: list[str], common: tuple[str, int
 # Before any work.
 
 
-def _found(sources: Sources, scene: SceneLike | None) -> tuple[list[_Source], dict[str, str]]:
+def _found(
+    sources: Sources, scene: SceneLike | None, start: Model, settings: str, batch: int
+) -> tuple[list[_Source], dict[str, str]]:
     """Files with their scenes, models read; and what is not there, with the reason."""
     wanted: list[tuple[Path, SceneLike | None]]
     if isinstance(sources, (str, os.PathLike)):
@@ -250,7 +253,7 @@ def _found(sources: Sources, scene: SceneLike | None) -> tuple[list[_Source], di
     if not wanted:
         raise ValueError("learn: sources: expected at least one path, found 0")
     scenes: dict[str, Scene] = {}
-    found: list[_Source] = []
+    with_scene: list[tuple[Path, SceneLike | None]] = []
     unread: dict[str, str] = {}
     models: list[tuple[Path, Model]] = []
     for path, own in wanted:
@@ -264,7 +267,11 @@ def _found(sources: Sources, scene: SceneLike | None) -> tuple[list[_Source], di
             if file.suffix == MODEL_SUFFIX:
                 models.append((file, Model.load(file)))
                 continue
-            found.append(_Source(str(file), _scene_for(file, own, scenes)))
+            with_scene.append((file, _scene_beside(file) if own is None else own))
+    if with_scene and all(own is None for _, own in with_scene):
+        common = _scene_of_tracks([file for file, _ in with_scene], start, settings, batch)
+        with_scene = [(file, common) for file, _ in with_scene]
+    found = [_Source(str(file), _scene_for(file, own, scenes, start, settings)) for file, own in with_scene]
     usual = next((source.scene for source in found), None)
     for file, loaded in models:
         found.append(_Source(str(file), usual or _any_scene(loaded), loaded))
@@ -278,19 +285,40 @@ def _files_in(path: Path) -> list[Path]:
     return [file for file in files if not file.name.endswith("scene.json")]
 
 
-def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene]) -> Scene:
+def _names_beside(file: Path) -> list[str]:
+    return [file.stem + ".scene.json", "scene.json"]
+
+
+def _scene_beside(file: Path) -> Path | None:
+    beside = (file.with_name(name) for name in _names_beside(file))
+    return next((path for path in beside if path.exists()), None)
+
+
+def _scene_of_tracks(files: list[Path], start: Model, settings: str, batch: int) -> Scene:
+    """That of the model to go on with, else one made from the first tracks of the first file that can be read."""
+    if start.episodes > 0:
+        return _sila.scene_for(None, start, [], batch, settings)
+    error: Exception | None = None
+    for file in files:
+        try:
+            tracks = list(read_tracks(file, config=json.loads(settings)))
+        except (FormatError, OSError) as unreadable:
+            error = error or unreadable
+            continue
+        return _sila.scene_for(None, start, tracks, batch, settings)
+    raise error or FormatError(str(files[0]), 0, "tracks", "none")
+
+
+def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
     if isinstance(own, Scene):
-        return own
+        return _sila.scene_for(own, start, [], 1, settings)
     if own is None:
-        beside = [file.with_name(file.stem + ".scene.json"), file.with_name("scene.json")]
-        own = next((path for path in beside if path.exists()), None)
-        if own is None:
-            raise FormatError(
-                str(file), 0, f"a scene, given or beside it ({' or '.join(path.name for path in beside)})", "none"
-            )
+        raise FormatError(
+            str(file), 0, f"a scene, given or beside it ({' or '.join(_names_beside(file))}), as others have one", "none"
+        )
     key = os.fspath(own)
     if key not in scenes:
-        scenes[key] = as_scene(own)
+        scenes[key] = _sila.scene_for(as_scene(own), start, [], 1, settings)
     return scenes[key]
 
 

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from ._ellipse import ellipse, steps_at
 from ._predictions import Predictions
-from ._sila import Model, Prediction
+from ._sila import Model, Prediction, Scene
 from ._tracks import SceneLike, TracksLike, as_scene, as_tracks
 
 __all__ = ["curb_frame", "learning_curve", "predictions", "primitive_graph", "primitives", "scene", "tracks"]
@@ -96,9 +96,9 @@ def tracks(
     return ax
 
 
-def primitives(model: Model, *, scene: SceneLike, ax: Axes | None = None) -> Axes:
+def primitives(model: Model, *, scene: SceneLike | None = None, ax: Axes | None = None) -> Axes:
     """Motion primitives as arrows in the cells of the grid, one colour each; brought to the scene's primary corner."""
-    place = as_scene(scene)
+    place = Scene.of_model(model) if scene is None else as_scene(scene)
     ax = _place(place, ax)
     frame = place.frame(scaling=model.config.get("scaling", "metres"))
     for index, primitive in enumerate(model.primitives):
@@ -110,10 +110,12 @@ def primitives(model: Model, *, scene: SceneLike, ax: Axes | None = None) -> Axe
     return ax
 
 
-def primitive_graph(model: Model, *, scene: SceneLike, min_count: float = 0.0, ax: Axes | None = None) -> Axes:
+def primitive_graph(
+    model: Model, *, scene: SceneLike | None = None, min_count: float = 0.0, ax: Axes | None = None
+) -> Axes:
     """The graph of primitives: a node at the middle of each, an arrow where walks went from one to another, the wider
     the more of them; the size of a node says how many walks stayed in it. Rarer ones than `min_count` are left out."""
-    place = as_scene(scene)
+    place = Scene.of_model(model) if scene is None else as_scene(scene)
     ax = _place(place, ax)
     frame = place.frame(scaling=model.config.get("scaling", "metres"))
     middles = [frame.to_world(primitive.centres).mean(axis=0) for primitive in model.primitives]

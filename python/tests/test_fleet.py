@@ -162,6 +162,19 @@ def test_a_source_without_a_scene_is_refused_before_any_work(sites, tmp_path):
         sila.fleet.learn([sites, tmp_path], client=NoClient())
 
 
+def test_sources_without_any_scene_are_one_place(client, sites, tmp_path):
+    for day in range(2):
+        (tmp_path / f"day{day}.csv").write_bytes((sites / "1" / f"day{day}.csv").read_bytes())
+    model = sila.fleet.learn(tmp_path, client=client, batch=10, partition=PARTITION).model
+    assert len(model.sites) == 1
+    (tmp_path / "day2.csv").write_bytes((sites / "1" / "day2.csv").read_bytes())
+    further = sila.fleet.learn(tmp_path / "day2.csv", model=model, client=client, batch=10, partition=PARTITION).model
+    assert len(further.sites) == 1
+    assert further.tracks > model.tracks
+    with pytest.raises(ValueError, match="leave the scene out"):
+        sila.fleet.learn(tmp_path, scene=sites / "1" / "scene.json", model=model, client=NoClient())
+
+
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
@@ -226,7 +239,7 @@ def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
     (tmp_path / "lonely.csv").write_text("track_id,t,x,y\n")
     bad = program(tmp_path / "lonely.csv", "--model", tmp_path / "m.sila", "--workers", 1)
     assert bad.returncode == 1
-    assert "lonely.csv: expected a scene" in bad.stderr
+    assert "lonely.csv: expected at least one usable row" in bad.stderr
     assert not (tmp_path / "m.sila").exists()
     assert program(sites).returncode == 2
     wrong = program(sites, "--model", tmp_path / "m.sila", "--workers", 1, "--set", "fuse.similarity_threshold=7")

@@ -160,3 +160,26 @@ def test_modified_hausdorff_is_the_larger_mean_of_nearest_distances():
     nearest = np.linalg.norm(a[:, None] - b[None], axis=2)
     expected = max(nearest.min(axis=1).mean(), nearest.min(axis=0).mean())
     assert sila.modified_hausdorff_m(a, b) == pytest.approx(expected, abs=1e-14)
+
+
+def test_without_a_scene_the_frame_is_made_once_and_stored(place, unseen, tmp_path):
+    frame = place.tracks.to_frame()
+    model = sila.learn(frame)
+    model.save(tmp_path / "m.sila")
+    model = sila.Model.load(tmp_path / "m.sila")
+    assert len(model.sites) == 1
+    shown = sila.Scene.of_model(model)
+    first = np.concatenate([track.positions_m for track in place.tracks[:20]])
+    np.testing.assert_allclose(shown.frame().origin_m, np.median(first, axis=0), atol=0.1)
+    shown.save(tmp_path / "shown.json")
+    predictions = sila.predict(model, unseen.tracks)
+    assert len(predictions) > 0
+    assert [p.to_json() for p in predictions] == [
+        p.to_json() for p in sila.predict(model, unseen.tracks, scene=tmp_path / "shown.json")
+    ]
+    further = sila.learn(unseen.tracks, model=model)
+    assert len(further.sites) == 1
+    with pytest.raises(ValueError, match="leave the scene out"):
+        sila.learn(unseen.tracks, model=model, scene=place.scene)
+    with pytest.raises(ValueError, match="leave the scene out"):
+        sila.predict(model, unseen.tracks, scene=place.scene)

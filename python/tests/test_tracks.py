@@ -84,6 +84,27 @@ def test_a_frame_without_a_column_is_refused_by_its_name():
         sila.as_tracks(pandas.DataFrame({"track_id": [1], "x": [0.0], "y": [0.0]}))
 
 
+def test_read_tracks_takes_a_data_frame_and_no_options_of_files():
+    rows = pandas.DataFrame(WALK, columns=["t", "x", "y"]).assign(track_id="a")
+    assert same(sila.read_tracks(rows), sila.as_tracks(rows))
+    with pytest.raises(ValueError, match="t missing in time, x, y, track_id"):
+        sila.read_tracks(rows.rename(columns={"t": "time"}))
+    with pytest.raises(ValueError, match="frames_per_second: for files"):
+        sila.read_tracks(rows, frames_per_second=10.0)
+
+
+def test_boxes_become_metres_through_a_camera(tmp_path):
+    camera = tmp_path / "camera.json"
+    camera.write_text('{"homography": [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 1]]}')
+    rows = "".join(f"{i},1,{100 + 2 * i},50,20,50,1,-1,-1,-1\n{i},2,0,0,5,5,1,-1,-1,-1\n" for i in range(10))
+    (tmp_path / "mot.txt").write_text(rows)
+    track = sila.read_tracks(tmp_path / "mot.txt", frames_per_second=10.0, camera=camera)[1]
+    np.testing.assert_allclose(track.positions_m[[0, -1]], [[1.1, 1.0], [1.28, 1.0]])
+    with pytest.raises(sila.FormatError, match="homography"):
+        camera.write_text('{"homography": [[0, 0, 0], [0, 0, 0], [0, 0, 1]]}')
+        sila.read_tracks(tmp_path / "mot.txt", frames_per_second=10.0, camera=camera)
+
+
 def test_every_row_is_accounted_for():
     rows = pandas.DataFrame(WALK, columns=["t", "x", "y"]).assign(track_id="a", label="pedestrian")
     rows.loc[3, "x"] = np.nan

@@ -144,6 +144,18 @@ std::vector<JsonFields> JsonFields::objects(const char* key) const {
   return result;
 }
 
+std::vector<std::string> JsonFields::texts(const char* key) const {
+  std::vector<std::string> result;
+  if (!has(key)) return result;
+  const Json& list = at(key, "a list of texts");
+  if (!list.is_array()) refuse(key, "a list of texts");
+  for (const Json& entry : list) {
+    if (!entry.is_string()) refuse(key, "a list of texts");
+    result.push_back(entry.get<std::string>());
+  }
+  return result;
+}
+
 bool JsonFields::flag_or(const char* key, bool otherwise) const {
   if (!has(key)) return otherwise;
   if (!object_->at(key).is_boolean()) refuse(key, "true or false");

@@ -33,6 +33,7 @@ class JsonFields {
   std::array<double, 2> pair(const char* key) const;
   JsonFields object(const char* key) const;
   std::vector<JsonFields> objects(const char* key) const;  ///< the objects of an array; empty if the key is absent
+  std::vector<std::string> texts(const char* key) const;   ///< of an array of texts; empty if the key is absent
   bool flag_or(const char* key, bool otherwise) const;
 
   [[noreturn]] void refuse(const std::string& key, const std::string& expected) const;

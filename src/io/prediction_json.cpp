@@ -46,6 +46,22 @@ nlohmann::ordered_json explanation_json(const Explanation& explanation) {
   return result;
 }
 
+void add_image(nlohmann::ordered_json& entry, const Mode& mode, const Camera& camera) {
+  for (const char* key : {"u", "v", "cov_uv"}) entry[key] = nlohmann::ordered_json::array();
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    const std::optional<Vector2> image_px = to_image(camera, mode.path_m[j]);
+    if (!image_px) {
+      for (const char* key : {"u", "v", "cov_uv"}) entry[key].push_back(nullptr);
+      continue;
+    }
+    const Matrix2 jacobian = image_jacobian(camera, mode.path_m[j]);
+    const Matrix2 c = jacobian * mode.covariances_m2[j] * jacobian.transpose();
+    entry["u"].push_back(image_px->x());
+    entry["v"].push_back(image_px->y());
+    entry["cov_uv"].push_back({c(0, 0), c(0, 1), c(1, 1)});
+  }
+}
+
 Mode mode_of(const json& object) {
   Mode mode;
   mode.weight = object.at("weight").get<double>();
@@ -77,7 +93,8 @@ Prediction prediction_of(const json& object) {
 
 }  // namespace
 
-std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation) {
+std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation,
+                            const Camera* camera) {
   nlohmann::ordered_json line;
   line["track"] = track;
   line["t0"] = prediction.t0_s;
@@ -97,6 +114,7 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
     entry["y"] = y;
     entry["cov"] = nlohmann::ordered_json::array();
     for (const Matrix2& c : mode.covariances_m2) entry["cov"].push_back({c(0, 0), c(0, 1), c(1, 1)});
+    if (camera != nullptr) add_image(entry, mode, *camera);
     entry["primitives"] = mode.primitives;
     entry["variant"] = kVariantKinds[static_cast<std::size_t>(mode.variant)];
     line["modes"].push_back(std::move(entry));

@@ -27,10 +27,19 @@ class RowReader {
     return value.value_or(0.0);
   }
 
-  /// The middle of a box, or the plain coordinate where there is no box.
-  double middle(std::size_t column, std::size_t opposite) {
-    const double value = number(column);
-    return opposite == TrackColumns::kNone ? value : 0.5 * (value + number(opposite));
+  /// The point, or of a box its foot or its centre. Units: those of the file.
+  Vector2 position() {
+    const Vector2 corner(number(columns_.x), number(columns_.y));
+    Vector2 size = Vector2::Zero();
+    if (columns_.width != TrackColumns::kNone) {
+      size = Vector2(number(columns_.width), number(columns_.height));
+    } else if (columns_.x2 != TrackColumns::kNone) {
+      size = Vector2(number(columns_.x2), number(columns_.y2)) - corner;
+    } else {
+      return corner;
+    }
+    if (!fault_ && columns_.foot && !(size.x() > 0.0 && size.y() > 0.0)) fault_ = Fault{DropReason::bad_box, {}};
+    return corner + Vector2(0.5 * size.x(), columns_.foot ? size.y() : 0.5 * size.y());
   }
 
   double stamp() {
@@ -56,6 +65,8 @@ class RowReader {
 
   void refuse_lost() {
     if (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0 && !fault_)
+      fault_ = Fault{DropReason::lost, {}};
+    if (columns_.considered != TrackColumns::kNone && number(columns_.considered) == 0.0 && !fault_)
       fault_ = Fault{DropReason::lost, {}};
   }
 
@@ -94,7 +105,7 @@ Detections read_rows(const TextTable& table, const TrackColumns& columns, const 
     Detection detection;
     detection.track = row.track(only_track);
     detection.t_s = row.stamp();
-    detection.position_m = Vector2(row.middle(columns.x, columns.x2), row.middle(columns.y, columns.y2));
+    detection.position_m = row.position();
     detection.label = row.label();
     detection.line = line.number;
     row.refuse_lost();

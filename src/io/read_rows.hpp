@@ -39,6 +39,12 @@ NdjsonRows read_trajnetpp(const TextTable& table);
 /// The lines that `sila serve` hears and `sila replay` writes, a detection each, `t_s` in seconds.
 Detections read_detection_lines(const TextTable& table);
 
+/// Whether a text can only be XML.
+bool is_xml(std::string_view text);
+/// The persons of a SUMO floating-car-data export; vehicles are rows with another label. Units: seconds, metres.
+/// Throws: FormatError for XML that is damaged or has another outermost element.
+TrackFile read_sumo_fcd(const std::string& path, std::string_view text);
+
 /// Two columns of a CSV with header, by name in lower case. Throws: FormatError for a column or a cell that is missing.
 std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
                                                              const char* first, const char* second);

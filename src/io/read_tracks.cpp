@@ -103,6 +103,8 @@ void require_positive(const char* field, const std::optional<double>& value) {
 
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
                          const std::string& only_track) {
+  if (options.format.value_or(is_xml(text) ? TrackFormat::sumo_fcd : TrackFormat::csv) == TrackFormat::sumo_fcd)
+    return require_rows(in_metres(read_sumo_fcd(path, text), options, 1.0));
   const TextTable table = table_of(path, text);
   if (const auto reader = table_reader(table, options)) return require_rows(read_table(table, *reader, only_track));
   if (options.format.value_or(ndjson_format(table)) == TrackFormat::ndjson) {
@@ -123,7 +125,12 @@ ReadOptions first_of(const ReadOptions& first, const ReadOptions& second) {
     result.frames_per_second = second.frames_per_second;
     result.sample_interval_s = second.sample_interval_s;
   }
-  if (!result.metres_per_unit) result.metres_per_unit = second.metres_per_unit;
+  // Likewise a scale and a camera.
+  if (!result.metres_per_unit && !result.camera) {
+    result.metres_per_unit = second.metres_per_unit;
+    result.camera = second.camera;
+  }
+  if (result.person_classes.empty()) result.person_classes = second.person_classes;
   return result;
 }
 
@@ -131,6 +138,8 @@ void validate(const ReadOptions& options) {
   require_positive("frames_per_second", options.frames_per_second);
   require_positive("sample_interval_s", options.sample_interval_s);
   require_positive("metres_per_unit", options.metres_per_unit);
+  if (options.camera && options.metres_per_unit)
+    throw std::invalid_argument("read_detections: camera and metres_per_unit are both given; one of them makes metres");
 }
 
 TrackFile read_detections(const std::filesystem::path& path, const ReadOptions& options) {

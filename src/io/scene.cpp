@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <system_error>
 
+#include "camera_file.hpp"
 #include "json_file.hpp"
 #include "scene_json.hpp"
 #include "sila/core/errors.hpp"
@@ -102,6 +104,7 @@ ReadOptions options_in(const JsonFields& entry) {
   options.metres_per_unit = entry.optional_positive("metres_per_unit");
   // A scale of pixels says more than "one metre a unit", which stands in many files as a matter of form.
   if (const auto scale = entry.optional_positive("metres_per_pixel")) options.metres_per_unit = scale;
+  for (const std::string& name : entry.texts("person_classes")) options.person_classes.push_back(name);
   // `format` may be a description for people; only the names of formats count.
   options.format = track_format(entry.text_or("format", ""));
   return options;
@@ -139,6 +142,7 @@ nlohmann::json file_json(const SceneFile& file) {
   if (options.frames_per_second) json["frames_per_second"] = *options.frames_per_second;
   if (options.sample_interval_s) json["sample_interval_s"] = *options.sample_interval_s;
   if (options.metres_per_unit) json["metres_per_unit"] = *options.metres_per_unit;
+  if (!options.person_classes.empty()) json["person_classes"] = options.person_classes;
   return json;
 }
 
@@ -167,6 +171,11 @@ Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& jso
   scene.y_axis = y_axis_in(fields);
   read_corners(scene, fields, scaling);
   warn_of_mirrored_axes(scene);
+  if (fields.has("camera")) {
+    CameraFile read = camera_of_json(path.string(), json.at("camera"), "camera.");
+    scene.camera = read.camera;
+    std::ranges::move(read.warnings, std::back_inserter(scene.warnings));
+  }
   const auto folder = std::filesystem::absolute(path).lexically_normal().parent_path();
   scene.searched = {folder, folder.parent_path()};
   if (!data_dir.empty()) scene.searched.push_back(data_dir);
@@ -177,9 +186,8 @@ Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& jso
   return scene;
 }
 
-void write_scene(const std::filesystem::path& path, const Scene& scene) {
-  if (scene.primary >= scene.corners.size())
-    throw std::invalid_argument("write_scene: primary is not an index into corners");
+std::string to_text(const Scene& scene) {
+  if (scene.primary >= scene.corners.size()) throw std::invalid_argument("scene: primary is not an index into corners");
   nlohmann::json json = corner_json(scene.corners[scene.primary]);
   json["name"] = scene.name;
   json["y_axis"] = scene.y_axis == YAxis::up ? "up" : "down";
@@ -192,9 +200,19 @@ void write_scene(const std::filesystem::path& path, const Scene& scene) {
     corner["primary"] = i == scene.primary;
     json["corners"].push_back(std::move(corner));
   }
+  if (scene.camera) {
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::RowVector3d row = scene.camera->ground_from_image.row(i);
+      json["camera"]["homography"].push_back({row(0), row(1), row(2)});
+    }
+  }
   json["files"] = nlohmann::json::array();
   for (const SceneFile& file : scene.files) json["files"].push_back(file_json(file));
-  write_file(path, json.dump(2) + "\n");
+  return json.dump(2) + "\n";
+}
+
+void write_scene(const std::filesystem::path& path, const Scene& scene) {
+  write_file(path, to_text(scene));
 }
 
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
@@ -215,15 +233,6 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
 
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners) {
   return scene.corners.at(corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary).frame;
-}
-
-std::vector<FramedTrajectory> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners) {
-  std::vector<FramedTrajectory> result;
-  for (Trajectory& track : tracks) {
-    const CurbFrame& frame = frame_for(scene, track, corners);
-    result.push_back({std::move(track), frame});
-  }
-  return result;
 }
 
 }  // namespace sila

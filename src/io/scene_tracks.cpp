@@ -40,7 +40,14 @@ bool same_settings(const SceneFile& a, const SceneFile& b) {
   return a.to_scene == b.to_scene && a.options.format == b.options.format &&
          a.options.frames_per_second == b.options.frames_per_second &&
          a.options.sample_interval_s == b.options.sample_interval_s &&
-         a.options.metres_per_unit == b.options.metres_per_unit;
+         a.options.metres_per_unit == b.options.metres_per_unit && a.options.person_classes == b.options.person_classes;
+}
+
+/// The camera of the scene, where nothing else says how positions become metres.
+ReadOptions with_camera(const ReadOptions& options, const Scene& scene) {
+  ReadOptions of_scene;
+  of_scene.camera = scene.camera;
+  return first_of(options, of_scene);
 }
 
 }  // namespace
@@ -68,7 +75,7 @@ std::vector<TrackSource> sources_of(const Scene& scene) {
   for (std::size_t i = 0; i < scene.files.size(); ++i) {
     const SceneFile& file = scene.files[i];
     if (file.resolved.empty()) refuse_missing(scene, i);
-    sources.push_back({file.resolved, file.options, file.to_scene});
+    sources.push_back({file.resolved, with_camera(file.options, scene), file.to_scene});
   }
   return sources;
 }
@@ -80,7 +87,8 @@ std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths
   for (const std::filesystem::path& path : paths) {
     const SceneFile* entry = matching_entry(scene, path);
     const ReadOptions effective = entry == nullptr ? options : first_of(options, entry->options);
-    sources.push_back({path, effective, entry == nullptr ? SimilarityTransform{} : entry->to_scene});
+    sources.push_back(
+        {path, with_camera(effective, scene), entry == nullptr ? SimilarityTransform{} : entry->to_scene});
   }
   return sources;
 }

@@ -42,6 +42,8 @@ FrameClock format_clock(TrackFormat format, const TextTable& table) {
       return {30.0, {}};
     case TrackFormat::dut:
       return {23.98, {}};
+    case TrackFormat::kitti:
+      return {10.0, {}};
     case TrackFormat::ind:
       return {read_ind_frame_rate(table.path), {}};
     case TrackFormat::juelich:
@@ -51,16 +53,59 @@ FrameClock format_clock(TrackFormat format, const TextTable& table) {
   }
 }
 
+TrackFile on_ground(TrackFile file, const Camera& camera) {
+  std::vector<Detection> seen;
+  BadRows bad;
+  for (Detection& row : file.detections.rows) {
+    const Vector2 image_px = row.position_m;
+    const std::optional<Vector2> ground_m = image_px.allFinite() ? to_ground(camera, image_px) : image_px;
+    if (ground_m) {
+      row.position_m = *ground_m;
+      seen.push_back(std::move(row));
+    } else {
+      bad.count(DropReason::above_horizon, file.detections.source, row.line,
+                exact(image_px.x()) + ", " + exact(image_px.y()));
+    }
+  }
+  file.detections.rows = std::move(seen);
+  for (DroppedRows& entry : bad.by_reason()) file.detections.dropped.push_back(std::move(entry));
+  return file;
+}
+
+/// The number of a pedestrian where classes are numbers: 1 in MOTChallenge, 0 in COCO, which detectors use.
+std::string_view person_number(TrackFormat format) {
+  if (format == TrackFormat::mot) return "1";
+  return format == TrackFormat::boxes ? "0" : "";
+}
+
+TrackFile with_persons(TrackFile file, const std::vector<std::string>& person_classes) {
+  const std::string_view usual = person_number(file.format);
+  for (Detection& row : file.detections.rows) {
+    if (row.label.empty()) continue;
+    const auto number = number_of(row.label);
+    const std::string name = number ? exact(*number) : lower(row.label);
+    if (!person_classes.empty()) {
+      row.label = std::ranges::find(person_classes, name) != person_classes.end() ? "person" : "not asked for";
+    } else if (!usual.empty() && name == usual) {
+      row.label = "person";
+    }
+  }
+  return file;
+}
+
 }  // namespace
 
 TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format) {
+  file = with_persons(std::move(file), options.person_classes);
+  if (options.camera) return on_ground(std::move(file), *options.camera);
   const double scale = options.metres_per_unit.value_or(of_format);
   if (scale != 1.0) {
     for (Detection& row : file.detections.rows) row.position_m *= scale;
   }
-  if (file.format == TrackFormat::stanford_drone && !options.metres_per_unit) {
+  if (file.pixels && !options.metres_per_unit) {
     file.detections.warnings.push_back(file.detections.source +
-                                       ": these are pixels, taken as metres; give metres_per_unit (metres per pixel)");
+                                       ": these are pixels, taken as metres; give a camera (docs/formats.md), or "
+                                       "metres_per_unit (metres per pixel) for a picture from straight above");
   }
   return file;
 }
@@ -77,7 +122,7 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
 
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track) {
   const TrackColumns& columns = reader.columns;
-  TrackFile file{read_rows(table, columns, only_track), columns.format, {}};
+  TrackFile file{read_rows(table, columns, only_track), columns.format, {}, columns.pixels};
   if (columns.format == TrackFormat::ind) {
     for (Detection& row : file.detections.rows) {
       const auto found = reader.classes.find(row.track);

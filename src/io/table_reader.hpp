@@ -25,7 +25,9 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
 /// where the file is one track. Throws: FormatError if the frame rate is not known.
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track);
 
-/// Positions times the scale of the options, else of the format.
+/// Image points through the camera of the options; else positions times the scale of the options, else of the format.
+/// Rows above the horizon of the camera are dropped. Labels that the options, or the numbering of the format, call
+/// pedestrians become "person".
 TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format);
 
 }  // namespace sila

@@ -12,7 +12,7 @@ namespace {
 
 using Names = std::initializer_list<std::string_view>;
 
-constexpr std::array<TrackFormatText, 11> kFormats{{
+constexpr std::array<TrackFormatText, 15> kFormats{{
     {TrackFormat::csv, "csv", "a header line with track_id,t,x,y"},
     {TrackFormat::obsmat, "obsmat", "8 columns: frame id x z y vx vz vy"},
     {TrackFormat::frame_id_x_y, "frame-id-x-y", "4 columns: frame id x y"},
@@ -24,6 +24,10 @@ constexpr std::array<TrackFormatText, 11> kFormats{{
     {TrackFormat::vru, "vru", "a header line with timestamp,x,y"},
     {TrackFormat::juelich, "juelich", "columns: id frame x y z"},
     {TrackFormat::ndjson, "ndjson", "lines like {\"t\": 0.1, \"id\": \"a\", \"x\": 0.5, \"y\": 2.0}"},
+    {TrackFormat::mot, "mot", "7, 9 or 10 columns with commas: frame,id,left,top,width,height,confidence"},
+    {TrackFormat::kitti, "kitti", "17 or 18 columns: frame id type truncated occluded alpha left top right bottom ..."},
+    {TrackFormat::sumo_fcd, "sumo-fcd", "XML like <fcd-export><timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>"},
+    {TrackFormat::boxes, "boxes", "a header line with x_min,y_min,x_max,y_max,tracker_id and a frame or time"},
 }};
 
 std::size_t column(const std::vector<std::string>& names, Names aliases) {
@@ -59,12 +63,22 @@ void find_time(TrackColumns& columns, const std::vector<std::string>& names) {
   if (columns.time != TrackColumns::kNone) columns.time_name = names[columns.time];
 }
 
+void find_box(TrackColumns& columns, const std::vector<std::string>& names) {
+  columns.x = column(names, {"x_min", "xmin", "x1", "left"});
+  columns.y = column(names, {"y_min", "ymin", "y1", "top"});
+  columns.x2 = column(names, {"x_max", "xmax", "x2", "right"});
+  columns.y2 = column(names, {"y_max", "ymax", "y2", "bottom"});
+  if (columns.x2 == TrackColumns::kNone || columns.y2 == TrackColumns::kNone) columns.x = TrackColumns::kNone;
+  columns.foot = columns.pixels = true;
+}
+
 TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
   const auto has = [&](std::string_view name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   if (columns.id == TrackColumns::kNone) return TrackFormat::vru;
   if (has("trackid") && has("xcenter") && has("ycenter") && has("frame")) return TrackFormat::ind;
   if (has("track_id") && has("timestamp_ms") && has("agent_type")) return TrackFormat::sind;
   if (has("x_est") && has("y_est") && has("frame")) return TrackFormat::dut;
+  if (columns.x2 != TrackColumns::kNone) return TrackFormat::boxes;
   return TrackFormat::csv;
 }
 
@@ -119,9 +133,56 @@ TrackColumns stanford_drone_columns() {
           .y = 2,
           .x2 = 3,
           .y2 = 4,
+          .pixels = true,
           .label = 9,
           .lost = 6,
           .cells = 10};
+}
+
+TrackColumns mot_columns(std::size_t cells) {
+  TrackColumns columns{.format = TrackFormat::mot,
+                       .id = 1,
+                       .frame = 0,
+                       .x = 2,
+                       .y = 3,
+                       .width = 4,
+                       .height = 5,
+                       .foot = true,
+                       .pixels = true,
+                       .cells = 6,
+                       .numeric_ids = true};
+  if (cells == 9) {  // ground truth: a flag, a class and the visibility instead of a confidence and a position
+    columns.considered = 6;
+    columns.label = 7;
+  }
+  return columns;
+}
+
+/// The 3D place in the camera frame (x to the right, z ahead) where there is one, else the box.
+TrackColumns kitti_columns(const TextTable& table) {
+  constexpr std::size_t looked_at = 25;
+  constexpr double unknown = -1000.0;
+  bool placed = false;
+  for (std::size_t i = 0; i < std::min(looked_at, table.rows.size()); ++i) {
+    const auto cells = cells_of(table.rows[i].text, ' ');
+    if (cells.size() < 17) continue;
+    const auto x = number_of(cells[13]), z = number_of(cells[15]);
+    placed = placed || (x && z && *x != unknown && *z != unknown && (*x != 0.0 || *z != 0.0));
+  }
+  TrackColumns columns{.format = TrackFormat::kitti,
+                       .separator = ' ',
+                       .id = 1,
+                       .frame = 0,
+                       .label = 2,
+                       .cells = 17,
+                       .numeric_ids = true};
+  if (placed) {
+    columns.x = 13, columns.y = 15;
+  } else {
+    columns.x = 6, columns.y = 7, columns.x2 = 8, columns.y2 = 9;
+    columns.foot = columns.pixels = true;
+  }
+  return columns;
 }
 
 /// How many of the leading cells are numbers.
@@ -136,13 +197,13 @@ struct Shape {
   auto operator<=>(const Shape&) const = default;
 };
 
-/// The commonest shape of the first rows, so that one damaged row does not decide.
-Shape common_shape(const TextTable& table) {
+/// The commonest shape of the first rows, so that one damaged row does not decide; of those with commas or without.
+Shape common_shape(const TextTable& table, bool with_commas) {
   std::map<Shape, std::size_t> counts;
   constexpr std::size_t looked_at = 25;
   for (std::size_t i = 0; i < std::min(looked_at, table.rows.size()); ++i) {
-    if (table.rows[i].text.find(',') != std::string_view::npos) continue;  // commas without a header: columns unknown
-    const auto cells = cells_of(table.rows[i].text, ' ');
+    if ((table.rows[i].text.find(',') != std::string_view::npos) != with_commas) continue;
+    const auto cells = cells_of(table.rows[i].text, with_commas ? ',' : ' ');
     ++counts[{cells.size(), leading_numbers(cells)}];
   }
   const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
@@ -159,7 +220,11 @@ bool comments_name_juelich(const TextTable& table) {
 }
 
 std::optional<TrackColumns> headerless_columns(const TextTable& table) {
-  const Shape shape = common_shape(table);
+  const Shape commas = common_shape(table, true);  // of other numbers of columns the meaning is not known
+  if (commas.numbers == commas.cells && (commas.cells == 7 || commas.cells == 9 || commas.cells == 10))
+    return mot_columns(commas.cells);
+  const Shape shape = common_shape(table, false);
+  if ((shape.cells == 17 || shape.cells == 18) && shape.numbers == 2) return kitti_columns(table);
   if (shape.cells == 10 && shape.numbers == 9) return stanford_drone_columns();
   if (shape.numbers != shape.cells) return std::nullopt;
   if (shape.cells == 8) return obsmat_columns();
@@ -181,6 +246,8 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
   if (format == TrackFormat::frame_id_x_y) return frame_id_x_y_columns();
   if (format == TrackFormat::juelich) return juelich_columns();
   if (format == TrackFormat::stanford_drone) return stanford_drone_columns();
+  if (format == TrackFormat::mot) return mot_columns(common_shape(table, true).cells);
+  if (format == TrackFormat::kitti) return kitti_columns(table);
   const TextLine& header = table.rows.front();
   auto columns = header_columns(header.text);
   const bool fits =
@@ -241,15 +308,17 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
   std::vector<std::string> names;
   for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
   columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
-                              "object_id", "obj_id", "traj_id", "trajectory_id", "id"});
+                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "id"});
   find_time(columns, names);
-  columns.frame = column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index"});
+  columns.frame =
+      column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index", "frame_idx"});
   columns.x =
       column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
   columns.y =
       column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
-  columns.label =
-      column(names, {"label", "class", "agent_type", "agent_class", "object_type", "object_class", "category"});
+  columns.label = column(names, {"label", "class", "class_name", "agent_type", "agent_class", "object_type",
+                                 "object_class", "category", "class_id"});
+  if (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone) find_box(columns, names);
   const bool timed = columns.time != TrackColumns::kNone ||
                      (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
   if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;

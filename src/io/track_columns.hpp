@@ -25,12 +25,17 @@ struct TrackColumns {
   std::size_t frame = kNone;
   std::size_t x = kNone;
   std::size_t y = kNone;
-  std::size_t x2 = kNone;  ///< opposite corner of a box: the position is its centre
+  std::size_t x2 = kNone;  ///< opposite corner of a box
   std::size_t y2 = kNone;
+  std::size_t width = kNone;  ///< of a box whose left and top edges are x and y
+  std::size_t height = kNone;
+  bool foot = false;    ///< the position of a box is the middle of its bottom edge instead of its centre
+  bool pixels = false;  ///< positions are image points
   std::size_t label = kNone;
-  std::size_t lost = kNone;
-  std::size_t cells = 0;     ///< a row with fewer is bad
-  bool numeric_ids = false;  ///< ids are written as "1.000e+00" and mean "1"
+  std::size_t lost = kNone;        ///< not 0: the row does not count
+  std::size_t considered = kNone;  ///< 0: the row does not count
+  std::size_t cells = 0;           ///< a row with fewer is bad
+  bool numeric_ids = false;        ///< ids are written as "1.000e+00" and mean "1"
 };
 
 /// The lines of a text that are rows, and the comments (lines that begin with '#') apart.

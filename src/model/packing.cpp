@@ -253,10 +253,11 @@ SparseGp unpack_gp(std::span<const double> numbers) {
 }
 
 std::vector<double> pack(const CurbFrame& frame) {
-  const auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m] = frame;
+  const auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m, from_tracks] = frame;
   Packer packer;
   for (const Vector2& part : {origin_m, axis_1, axis_2, unit_m}) packer.add(part);
   packer.add(sidewalk_width_m);
+  if (from_tracks) packer.add(1.0);  // left out for all others, as files had it before such frames were known
   return std::move(packer).numbers();
 }
 
@@ -267,7 +268,9 @@ CurbFrame unpack_frame(std::span<const double> numbers) {
     if (point.size() != 2) refuse_blob("a frame has a point with " + std::to_string(point.size()) + " coordinates");
     return Vector2(point);
   };
-  const CurbFrame frame{pair(), pair(), pair(), pair(), unpacker.number()};  // braces: the reads happen in this order
+  CurbFrame frame{pair(), pair(), pair(), pair(), unpacker.number()};  // braces: the reads happen in this order
+  if (!unpacker.empty()) frame.from_tracks = unpacker.number() == 1.0;
+  if (pack(frame).size() != numbers.size()) refuse_blob("a frame ends with a mark that is not 1");
   unpacker.finish();
   return frame;
 }

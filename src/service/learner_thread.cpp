@@ -9,6 +9,9 @@
 #include <iterator>
 #include <utility>
 
+#include "sila/core/track_frame.hpp"
+#include "sila/io/model_scene.hpp"
+
 namespace sila {
 namespace {
 
@@ -28,6 +31,17 @@ void lower_priority() {
 Model ready_to_predict(Model model, const EpisodeConfig& config) {
   if (model.episodes == 0) model.settings.sample_interval_s = config.sampling.interval_s;
   return model;
+}
+
+/// Tracks that came before a model without a scene file had its frame are placed now: in the frame of the model, or
+/// for its first batch in one made from the batch.
+std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedTrajectory> batch, CurbScaling scaling) {
+  if (batch.empty() || !batch.front().frame.from_tracks) return batch;
+  const CurbFrame frame = frame_from_tracks(model).value_or(frame_of_tracks(batch, scaling));
+  for (FramedTrajectory& entry : batch) {
+    if (entry.frame.from_tracks) entry.frame = frame;
+  }
+  return batch;
 }
 
 }  // namespace
@@ -151,7 +165,7 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
 std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedTrajectory>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(*previous, batch, episode_, update_);
+    Episode episode = run_episode(*previous, placed_for(previous->model, batch, episode_.scaling), episode_, update_);
     if (episode.report.known) return std::nullopt;
     try {
       storage_.commit(previous->model, episode, calibration());

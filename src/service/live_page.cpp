@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "embedded_live.hpp"
+#include "sila/io/model_scene.hpp"
 #include "sila/report/model_data.hpp"
 #include "sila/version.hpp"
 
@@ -78,7 +79,8 @@ std::string live_page() {
 
 std::string hello_message(const Scene& scene, const Model& model) {
   ordered_json json{{"kind", "hello"}, {"sila", SILA_VERSION}};
-  json["scene"] = scene_json(scene, model.settings);
+  const bool of_model = scene.corners.empty() && !model.sites.empty();
+  json["scene"] = scene_json(of_model ? scene_of(model) : scene, model.settings);
   json["model"] = model_json(model);
   return text_of(json);
 }

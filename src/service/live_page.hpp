@@ -12,7 +12,7 @@ namespace sila {
 /// The HTML of the page, which loads nothing else.
 std::string live_page();
 
-/// The scene and the model: the first message.
+/// The scene, without corners that of the model, and the model: the first message.
 std::string hello_message(const Scene& scene, const Model& model);
 
 /// The model after an episode.

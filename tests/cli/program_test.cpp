@@ -24,6 +24,47 @@ TEST_F(Program, LearnsPredictsAndJudgesASimulatedIntersection) {
   EXPECT_EQ(groups.at("all").at("horizons").size(), 5u);
 }
 
+TEST_F(Program, LearnsAndPredictsWithoutAScene) {
+  simulate();
+  ASSERT_EQ(run("learn tracks.csv --model m.sila").code, 0);
+  ASSERT_EQ(run("predict tracks.csv --model m.sila --out p.ndjson").code, 0);
+  const Outcome shown = run("scene show m.sila");
+  ASSERT_EQ(shown.code, 0) << shown.err;
+  write(folder_ / "shown.json", shown.out);
+  ASSERT_EQ(run("predict tracks.csv --scene shown.json --model m.sila --out q.ndjson").code, 0);
+  EXPECT_EQ(read(folder_ / "p.ndjson"), read(folder_ / "q.ndjson"));
+  EXPECT_EQ(run("learn tracks.csv --model m.sila").out, run("learn tracks.csv --scene shown.json --model m.sila").out);
+  EXPECT_EQ(run("scene show m.sila").out, shown.out);
+  for (const char* verb : {"learn", "predict", "evaluate"}) {
+    expect_refused(std::string(verb) + " tracks.csv --scene tracks.scene.json --model m.sila",
+                   {"tracks.scene.json", "leave the scene out"});
+  }
+}
+
+TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
+  std::string rows;
+  for (int id = 0; id < 6; ++id) {
+    for (int frame = 0; frame < 80; ++frame) {
+      rows += std::to_string(frame + 100 * id) + "," + std::to_string(id) + "," + std::to_string(100 + 4 * frame) +
+              ",500,40,120,1,-1,-1,-1\n";
+    }
+  }
+  write(folder_ / "mot.txt", rows);
+  write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
+    "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
+  const std::string with = "mot.txt --fps 10 --camera camera.json --model m.sila";
+  ASSERT_EQ(run("learn " + with).code, 0);
+  const Outcome predicted = run("predict --image " + with);
+  ASSERT_EQ(predicted.code, 0) << predicted.err;
+  const auto mode = nlohmann::json::parse(predicted.out.substr(0, predicted.out.find('\n'))).at("modes").at(0);
+  EXPECT_EQ(mode.at("u").size(), mode.at("x").size());
+  EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
+  EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
+  write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  expect_refused("predict metres.csv --model m.sila --image", {"--image", "--camera"});
+  expect_refused("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
+}
+
 TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
   learn();
   const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila --every 0.7");
@@ -268,7 +309,6 @@ TEST_F(Program, ReportsAnExperimentAndRefusesWhatIsNone) {
   expect_refused("report other.json", {"other.json", "sila experiment"});
   expect_refused("report missing.sila", {"missing.sila"});
   learn();
-  expect_refused("report m.sila tracks.csv", {"--scene"});
 }
 
 }  // namespace

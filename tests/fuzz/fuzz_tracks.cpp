@@ -33,6 +33,11 @@ ReadOptions options_of(unsigned how) {
   if (rest & 1U) options.frames_per_second = 25.0;
   if (rest & 2U) options.sample_interval_s = 0.4;
   if (rest & 4U) options.metres_per_unit = 0.01;
+  if (rest == 8U) {
+    options.camera = Camera{};
+    options.camera->ground_from_image(2, 1) = -0.001;  // its horizon is at v = 1000
+    options.frames_per_second = 25.0;
+  }
   return options;
 }
 

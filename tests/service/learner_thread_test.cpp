@@ -5,11 +5,15 @@
 #include <chrono>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "service/streams.hpp"
+#include "sila/core/track_frame.hpp"
+#include "sila/io/model_scene.hpp"
+#include "sila/model/packing.hpp"
 #include "sila/train/training.hpp"
 
 namespace sila {
@@ -59,6 +63,20 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
   EXPECT_EQ(size(after->model), size(run.model));
   EXPECT_EQ(after->model.tracks, 25);
   EXPECT_EQ(learner.status().learnt_tracks, 25u);
+}
+
+TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
+  std::vector<FramedTrajectory> tracks = corner_walks(20, 5);
+  for (FramedTrajectory& entry : tracks) entry.frame = provisional_frame();
+  LearnerThread learner = started(small_batches(10), [](const Episode&) {});
+  learner.add(tracks, {});
+  learner.drain();
+  const auto snapshot = learner.snapshot();
+  const Model& model = snapshot->model;
+  ASSERT_EQ(model.sites.size(), 1u);
+  EXPECT_EQ(model.tracks, 20);
+  const CurbFrame expected = frame_of_tracks(std::span(tracks).first(10), CurbScaling::metres);
+  EXPECT_EQ(pack(model.sites[0].frame), pack(expected));
 }
 
 TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {

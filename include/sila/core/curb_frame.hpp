@@ -26,6 +26,7 @@ struct CurbFrame {
   Vector2 axis_2 = Vector2::UnitY();   ///< unit vector along curb 2, away from the corner
   Vector2 unit_m = Vector2::Ones();    ///< metres along axis_1 and axis_2 of one unit of the curb coordinates
   double sidewalk_width_m = 1.0;       ///< mean width of the two sidewalks
+  bool from_tracks = false;            ///< made by frame_of_tracks: no scene file describes it
 };
 
 /// The widths of the two sidewalks of a corner: `width_1_m` of the strip along axis_1, `width_2_m` of that along

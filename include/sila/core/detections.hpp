@@ -27,6 +27,8 @@ enum class DropReason {
   not_finite,     ///< NaN or infinite
   absurd_value,   ///< a coordinate or time stamp beyond all reason
   lost,           ///< the annotator marked the person as lost; the row repeats an old position
+  bad_box,        ///< a box whose width or height is not positive
+  above_horizon,  ///< an image point where the camera sees no ground
   other_label,    ///< not a pedestrian
   repeated,       ///< the same stamp and place of the same track again
   averaged,       ///< the same stamp, places that nearly agree: one mean row is kept, the others are counted here
@@ -42,13 +44,15 @@ struct DropReasonText {
 };
 
 /// Every reason once, in the order of the enumeration.
-inline constexpr std::array<DropReasonText, 12> kDropReasons{{
+inline constexpr std::array<DropReasonText, 14> kDropReasons{{
     {DropReason::missing_cells, "missing_cells", "have too few columns"},
     {DropReason::not_a_number, "not_a_number", "have a cell that is not a number"},
     {DropReason::not_json, "not_json", "are not the JSON of the format"},
     {DropReason::not_finite, "not_finite", "are not finite"},
     {DropReason::absurd_value, "absurd_value", "have an absurd coordinate or time stamp"},
     {DropReason::lost, "lost", "are marked as lost"},
+    {DropReason::bad_box, "bad_box", "have a box whose width or height is not positive"},
+    {DropReason::above_horizon, "above_horizon", "lie where the camera sees no ground"},
     {DropReason::other_label, "other_label", "are not pedestrians"},
     {DropReason::repeated, "repeated", "repeat a sample"},
     {DropReason::averaged, "averaged", "share a time stamp with near samples (their mean is kept)"},

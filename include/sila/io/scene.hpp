@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,7 @@ struct Scene {
   std::vector<Corner> corners;
   std::size_t primary = 0;
   std::vector<SceneFile> files;
+  std::optional<Camera> camera;                 ///< by which pixels become metres
   std::vector<std::filesystem::path> searched;  ///< folders in which the paths of `files` were looked for
   std::vector<std::string> warnings;
 };
@@ -64,7 +66,18 @@ struct Scene {
 /// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
 Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir = {});
 
-/// Writes what `read_scene` reads. Throws: FormatError if the path cannot be written.
+/// Reads the `camera` of a scene file, or a file that holds it alone; warnings are about large residuals.
+/// Throws: FormatError naming the file for a camera that is missing, malformed or degenerate.
+struct CameraFile {
+  Camera camera;
+  std::vector<std::string> warnings;
+};
+CameraFile read_camera(const std::filesystem::path& path);
+
+/// A scene file: the text that `read_scene` reads. Throws: std::invalid_argument if `primary` is no corner.
+std::string to_text(const Scene& scene);
+
+/// Writes it. Throws: FormatError if the path cannot be written.
 void write_scene(const std::filesystem::path& path, const Scene& scene);
 
 /// The corner whose origin is nearest to the median position of the track. Throws: std::invalid_argument for no corner
@@ -73,8 +86,5 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 
 /// The frame of the corner by which a track is looked at. Throws: as nearest_corner.
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
-
-/// Each track with the frame of its corner. Throws: as nearest_corner.
-std::vector<FramedTrajectory> placed(std::vector<Trajectory> tracks, const Scene& scene, CornerChoice corners);
 
 }  // namespace sila

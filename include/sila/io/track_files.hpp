@@ -6,7 +6,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "sila/core/camera.hpp"
 #include "sila/core/detections.hpp"
 #include "sila/core/trajectory.hpp"
 
@@ -25,6 +27,10 @@ enum class TrackFormat {
   vru,             ///< one track a file: timestamp,x,y; a folder of them is one source
   juelich,         ///< # comments, then: id frame x y z
   ndjson,          ///< what `sila serve` hears: {"t", "id", "x", "y"}
+  mot,             ///< MOTChallenge: frame,id,left,top,width,height,confidence,...
+  kitti,           ///< KITTI tracking, 17 or 18 columns
+  sumo_fcd,        ///< SUMO floating car data, XML
+  boxes,           ///< CSV with a header that names the edges of a box: Supervision, Ultralytics
 };
 
 struct TrackFormatText {
@@ -46,18 +52,22 @@ struct ReadOptions {
       {};  ///< makes seconds of frame numbers; no effect on files with time stamps
   std::optional<double> sample_interval_s = {};  ///< time between annotations; used if `frames_per_second` is unset
   std::optional<double> metres_per_unit = {};    ///< of a pixel, centimetre, ...; unset: the file is in metres
+  std::optional<Camera> camera = {};             ///< makes metres of pixels, instead of `metres_per_unit`
+  std::vector<std::string> person_classes = {};  ///< names or numbers that are pedestrians; empty: those of the format
 };
 
 /// `first` where it is set, else `second`, field by field.
 ReadOptions first_of(const ReadOptions& first, const ReadOptions& second);
 
-/// Throws std::invalid_argument for a rate, interval or scale that is not positive and finite.
+/// Throws std::invalid_argument for a rate, interval or scale that is not positive and finite, and for a camera beside
+/// a scale.
 void validate(const ReadOptions& options);
 
 struct TrackFile {
   Detections detections;
   TrackFormat format = TrackFormat::csv;
-  std::string clock;  ///< how stamps became seconds, for people
+  std::string clock;    ///< how stamps became seconds, for people
+  bool pixels = false;  ///< the file has image points: they need a camera or a scale
 };
 
 /// Reads a track file, gzipped or not, or a folder of one-track files.

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sila/core/curb_frame.hpp"
+
+namespace sila {
+
+/// A camera that does not move and looks at flat ground: the homography from image points [pixels] to the ground [m].
+/// Invariant: finite, invertible, and w > 0 for image points below the horizon, where (x w, y w, w) = H (u, v, 1).
+struct Camera {
+  Eigen::Matrix3d ground_from_image = Eigen::Matrix3d::Identity();
+};
+
+/// A point in the image and where it is on the ground.
+struct PointPair {
+  Vector2 image_px = Vector2::Zero();
+  Vector2 ground_m = Vector2::Zero();
+};
+
+/// The camera of points known in both, and how far each lies from where the camera puts it [m].
+struct CameraFit {
+  Camera camera;
+  std::vector<double> residuals_m;
+};
+
+/// Fits a camera by the normalised direct linear transformation.
+/// Shapes: four pairs or more, of which three or fewer lie on one line.
+/// Throws: std::invalid_argument for fewer pairs, pairs that repeat or are collinear so that no camera or many cameras
+/// fit, and for a fit whose horizon passes between the points.
+/// Source: Hartley and Zisserman, Multiple View Geometry, algorithm 4.2.
+CameraFit fit_camera(std::span<const PointPair> pairs);
+
+/// The camera of a homography; `seen_px` is an image point on the ground, which gives the sign of the matrix. Without
+/// it the ground is taken to be below the horizon (v points down), as for every camera that is held upright. Throws:
+/// std::invalid_argument for a matrix that is not finite or not invertible.
+Camera camera_of(const Eigen::Matrix3d& ground_from_image, const std::optional<Vector2>& seen_px = {});
+
+/// The point on the ground that an image point shows; null at and above the horizon.
+std::optional<Vector2> to_ground(const Camera& camera, const Vector2& image_px);
+
+/// Where a point on the ground is in the image; null behind the camera.
+std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m);
+
+/// The derivative of `to_image` [pixels per metre], with which covariances come into the image: J C J^T.
+/// Throws: std::invalid_argument for a point behind the camera.
+Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m);
+
+}  // namespace sila

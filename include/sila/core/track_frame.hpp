@@ -1,0 +1,21 @@
+#pragma once
+
+#include <span>
+
+#include "sila/core/framed_trajectory.hpp"
+
+namespace sila {
+
+/// Sidewalk width of a frame that is made from tracks [m].
+inline constexpr double kTrackFrameWidth_m = 3.0;
+
+/// The frame of a place of which no corner is known: origin at the median position, axis_1 along the direction of the
+/// largest variance of the positions (its first component that is not 0 is positive), axis_2 at a right angle,
+/// counter-clockwise; x and y where no direction stands out. `from_tracks` is set. The
+/// present frames of the tracks are not used.
+/// Shapes: at least one position in all tracks together. Units: metres, world frame.
+/// Throws: std::invalid_argument without a position.
+/// Source: none in the paper; within one place the choice of the frame does not change the accuracy.
+CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling);
+
+}  // namespace sila

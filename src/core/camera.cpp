@@ -1,0 +1,113 @@
+#include "sila/core/camera.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace sila {
+namespace {
+
+using Matrix3 = Eigen::Matrix3d;
+using Vector3 = Eigen::Vector3d;
+
+/// A homography is known if the second smallest singular value of the system is at least this share of the largest:
+/// collinear points give 1e-16, well spread ones 0.1.
+constexpr double kSmallestSingularShare = 1e-6;
+/// As the smallest singular value of a normalised homography to its largest; the map would be onto a line.
+constexpr double kSmallestConditionShare = 1e-9;
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("camera: " + what);
+}
+
+/// Moves the middle of points to 0 and scales their mean distance from it to the square root of 2.
+Matrix3 normalisation(std::span<const PointPair> pairs, Vector2 PointPair::*member) {
+  Vector2 middle = Vector2::Zero();
+  for (const PointPair& pair : pairs) middle += pair.*member / static_cast<double>(pairs.size());
+  double distance = 0.0;
+  for (const PointPair& pair : pairs) distance += (pair.*member - middle).norm() / static_cast<double>(pairs.size());
+  if (!std::isfinite(distance) || !(distance > 0.0)) refuse("the points repeat or are not finite");
+  const double scale = std::sqrt(2.0) / distance;
+  Matrix3 matrix;
+  matrix << scale, 0.0, -scale * middle.x(), 0.0, scale, -scale * middle.y(), 0.0, 0.0, 1.0;
+  return matrix;
+}
+
+/// The null vector of the direct linear transformation, in normalised coordinates.
+Matrix3 solve(std::span<const PointPair> pairs, const Matrix3& of_image, const Matrix3& of_ground) {
+  Eigen::Matrix<double, Eigen::Dynamic, 9> system = decltype(system)::Zero(2 * static_cast<int>(pairs.size()), 9);
+  Eigen::Index row = 0;
+  for (const PointPair& pair : pairs) {
+    const Vector3 from = of_image * pair.image_px.homogeneous();
+    const Vector3 to = of_ground * pair.ground_m.homogeneous();
+    system.block<1, 3>(row, 0) = from.transpose();
+    system.block<1, 3>(row, 6) = -to.x() * from.transpose();
+    system.block<1, 3>(row + 1, 3) = from.transpose();
+    system.block<1, 3>(row + 1, 6) = -to.y() * from.transpose();
+    row += 2;
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(system, Eigen::ComputeFullV);
+  if (!(svd.singularValues()(7) > kSmallestSingularShare * svd.singularValues()(0)))
+    refuse(
+        "the points are collinear or repeat, so that many cameras fit; four points of which no three are on a line "
+        "are needed");
+  const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
+  Matrix3 result;
+  result << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), h(8);
+  return result;
+}
+
+}  // namespace
+
+CameraFit fit_camera(std::span<const PointPair> pairs) {
+  if (pairs.size() < 4) refuse(std::to_string(pairs.size()) + " pairs of points, at least 4 are needed");
+  const Matrix3 of_image = normalisation(pairs, &PointPair::image_px);
+  const Matrix3 of_ground = normalisation(pairs, &PointPair::ground_m);
+  const Matrix3 normalised = solve(pairs, of_image, of_ground);
+  (void)camera_of(normalised);  // refuses a map onto a line
+  const Matrix3 homography = of_ground.inverse() * normalised * of_image;
+  CameraFit fit{camera_of(homography, pairs.front().image_px), {}};
+  for (const PointPair& pair : pairs) {
+    const std::optional<Vector2> ground_m = to_ground(fit.camera, pair.image_px);
+    if (!ground_m) refuse("its horizon passes between the points; the pairs contradict each other");
+    fit.residuals_m.push_back((*ground_m - pair.ground_m).norm());
+  }
+  return fit;
+}
+
+Camera camera_of(const Matrix3& ground_from_image, const std::optional<Vector2>& seen_px) {
+  if (!ground_from_image.allFinite()) refuse("the homography is not finite");
+  const Matrix3 scaled = ground_from_image / std::max(ground_from_image.cwiseAbs().maxCoeff(), 1e-300);
+  const Vector3 singular = Eigen::JacobiSVD<Matrix3>(scaled).singularValues();
+  if (!(singular(2) > kSmallestConditionShare * singular(0))) refuse("the homography is not invertible");
+  const double below = scaled(2, 1) != 0.0 ? scaled(2, 1) : scaled(2, 2);  // w far below the horizon has its sign
+  const double w = seen_px ? scaled.row(2).dot(seen_px->homogeneous()) : below;
+  return {w < 0.0 ? Matrix3(-scaled) : scaled};
+}
+
+std::optional<Vector2> to_ground(const Camera& camera, const Vector2& image_px) {
+  const Vector3 p = camera.ground_from_image * image_px.homogeneous();
+  if (!(p.z() > 0.0)) return std::nullopt;
+  return p.hnormalized();
+}
+
+std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m) {
+  // With (x, y, 1) = H (u, v, 1) / w the inverse gives (u, v, 1) / w, so that its last entry has the sign of w.
+  const Vector3 p = camera.ground_from_image.inverse() * ground_m.homogeneous();
+  if (!(p.z() > 0.0)) return std::nullopt;
+  return p.hnormalized();
+}
+
+Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m) {
+  const Matrix3 inverse = camera.ground_from_image.inverse();
+  const Vector3 p = inverse * ground_m.homogeneous();
+  if (!(p.z() > 0.0)) refuse("the point is behind it");
+  const Vector2 image_px = p.hnormalized();
+  return (inverse.topLeftCorner<2, 2>() - image_px * inverse.row(2).head<2>()) / p.z();
+}
+
+}  // namespace sila

@@ -1,0 +1,54 @@
+#include "sila/core/track_frame.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <stdexcept>
+#include <vector>
+
+namespace sila {
+namespace {
+
+/// Below this ratio of the two standard deviations' difference to the larger one no direction stands out.
+constexpr double kSmallestContrast = 1e-6;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The direction of the largest variance.
+Vector2 principal_axis(const std::vector<Vector2>& positions_m) {
+  Vector2 mean = Vector2::Zero();
+  for (const Vector2& p : positions_m) mean += p / static_cast<double>(positions_m.size());
+  Matrix2 covariance = Matrix2::Zero();
+  for (const Vector2& p : positions_m) covariance += (p - mean) * (p - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix2> solver(covariance);
+  const Vector2 variances = solver.eigenvalues();  // ascending
+  if (!(variances.y() - variances.x() > kSmallestContrast * variances.y())) return Vector2::UnitX();
+  const Vector2 axis = solver.eigenvectors().col(1);
+  const bool reversed = axis.x() != 0.0 ? axis.x() < 0.0 : axis.y() < 0.0;
+  return reversed ? Vector2(-axis) : axis;
+}
+
+}  // namespace
+
+CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling) {
+  std::vector<Vector2> positions_m;
+  for (const FramedTrajectory& entry : tracks)
+    positions_m.insert(positions_m.end(), entry.track.positions_m.begin(), entry.track.positions_m.end());
+  if (positions_m.empty()) throw std::invalid_argument("frame_of_tracks: tracks = [], one position is needed");
+  std::vector<double> x, y;
+  for (const Vector2& p : positions_m) {
+    x.push_back(p.x());
+    y.push_back(p.y());
+  }
+  const Vector2 axis = principal_axis(positions_m);
+  const SidewalkWidths widths{kTrackFrameWidth_m, kTrackFrameWidth_m, kTrackFrameWidth_m};
+  CurbFrame frame =
+      make_curb_frame({median(std::move(x)), median(std::move(y))}, axis, {-axis.y(), axis.x()}, widths, scaling);
+  frame.from_tracks = true;
+  return frame;
+}
+
+}  // namespace sila

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "json_file.hpp"
+#include "sila/io/scene.hpp"
+
+namespace sila {
+
+/// What read_camera makes of the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".
+CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, const std::string& where);
+
+}  // namespace sila

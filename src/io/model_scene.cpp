@@ -1,0 +1,79 @@
+#include "sila/io/model_scene.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "sila/core/track_frame.hpp"
+
+namespace sila {
+namespace {
+
+Scene scene_of(const CurbFrame& frame) {
+  const double width_m = frame.sidewalk_width_m;
+  Scene scene;
+  scene.corners.push_back({"1", frame, {width_m, width_m, width_m}});
+  return scene;
+}
+
+/// A scene beside a frame that was made from tracks would put later tracks into other cells than the earlier ones.
+void require_same_frame(const Scene& given, const Model& model) {
+  const std::optional<CurbFrame> frame = frame_from_tracks(model);
+  if (!frame) return;
+  if (same_site(given.corners.at(given.primary).frame, *frame)) return;
+  throw std::invalid_argument("scene = " + (given.path.empty() ? "\"" + given.name + "\"" : given.path.string()) +
+                              " is not the frame that the model made from its first tracks; leave the scene out, give "
+                              "the one that `sila scene show` prints, or learn a new model with this scene");
+}
+
+}  // namespace
+
+Scene scene_of(const Model& model) {
+  if (model.sites.empty()) throw std::invalid_argument("scene: the model has learnt nothing, so it has no frame");
+  Scene scene;
+  for (const Site& site : model.sites) {
+    Corner corner = scene_of(site.frame).corners.front();
+    corner.name = std::to_string(scene.corners.size() + 1);
+    scene.corners.push_back(std::move(corner));
+  }
+  return scene;
+}
+
+std::optional<CurbFrame> frame_from_tracks(const Model& model) {
+  const auto found = std::ranges::find_if(model.sites, [](const Site& site) { return site.frame.from_tracks; });
+  if (found == model.sites.end()) return std::nullopt;
+  return found->frame;
+}
+
+CurbFrame provisional_frame() {
+  CurbFrame frame;
+  frame.from_tracks = true;
+  return frame;
+}
+
+Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
+                CurbScaling scaling, CornerChoice corners) {
+  if (!given.corners.empty()) {
+    require_same_frame(given, model);
+    return given;
+  }
+  Scene scene = model.sites.empty() ? scene_of(frame_of_tracks(first_batch, scaling)) : scene_of(model);
+  scene.camera = given.camera;
+  if (model.sites.size() > 1 && corners == CornerChoice::primary) {
+    throw std::invalid_argument("scene: the model knows " + std::to_string(model.sites.size()) +
+                                " sites; give the scene of these tracks, or set corners=nearest");
+  }
+  return scene;
+}
+
+std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks) {
+  std::vector<FramedTrajectory> result;
+  for (Trajectory& track : tracks) result.push_back({std::move(track), {}});
+  return result;
+}
+
+void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners) {
+  for (FramedTrajectory& entry : tracks) entry.frame = frame_for(scene, entry.track, corners);
+}
+
+}  // namespace sila

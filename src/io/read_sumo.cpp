@@ -1,0 +1,90 @@
+#include <expat.h>
+
+#include <algorithm>
+#include <memory>
+#include <type_traits>
+
+#include "read_rows.hpp"
+#include "sila/core/errors.hpp"
+
+namespace sila {
+namespace {
+
+struct Reading {
+  std::string path;
+  XML_Parser parser = nullptr;
+  Detections detections;
+  BadRows bad;
+  double t_s = 0.0;
+  bool timed = false;  ///< the time of this step is a number
+  bool begun = false;
+  std::string other_root;  ///< the outermost element if it is another one
+};
+
+/// The value of an attribute; null if there is none. `attributes`: names and values in turn, then null.
+const char* attribute(const XML_Char** attributes, std::string_view name) {
+  for (; *attributes != nullptr; attributes += 2) {
+    if (*attributes == name) return attributes[1];
+  }
+  return nullptr;
+}
+
+std::optional<double> number(const XML_Char** attributes, std::string_view name) {
+  const char* const text = attribute(attributes, name);
+  return text == nullptr ? std::nullopt : number_of(text);
+}
+
+void begin_element(void* data, const XML_Char* element, const XML_Char** attributes) {
+  Reading& reading = *static_cast<Reading*>(data);
+  const std::string_view name = element;
+  if (!reading.begun && name != "fcd-export") reading.other_root = name;
+  reading.begun = true;
+  if (name == "timestep") {
+    const auto t_s = number(attributes, "time");
+    reading.timed = t_s.has_value();
+    reading.t_s = t_s.value_or(0.0);
+  }
+  if (name != "person" && name != "vehicle") return;
+  ++reading.detections.rows_read;
+  const std::size_t line = XML_GetCurrentLineNumber(reading.parser);
+  const char* const id = attribute(attributes, "id");
+  const auto x_m = number(attributes, "x"), y_m = number(attributes, "y");
+  if (id == nullptr || *id == '\0') {
+    reading.bad.count(DropReason::missing_cells, reading.path, line, element);
+  } else if (!reading.timed || !x_m || !y_m) {
+    reading.bad.count(DropReason::not_a_number, reading.path, line, id);
+  } else {
+    reading.detections.rows.push_back({id, reading.t_s, {*x_m, *y_m}, element, line});
+  }
+}
+
+}  // namespace
+
+bool is_xml(std::string_view text) {
+  return trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096))).starts_with('<');
+}
+
+TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {
+  const std::unique_ptr<std::remove_pointer_t<XML_Parser>, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
+                                                                                             &XML_ParserFree);
+  Reading reading;
+  reading.path = reading.detections.source = path;
+  reading.parser = parser.get();
+  XML_SetUserData(parser.get(), &reading);
+  XML_SetStartElementHandler(parser.get(), begin_element);
+  constexpr std::size_t kBlock = 1U << 20;
+  for (std::size_t at = 0; at < text.size(); at += kBlock) {
+    const std::string_view block = text.substr(at, kBlock);
+    const bool last = at + kBlock >= text.size();
+    if (XML_Parse(parser.get(), block.data(), static_cast<int>(block.size()), last) == XML_STATUS_ERROR) {
+      throw FormatError(path, XML_GetCurrentLineNumber(parser.get()), "XML that is whole and well-formed",
+                        XML_ErrorString(XML_GetErrorCode(parser.get())));
+    }
+  }
+  if (!reading.begun || !reading.other_root.empty())
+    throw FormatError(path, 1, "XML of SUMO whose outermost element is fcd-export", excerpt(reading.other_root));
+  reading.detections.dropped = reading.bad.by_reason();
+  return {std::move(reading.detections), TrackFormat::sumo_fcd, "time of each timestep"};
+}
+
+}  // namespace sila

@@ -1,0 +1,101 @@
+#include "sila/core/camera.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace sila {
+namespace {
+
+/// A camera 6 m above the ground that looks down at 30 degrees; v points down in the picture.
+Camera oblique() {
+  Eigen::Matrix3d image_from_ground;
+  image_from_ground << 1000.0, 480.0, 3000.0, 0.0, 200.0, 7600.0, 0.0, 0.75, 6.0;
+  return camera_of(image_from_ground.inverse());
+}
+
+std::vector<PointPair> pairs_of(const Camera& camera, const std::vector<Vector2>& ground_m) {
+  std::vector<PointPair> pairs;
+  for (const Vector2& point : ground_m) pairs.push_back({to_image(camera, point).value(), point});
+  return pairs;
+}
+
+std::string refusal(const std::vector<PointPair>& pairs) {
+  try {
+    fit_camera(pairs);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Camera, FitsExactPairsExactlyAndGoesBothWays) {
+  const Camera truth = oblique();
+  const CameraFit fit = fit_camera(pairs_of(truth, {{0, 0}, {8, 1}, {-3, 20}, {6, 25}}));
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> x(-5, 10), y(0, 30);
+  for (int i = 0; i < 200; ++i) {
+    const Vector2 ground_m(x(random), y(random));
+    const Vector2 image_px = to_image(truth, ground_m).value();
+    EXPECT_NEAR((to_ground(fit.camera, image_px).value() - ground_m).norm(), 0.0, 1e-7);
+    EXPECT_NEAR((to_image(fit.camera, ground_m).value() - image_px).norm(), 0.0, 1e-5);
+  }
+  for (const double residual_m : fit.residuals_m) EXPECT_LT(residual_m, 1e-8);
+}
+
+TEST(Camera, ReportsTheResidualsOfManyPairsInMetres) {
+  std::vector<PointPair> pairs = pairs_of(oblique(), {{0, 0}, {8, 1}, {-3, 20}, {6, 25}, {2, 10}, {5, 5}, {-2, 4}});
+  pairs[4].ground_m += Vector2(2, 0);
+  const CameraFit fit = fit_camera(pairs);
+  ASSERT_EQ(fit.residuals_m.size(), 7U);
+  EXPECT_GT(fit.residuals_m[4], 0.5);
+  EXPECT_LT(fit.residuals_m[4], 2.0);
+}
+
+TEST(Camera, RefusesFewCollinearRepeatedAndContradictingPairs) {
+  const Camera camera = oblique();
+  EXPECT_NE(refusal(pairs_of(camera, {{0, 0}, {8, 1}, {-3, 20}})).find("at least 4"), std::string::npos);
+  EXPECT_NE(refusal(pairs_of(camera, {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}})).find("collinear"), std::string::npos);
+  EXPECT_NE(refusal(pairs_of(camera, {{0, 0}, {8, 1}, {8, 1}, {0, 0}, {3, 20}})).find("collinear"), std::string::npos);
+  EXPECT_NE(refusal(pairs_of(camera, {{1, 1}, {1, 1}, {1, 1}, {1, 1}})).find("repeat"), std::string::npos);
+  std::vector<PointPair> crossed = pairs_of(camera, {{0, 0}, {8, 1}, {-3, 20}, {6, 25}});
+  std::swap(crossed[0].ground_m, crossed[1].ground_m);  // two sides cross: the horizon is between the points
+  EXPECT_NE(refusal(crossed).find("horizon"), std::string::npos);
+}
+
+TEST(Camera, SeesNoGroundAboveTheHorizonAndNothingBehindIt) {
+  const Camera camera = oblique();
+  EXPECT_TRUE(to_ground(camera, {500, 400}));
+  EXPECT_FALSE(to_ground(camera, {500, 100}));
+  EXPECT_FALSE(to_image(camera, {0, -100}));
+  EXPECT_THROW(image_jacobian(camera, {0, -100}), std::invalid_argument);
+}
+
+TEST(Camera, TakesTheSignOfAHomographyFromAPointThatIsSeen) {
+  const Camera camera = oblique();
+  for (const double factor : {1.0, -1.0, 1e-6}) {
+    const Camera same = camera_of(factor * camera.ground_from_image, Vector2(500, 900));
+    EXPECT_NEAR((to_ground(same, {500, 900}).value() - to_ground(camera, {500, 900}).value()).norm(), 0.0, 1e-9);
+    EXPECT_TRUE(to_ground(camera_of(factor * camera.ground_from_image), {500, 900}));
+  }
+  EXPECT_THROW(camera_of(Eigen::Matrix3d::Zero()), std::invalid_argument);
+  EXPECT_THROW(camera_of(Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix()), std::invalid_argument);
+}
+
+TEST(Camera, JacobianEqualsTheCentralDifference) {
+  const Camera camera = oblique();
+  const Vector2 at(2, 10);
+  const Matrix2 jacobian = image_jacobian(camera, at);
+  for (int j = 0; j < 2; ++j) {
+    const Vector2 step = 1e-5 * Vector2::Unit(j);
+    const Vector2 difference = (to_image(camera, at + step).value() - to_image(camera, at - step).value()) / 2e-5;
+    EXPECT_NEAR((jacobian.col(j) - difference).norm(), 0.0, 1e-4);
+  }
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,53 @@
+#include "sila/core/track_frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace sila {
+namespace {
+
+/// A path along a direction through a point, both ways of the point.
+FramedTrajectory along(const Vector2& middle_m, double angle_rad, double length_m) {
+  FramedTrajectory entry{{"1", {}, {}}, {}};
+  for (int i = -10; i <= 10; ++i) {
+    entry.track.times_s.push_back(0.1 * (i + 10));
+    entry.track.positions_m.push_back(middle_m +
+                                      Vector2(std::cos(angle_rad), std::sin(angle_rad)) * (i * length_m / 20));
+  }
+  return entry;
+}
+
+TEST(TrackFrame, HasItsOriginAtTheMedianAndItsAxesAlongTheSpread) {
+  const std::vector tracks{along({7, -3}, 0.6, 20.0), along({7, -3}, 0.6 + M_PI / 2, 4.0)};
+  const CurbFrame frame = frame_of_tracks(tracks, CurbScaling::metres);
+  EXPECT_NEAR((frame.origin_m - Vector2(7, -3)).norm(), 0.0, 0.2);
+  EXPECT_NEAR(frame.axis_1.x(), std::cos(0.6), 1e-9);
+  EXPECT_NEAR(frame.axis_1.y(), std::sin(0.6), 1e-9);
+  EXPECT_NEAR(frame.axis_2.x(), -frame.axis_1.y(), 1e-12);
+  EXPECT_NEAR(frame.axis_2.y(), frame.axis_1.x(), 1e-12);
+  EXPECT_EQ(frame.sidewalk_width_m, 3.0);
+  EXPECT_TRUE(frame.from_tracks);
+  EXPECT_EQ(frame_of_tracks(tracks, CurbScaling::mean_width).unit_m, Vector2(3, 3));
+}
+
+TEST(TrackFrame, MovesAndTurnsWithTheTracks) {
+  std::vector tracks{along({0, 0}, 0.2, 20.0)};
+  const CurbFrame before = frame_of_tracks(tracks, CurbScaling::metres);
+  for (Vector2& p : tracks[0].track.positions_m) p = Vector2(-p.y(), p.x()) + Vector2(100, 50);
+  const CurbFrame after = frame_of_tracks(tracks, CurbScaling::metres);
+  EXPECT_NEAR((after.origin_m - before.origin_m - Vector2(100, 50)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR(std::abs(after.axis_1.dot(Vector2(-before.axis_1.y(), before.axis_1.x()))), 1.0, 1e-9);
+}
+
+TEST(TrackFrame, OfAPointHasTheAxesOfTheWorldAndOfNothingIsRefused) {
+  const FramedTrajectory point{{"1", {0.0, 1.0}, {{4, 5}, {4, 5}}}, {}};
+  const CurbFrame frame = frame_of_tracks(std::span(&point, 1), CurbScaling::metres);
+  EXPECT_EQ(frame.origin_m, Vector2(4, 5));
+  EXPECT_EQ(frame.axis_1, Vector2(1, 0));
+  EXPECT_THROW(frame_of_tracks({}, CurbScaling::metres), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila

@@ -1,0 +1,83 @@
+#include "sila/io/model_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "io/files.hpp"
+#include "sila/core/track_frame.hpp"
+#include "sila/model/packing.hpp"
+
+namespace sila {
+namespace {
+
+using tests::contains;
+
+constexpr CurbScaling kMetres = CurbScaling::metres;
+
+std::vector<FramedTrajectory> walk(double x_m) {
+  return {{{"1", {0.0, 1.0, 2.0}, {{x_m, 0}, {x_m + 1, 0.1}, {x_m + 2, 0}}}, {}}};
+}
+
+Model model_at(const CurbFrame& frame) {
+  Model model;
+  find_or_add_site(model.sites, frame);
+  return model;
+}
+
+std::string refusal(const Scene& given, const Model& model) {
+  try {
+    scene_for(given, model, {}, kMetres, CornerChoice::primary);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ModelScene, OfANewModelIsMadeFromTheFirstBatchAndThenKept) {
+  const Scene first = scene_for({}, {}, walk(5), kMetres, CornerChoice::primary);
+  ASSERT_EQ(first.corners.size(), 1U);
+  EXPECT_TRUE(first.corners[0].frame.from_tracks);
+  const Model model = model_at(first.corners[0].frame);
+  const Scene later = scene_for({}, model, walk(500), kMetres, CornerChoice::primary);
+  EXPECT_EQ(pack(later.corners.at(0).frame), pack(first.corners[0].frame));
+}
+
+TEST(ModelScene, AGivenSceneMustBeTheFrameThatTheModelBeganWith) {
+  const CurbFrame frame = frame_of_tracks(walk(5), kMetres);
+  const Model model = model_at(frame);
+  Scene same = scene_of(model), other = same;
+  same.corners[0].frame.from_tracks = false;  // as it comes from the file that `sila scene show` writes
+  EXPECT_EQ(refusal(same, model), "accepted");
+  other.name = "yard";
+  other.corners[0].frame.origin_m.x() += 20.0;
+  EXPECT_TRUE(contains(refusal(other, model), "yard")) << refusal(other, model);
+  EXPECT_TRUE(contains(refusal(other, model), "leave the scene out")) << refusal(other, model);
+  EXPECT_EQ(refusal(other, model_at(same.corners[0].frame)), "accepted");  // a model of scene files may have several
+}
+
+TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
+  Model model = model_at(frame_of_tracks(walk(5), kMetres));
+  find_or_add_site(model.sites, frame_of_tracks(walk(500), kMetres));
+  EXPECT_TRUE(contains(refusal({}, model), "2 sites"));
+  EXPECT_EQ(scene_for({}, model, {}, kMetres, CornerChoice::nearest).corners.size(), 2U);
+}
+
+TEST(ModelScene, OfAnEmptyModelCannotBeShown) {
+  EXPECT_THROW(scene_of(Model{}), std::invalid_argument);
+  EXPECT_THROW(scene_for({}, {}, {}, kMetres, CornerChoice::primary), std::invalid_argument);
+}
+
+TEST(ModelScene, MarkOfAFrameMadeFromTracksIsStored) {
+  CurbFrame frame = frame_of_tracks(walk(5), kMetres);
+  EXPECT_TRUE(unpack_frame(pack(frame)).from_tracks);
+  frame.from_tracks = false;
+  EXPECT_FALSE(unpack_frame(pack(frame)).from_tracks);
+  std::vector<double> numbers = pack(frame);
+  numbers.push_back(2.0);
+  EXPECT_THROW(unpack_frame(numbers), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila
