@@ -51,9 +51,11 @@ void require_bins(const char* name, const std::vector<double>& bins, std::size_t
   for (const double count : bins) require_sum(name, count);
 }
 
-void require_density(const char* name, const DensityMoments& density, int steps) {
-  require_regressions(name, {density.scale}, 1, steps > 0 ? kScaleFeatures : 0, steps > 0 ? 2 : 0);
-  require_error_moments(name, density.components, static_cast<std::size_t>(steps * kMixtureComponents));
+void require_densities(const char* name, const Densities& densities, int steps) {
+  for (const DensityMoments& density : densities) {
+    require_regressions(name, {density.scale}, 1, steps > 0 ? kScaleFeatures : 0, steps > 0 ? 2 : 0);
+    require_error_moments(name, density.components, static_cast<std::size_t>(steps * kMixtureComponents));
+  }
 }
 
 constexpr double kWindowsToKnowCovariance = 20.0;
@@ -70,12 +72,21 @@ void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, 
 /// All but the nonconformity scores.
 void accumulate_moments(ErrorStatistics& sum, const ErrorStatistics& more) {
   accumulate_cells(sum.stacking, more.stacking);
-  sum.density += more.density, sum.density_place_free += more.density_place_free;
+  for (std::size_t state = 0; state < kMotionStates; ++state) {
+    sum.density[state] += more.density[state];
+    sum.density_place_free[state] += more.density_place_free[state];
+  }
   accumulate_bins(sum.novelties, more.novelties);
   accumulate_cells(sum.slow, more.slow);
 }
 
 }  // namespace
+
+double windows_in(const Densities& densities) {
+  double sum = 0.0;
+  for (const DensityMoments& density : densities) sum += density.scale.weight;
+  return sum;
+}
 
 ErrorStatistics zero_error_statistics(int steps, double interval_s) {
   ErrorStatistics error_statistics;
@@ -87,8 +98,8 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s) {
     return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::MatrixXd::Zero(f, outputs)};
   };
   error_statistics.stacking.assign(cells, blank(kStackedFeatures, 1));
-  error_statistics.density = {blank(kScaleFeatures, 2),
-                              std::vector<ErrorMoments>(static_cast<std::size_t>(steps * kMixtureComponents))};
+  error_statistics.density.fill(
+      {blank(kScaleFeatures, 2), std::vector<ErrorMoments>(static_cast<std::size_t>(steps * kMixtureComponents))});
   error_statistics.density_place_free = error_statistics.density;
   error_statistics.scores.assign(cells, std::vector<double>(kScoreBins, 0.0));
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
@@ -103,12 +114,14 @@ ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
     m.products *= share;
   };
   for (RegressionMoments& cell : error_statistics.stacking) discount(cell);
-  for (DensityMoments* density : {&error_statistics.density, &error_statistics.density_place_free}) {
-    discount(density->scale);
-    for (ErrorMoments& cell : density->components) {
-      cell.weight *= share;
-      cell.along *= share;
-      cell.across *= share;
+  for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
+    for (DensityMoments& density : *densities) {
+      discount(density.scale);
+      for (ErrorMoments& cell : density.components) {
+        cell.weight *= share;
+        cell.along *= share;
+        cell.across *= share;
+      }
     }
   }
   for (std::vector<double>& bins : error_statistics.scores) {
@@ -135,12 +148,12 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
   if (past.empty()) return recent;
   if (recent.empty()) return past;
   require_like(past, recent);
-  ErrorStatistics sum = discounted(past, std::exp(-recent.density.scale.weight / memory_windows));
+  ErrorStatistics sum = discounted(past, std::exp(-windows_in(recent.density) / memory_windows));
   accumulate_moments(sum, recent);
   for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) {
     // Under covariances of which little was known nonconformity scores say little: wide ones would hide how large they
     // are now.
-    const double known = past.density.scale.weight;
+    const double known = windows_in(past.density);
     accumulate_bins(sum.scores[cell], recent.scores[cell], known / (known + kWindowsToKnowCovariance));
   }
   return sum;
@@ -167,8 +180,8 @@ void validate(const ErrorStatistics& error_statistics) {
     refuse_statistics("interval_s must be positive");
   const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
   require_regressions("stacking", error_statistics.stacking, cells, kStackedFeatures, 1);
-  require_density("density", error_statistics.density, empty ? 0 : error_statistics.steps);
-  require_density("density_place_free", error_statistics.density_place_free, empty ? 0 : error_statistics.steps);
+  require_densities("density", error_statistics.density, empty ? 0 : error_statistics.steps);
+  require_densities("density_place_free", error_statistics.density_place_free, empty ? 0 : error_statistics.steps);
   require_length("scores", error_statistics.scores.size(), cells);
   for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);

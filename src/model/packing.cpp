@@ -171,8 +171,9 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
   packer.add(classes);
   packer.add(interval_s);
   packer.add_list(stacking, add_moments);
-  add_density(density);
-  add_density(density_place_free);
+  for (const Densities* densities : {&density, &density_place_free}) {
+    for (const DensityMoments& moments : *densities) add_density(moments);
+  }
   const auto add_number = [&](double number) { packer.add(number); };
   packer.add_list(scores, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
   packer.add_list(novelties, add_number);
@@ -196,8 +197,9 @@ ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
   error_statistics.classes = unpacker.count<int>();
   error_statistics.interval_s = unpacker.number();
   error_statistics.stacking = unpacker.list<RegressionMoments>(moments);
-  error_statistics.density = density();
-  error_statistics.density_place_free = density();
+  for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
+    for (DensityMoments& read : *densities) read = density();
+  }
   const auto number = [&] { return unpacker.number(); };
   error_statistics.scores = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
   error_statistics.novelties = unpacker.list<double>(number);

@@ -8,15 +8,18 @@ namespace sila {
 namespace {
 
 /// Errors are believed to grow like this before any was seen, and are measured relative to it.
-constexpr double kNominalAlong_mps = 0.35, kNominalAcross_mps = 0.25, kNominalPosition_m = 0.1;
+constexpr double kNominalVelocity_mps = 0.15, kNominalPosition_m = 0.01;
 /// The mixture before any error was seen, with the weight of so many windows.
-constexpr double kPriorRelative[kMixtureComponents] = {0.25, 1.2, 6.0};
-constexpr double kPriorShares[kMixtureComponents] = {0.5, 0.35, 0.15};
+struct Prior {
+  double relative[kMixtureComponents];  ///< variances, relative to nominal ones
+  double shares[kMixtureComponents];
+};
+constexpr Prior kPriors[kMotionStates] = {{{0.15, 0.8, 4.0}, {0.7, 0.25, 0.05}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
 constexpr double kPriorWindows = 10.0;
 /// Ridge of the regression of the scale, towards no dependence.
-constexpr double kScaleRidge = 20.0;
+constexpr double kScaleRidge = 60.0;
 /// Keeps the logarithm of an error of zero finite.
-constexpr double kSmallestSquare = 0.2;
+constexpr double kSmallestSquare = 0.1;
 /// No error is believed to be smaller: pedestrians who all do the same would else make the covariances vanish.
 constexpr double kLeastError_m = 1e-3;
 /// A covariance thinner than this could not be told from a flat one.
@@ -28,9 +31,9 @@ double square(double x) {
   return x * x;
 }
 
-Vector2 nominal_variances_m2(std::size_t step, double interval_s) {
-  const double t = static_cast<double>(step + 1) * interval_s;
-  return {square(kNominalPosition_m + kNominalAlong_mps * t), square(kNominalPosition_m + kNominalAcross_mps * t)};
+/// Along and across.
+double nominal_variance_m2(std::size_t step, double interval_s) {
+  return square(kNominalPosition_m + kNominalVelocity_mps * static_cast<double>(step + 1) * interval_s);
 }
 
 /// A logarithm, centred and scaled so that one ridge serves all features.
@@ -57,7 +60,7 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
   return along_across_m2.x() * along * along.transpose() + along_across_m2.y() * across * across.transpose();
 }
 
-ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double interval_s)
+ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state)
     : steps_(static_cast<std::size_t>(steps)), interval_s_(interval_s), coefficients_(decltype(coefficients_)::Zero()) {
   if (moments.scale.weight > 0.0) {
     Eigen::MatrixXd matrix = moments.scale.features;
@@ -67,20 +70,21 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
     if (!coefficients_.allFinite()) coefficients_.setZero();
     coefficients_.row(0).setZero();  // the components have the level of each step
   }
+  const Prior& before = kPriors[state];
   std::array<double, kMixtureComponents> counts = {};
   for (std::size_t step = 0; step < steps_; ++step) {
     auto& relative = relative_.emplace_back();
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
       const ErrorMoments& seen = moments.components[step * kMixtureComponents + c];
-      const double prior = kPriorWindows * kPriorShares[c];
+      const double prior = kPriorWindows * before.shares[c];
       counts[c] += seen.weight + prior;
       relative[c] =
-          (Vector2(seen.along, seen.across) + Vector2::Constant(prior * kPriorRelative[c])) / (seen.weight + prior);
+          (Vector2(seen.along, seen.across) + Vector2::Constant(prior * before.relative[c])) / (seen.weight + prior);
     }
   }
   double total = 0.0;
   for (const double count : counts) total += count;
-  for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : kPriorShares[c];
+  for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : before.shares[c];
 }
 
 Vector2 ErrorDensity::scale(const ScaleFeatures& features) const {
@@ -92,7 +96,7 @@ Vector2 ErrorDensity::variances_m2(std::size_t component, std::size_t step, cons
   const std::size_t row = std::min(step, steps_ - 1);
   const double growth = square(static_cast<double>(step + 1) / static_cast<double>(row + 1));
   const Vector2 variances =
-      growth * relative_[row][component].cwiseProduct(nominal_variances_m2(row, interval_s_)).cwiseProduct(scale);
+      growth * nominal_variance_m2(row, interval_s_) * relative_[row][component].cwiseProduct(scale);
   return variances.cwiseMax(std::max(square(kLeastError_m), kThinnest * variances.maxCoeff()));
 }
 
@@ -128,26 +132,26 @@ double ErrorDensity::density(std::size_t step, const Vector2& scale, const Vecto
 }
 
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
-                const std::vector<Vector2>& errors_m, double share, double interval_s) {
+                const std::vector<Vector2>& errors_m, double weight, double interval_s) {
   if (errors_m.empty()) return;
   const Vector2 scale = density.scale(features);
   Vector2 relative = Vector2::Zero();
   for (std::size_t step = 0; step < errors_m.size(); ++step) {
     const Vector2 square_m2 = errors_m[step].array().square();
-    const Vector2 nominal_m2 = nominal_variances_m2(step, interval_s);
-    relative += square_m2.cwiseQuotient(nominal_m2);
+    const double nominal_m2 = nominal_variance_m2(step, interval_s);
+    relative += square_m2 / nominal_m2;
     const auto shares = density.responsibilities(step, scale, errors_m[step]);
-    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2.cwiseProduct(scale));
+    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * scale);
     for (std::size_t c = 0; c < kMixtureComponents; ++c)
       moments.components[step * kMixtureComponents + c] +=
-          {share * shares[c], share * shares[c] * scaled.x(), share * shares[c] * scaled.y()};
+          {weight * shares[c], weight * shares[c] * scaled.x(), weight * shares[c] * scaled.y()};
   }
   const Vector2 logs = (relative / static_cast<double>(errors_m.size())).array().max(0.0).unaryExpr([](double x) {
     return std::log(x + kSmallestSquare);
   });
-  moments.scale.weight += share;
-  moments.scale.features.noalias() += share * features * features.transpose();
-  moments.scale.products.noalias() += share * features * logs.transpose();
+  moments.scale.weight += weight;
+  moments.scale.features.noalias() += weight * features * features.transpose();
+  moments.scale.products.noalias() += weight * features * logs.transpose();
 }
 
 }  // namespace sila

@@ -13,6 +13,8 @@
 namespace sila {
 namespace {
 
+/// A window that was predicted before anything was learnt says little of how large errors will be.
+constexpr double kUnfittedWeight = 0.2;
 /// What all other sites together weigh in a cell of a site's nonconformity scores, at the most.
 constexpr double kOtherSitesWindows = 20.0;
 
@@ -102,26 +104,25 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
   return sum;
 }
 
-struct Densities {
-  const ErrorDensity &stacked, &place_free;
-};
-
-void add(ErrorStatistics& error_statistics, const Example& example, const Densities& densities) {
+void add(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
   if (example.slow) error_statistics.slow[*example.slow] += example.slow_errors;
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
-  const Vector2 scale = densities.stacked.scale(example.scale);
+  const ErrorDensity& walking = stacking.density(kWalking, true);
+  const Vector2 scale = walking.scale(example.scale);
   for (std::size_t j = 0; j < example.features.size(); ++j) {
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(example.speed);
     const double seconds = static_cast<double>(j + 1) * error_statistics.interval_s;
     if (example.fitted)
       error_statistics.scores[cell][static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += 1.0;
     add(error_statistics.stacking[cell], example.features[j], example.truths_mps[j],
-        precision(densities.stacked, j, scale, example.errors_m[j], seconds));
+        precision(walking, j, scale, example.errors_m[j], seconds));
   }
-  add_errors(error_statistics.density, densities.stacked, example.scale, example.errors_m, 1.0,
+  const std::size_t state = example.slow ? kStanding : kWalking;
+  const double weight = example.fitted ? 1.0 : kUnfittedWeight;
+  add_errors(error_statistics.density[state], stacking.density(state, true), example.scale, example.errors_m, weight,
              error_statistics.interval_s);
-  add_errors(error_statistics.density_place_free, densities.place_free, example.scale_place_free,
-             example.errors_place_free_m, 1.0, error_statistics.interval_s);
+  add_errors(error_statistics.density_place_free[state], stacking.density(state, false), example.scale_place_free,
+             example.errors_place_free_m, weight, error_statistics.interval_s);
 }
 
 }  // namespace
@@ -134,11 +135,10 @@ ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<co
                     [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
   ErrorStatistics sum =
       zero_error_statistics(steps, predictor.interval_s());  // in the order of the windows, whatever the threads did
-  const ErrorDensity unseen(sum.density, steps, predictor.interval_s());
+  const Stacking unseen(sum, predictor.config());
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking = predictor.stacking(predictor.map().site(windows[i].observed.frame));
-    add(sum, each[i],
-        stacking.fitted() ? Densities{stacking.density(), stacking.density_place_free()} : Densities{unseen, unseen});
+    add(sum, each[i], stacking.fitted() ? stacking : unseen);
   }
   return sum;
 }

@@ -27,7 +27,7 @@ Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& 
   for (std::size_t j = 0; j < mode.path_m.size(); ++j)
     mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s *
                                    velocity_mps(stacking, seen, residuals, here, j, interval_s);
-  const ErrorDensity& density = here ? stacking.density() : stacking.density_place_free();
+  const ErrorDensity& density = stacking.density(seen.motion_state(), here);
   return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{},
                                       velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
 }
@@ -137,7 +137,7 @@ void Predictor::add_stacked_modes(const CurbTrajectory& observed, const MergedRo
   const auto steps = workspace.prediction.times_s.size();
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
-  const ErrorDensity& density = here ? stacking.density() : stacking.density_place_free();
+  const ErrorDensity& density = stacking.density(seen.motion_state(), here);
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
   Vector2 scale = Vector2::Ones();
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {

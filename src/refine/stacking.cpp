@@ -75,6 +75,12 @@ std::array<SlowChoice, kSlowClasses> choices_of(const ErrorStatistics& error_sta
   return choices;
 }
 
+std::array<ErrorDensity, kMotionStates> densities_of(const Densities& moments, const ErrorStatistics& shape) {
+  static_assert(kMotionStates == 2);
+  return {ErrorDensity(moments[kWalking], shape.steps, shape.interval_s, kWalking),
+          ErrorDensity(moments[kStanding], shape.steps, shape.interval_s, kStanding)};
+}
+
 }  // namespace
 
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
@@ -140,8 +146,8 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
 
 Stacking::Stacking(const ErrorStatistics& error_statistics, const PredictConfig& config)
     : steps_(config.stacking ? error_statistics.steps : 0),
-      density_(error_statistics.density, error_statistics.steps, error_statistics.interval_s),
-      density_place_free_(error_statistics.density_place_free, error_statistics.steps, error_statistics.interval_s) {
+      density_(densities_of(error_statistics.density, error_statistics)),
+      density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)) {
   if (steps_ == 0) return;
   slow_choices_ = choices_of(error_statistics);
   coefficients_ = solve(error_statistics);

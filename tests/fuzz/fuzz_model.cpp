@@ -46,8 +46,9 @@ Model sound_model() {
     error_statistics = of_one_step(error_statistics);
     for (RegressionMoments& moments : error_statistics.stacking)
       moments.features *= moments.features.transpose().eval();
-    for (DensityMoments* density : {&error_statistics.density, &error_statistics.density_place_free})
-      density->scale.features *= density->scale.features.transpose().eval();
+    for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
+      for (DensityMoments& density : *densities) density.scale.features *= density.scale.features.transpose().eval();
+    }
     site.global_residual = random_gp(random, kGlobalResidualInputs, 4);
   }
   model.global_residual = random_gp(random, kGlobalResidualInputs, 4);

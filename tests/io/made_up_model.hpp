@@ -80,8 +80,8 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
       moments.components.push_back({0.3 * i, 1.0 / 7.0, 0.1 * weight});
     return moments;
   };
-  error_statistics.density = density(2.5);
-  error_statistics.density_place_free = density(0.5);
+  error_statistics.density = {density(2.5), density(1.5)};
+  error_statistics.density_place_free = {density(0.5), density(0.25)};
   for (int i = 0; i < error_statistics.steps * error_statistics.classes; ++i) {
     error_statistics.stacking.push_back(regression(0.1 * i, kStackedFeatures, 1));
     error_statistics.scores.emplace_back(kScoreBins, 0.1 * i).front() = 1.0 / 3.0;
@@ -144,8 +144,9 @@ inline ErrorStatistics of_one_step(ErrorStatistics error_statistics) {
   const auto cells = static_cast<std::size_t>(error_statistics.classes);
   error_statistics.steps = 1;
   error_statistics.stacking.resize(cells);
-  error_statistics.density.components.resize(kMixtureComponents);
-  error_statistics.density_place_free.components.resize(kMixtureComponents);
+  for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
+    for (DensityMoments& density : *densities) density.components.resize(kMixtureComponents);
+  }
   error_statistics.scores.resize(cells);
   return error_statistics;
 }

@@ -32,7 +32,7 @@ TEST(ModelFile, KeepsSubnormalsNegativeZeroAndExtremes) {
   set_count(model.transitions[1], std::nextafter(1.0, 2.0));
   model.primitives[0].cells.front().cell.x = -1'000'000'000;
   model.primitives[0].cells.back().cell.x = 1'000'000'000;
-  model.sites[0].error_statistics.density.components[0].along = -0.0;
+  model.sites[0].error_statistics.density[kWalking].components[0].along = -0.0;
   model.tracks = std::numeric_limits<long>::max();
   save_model(folder / "m.sila", stored(model));
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, model));

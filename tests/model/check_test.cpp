@@ -51,14 +51,16 @@ TEST(CheckModel, RefusesErrorStatisticsOfAnotherShape) {
       {"no speed classes", [](Model& m) { m.sites[0].error_statistics.classes = 0; }},
       {"no interval", [](Model& m) { m.sites[0].error_statistics.interval_s = 0.0; }},
       {"a regression less", [](Model& m) { m.sites[0].error_statistics.stacking.pop_back(); }},
-      {"a component less", [](Model& m) { m.sites[0].error_statistics.density_place_free.components.pop_back(); }},
-      {"fewer features", [](Model& m) { m.sites[0].error_statistics.density.scale.features.resize(2, 2); }},
+      {"a component less",
+       [](Model& m) { m.sites[0].error_statistics.density_place_free[kStanding].components.pop_back(); }},
+      {"fewer features", [](Model& m) { m.sites[0].error_statistics.density[kWalking].scale.features.resize(2, 2); }},
       {"features that are not square",
        [](Model& m) { m.sites[0].error_statistics.stacking[0].features.conservativeResize(9, 8); }},
       {"fewer products", [](Model& m) { m.sites[0].error_statistics.stacking[0].products.resize(3, 1); }},
       {"a product that is no number", [](Model& m) { m.sites[0].error_statistics.stacking[0].products(2) = kNan; }},
       {"a negative weight", [](Model& m) { m.sites[0].error_statistics.stacking[0].weight = -5.0; }},
-      {"a negative residual", [](Model& m) { m.sites[0].error_statistics.density.components[0].along = -1.0; }},
+      {"a negative residual",
+       [](Model& m) { m.sites[0].error_statistics.density[kWalking].components[0].along = -1.0; }},
       {"fewer bins", [](Model& m) { m.sites[0].error_statistics.scores[2].pop_back(); }},
       {"a bin that is no number", [](Model& m) { m.sites[0].error_statistics.scores[2][0] = kNan; }},
       {"a negative bin", [](Model& m) { m.sites[0].error_statistics.novelties[0] = -1.0; }},
@@ -71,7 +73,7 @@ TEST(CheckModel, RefusesErrorStatisticsOfAnotherShape) {
 
 TEST(CheckModel, TakesSumsOfSquaresThatRoundingLeftBelowZero) {
   Model model = random_model(3);
-  model.sites[0].error_statistics.density.components[0].across = -1e-15;
+  model.sites[0].error_statistics.density[kWalking].components[0].across = -1e-15;
   EXPECT_NO_THROW(check(model));
 }
 

@@ -12,7 +12,7 @@ constexpr int kSteps = 3;
 constexpr double kInterval_s = 0.4;
 
 DensityMoments no_errors() {
-  return zero_error_statistics(kSteps, kInterval_s).density;
+  return zero_error_statistics(kSteps, kInterval_s).density[kWalking];
 }
 
 ScaleFeatures features_at(double change_mps) {
@@ -101,6 +101,14 @@ TEST(ErrorDensity, AddsMomentsExactly) {
   EXPECT_LT((first.scale.products - both.scale.products).norm(), 1e-10);
   for (std::size_t c = 0; c < both.components.size(); ++c)
     EXPECT_NEAR(first.components[c].along, both.components[c].along, 1e-9);
+}
+
+TEST(ErrorDensity, BeginsNarrowerForPeopleWhoStand) {
+  const ErrorDensity walking(no_errors(), kSteps, kInterval_s, kWalking),
+      standing(no_errors(), kSteps, kInterval_s, kStanding);
+  const Vector2 scale = Vector2::Ones(), none = Vector2::Zero(), far(2.0, 0.0);
+  EXPECT_GT(standing.density(0, scale, none), 2.0 * walking.density(0, scale, none));
+  EXPECT_GT(standing.density(0, scale, far), walking.density(0, scale, far));  // who starts to walk is far off
 }
 
 TEST(ErrorDensity, GrowsBeyondTheFittedStepsAndNeverVanishes) {

@@ -202,7 +202,7 @@ TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
   const Model model = learn_fleet({}, {here, there}, kConfig);
   ASSERT_EQ(model.sites.size(), 2u);
   for (const Site& site : model.sites) {
-    EXPECT_GT(site.error_statistics.density.scale.weight, 100.0);  // windows
+    EXPECT_GT(site.error_statistics.density[kWalking].scale.weight, 100.0);  // windows
   }
 }
 

@@ -99,6 +99,21 @@ TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
   EXPECT_LT(turning.model.back().weighted_mhd_m, turning.constant.back().weighted_mhd_m);
 }
 
+TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
+  const Model before = run_episode({}, testing::corner_walks(40, 3), kConfig).model;
+  std::vector<FramedTrajectory> standing;
+  for (unsigned i = 0; i < 10; ++i) {
+    const double x = 2.0 + 0.1 * i;
+    standing.push_back({testing::walk("s" + std::to_string(i), {{x, 1}, {x + 0.01, 1}}, 0.0008, 0.1, 0.02, 90 + i),
+                        testing::square_frame()});
+  }
+  const Densities first = before.sites[0].error_statistics.density;
+  const Densities second = run_episode(before, standing, kConfig).model.sites[0].error_statistics.density;
+  EXPECT_GT(first[kWalking].scale.weight, 0.0);
+  EXPECT_LE(second[kWalking].scale.weight, first[kWalking].scale.weight);  // fades, and no window is added
+  EXPECT_GT(second[kStanding].scale.weight, first[kStanding].scale.weight + 20.0);
+}
+
 TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
   std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 21);
   for (unsigned i = 0; i < 60; ++i) {

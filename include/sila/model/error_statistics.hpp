@@ -18,6 +18,8 @@ inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
 inline constexpr int kScaleFeatures = 8;
 /// Gaussians of the mixture that errors are spread by, from narrow to wide.
 inline constexpr int kMixtureComponents = 3;
+/// People who walk and those who hardly move err so differently that each have a density of their own.
+inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
@@ -66,6 +68,8 @@ struct DensityMoments {
   }
 };
 
+using Densities = std::array<DensityMoments, kMotionStates>;
+
 /// Classes of people who hardly move, by the speed of their net displacement while observed.
 inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
 inline constexpr std::size_t kSlowClasses = std::size(kSlowLimits_mps);
@@ -97,14 +101,17 @@ struct ErrorStatistics {
   int classes = 0;
   double interval_s = 0.2;                  ///< between steps
   std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
-  DensityMoments density;                   ///< errors of stacked predictions
-  DensityMoments density_place_free;        ///< of the global residual GP alone, for a place that is not known
+  Densities density;                        ///< errors of stacked predictions
+  Densities density_place_free;             ///< of the global residual GP alone, for a place that is not known
   std::vector<std::vector<double>> scores;  ///< how often what happened was so surprising: bins of each cell
   std::vector<double> novelties;            ///< how often a path was so little known: bins
   std::vector<SlowErrors> slow;             ///< of each slow class
 
   bool empty() const { return steps == 0; }
 };
+
+/// Windows that a density rests on.
+double windows_in(const Densities& densities);
 
 /// Tables of zeros.
 ErrorStatistics zero_error_statistics(int steps, double interval_s);

@@ -26,7 +26,8 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 /// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0107-error-density.md.
 class ErrorDensity {
  public:
-  ErrorDensity(const DensityMoments& moments, int steps, double interval_s);
+  /// `state`: kWalking or kStanding, whose errors differ before any was seen.
+  ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state = kWalking);
 
   /// Factors of the variances along and across.
   Vector2 scale(const ScaleFeatures& features) const;
@@ -52,8 +53,8 @@ class ErrorDensity {
 };
 
 /// What a prediction and what happened add to the moments. Shapes: as many errors (along, across) as steps that were
-/// seen, at most those of the moments. `share`: how likely this prediction was meant, of several.
+/// seen, at most those of the moments. `weight`: as if the window had been seen so often.
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
-                const std::vector<Vector2>& errors_m, double share, double interval_s);
+                const std::vector<Vector2>& errors_m, double weight, double interval_s);
 
 }  // namespace sila

@@ -44,6 +44,8 @@ struct ObservedFeatures {
   std::optional<int> site;          ///< none: at an untrained one
   int speed = 0;                    ///< class
   std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
+
+  std::size_t motion_state() const { return slow ? kStanding : kWalking; }
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
                                    const CurbTrajectory& observed, Scratch& scratch);
@@ -74,16 +76,17 @@ class Stacking {
   Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
   /// The last step that was fitted: what the spread of errors is judged by must not depend on the horizon asked for.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
-  /// Of the errors of stacked predictions, and of those of the global residual GP alone.
-  const ErrorDensity& density() const { return density_; }
-  const ErrorDensity& density_place_free() const { return density_place_free_; }
+  /// Of the errors of stacked predictions (`here`), or of those of the global residual GP alone.
+  const ErrorDensity& density(std::size_t motion_state, bool here) const {
+    return here ? density_[motion_state] : density_place_free_[motion_state];
+  }
 
  private:
   std::size_t cell(std::size_t step, int speed_class) const;
 
   int steps_ = 0;
   std::vector<Eigen::VectorXd> coefficients_;
-  ErrorDensity density_, density_place_free_;
+  std::array<ErrorDensity, kMotionStates> density_, density_place_free_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
 };
 
