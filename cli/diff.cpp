@@ -21,7 +21,7 @@ struct DiffOptions {
 /// The observed paths that both models predict from: windows of the given tracks, or paths traced from the models.
 std::vector<CurbTrajectory> observed_paths(const DiffOptions& options, const Model& a, const Model& b,
                                            const Config& config) {
-  const PredictConfig& predict = config.episode.predict;
+  const RefineConfig& predict = config.episode.predict;
   std::vector<CurbTrajectory> paths;
   if (!options.tracks.scene.empty() || !options.tracks.paths.empty()) {
     const SceneTracks input = read_placed(options.tracks, config, a);

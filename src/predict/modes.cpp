@@ -50,13 +50,6 @@ Rollout weighted_mean(std::span<const Rollout> rollouts, RolloutGroup group, Scr
   return mean;
 }
 
-/// One pair of mode variants finds room beside the groups.
-int most_groups(const PredictConfig& config) {
-  constexpr int pair = 2;
-  const bool mode_variants = config.stacking && config.mode_variants >= pair && config.max_modes > pair;
-  return mode_variants ? config.max_modes - pair : config.max_modes;
-}
-
 /// The members of each group, in order.
 std::span<RolloutGroup> collect(std::span<const std::size_t> order, std::span<const std::size_t> group_of,
                                 std::size_t groups, Scratch& scratch) {
@@ -102,7 +95,7 @@ std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, 
     const double first = weight_of(rollouts, a), second = weight_of(rollouts, b);
     return first != second ? first > second : a.front() < b.front();
   });
-  return groups.first(std::min(count, static_cast<std::size_t>(most_groups(config))));
+  return groups.first(std::min(count, static_cast<std::size_t>(config.max_modes)));
 }
 
 std::span<Rollout> merge_rollouts(std::span<const Rollout> rollouts, std::span<const RolloutGroup> groups,

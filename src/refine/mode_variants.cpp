@@ -23,7 +23,7 @@ void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t compo
 }
 
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
-                  const PredictConfig& config) {
+                  const RefineConfig& config) {
   struct Variant {
     VariantKind kind;
     Vector2 direction;  ///< along, across
@@ -42,7 +42,7 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
       const Vector2 way = variant.path_m[j] - start_m;
       const double length = way.norm();
       const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
-      const Vector2 off = PredictConfig::variant_reach *
+      const Vector2 off = RefineConfig::variant_reach *
                           density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
       variant.path_m[j] += off.x() * ahead + off.y() * Vector2(-ahead.y(), ahead.x());
     }

@@ -61,10 +61,11 @@ void add_regions(Prediction& prediction, const Calibration& calibration, int spe
 
 }  // namespace
 
-Predictor::Predictor(const Model& model, const PredictConfig& config) : Predictor(model, config, nullptr) {}
+Predictor::Predictor(const Model& model, const RefineConfig& config) : Predictor(model, config, nullptr) {}
 
-Predictor::Predictor(const Model& model, const PredictConfig& config, const Snapshot* earlier)
+Predictor::Predictor(const Model& model, const RefineConfig& config, const Snapshot* earlier)
     : config_(config),
+      rollout_config_(rollout_config(config)),
       interval_s_(model.settings.sample_interval_s),
       map_(model, config, earlier ? &earlier->model : nullptr, earlier ? &earlier->predictor.map_ : nullptr),
       residuals_(model, config, earlier ? &earlier->model : nullptr,
@@ -82,7 +83,7 @@ Predictor::Fitted Predictor::fitted_to(const ErrorStatistics& error_statistics) 
 
 RolloutSet Predictor::rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
   const bool with_covariances = !stacking(map_.site(observed.frame)).fitted();
-  return roll_out_near(map_, observed, steps, interval_s_, with_covariances, config_, scratch);
+  return roll_out_near(map_, observed, steps, interval_s_, with_covariances, rollout_config_, scratch);
 }
 
 ObservedFeatures Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
@@ -166,7 +167,7 @@ Prediction Predictor::predict(const CurbTrajectory& observed) const {
   return std::move(workspace.prediction);
 }
 
-Prediction predict(const Model& model, const CurbTrajectory& observed, const PredictConfig& config) {
+Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config) {
   return Predictor(model, config).predict(observed);
 }
 

@@ -18,7 +18,7 @@ Eigen::AlignedBox<double, kResidualInputs> reach_of(const SparseGp& gp) {
 
 }  // namespace
 
-ResidualIndex::ResidualIndex(const Model& model, const PredictConfig& config, const Model* earlier,
+ResidualIndex::ResidualIndex(const Model& model, const RefineConfig& config, const Model* earlier,
                              const ResidualIndex* of_earlier)
     : knots_(model.settings.residual_knots),
       horizon_s_(model.settings.residual_horizon_s),

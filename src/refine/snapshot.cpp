@@ -4,9 +4,9 @@
 
 namespace sila {
 
-Snapshot::Snapshot(Model given, const PredictConfig& config) : model(std::move(given)), predictor(model, config) {}
+Snapshot::Snapshot(Model given, const RefineConfig& config) : model(std::move(given)), predictor(model, config) {}
 
-Snapshot::Snapshot(Model given, const PredictConfig& config, const Snapshot& earlier)
+Snapshot::Snapshot(Model given, const RefineConfig& config, const Snapshot& earlier)
     : model(std::move(given)), predictor(model, config, &earlier) {}
 
 }  // namespace sila

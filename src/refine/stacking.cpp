@@ -144,7 +144,7 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
   return scale_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, residuals.evidence);
 }
 
-Stacking::Stacking(const ErrorStatistics& error_statistics, const PredictConfig& config)
+Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)
     : steps_(config.stacking ? error_statistics.steps : 0),
       density_(densities_of(error_statistics.density, error_statistics)),
       density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)) {

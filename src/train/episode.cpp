@@ -161,7 +161,7 @@ Update retrain_update(const EpisodeConfig& config) {
 }
 
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
-                               const PredictConfig& predict, double stride_s) {
+                               const RefineConfig& predict, double stride_s) {
   const auto steps = static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s));
   std::vector<Window> windows;
   for (const FramedTrajectory& placed : tracks) {

@@ -148,7 +148,7 @@ CurbTrajectory observed_by(const Model& model, const Vector2& from, const Vector
 
 /// A prediction has a future, whatever it says of it.
 void predict_with(const Model& model) {
-  PredictConfig config;
+  RefineConfig config;
   config.horizon_s = std::min(config.horizon_s, 10.0 * model.settings.sample_interval_s);
   config.mode_horizon_s = config.horizon_s;
   try {

@@ -58,7 +58,7 @@ TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   expect_valid(prediction);
   EXPECT_TRUE(prediction.fallback);
   EXPECT_GT(prediction.novelty, 0.99);
-  PredictConfig plain = kConfig.predict;
+  RefineConfig plain = kConfig.predict;
   plain.stacking = false;
   const Prediction constant = predict(corner_model(), observed, plain);
   const std::vector<Vector2> expected = constant_velocity(observed, 25, 0.2);
@@ -85,7 +85,7 @@ TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
   const std::vector<FramedTrajectory> walks = testing::corner_walks(400, 21);
   const Model fused = run_episodes({}, walks, 20, kConfig, sila_update(kConfig)).model;
   const Model crowded = run_episodes({}, walks, 5, kConfig, accumulate_update(kConfig)).model;
-  const PredictConfig config;
+  const RefineConfig config;
   const FlowFieldIndex map(crowded, config);
   const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
   Scratch scratch;
@@ -106,7 +106,7 @@ TEST(Predictor, AnswersWithAnEmptyModel) {
 }
 
 TEST(Predictor, AShorterHorizonIsThePrefixOfALongerOne) {
-  PredictConfig brief = kConfig.predict, lengthy = kConfig.predict;
+  RefineConfig brief = kConfig.predict, lengthy = kConfig.predict;
   brief.horizon_s = 2.0, lengthy.horizon_s = 9.0;
   const Predictor predictor(corner_model(), kConfig.predict), brief_one(corner_model(), brief),
       lengthy_one(corner_model(), lengthy);
@@ -159,7 +159,7 @@ TEST(Predictor, AChangedOrShuffledFutureChangesNoPrediction) {
 // Whether a pedestrian will turn cannot be seen from afar, so the weights may be as even as people's choices are; but
 // one of the modes must have what then happens.
 TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
-  PredictConfig apart = kConfig.predict;
+  RefineConfig apart = kConfig.predict;
   apart.merge_radius_m = 0.5;
   const Predictor predictor(corner_model(), apart);
   double ours = 0.0, constant = 0.0;
@@ -207,7 +207,7 @@ TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
   const CurbTrajectory observed =
       observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, coarse);
   EXPECT_THROW(predict(corner_model(), observed, kConfig.predict), std::invalid_argument);
-  PredictConfig none = kConfig.predict;
+  RefineConfig none = kConfig.predict;
   none.horizon_s = 0.0;
   EXPECT_THROW(Predictor(corner_model(), none), std::invalid_argument);
 }
@@ -229,7 +229,7 @@ TEST(Weights, FollowFromNegativeLogLikelihoodsAsInThePaper) {
   std::vector<Rollout> rollouts;
   for (double nll : {13.0, 10.0, 11.0})
     rollouts.push_back(standing(Vector2(nll, 0.0), std::exp(10.0 - nll), Matrix2::Identity(), scratch));
-  PredictConfig apart;
+  RefineConfig apart;
   apart.merge_radius_m = 0.1;
   const std::span<const Rollout> modes =
       merge_rollouts(rollouts, group_rollouts(rollouts, testing::square_frame(), 25, apart, scratch), scratch);
@@ -257,7 +257,7 @@ TEST(Predictor, OwnDeviationBeginsWithTheObservedVelocityAndFades) {
   EpisodeConfig config = profile("paper").episode;
   config.predict.merge_radius_m = 0.0;
   const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
-  PredictConfig without = config.predict;
+  RefineConfig without = config.predict;
   without.own_deviation = false;
   const Predictor own(model, config.predict), field(model, without);
   int compared = 0;

@@ -99,20 +99,20 @@ TEST(ModeVariants, KeepWeightAndMeanOfTheirMode) {
   EXPECT_EQ(slower.variant, VariantKind::slower);
   EXPECT_LT(slower.path_m[1].x(), 1.4);
   EXPECT_EQ(left.variant, VariantKind::left);
-  const double off = PredictConfig::variant_reach * std::sqrt(kUnseen.total_variances_m2(1, {1.0, 4.0}).y());
+  const double off = RefineConfig::variant_reach * std::sqrt(kUnseen.total_variances_m2(1, {1.0, 4.0}).y());
   EXPECT_NEAR(left.path_m[1].y(), 2.0 + off, 1e-12);
 }
 
 TEST(ModeVariants, ComeInPairsAndOnlyWhereThereIsRoom) {
   for (const auto& [max_modes, modes] : {std::pair(3, 1u), std::pair(4, 1u), std::pair(5, 3u), std::pair(100, 5u)}) {
-    PredictConfig config;
+    RefineConfig config;
     config.max_modes = max_modes;
     Workspace workspace;
     go_straight(workspace, 1.0);
     add_variants(workspace, kUnseen, {1.0, 1.0}, {1.0, 2.0}, config);
     EXPECT_EQ(workspace.prediction.modes.size(), modes) << max_modes;
   }
-  PredictConfig none;
+  RefineConfig none;
   none.mode_variants = 0;
   Workspace workspace;
   go_straight(workspace, 1.0);

@@ -59,7 +59,7 @@ void expect_sound(const Model& model, const EpisodeConfig& config) {
 /// Smallest eigenvalue that a covariance of a prediction may have [m²]: that of an error of a millimetre, less what
 /// the mode variants take.
 double floor_m2(const EpisodeConfig& config) {
-  const PredictConfig& predict = config.predict;
+  const RefineConfig& predict = config.predict;
   const double taken = 2.0 * predict.variant_weight * predict.variant_reach * predict.variant_reach;
   return 1e-6 * (predict.mode_variants > 0 ? 1.0 - taken : 1.0) * (1.0 - 1e-3);
 }
@@ -210,7 +210,7 @@ CurbTrajectory random_window(HostileTracks& hostile) {
 TEST(Hostile, NumbersOfAnySizeArePredictedOrRefused) {
   const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
   const Predictor predictor(model, kConfig.predict);
-  PredictConfig plain = kConfig.predict;
+  RefineConfig plain = kConfig.predict;
   plain.stacking = false;
   const Predictor unfitted(model, plain);
   HostileTracks hostile(11);

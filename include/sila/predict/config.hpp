@@ -14,7 +14,7 @@ enum class WeightPrior {
 };
 inline constexpr const char* kWeightPriors[] = {"local_evidence", "transition_probability", "none"};
 
-/// Prediction; the profile `paper` sets the paper's method alone (sila/profile.hpp).
+/// The paper's prediction; sila/refine/config.hpp has what is added to it.
 struct PredictConfig {
   double observe_s = 3.2;
   double horizon_s = 5.0;
@@ -35,14 +35,7 @@ struct PredictConfig {
   /// Modes lighter than this share of the heaviest are dropped.
   static constexpr double min_relative_weight = 0.01;
   double merge_radius_m = 2.0;
-  bool stacking = true;
   bool trained_sites_only = true;
-  /// Maximum effective sample size of the global residual GP at an untrained site.
-  static constexpr double max_effective_samples = 25.0;
-  int mode_variants = 4;
-  double variant_weight = 0.002;
-  /// Distance of a variant from its mode [standard deviations].
-  static constexpr double variant_reach = 0.9;
   /// Correlation time of a pedestrian's deviation from the field [s].
   static constexpr double noise_correlation_s = 1.6;
   bool own_deviation = false;
@@ -69,14 +62,8 @@ void fields(Config& config, Visitor&& visit) {
                "minimum number of observed samples at positions that a field knows");
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes with a smaller mean distance are merged");
-  visit.flag("stacking", config.stacking,
-             "stack kinematics, residual GPs and roll-outs by ridge regression on past errors (paper: off)");
   visit.flag("trained_sites_only", config.trained_sites_only,
              "at an untrained site, use only what does not depend on the site");
-  visit.number("mode_variants", config.mode_variants, Range{0, 4}, "-",
-               "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
-  visit.number("variant_weight", config.variant_weight, Range{0.0, 0.1, true}, "-",
-               "share of its mode's weight that each variant gets");
   visit.flag("own_deviation", config.own_deviation,
              "start a roll-out with the pedestrian's own deviation from the field, which decays over that time");
 }

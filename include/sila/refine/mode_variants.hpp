@@ -1,7 +1,7 @@
 #pragma once
 
-#include "sila/predict/config.hpp"
 #include "sila/predict/predict.hpp"
+#include "sila/refine/config.hpp"
 #include "sila/refine/error_density.hpp"
 
 namespace sila {
@@ -14,7 +14,7 @@ void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t compo
 /// `variant_reach` standard deviations off, so that a user of single paths sees what else may happen. In pairs, as far
 /// as there is room for them and the wider modes. Source: none in the paper; docs/decisions/0072-mode_variants.md.
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
-                  const PredictConfig& config);
+                  const RefineConfig& config);
 
 /// Adds the wider components of the errors, about the path of the first mode.
 void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m);

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "sila/model/model.hpp"
-#include "sila/predict/config.hpp"
 #include "sila/predict/flow_field_index.hpp"
 #include "sila/predict/predict.hpp"
+#include "sila/refine/config.hpp"
 #include "sila/refine/regions.hpp"
 #include "sila/refine/stacking.hpp"
 
@@ -25,7 +25,7 @@ struct MergedRollouts {
 class Predictor {
  public:
   /// Throws: std::invalid_argument for a configuration out of range.
-  Predictor(const Model& model, const PredictConfig& config);
+  Predictor(const Model& model, const RefineConfig& config);
 
   /// The next seconds of a person as weighted modes; always an answer.
   /// Units: `observed` in curb units, sampled at the model's interval, ending at t0; the prediction in metres,
@@ -41,7 +41,7 @@ class Predictor {
   MergedRollouts merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
   const Prediction& predict(const CurbTrajectory& observed, const MergedRollouts& merged, Workspace& workspace) const;
 
-  const PredictConfig& config() const { return config_; }
+  const RefineConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
   const FlowFieldIndex& map() const { return map_; }
   /// What past errors fitted of a trained site, or of all sites together.
@@ -49,7 +49,7 @@ class Predictor {
 
  private:
   friend struct Snapshot;
-  Predictor(const Model& model, const PredictConfig& config, const Snapshot* earlier);
+  Predictor(const Model& model, const RefineConfig& config, const Snapshot* earlier);
 
   struct Fitted {
     Stacking stacking;
@@ -62,7 +62,8 @@ class Predictor {
                          Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 
-  PredictConfig config_;
+  RefineConfig config_;
+  PredictConfig rollout_config_;
   double interval_s_;
   FlowFieldIndex map_;
   ResidualIndex residuals_;
@@ -71,6 +72,6 @@ class Predictor {
 };
 
 /// One prediction; for many tracks make a Predictor.
-Prediction predict(const Model& model, const CurbTrajectory& observed, const PredictConfig& config);
+Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config);
 
 }  // namespace sila

@@ -7,7 +7,7 @@
 #include "sila/gp/posterior.hpp"
 #include "sila/model/model.hpp"
 #include "sila/model/residual.hpp"
-#include "sila/predict/config.hpp"
+#include "sila/refine/config.hpp"
 
 namespace sila {
 
@@ -20,7 +20,7 @@ class ResidualIndex {
     Eigen::AlignedBox<double, kResidualInputs> reach;  ///< beyond it the GP is its prior
   };
 
-  ResidualIndex(const Model& model, const PredictConfig& config) : ResidualIndex(model, config, nullptr, nullptr) {}
+  ResidualIndex(const Model& model, const RefineConfig& config) : ResidualIndex(model, config, nullptr, nullptr) {}
 
   const std::optional<Expert>& expert(int transition) const { return experts_[static_cast<std::size_t>(transition)]; }
   /// The global residual GP of a site, or else what counts of all others.
@@ -34,7 +34,7 @@ class ResidualIndex {
  private:
   friend class Predictor;
   /// Posteriors of GPs that are equal in an earlier model are taken from its index.
-  ResidualIndex(const Model& model, const PredictConfig& config, const Model* earlier, const ResidualIndex* of_earlier);
+  ResidualIndex(const Model& model, const RefineConfig& config, const Model* earlier, const ResidualIndex* of_earlier);
 
   int knots_ = 0;
   double horizon_s_ = 0.0;

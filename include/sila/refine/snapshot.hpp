@@ -11,9 +11,9 @@ struct Snapshot {
   Predictor predictor;
 
   /// Throws: std::invalid_argument for a configuration out of range.
-  Snapshot(Model model, const PredictConfig& config);
+  Snapshot(Model model, const RefineConfig& config);
   /// The same result with less work: posteriors of GPs that are equal in the earlier model are not factorised again.
-  Snapshot(Model model, const PredictConfig& config, const Snapshot& earlier);
+  Snapshot(Model model, const RefineConfig& config, const Snapshot& earlier);
 };
 
 }  // namespace sila

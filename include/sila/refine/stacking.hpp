@@ -10,7 +10,7 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
-#include "sila/predict/config.hpp"
+#include "sila/refine/config.hpp"
 #include "sila/refine/error_density.hpp"
 #include "sila/refine/residuals.hpp"
 
@@ -65,7 +65,7 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
 /// made it worse at others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_residual.md.
 class Stacking {
  public:
-  Stacking(const ErrorStatistics& error_statistics, const PredictConfig& config);
+  Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config);
 
   bool fitted() const { return steps_ > 0; }
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who

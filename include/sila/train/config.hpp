@@ -6,8 +6,8 @@
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/config.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/predict/config.hpp"
 #include "sila/refine/budget.hpp"
+#include "sila/refine/config.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/refine/residual.hpp"
 
@@ -57,7 +57,7 @@ struct EpisodeConfig {
   ModelBudget budget;
   ErrorStatisticsConfig error_statistics;
   FleetConfig fleet;
-  PredictConfig predict;
+  RefineConfig predict;
 };
 
 template <class Config, class Visitor>

@@ -57,7 +57,7 @@ Update retrain_update(const EpisodeConfig& config);
 /// The windows of tracks that can be predicted, `stride_s` apart: the observed part until t0, and the future as far as
 /// the track goes.
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
-                               const PredictConfig& predict, double stride_s);
+                               const RefineConfig& predict, double stride_s);
 
 /// The settings under which a batch at this corner is learnt: the model's, or for an empty model those of the
 /// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model.
