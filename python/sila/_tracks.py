@@ -95,7 +95,7 @@ def read_tracks(
     metres_per_unit: float | None = None,
     config: ConfigLike = None,
 ) -> Tracks:
-    """Reads track files or folders; without `paths`, the files that `scene` names. Formats are told by content.
+    """Reads track files or folders; without `paths`, the files that `scene` names. Formats are recognised by content.
 
     Files that the scene names get the units and the transform that it says. `config`: the group `clean` is used.
     Raises FormatError for a file that is missing, damaged, of no known format or without a usable track.
@@ -120,7 +120,7 @@ def split_tracks(
 ) -> tuple[Tracks, Tracks]:
     """Holds back a share of the people: (to learn from, held back). Tracklets of one person stay on one side.
 
-    by: "time" holds back a block of time and leaves out everybody else who was there within 5 s of a held-back person,
+    by: "time" holds back a block of time and leaves out all others who were there within 5 s of a held-back person,
     as companions walk alike; "track" holds back people at random.
     Raises ValueError by time for a recording whose tracks all begin at one instant: it has no common clock.
     """
