@@ -52,7 +52,7 @@ void diff_models(const DiffOptions& options) {
 
 void add_diff(CLI::App& app) {
   auto options = std::make_shared<DiffOptions>();
-  CLI::App* verb = add_verb(app, "diff", "Tell what differs between two models, and by how much their predictions do.",
+  CLI::App* verb = add_verb(app, "diff", "Compare two models, and their predictions on tracks.",
                             "sila diff monday.sila tuesday.sila", options->common);
   verb->add_option("a", options->a, "model file")->required()->type_name("A.sila");
   verb->add_option("b", options->b, "model file")->required()->type_name("B.sila");

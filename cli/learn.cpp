@@ -54,7 +54,7 @@ void tell_episode(int number, const EpisodeReport& report) {
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
   const BudgetReport& lost = report.budget;
   if (lost.transitions > 0) {
-    line << "; over the limit, gave up " << lost.primitives << " primitives and " << lost.transitions
+    line << "; over the limit, evicted " << lost.primitives << " primitives and " << lost.transitions
          << " transitions, seen " << std::setprecision(1) << lost.count << " times";
   }
   if (lost.reduced > 0) line << "; over the limit, reduced " << lost.reduced << " residual GPs";
@@ -185,11 +185,13 @@ void add_learn(CLI::App& app) {
       add_verb(app, "learn", "Learn tracks into a model, new or already there; every batch is an episode.",
                "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20", options->common);
   add_tracks(*verb, options->tracks);
-  verb->add_option("--model", options->model, "model file to make or to go on with")->required()->type_name("M.sila");
-  verb->add_option("--batch", options->batch, "tracks an episode [20]")->check(CLI::Range(1, 1000000));
-  verb->add_option("--min-people", options->min_people, "what fewer different tracks showed is kept out of --share")
+  verb->add_option("--model", options->model, "model file to create or to update")->required()->type_name("M.sila");
+  verb->add_option("--batch", options->batch, "tracks per episode [20]")->check(CLI::Range(1, 1000000));
+  verb->add_option("--min-people", options->min_people,
+                   "omit from --share what fewer different tracks than this showed")
       ->check(CLI::Range(1, 1000000000));
-  verb->add_option("--share", options->share, "write what may be given away, by --min-people, to this file as well")
+  verb->add_option("--share", options->share,
+                   "also write a k-anonymous copy of the model to this file, by --min-people")
       ->type_name("S.sila");
   verb->callback([options] { learn_tracks(*options); });
 }

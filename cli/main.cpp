@@ -3,6 +3,7 @@
 #include <exception>
 #include <iostream>
 #include <stdexcept>
+#include <utility>
 
 #include "sila/core/errors.hpp"
 #include "sila/version.hpp"
@@ -24,7 +25,7 @@ int main(int argc, char** argv) {
   CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.",
                "sila");
   app.set_version_flag("--version", "sila " SILA_VERSION);
-  app.require_subcommand(0, 1);  // an unknown verb is told by its name; a missing one below
+  app.require_subcommand(0, 1);
   app.footer("`sila VERB --help` has an example of each verb.");
   sila::cli::add_simulate(app);
   sila::cli::add_learn(app);
@@ -44,8 +45,12 @@ int main(int argc, char** argv) {
   sila::cli::add_replay(app);
   sila::cli::add_config(app);
   try {
+    const auto is_named = [&](const CLI::App* verb) { return verb->get_name() == argv[1]; };
+    if (argc > 1 && argv[1][0] != '-' && std::as_const(app).get_subcommands(is_named).empty())
+      throw std::invalid_argument(std::string("expected a verb (`sila --help` lists them), found ") + argv[1]);
     app.parse(argc, argv);
-    if (app.get_subcommands().empty()) throw CLI::RequiredError("A verb");
+    if (app.get_subcommands().empty())
+      throw std::invalid_argument("expected a verb (`sila --help` lists them), found none");
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

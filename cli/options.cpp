@@ -44,6 +44,12 @@ Named named_in(const TrackOptions& options, const Config& config) {
 
 }  // namespace
 
+std::string positive_number(const std::string& text) {
+  double number = 0.0;
+  const bool is_number = CLI::detail::lexical_cast(text, number);
+  return is_number && number > 0.0 ? "" : "expected a positive number, found " + text;
+}
+
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common) {
   CLI::App* verb = app.add_subcommand(name, what);

@@ -23,7 +23,7 @@ namespace sila::cli {
 inline constexpr const char* kSceneHelp =
     "scene file: where the corner and the curbs are [the frame of the model, made from its first tracks]";
 
-/// Told to every verb.
+/// The options of every verb.
 struct CommonOptions {
   std::string profile;  ///< before everything else; instead of that in the configuration file
   std::string config_file;
@@ -65,6 +65,9 @@ std::map<std::string, SplitBy> split_names();
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options);
+
+/// A check of an option for CLI11: empty, or what is wrong with the text.
+std::string positive_number(const std::string& text);
 
 /// `base` with the profile, the configuration file, then the --set assignments, applied.
 Config configured(const CommonOptions& common, Config base = {});

@@ -21,7 +21,7 @@ struct PredictOptions {
   TrackOptions tracks;
   std::string model, out;
   std::optional<double> observe_s, horizon_s;
-  double every_s = 1.0;
+  double stride_s = 1.0;
   bool explain = false, image = false;
 };
 
@@ -38,7 +38,7 @@ std::vector<std::string> lines_of(const FramedTrajectory& placed, const std::str
                                   const Predictor& predictor, const Config& config, const PredictOptions& options,
                                   const Camera* camera) {
   std::vector<std::string> lines;
-  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, options.every_s)) {
+  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, options.stride_s)) {
     const CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
     if (options.explain) {
@@ -87,10 +87,9 @@ void add_predict(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");
-  verb->add_option("--observe", options->observe_s, "seconds of a track that are looked at [3.2]");
-  verb->add_option("--horizon", options->horizon_s, "seconds that are predicted [5]");
-  verb->add_option("--every", options->every_s, "seconds between predictions of a track [1]")
-      ->check(CLI::PositiveNumber);
+  verb->add_option("--observe", options->observe_s, "observed seconds of a track [3.2]");
+  verb->add_option("--horizon", options->horizon_s, "predicted seconds [5]");
+  verb->add_option("--every", options->stride_s, "seconds between predictions of a track [1]")->check(positive_number);
   verb->add_flag("--image", options->image, "add u, v and cov_uv, the path in the picture of the camera");
   verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");
   verb->callback([options] { predict_tracks(*options); });

@@ -56,7 +56,7 @@ void add_replay(CLI::App& app) {
       add_verb(app, "replay", "Play recorded tracks as a live tracker would.",
                "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson", options->common);
   add_tracks(*verb, options->tracks);
-  verb->add_option("--rate", options->rate, "times as fast as it happened [1]")->check(CLI::PositiveNumber);
+  verb->add_option("--rate", options->rate, "times as fast as it happened [1]")->check(positive_number);
   verb->add_option("--to", options->to,
                    "tcp:ADDRESS:PORT or unix:PATH [standard output]; predictions go to standard output")
       ->type_name("ADDRESS");

@@ -316,7 +316,7 @@ class Attacks:
             turned_away += b"too_many_connections" in received
             client.close()
         assert turned_away > 0, "no connection was turned away"
-        return f"{count} connections; of the last {len(clients)} {turned_away} were told too_many_connections"
+        return f"{count} connections; of the last {len(clients)} {turned_away} got too_many_connections"
 
     def websockets(self):
         answers = []

@@ -28,7 +28,7 @@ def status_of(port, headers=b"", target=b"/metrics"):
 
 def test_token(program, folder, scene, patience_s):
     """A service with a token that listens on all addresses: clients without the token are rejected, silent ones are closed."""
-    model, port, told = os.path.join(folder, "token.sila"), two_free_ports(), []
+    model, port, report = os.path.join(folder, "token.sila"), two_free_ports(), []
     alone = subprocess.run(
         [program, "serve", "--scene", scene, "--model", model, "--http", "off", "--tcp", f"0.0.0.0:{port + 1}"],
         capture_output=True,
@@ -62,7 +62,7 @@ def test_token(program, folder, scene, patience_s):
                 client.sendall(first)
                 received, closed = receive(client, 3.0)
                 assert closed and list(rejections(received)) == ["no_token"], (first, received, closed)
-        told.append("wrong and missing tokens: 403, no_token")
+        report.append("wrong and missing tokens: 403, no_token")
         if patience_s:
             silent = [connect(port + 1) for _ in range(PLACES)]
             time.sleep(patience_s + 2.0)
@@ -70,12 +70,12 @@ def test_token(program, folder, scene, patience_s):
                 client.sendall(json.dumps({"token": TOKEN}).encode() + b"\n" + detection(1, "a", 1e30))
                 counts = rejections(receive(client, 3.0)[0])
             assert "not_usable" in counts, f"{PLACES} without the token keep out the client that has it: {counts}"
-            told.append(f"{PLACES} without the token are closed within {patience_s:g} s")
+            report.append(f"{PLACES} without the token are closed within {patience_s:g} s")
             for client in silent:
                 client.close()
     finally:
         service.end(signal.SIGKILL)
-    return "; ".join(told)
+    return "; ".join(report)
 
 
 def elsewhere(act):
@@ -94,11 +94,11 @@ def elsewhere(act):
     process.start()
     answer.close()
     try:
-        told, breach = result.recv()
+        report, breach = result.recv()
     except EOFError:
-        told, breach = None, "the attack itself failed"
+        report, breach = None, "the attack itself failed"
     process.join()
-    return told, breach
+    return report, breach
 
 
 class Peak:
@@ -161,20 +161,20 @@ def main():
             peak.reset()
             begin, due, answered, dropped = time.monotonic(), good.due, good.due_answered, good.dropped
             made = service.metrics()["sila_predictions_total"]
-            told, breach = elsewhere(act)
+            report, breach = elsewhere(act)
             if breach:
-                told = f"BREACH: {breach}"
+                report = f"BREACH: {breach}"
                 faults.append(f"{name}: {breach}")
             end = time.monotonic()
             if not service.alive():
-                print(f"== {name}: {told}\n   the service ended: {service.process.returncode}", flush=True)
+                print(f"== {name}: {report}\n   the service ended: {service.process.returncode}", flush=True)
                 faults.append(f"{name}: the service ended: {service.process.returncode}, {service.log[-3:]}")
                 return None
             time.sleep(size(1.2, 0.2))  # for pending answers, and counts that are reported once a second
             p50, p99 = (good.delay_ms(share, begin, end) for share in (0.5, 0.99))
             due, answered, dropped = good.due - due, good.due_answered - answered, good.dropped - dropped
             print(
-                f"== {name}: {told}\n   {end - begin:.1f} s; good client: {due} due, {answered} answered, {dropped} superseded, half within {p50:.1f} ms, "
+                f"== {name}: {report}\n   {end - begin:.1f} s; good client: {due} due, {answered} answered, {dropped} superseded, half within {p50:.1f} ms, "
                 f"99 % within {p99:.1f} ms; peak {peak.mb():.0f} MB, then {service.resident_mb():.0f} MB",
                 flush=True,
             )

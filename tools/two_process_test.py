@@ -43,17 +43,17 @@ class Reader:
             if done.returncode != 0:
                 self.faults.append(f"{command[1]} failed: {done.stderr.strip()}")
                 return
-            self.look(json.loads(done.stdout)) if command is self.inspect else self.judge(done.stdout.splitlines())
+            self.look(json.loads(done.stdout)) if command is self.inspect else self.check(done.stdout.splitlines())
         self.readings += 1
 
-    def look(self, told):
-        now = (told["episodes"], told["tracks"])
+    def look(self, report):
+        now = (report["episodes"], report["tracks"])
         if self.seen and now < self.seen[-1]:
             self.faults.append(f"(episodes, tracks) went back from {self.seen[-1]} to {now}")
         if not self.seen or now != self.seen[-1]:
             self.seen.append(now)
 
-    def judge(self, lines):
+    def check(self, lines):
         weights = [sum(mode["weight"] for mode in json.loads(line)["modes"]) for line in lines]
         if not weights or max(abs(weight - 1.0) for weight in weights) > 1e-6:
             self.faults.append(f"{len(weights)} predictions whose weights do not all sum to 1")
@@ -80,8 +80,8 @@ def main():
         faults, stop = [], threading.Event()
 
         def note():
-            told = json.loads(run(program, "inspect", model, "--json").stdout)
-            after[told["episodes"]] = told["tracks"]
+            report = json.loads(run(program, "inspect", model, "--json").stdout)
+            after[report["episodes"]] = report["tracks"]
 
         learn(batches[0]), note()
         reader = Reader(program, scene, model, batches[0])

@@ -57,7 +57,7 @@ def gpy_fits(case, times):
     return fits
 
 
-def judged_by_gpy(case, found):
+def scored_by_gpy(case, found):
     z = np.array(found["pseudo_inputs"]).reshape(-1, 2)
     there = gp_model(*case[:2], z, found["signal_variance"], found["length_scales"], found["noise_variance"])
     return -float(there.log_likelihood())
@@ -70,7 +70,7 @@ def until(fits, goal):
 
 def compare_gp(case, found, times):
     """Of one data set: seconds of both to the value that both reach in all iterations, and what each reaches."""
-    ours = [(median(fit["seconds"]), judged_by_gpy(case, fit)) for fit in found]
+    ours = [(median(fit["seconds"]), scored_by_gpy(case, fit)) for fit in found]
     theirs = gpy_fits(case, times)
     best = [min(value for _, value in fits) for fits in (ours, theirs)]
     return until(ours, max(best)), until(theirs, max(best)), *best
@@ -127,7 +127,7 @@ def main():
     ratios = sorted(theirs / ours for ours, theirs in zip(ours_s, theirs_s))
     lines.append(
         f"| sparse GP, 300 points, 20 pseudo-inputs, theta and pseudo-inputs by gradient, {len(gps)} data sets, against "
-        f"GPy's FITC, until both have the negative log evidence (as GPy computes it) that both reach in {ITERATIONS} "
+        f"GPy's FITC, until both have the negative log marginal likelihood (as GPy computes it) that both reach in {ITERATIONS} "
         f"iterations | {spread(ours_s)} | {spread(theirs_s)} | {median(ratios):.1f} ({ratios[0]:.1f} to {ratios[-1]:.1f}) | "
         f"{', '.join(f'{value:.1f}' for value in our_best)} | {', '.join(f'{value:.1f}' for value in their_best)} |"
     )

@@ -11,7 +11,7 @@
 
 namespace sila {
 
-/// Everything that the program can be told, the one home of every default. `sila config` prints it.
+/// All settings of the program, the one home of every default. `sila config` prints it.
 struct Config {
   CleanConfig clean;
   CornerChoice corners = CornerChoice::primary;

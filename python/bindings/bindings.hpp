@@ -26,7 +26,7 @@ namespace sila::python {
 namespace nb = nanobind;
 using namespace nb::literals;
 
-/// A trajectory and the id that its rows had in the input, which predictions are told by.
+/// A trajectory and the id that its rows had in the input, which its predictions carry.
 struct Track {
   Trajectory trajectory;
   std::string input_id;

@@ -19,10 +19,10 @@ struct PlacedPredictor {
 /// last sample of each track.
 template <class Value, class OfWindow>
 std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                  const ScaledScene& scene, double every_s, bool at_end, int threads,
+                                  const ScaledScene& scene, double stride_s, bool at_end, int threads,
                                   OfWindow&& of_window) {
-  if (!(every_s > 0.0))
-    throw std::invalid_argument("predict: every_s = " + std::to_string(every_s) + ", must be positive");
+  if (!(stride_s > 0.0))
+    throw std::invalid_argument("predict: stride_s = " + std::to_string(stride_s) + ", must be positive");
   const ThreadLimit limit(threads);
   const std::vector<FramedTrajectory> input = placed(tracks, scene, made.config);
   const double observe_s = made.config.episode.predict.observe_s;
@@ -30,7 +30,7 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
   tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
     const Trajectory& track = input[i].track;
     const std::vector<std::size_t> due =
-        at_end ? std::vector{track.times_s.size() - 1} : prediction_samples(track, observe_s, every_s);
+        at_end ? std::vector{track.times_s.size() - 1} : prediction_samples(track, observe_s, stride_s);
     for (const std::size_t last : due) {
       of_track[i].push_back(
           of_window(tracks[i], observe(track, last, input[i].frame, observe_s, made.config.episode.sampling)));
@@ -42,18 +42,18 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
 }
 
 std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                            const ScaledScene& scene, double every_s, bool at_end, int threads) {
+                                            const ScaledScene& scene, double stride_s, bool at_end, int threads) {
   return at_due_moments<TrackPrediction>(
-      made, tracks, scene, every_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
+      made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
         return TrackPrediction{track.input_id, track.trajectory.id, made.predictor.predict(observed)};
       });
 }
 
 /// The lines of `sila predict --explain`.
 std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                        const ScaledScene& scene, double every_s, bool at_end, int threads) {
+                                        const ScaledScene& scene, double stride_s, bool at_end, int threads) {
   return at_due_moments<std::string>(
-      made, tracks, scene, every_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
+      made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
         const Explanation explanation = explain(made.predictor, observed);
         return prediction_line(track.input_id, made.predictor.predict(observed), &explanation);
       });
@@ -240,9 +240,9 @@ void bind_predict(nb::module_& module) {
             new (self) PlacedPredictor{config, Predictor(stored.model, config.episode.predict)};
           },
           "model"_a, "config"_a)
-      .def("explain", &explain_tracks, "tracks"_a, "scene"_a, "every_s"_a, "at_end"_a, "threads"_a,
+      .def("explain", &explain_tracks, "tracks"_a, "scene"_a, "stride_s"_a, "at_end"_a, "threads"_a,
            nb::call_guard<nb::gil_scoped_release>())
-      .def("predict", &predict_tracks, "tracks"_a, "scene"_a, "every_s"_a, "at_end"_a, "threads"_a,
+      .def("predict", &predict_tracks, "tracks"_a, "scene"_a, "stride_s"_a, "at_end"_a, "threads"_a,
            nb::call_guard<nb::gil_scoped_release>());
 }
 

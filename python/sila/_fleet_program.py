@@ -35,7 +35,7 @@ def run(arguments: list[str]) -> int:
     for path, reason in outcome.unread.items():
         print(f"{path}: left out: {reason}", file=sys.stderr)
     if options.json:
-        print(json.dumps(_facts(options, outcome), indent=2))
+        print(json.dumps(_summary(options, outcome), indent=2))
     else:
         model = outcome.model
         print(
@@ -106,7 +106,7 @@ def _client(options: argparse.Namespace) -> Iterator[Client]:
         yield client
 
 
-def _facts(options: argparse.Namespace, outcome: fleet.Outcome) -> dict[str, Any]:
+def _summary(options: argparse.Namespace, outcome: fleet.Outcome) -> dict[str, Any]:
     return {
         "model": os.fspath(options.model),
         "sources": outcome.sources,

@@ -97,7 +97,7 @@ def read_tracks(
     person_classes: Sequence[str] = (),
     config: ConfigLike = None,
 ) -> Tracks:
-    """Reads track files or folders; without `paths`, the files that `scene` names. Formats are told by content. A data
+    """Reads track files or folders; without `paths`, the files that `scene` names. Formats are recognised by content. A data
     frame is taken as by `as_tracks`: seconds and metres, without the options of files.
 
     `camera`: a file with the camera by which pixels become metres, instead of that of the scene. `person_classes`: the
@@ -138,7 +138,7 @@ def split_tracks(
 ) -> tuple[Tracks, Tracks]:
     """Holds back a share of the people: (to learn from, held back). Tracklets of one person stay on one side.
 
-    by: "time" holds back a block of time and leaves out everybody else who was there within 5 s of a held-back person,
+    by: "time" holds back a block of time and leaves out all others who were there within 5 s of a held-back person,
     as companions walk alike; "track" holds back people at random.
     Raises ValueError by time for a recording whose tracks all begin at one instant: it has no common clock.
     """

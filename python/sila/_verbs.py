@@ -30,7 +30,7 @@ def learn(
     """Learns tracks, `batch` of them an episode, and gives the model that then knows them; `model` goes on if given.
 
     `scene` says where corners are. Without it a new model makes a frame from its first batch and keeps it for its life.
-    As `sila learn`: each batch is predicted before it is learnt, and the errors teach. `config` changes what `model`
+    As `sila learn`: each batch is predicted before it is learnt, and the errors calibrate it. `config` changes what `model`
     was learnt with. `threads`: 0 means all. Raises ValueError for a configuration that the model did not begin with.
     """
     start = _model("model", model) if model is not None else Model()
@@ -50,7 +50,7 @@ def learn(
 
 def train_batch(tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0) -> Model:
     """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
-    other half, so that no window teaches that was learnt."""
+    other half, so that no error is of a window that was learnt."""
     settings = merged("{}", config)
     given = as_tracks(tracks, config=json.loads(settings))
     place = _place(scene, Model(), given, settings, len(given))
@@ -77,14 +77,14 @@ def predict(
     tracks: TracksLike,
     *,
     scene: SceneLike | None = None,
-    every_s: float = 1.0,
+    stride_s: float = 1.0,
     at_end: bool = False,
     config: ConfigLike = None,
     threads: int = 0,
     progress: bool | None = None,
 ) -> Predictions:
     """Predicts each track whenever a prediction is due: at the first sample at or after predict.observe_s, then every
-    `every_s` seconds. With `at_end`, once a track, from its last sample: what comes next.
+    `stride_s` seconds. With `at_end`, once a track, from its last sample: what comes next.
 
     What lies after t0 never influences a prediction. `config` changes what the model was learnt with, for instance
     {"predict": {"horizon_s": 3}}.
@@ -97,7 +97,7 @@ def predict(
     with bar(progress, len(given), "predicting", "track") as moving:
         for first in range(0, len(given), _CHUNK):
             some = given[first : first + _CHUNK]
-            found += ready.predict(some, place, float(every_s), at_end, _threads(threads))
+            found += ready.predict(some, place, float(stride_s), at_end, _threads(threads))
             moving.update(len(some))
     return Predictions(found)
 
@@ -107,7 +107,7 @@ def explain(
     tracks: TracksLike,
     *,
     scene: SceneLike | None = None,
-    every_s: float = 1.0,
+    stride_s: float = 1.0,
     at_end: bool = False,
     config: ConfigLike = None,
     threads: int = 0,
@@ -117,14 +117,14 @@ def explain(
     settings = merged(_model("model", model).config_json, config)
     given = list(as_tracks(tracks, config=json.loads(settings)))
     ready = _sila.ReadyPredictor(model, settings)
-    lines = ready.explain(given, _place(scene, model, given, settings), float(every_s), at_end, _threads(threads))
+    lines = ready.explain(given, _place(scene, model, given, settings), float(stride_s), at_end, _threads(threads))
     return [json.loads(line) for line in lines]
 
 
 def evaluate(
     model: Model, tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0
 ) -> Evaluation:
-    """Judges predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
+    """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
     ones that the model has not learnt."""
     settings = merged(_model("model", model).config_json, config)
     given = list(as_tracks(tracks, config=json.loads(settings)))

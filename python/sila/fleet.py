@@ -176,7 +176,7 @@ class _Run:
                 )
                 future.add_done_callback(lambda _: moving.update())
                 values[number] = future
-                # What nobody needs any more is let go of, so that the cluster forgets it as soon as it was used.
+                # Results that no task needs any more are released, so that the cluster frees them at once.
                 for i in inputs:
                     uses[i] -= 1
                     if uses[i] == 0 and i >= 0:

@@ -134,7 +134,7 @@ def _connections(bag: str | os.PathLike[str], reader: Any, topic: str | None) ->
 
 
 def _seconds(stamp: Any, received_ns: int) -> float:
-    """The stamp of a header, or when the message was recorded if nobody set it."""
+    """The stamp of a header, or when the message was recorded if it is not set."""
     ns = stamp.sec * 1_000_000_000 + stamp.nanosec
     return float((ns or received_ns) / 1e9)
 

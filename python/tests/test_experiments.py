@@ -109,7 +109,7 @@ def test_what_is_no_experiment_is_refused(tmp_path, changes, words, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_split_larger_than_the_data_takes_fewer_if_told(tmp_path):
+def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):
     experiment = read_experiment(written(tmp_path, test_tracks=50, train_tracks=150, take_fewer=True))
     protocol = protocol_of(experiment, runs_of(experiment)[0])
     tracks = len(experiment.scenes[0].tracks)

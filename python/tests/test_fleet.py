@@ -134,7 +134,7 @@ def test_models_that_were_learnt_elsewhere_are_sources_too(client, outcome, site
     assert alone.model == sila.Model.load(tmp_path / "elsewhere.sila")
 
 
-def test_what_cannot_be_read_is_told_and_sinks_the_run_only_if_it_should(client, outcome, sites, tmp_path):
+def test_an_unreadable_source_is_reported_and_ends_the_run_only_if_it_should(client, outcome, sites, tmp_path):
     (tmp_path / "scene.json").write_bytes((sites / "1" / "scene.json").read_bytes())
     (tmp_path / "broken.csv").write_text("track_id,t,x,y\n1,0.0,one,2\n")
     sources = [sites, tmp_path / "broken.csv", tmp_path / "absent.csv"]

@@ -96,7 +96,7 @@ def test_one_thread_and_two_learn_the_same(place):
     assert one == two
 
 
-def test_progress_is_told_when_it_is_wanted(place, capsys):
+def test_progress_is_reported_when_requested(place, capsys):
     sila.learn(place.tracks[:20], scene=place.scene, batch=10, progress=True)
     assert "learning" in capsys.readouterr().err
     sila.learn(place.tracks[:20], scene=place.scene, batch=10)
@@ -136,8 +136,8 @@ def test_bad_arguments_are_named(place, model):
         sila.learn(place.tracks, scene={})
     with pytest.raises(ValueError, match="threads"):
         sila.evaluate(model, place.tracks, scene=place.scene, threads=-1)
-    with pytest.raises(ValueError, match="every_s"):
-        sila.predict(model, place.tracks, scene=place.scene, every_s=0.0)
+    with pytest.raises(ValueError, match="stride_s"):
+        sila.predict(model, place.tracks, scene=place.scene, stride_s=0.0)
     with pytest.raises(ValueError, match="grid"):
         sila.learn(place.tracks, scene=place.scene, model=model, config={"learn": {"grid": {"cell_m": 2.0}}})
 

@@ -72,7 +72,7 @@ def test_prediction(case):
         sila.Model.load(folder / "m.sila"),
         folder / "unseen.csv",
         scene=folder / "unseen.scene.json",
-        every_s=1.6,
+        stride_s=1.6,
         config={"predict": {"horizon_s": 3.4, "observe_s": 2.0}},
     )
     assert len(ours) > 10

@@ -159,7 +159,7 @@ def test_a_single_mcap_file_is_a_bag(tmp_path, store):
     assert len(ros.read_tracks(next(bag.glob("*.mcap")))) == 1
 
 
-def test_two_topics_or_two_frames_must_be_told_apart(tmp_path, store):
+def test_two_topics_or_two_frames_must_be_distinguished(tmp_path, store):
     make = Messages(store)
     near = [make.detected(t, [("a", *path_of(1)[k], "person")]) for k, t in enumerate(TIMES)]
     far = [make.detected(t, [("b", *path_of(2)[k], "person")], frame="base_link") for k, t in enumerate(TIMES)]

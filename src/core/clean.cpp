@@ -16,7 +16,7 @@
 namespace sila {
 namespace {
 
-/// Beyond this a double has no tenth of a millisecond left; nobody's clock counts that far in seconds.
+/// Beyond this a double has no tenth of a millisecond left; no clock counts that far in seconds.
 constexpr double kLargestTime_s = 1e12;
 constexpr double kSlack_s = 1e-6;  ///< frame numbers become seconds with rounding; a gap of exactly the limit is none
 

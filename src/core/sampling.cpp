@@ -210,20 +210,20 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
   return path_m;
 }
 
-std::optional<double> next_due_s(double due_s, double time_s, double every_s) {
+std::optional<double> next_due_s(double due_s, double time_s, double stride_s) {
   if (time_s < due_s - kTimeSlack_s) return std::nullopt;
-  if (every_s <= 0.0) return time_s;
-  while (due_s <= time_s + kTimeSlack_s) due_s += every_s;
+  if (stride_s <= 0.0) return time_s;
+  while (due_s <= time_s + kTimeSlack_s) due_s += stride_s;
   return due_s;
 }
 
-std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double every_s) {
-  if (!(every_s > 0.0)) throw std::invalid_argument("prediction_samples: every_s must be positive");
+std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s) {
+  if (!(stride_s > 0.0)) throw std::invalid_argument("prediction_samples: stride_s must be positive");
   validate(track);
   std::vector<std::size_t> samples;
   double due = track.times_s.front() + observe_s;
   for (std::size_t i = 0; i < track.times_s.size(); ++i) {
-    const std::optional<double> next_s = next_due_s(due, track.times_s[i], every_s);
+    const std::optional<double> next_s = next_due_s(due, track.times_s[i], stride_s);
     if (!next_s) continue;
     samples.push_back(i);
     due = *next_s;

@@ -15,33 +15,33 @@ namespace {
 constexpr double kShortestHeading_m = 0.2;
 constexpr double kHeadingPart_s = 0.8;
 
-struct JudgedWindow {
+struct TestWindow {
   std::size_t track = 0;
   Window window;
 };
 
-struct Judged {
-  std::vector<JudgedWindow> windows;
+struct TestWindows {
+  std::vector<TestWindow> windows;
   std::vector<SkippedTracks> skipped;
 };
 
-Judged windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double stride_s,
-                           std::size_t steps) {
-  Judged judged;
+TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double stride_s,
+                                std::size_t steps) {
+  TestWindows found;
   std::map<std::string, std::size_t> skipped;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict, stride_s);
-    const std::size_t before = judged.windows.size();
+    const std::size_t before = found.windows.size();
     for (Window& window : windows) {
-      if (window.future_m.size() == steps) judged.windows.push_back({i, std::move(window)});
+      if (window.future_m.size() == steps) found.windows.push_back({i, std::move(window)});
     }
     if (windows.empty())
       ++skipped["shorter than the observed window"];
-    else if (judged.windows.size() == before)
+    else if (found.windows.size() == before)
       ++skipped["ends before the horizon"];
   }
-  for (const auto& [reason, count] : skipped) judged.skipped.push_back({reason, count});
-  return judged;
+  for (const auto& [reason, count] : skipped) found.skipped.push_back({reason, count});
+  return found;
 }
 
 std::vector<Vector2> whole_path(const Window& window) {
@@ -50,11 +50,11 @@ std::vector<Vector2> whole_path(const Window& window) {
   return path;
 }
 
-std::vector<LinearReference> references_on(std::span<const JudgedWindow> windows, std::size_t steps, double interval_s,
+std::vector<LinearReference> references_on(std::span<const TestWindow> windows, std::size_t steps, double interval_s,
                                            auto belongs) {
   std::vector<const Window*> chosen;
-  for (const JudgedWindow& judged : windows) {
-    if (belongs(judged.window)) chosen.push_back(&judged.window);
+  for (const TestWindow& test_window : windows) {
+    if (belongs(test_window.window)) chosen.push_back(&test_window.window);
   }
   return fit_references(chosen, steps, interval_s);
 }
@@ -86,13 +86,15 @@ int steps_of(const EpisodeConfig& config) {
 }
 
 /// No mode: there was no forecast for this window.
-WindowScore judge(const Forecast& forecast, const Window& window, std::span<const LinearReference> own,
-                  const EpisodeConfig& config, const EvaluateConfig& judged, const TrainingSupport* support) {
+WindowScore score_forecast(const Forecast& forecast, const Window& window, std::span<const LinearReference> own,
+                           const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
+                           const TrainingSupport* support) {
   const Prediction prediction = forecast(window.observed);
   if (prediction.modes.empty()) return {};
-  if (support == nullptr) return score_window(prediction, window, own, config, judged);
-  const bool moving = is_moving(window, judged);
-  WindowScore score = score_window(prediction, window, moving ? support->moving : support->standing, config, judged);
+  if (support == nullptr) return score_window(prediction, window, own, config, evaluate_config);
+  const bool moving = is_moving(window, evaluate_config);
+  WindowScore score =
+      score_window(prediction, window, moving ? support->moving : support->standing, config, evaluate_config);
   const auto constant_m = constant_velocity(window.past_m, steps_of(config), config.sampling.interval_s);
   score.inside = contains(support->area, constant_m.back());
   const std::vector<Way> ways = ways_on(support->passages, window, config.sampling.interval_s);
@@ -116,17 +118,17 @@ void add_groups(Evaluation& evaluation, bool with_area) {
 
 }  // namespace
 
-bool is_moving(const Window& window, const EvaluateConfig& judged) {
-  return (window.past_m.back() - window.past_m.front()).norm() >= judged.moving_m;
+bool is_moving(const Window& window, const EvaluateConfig& evaluate_config) {
+  return (window.past_m.back() - window.past_m.front()).norm() >= evaluate_config.moving_m;
 }
 
 WindowScore score_window(const Prediction& prediction, const Window& window,
                          std::span<const LinearReference> references, const EpisodeConfig& config,
-                         const EvaluateConfig& judged) {
+                         const EvaluateConfig& evaluate_config) {
   const double interval_s = config.sampling.interval_s;
   WindowScore score;
-  score.moving = is_moving(window, judged);
-  score.turning = score.moving && heading_change_rad(whole_path(window)) > judged.turning_rad;
+  score.moving = is_moving(window, evaluate_config);
+  score.turning = score.moving && heading_change_rad(whole_path(window)) > evaluate_config.turning_rad;
   score.track = window.observed.id, score.t0_s = prediction.t0_s;
   score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
   const Prediction constant = references.front().predict(window.past_m, interval_s);
@@ -159,33 +161,33 @@ double heading_change_rad(std::span<const Vector2> path_m) {
 }
 
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
-                                 const EvaluateConfig& judged) {
+                                 const EvaluateConfig& evaluate_config) {
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const std::vector<JudgedWindow> windows = windows_with_future(train, config, judged.stride_s, steps).windows;
+  const std::vector<TestWindow> windows = windows_with_future(train, config, evaluate_config.stride_s, steps).windows;
   const auto references = [&](bool moving) {
     return references_on(windows, steps, config.sampling.interval_s,
-                         [&](const Window& window) { return is_moving(window, judged) == moving; });
+                         [&](const Window& window) { return is_moving(window, evaluate_config) == moving; });
   };
   std::vector<const Window*> all;
-  for (const JudgedWindow& judged_window : windows) all.push_back(&judged_window.window);
+  for (const TestWindow& test_window : windows) all.push_back(&test_window.window);
   return {covered_area(train), references(true), references(false), passages_of(all, config.sampling.interval_s)};
 }
 
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
-                             const EpisodeConfig& config, const EvaluateConfig& judged_config,
+                             const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                              const TrainingSupport* support) {
-  validate_fields("evaluate", judged_config);
+  validate_fields("evaluate", evaluate_config);
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const Judged judged = windows_with_future(tracks, config, judged_config.stride_s, steps);
+  const TestWindows found = windows_with_future(tracks, config, evaluate_config.stride_s, steps);
   std::vector<LinearReference> own =
-      references_on(judged.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
-  own.resize(2);  // the paths of the others would be fitted to what they are judged by
+      references_on(found.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
+  own.resize(2);  // the paths of the others would be fitted to the windows that they are scored on
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);
-  evaluation.skipped = judged.skipped;
-  evaluation.windows.resize(judged.windows.size());
-  tbb::parallel_for(std::size_t{0}, judged.windows.size(), [&](std::size_t i) {
-    evaluation.windows[i] = judge(forecast, judged.windows[i].window, own, config, judged_config, support);
+  evaluation.skipped = found.skipped;
+  evaluation.windows.resize(found.windows.size());
+  tbb::parallel_for(std::size_t{0}, found.windows.size(), [&](std::size_t i) {
+    evaluation.windows[i] = score_forecast(forecast, found.windows[i].window, own, config, evaluate_config, support);
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, support != nullptr);
@@ -193,10 +195,10 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
 }
 
 Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
-                    const EvaluateConfig& judged) {
+                    const EvaluateConfig& evaluate_config) {
   const Predictor predictor(model, config.predict);
   return evaluate_forecast([&](const CurbTrajectory& observed) { return predictor.predict(observed); }, tracks, config,
-                           judged);
+                           evaluate_config);
 }
 
 }  // namespace sila

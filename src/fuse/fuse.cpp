@@ -219,7 +219,7 @@ int support_of(const TransitionGroup& group, const Model& previous, const Model&
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
 std::vector<Transition> fused_transitions(const std::vector<FieldSources>& sources, const FusionPlan& plan,
                                           const GpConfig& config) {
-  std::vector<int> place(plan.in.size(), -1);  // compact indices, at the very end
+  std::vector<int> place(plan.in.size(), -1);  // final indices
   for (std::size_t k = 0; k < plan.kept.size(); ++k)
     place[static_cast<std::size_t>(plan.kept[k])] = static_cast<int>(k);
   std::vector<Transition> result(plan.groups.size());

@@ -88,7 +88,7 @@ struct Star {
   int leaf_2 = 0;
 };
 
-/// Case 1: the centre is one leaf followed by the other, if people walk from one to the other. nullopt if nobody does.
+/// Case 1: the centre is one leaf followed by the other, if pedestrians walk from one to the other; otherwise nullopt.
 std::optional<PrimitiveSplit> split_of(const Star& star, const Tables& tables, const FusionRules& rules) {
   const double forth = lookup(tables.transitions, star.leaf_1, star.leaf_2);
   const double back = rules.both_directions ? lookup(tables.transitions, star.leaf_2, star.leaf_1) : 0.0;
@@ -175,7 +175,7 @@ std::vector<int> kept_primitives(const FusionPlan& plan) {
 /// Where a transition begins and ends after the re-indexing.
 Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRules& rules) {
   const std::size_t from = static_cast<std::size_t>(edge.from);
-  // Who stays in a primitive that was split walks from its first part to its second, not back.
+  // A pedestrian who stays in a split primitive walks from its first part to its second, not back.
   if (edge.from == edge.to && !rules.literal_self_transitions) return {plan.in[from], plan.out[from]};
   return {plan.out[from], plan.in[static_cast<std::size_t>(edge.to)]};
 }

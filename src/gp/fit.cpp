@@ -54,7 +54,7 @@ Eigen::VectorXd gradient_of_vector(const MarginalLikelihoodGradient& gradient) {
 }
 
 /// Bounds of theta for so many points of this extent and mean square; the start, if outside, is clamped to them. The
-/// log evidence is curved about as much as there are points.
+/// log marginal likelihood is curved about as much as there are points.
 detail::SearchBox theta_box(const Hyperparameters& start, double points, const Eigen::VectorXd& extent,
                             double mean_square, const GpConfig& config) {
   constexpr double max_noise_to_signal = 10.0;
@@ -79,7 +79,7 @@ double mean_square(const GpData& centred) {
   return centred.outputs.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, centred.outputs.size()));
 }
 
-/// theta that maximises the summed evidence with Z kept.
+/// theta that maximises the summed log marginal likelihood with Z kept.
 Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vector<Eigen::MatrixXd>& pseudo_inputs,
                                const detail::SearchBox& box, const GpConfig& config) {
   const auto objective = [&](const Eigen::VectorXd& v) {
@@ -114,7 +114,7 @@ struct Fit {
 };
 
 /// Z by gradient, and theta with it if `with_theta`. Z stays within a length scale of the data; each of its points has
-/// its share of the data, so the evidence is curved less by it than by theta.
+/// its share of the data, so the log marginal likelihood is curved less by it than by theta.
 Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::SearchBox& theta_box, bool with_theta,
                      const GpConfig& config) {
   const Eigen::Index dimensions = centred.inputs.rows();

@@ -81,10 +81,10 @@ Eigen::MatrixXd weights_of(const SparseGp& gp, const PaddedMatrix& lower, const 
 }
 
 /// The index of the double that each table begins with.
-struct Layout {
+struct TableOffsets {
   std::size_t mean, points, weights, reduction, end;
 
-  Layout(std::size_t inputs, std::size_t outputs, std::size_t columns)
+  TableOffsets(std::size_t inputs, std::size_t outputs, std::size_t columns)
       : mean(detail::padded(inputs, detail::kColumnPadding)),
         points(mean + detail::padded(outputs, detail::kColumnPadding)),
         weights(points + inputs * columns),
@@ -186,7 +186,7 @@ struct PosteriorTables {
     const auto inputs = static_cast<std::size_t>(gp.pseudo_inputs.rows());
     const auto outputs = static_cast<std::size_t>(gp.mean.size());
     const std::size_t columns = padded(static_cast<std::size_t>(gp.pseudo_inputs.cols()), kColumnPadding);
-    const Layout layout(inputs, outputs, columns);
+    const TableOffsets layout(inputs, outputs, columns);
     lines.resize(layout.end / kColumnPadding);
     double* const first = lines.front().numbers;
     copy_padded(gp.kernel.length_scales.cwiseInverse(), first, layout.mean);

@@ -18,8 +18,8 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-/// What a configuration refuses: what it wanted, and what it was given. The callers make their kind of error of it.
-struct Refusal {
+/// A wrong value of a configuration. The callers make their kind of error of it.
+struct Rejection {
   std::string expected;
   std::string found;
 };
@@ -84,16 +84,16 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
   const std::string now = renamed(path);
   const auto has_new_name = [&](const Field& field) { return (field.path + ".").starts_with(now + "."); };
   if (now != path && std::ranges::any_of(list, has_new_name))
-    throw Refusal{now + " (the new name of this field)", excerpt(path)};
+    throw Rejection{now + " (the new name of this field)", excerpt(path)};
   if (std::ranges::find(kConstants, path.substr(path.rfind('.') + 1)) != std::end(kConstants))
-    throw Refusal{"a field that can be set (this one is a constant now)", excerpt(path)};
+    throw Rejection{"a field that can be set (this one is a constant now)", excerpt(path)};
   std::vector<std::string_view> names;  // the whole path, and its last name alone: people forget the group
   for (const Field& field : list) {
     names.push_back(field.path);
     names.push_back(names.back().substr(field.path.rfind('.') + 1));
   }
   const Field& nearest = list[nearest_word(path, names) / 2];
-  throw Refusal{"a known field (the nearest is " + nearest.path + ")", excerpt(path)};
+  throw Rejection{"a known field (the nearest is " + nearest.path + ")", excerpt(path)};
 }
 
 std::string joined(std::span<const char* const> names) {
@@ -130,13 +130,13 @@ bool inside(const Range& range, double value) {
 void write_checked(const Field& field, const FieldValue& value) {
   if (const std::string* name = std::get_if<std::string>(&value)) {
     if (std::ranges::find(field.choices, *name) == field.choices.end()) {
-      throw Refusal{field.path + " to be " + kind_of(field), excerpt(*name)};
+      throw Rejection{field.path + " to be " + kind_of(field), excerpt(*name)};
     }
   } else if (!std::holds_alternative<bool>(value)) {
     const std::int64_t* whole = std::get_if<std::int64_t>(&value);
     const double number = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
     for (const Range& range : {field.range, field.storable}) {
-      if (!inside(range, number)) throw Refusal{field.path + " in " + describe(range), text_of(value)};
+      if (!inside(range, number)) throw Rejection{field.path + " in " + describe(range), text_of(value)};
     }
   }
   field.write(value);
@@ -194,13 +194,13 @@ void apply_object(std::span<const Field> list, const std::string& prefix, const 
     const std::string path = prefix + key;
     const std::string group = path + ".";
     if (std::ranges::any_of(list, [&](const Field& field) { return field.path.starts_with(group); })) {
-      if (!value.is_object()) throw Refusal{path + " to be an object", value.dump()};
+      if (!value.is_object()) throw Rejection{path + " to be an object", value.dump()};
       apply_object(list, group, value);
       continue;
     }
     const Field& field = find_field(list, path);
     const std::optional<FieldValue> given = typed(field, value);
-    if (!given) throw Refusal{field.path + " to be " + kind_of(field), value.dump()};
+    if (!given) throw Rejection{field.path + " to be " + kind_of(field), value.dump()};
     write_checked(field, *given);
   }
 }
@@ -256,8 +256,8 @@ void fields_from_json(std::span<const Field> list, const json& object, std::stri
   if (!object.is_object()) throw FormatError(std::string(source), 0, "a JSON object", object.type_name());
   try {
     apply_object(list, "", object);
-  } catch (const Refusal& refusal) {
-    throw FormatError(std::string(source), 0, refusal.expected, refusal.found);
+  } catch (const Rejection& rejection) {
+    throw FormatError(std::string(source), 0, rejection.expected, rejection.found);
   }
 }
 
@@ -270,10 +270,10 @@ void field_from_assignment(std::span<const Field> list, std::string_view assignm
   try {
     const Field& field = find_field(list, assignment.substr(0, equals));
     const std::optional<FieldValue> value = parsed(field, given);
-    if (!value) throw Refusal{field.path + " to be " + kind_of(field), "\"" + std::string(given) + "\""};
+    if (!value) throw Rejection{field.path + " to be " + kind_of(field), "\"" + std::string(given) + "\""};
     write_checked(field, *value);
-  } catch (const Refusal& refusal) {
-    throw std::invalid_argument("set: expected " + refusal.expected + ", found " + refusal.found);
+  } catch (const Rejection& rejection) {
+    throw std::invalid_argument("set: expected " + rejection.expected + ", found " + rejection.found);
   }
 }
 

@@ -25,7 +25,7 @@ nlohmann::ordered_json transitions_json(const std::vector<TransitionUse>& transi
 
 nlohmann::ordered_json explanation_json(const Explanation& explanation) {
   nlohmann::ordered_json result{{"likelihood_power", explanation.likelihood_power},
-                                {"alike", explanation.alike},
+                                {"effective_samples", explanation.effective_samples},
                                 {"raw_novelty", explanation.raw_novelty},
                                 {"at_least_as_novel", explanation.at_least_as_novel}};
   result["modes"] = nlohmann::ordered_json::array();

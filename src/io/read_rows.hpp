@@ -36,7 +36,7 @@ struct NdjsonRows {
 };
 NdjsonRows read_trajnetpp(const TextTable& table);
 
-/// The lines that `sila serve` hears and `sila replay` writes, a detection each, `t_s` in seconds.
+/// The lines that `sila serve` receives and `sila replay` writes, a detection each, `t_s` in seconds.
 Detections read_detection_lines(const TextTable& table);
 
 /// Whether a text can only be XML.

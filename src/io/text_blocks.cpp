@@ -12,7 +12,7 @@ TextBlocks::TextBlocks(const std::filesystem::path& path, std::size_t block_byte
 
 std::optional<TextBlock> TextBlocks::read(std::size_t index) {
   if (index >= places_.size()) throw std::logic_error("TextBlocks: a block was left out");
-  const Place place = places_[index];
+  const BlockStart place = places_[index];
   file_.seek(place.offset);
   TextBlock block{std::string(block_bytes_, '\0'), place.line};
   block.text.resize(file_.read(block.text));

@@ -28,7 +28,7 @@ class TextBlocks {
   std::optional<TextBlock> read(std::size_t index);
 
  private:
-  struct Place {
+  struct BlockStart {
     std::size_t offset = 0;
     std::size_t line = 1;
   };
@@ -36,7 +36,7 @@ class TextBlocks {
   std::string path_;
   GzipFile file_;
   std::size_t block_bytes_;
-  std::vector<Place> places_{Place{}};  ///< where each block begins, and where the next unread one does
+  std::vector<BlockStart> places_{BlockStart{}};  ///< where each block begins, and where the next unread one does
 };
 
 }  // namespace sila

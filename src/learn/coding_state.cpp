@@ -237,7 +237,7 @@ Overlap without(Overlap overlap, int primitive) {
   return overlap;
 }
 
-CodingState compacted(const CodingState& state, const std::vector<bool>& drop) {
+CodingState without(const CodingState& state, const std::vector<bool>& drop) {
   CodingState rest;
   rest.objective = state.objective;
   std::vector<int> new_index(drop.size(), -1);

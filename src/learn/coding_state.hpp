@@ -80,6 +80,6 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
 Overlap without(Overlap overlap, int primitive);
 
 /// The state without the primitives for which `drop` is true; no code may use them.
-CodingState compacted(const CodingState& state, const std::vector<bool>& drop);
+CodingState without(const CodingState& state, const std::vector<bool>& drop);
 
 }  // namespace sila

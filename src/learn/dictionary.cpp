@@ -22,7 +22,7 @@ constexpr double kShortestArrow = 0.05;   ///< shorter arrows are left out of th
 constexpr double kSameSeedCosine = 0.5;   ///< two seeds of one round that agree more than this are one
 
 /// A stretch of a track's path, [begin, end) in its visits.
-struct Run {
+struct Section {
   std::size_t track = 0, begin = 0, end = 0;
   double energy = 0.0;
   auto key() const { return std::tuple(track, begin); }
@@ -41,42 +41,42 @@ double squared_norm(std::span<const CellArrow> arrows) {
 }
 
 /// The stretches of one track from which a primitive may grow, by the cut rule.
-std::vector<Run> runs_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest,
-                         double run_cells, CutRule cut) {
-  std::vector<Run> runs;
+std::vector<Section> sections_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest,
+                                 double run_cells, CutRule cut) {
+  std::vector<Section> sections;
   const double explained = 0.5 * (1.0 + problem.g * problem.g);
   for (std::size_t i = 0; i < rest.size(); ++i) {
     const bool open = cut == CutRule::aligned || rest[i].value.squaredNorm() > explained;
-    const bool starts = runs.empty() || runs.back().end != i ||
+    const bool starts = sections.empty() || sections.back().end != i ||
                         (cut == CutRule::aligned ? tiles_differ(problem, rest[i].cell, rest[i - 1].cell)
-                                                 : static_cast<double>(i - runs.back().begin) >= run_cells);
+                                                 : static_cast<double>(i - sections.back().begin) >= run_cells);
     if (!open) continue;
-    if (starts) runs.push_back({track, i, i, 0.0});
-    runs.back().end = i + 1;
-    runs.back().energy += rest[i].value.squaredNorm();
+    if (starts) sections.push_back({track, i, i, 0.0});
+    sections.back().end = i + 1;
+    sections.back().energy += rest[i].value.squaredNorm();
   }
-  return runs;
+  return sections;
 }
 
-std::vector<CellArrow> seed_on_support(const CodingProblem& problem, std::span<const CellArrow> run,
+std::vector<CellArrow> seed_on_support(const CodingProblem& problem, std::span<const CellArrow> section,
                                        const DictionaryConfig& config) {
   std::map<int, Arrow> cells;
   if (!config.support_mask) {
     for (std::size_t c = 0; c < problem.cells.size(); ++c) cells.emplace(static_cast<int>(c), Arrow::Zero());
   }
-  for (const CellArrow& arrow : run) {
+  for (const CellArrow& arrow : section) {
     const CellKey centre = problem.cells[static_cast<std::size_t>(arrow.cell)];
     for (int dx = -config.dilation_cells; dx <= config.dilation_cells; ++dx) {
       for (int dy = -config.dilation_cells; dy <= config.dilation_cells; ++dy) {
         const CellKey key{centre.x + dx, centre.y + dy};
         const auto place = std::lower_bound(problem.cells.begin(), problem.cells.end(), key);
-        if (place == problem.cells.end() || *place != key) continue;  // nobody walks there: it would stay zero
+        if (place == problem.cells.end() || *place != key) continue;  // no track there: it would stay zero
         if (config.cut == CutRule::aligned && tile_of(problem.grid, key) != tile_of(problem.grid, centre)) continue;
         cells.emplace(static_cast<int>(place - problem.cells.begin()), Arrow::Zero());
       }
     }
   }
-  for (const CellArrow& arrow : run) cells[arrow.cell] = project_arrow(arrow.value, problem.g);
+  for (const CellArrow& arrow : section) cells[arrow.cell] = project_arrow(arrow.value, problem.g);
   std::vector<CellArrow> seed;
   for (const auto& [cell, value] : cells) seed.push_back({cell, value});
   return seed;
@@ -96,15 +96,15 @@ double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
 }
 
 /// The most promising stretches: at most a tenth as many as there are tracks, one a track, no two alike.
-std::vector<std::pair<Run, std::vector<CellArrow>>> choose_seeds(const CodingProblem& problem, const CodingState& state,
-                                                                 const Banned& banned, double run_cells,
-                                                                 const DictionaryConfig& config) {
-  std::vector<std::pair<Run, std::vector<CellArrow>>> best;
+std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const CodingProblem& problem,
+                                                                     const CodingState& state, const Banned& banned,
+                                                                     double run_cells, const DictionaryConfig& config) {
+  std::vector<std::pair<Section, std::vector<CellArrow>>> best;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
     const std::vector<CellArrow> rest = residual(problem, state, i);
-    Run top;
-    for (const Run& run : runs_of(problem, i, rest, run_cells, config.cut)) {
-      if (run.energy > top.energy && !banned.contains(run.key())) top = run;
+    Section top;
+    for (const Section& section : sections_of(problem, i, rest, run_cells, config.cut)) {
+      if (section.energy > top.energy && !banned.contains(section.key())) top = section;
     }
     if (top.energy < kSmallestSeed) continue;
     const auto stretch = std::span(rest).subspan(top.begin, top.end - top.begin);
@@ -114,13 +114,13 @@ std::vector<std::pair<Run, std::vector<CellArrow>>> choose_seeds(const CodingPro
                    [](const auto& a, const auto& b) { return a.first.energy > b.first.energy; });
   const std::size_t room = static_cast<std::size_t>(config.max_primitives) - state.primitives.size();
   const std::size_t most = std::min(room, std::max<std::size_t>(1, problem.tracks.size() / 10));
-  std::vector<std::pair<Run, std::vector<CellArrow>>> seeds;
-  for (auto& [run, rest] : best) {
+  std::vector<std::pair<Section, std::vector<CellArrow>>> seeds;
+  for (auto& [section, rest] : best) {
     std::vector<CellArrow> seed = seed_on_support(problem, rest, config);
     const bool known = std::any_of(seeds.begin(), seeds.end(),
                                    [&](const auto& other) { return cosine(other.second, seed) > kSameSeedCosine; });
     if (known || squared_norm(seed) < kSmallestSeed) continue;
-    seeds.emplace_back(run, std::move(seed));
+    seeds.emplace_back(section, std::move(seed));
     if (seeds.size() == most) break;
   }
   return seeds;
@@ -155,7 +155,7 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
     overlap = without(std::move(overlap), static_cast<int>(k));
     drop[k] = true;
   }
-  return compacted(state, drop);
+  return without(state, drop);
 }
 
 CodingState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config,
@@ -167,9 +167,10 @@ CodingState grow(const CodingProblem& problem, double gain_cells, double run_cel
     auto seeds = choose_seeds(problem, state, banned, run_cells, config);
     if (seeds.empty()) break;
     CodingState tried = state;
-    for (auto& [run, seed] : seeds) {
+    for (auto& [section, seed] : seeds) {
       tried.primitives.push_back(std::move(seed));
-      banned.insert(run.key());  // one try each; what the primitive leaves unexplained makes other stretches stand out
+      banned.insert(
+          section.key());  // one try each; what the primitive leaves unexplained makes other stretches stand out
     }
     tried = alternate(problem, std::move(tried), kAlternationsPerRound, config.sparsity, gain_cells, nullptr);
     tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), config.sparsity, gain_cells);
@@ -187,7 +188,7 @@ CodingState prune(const CodingProblem& problem, const CodingState& state, double
       if (used.value > kSmallestUse) drop[static_cast<std::size_t>(used.primitive)] = false;
     }
   }
-  return with_new_codes(problem, compacted(state, drop), penalty);
+  return with_new_codes(problem, without(state, drop), penalty);
 }
 
 MotionPrimitive finished(const CodingProblem& problem, std::span<const CellArrow> arrows) {

@@ -8,7 +8,7 @@ namespace {
 
 /// A mean heading shorter than this means that the person looped or turned about inside the cell.
 constexpr double kShortestMeanHeading = 0.3;
-/// Nobody passed through the cells between two positions that are farther apart than this speed allows.
+/// No pedestrian passed through the cells between two positions that are farther apart than this speed allows.
 constexpr double kFastest_mps = 100.0;
 
 struct HeadingSum {

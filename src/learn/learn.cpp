@@ -39,7 +39,7 @@ GpConfig in_widths(GpConfig config, double width_m) {
   return config;
 }
 
-/// The box of points, grown to a lattice: its sides are nobody's coordinates.
+/// The box of points, grown to a lattice: its sides are not coordinates of one pedestrian.
 Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2d& step) {
   const Eigen::Array2d least = positions.rowwise().minCoeff(), most = positions.rowwise().maxCoeff();
   return {Vector2(step * (least / step).floor()), Vector2(step * (most / step).ceil())};

@@ -22,8 +22,8 @@ std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
 }
 
 /// Of each stretch the samples one every `stride_s`, beginning half of it after the start; of a short one the middle.
-std::vector<SampleOf> thinned(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches,
-                              double stride_s) {
+std::vector<SampleOf> subsampled(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches,
+                                 double stride_s) {
   std::vector<SampleOf> samples;
   for (const Stretch& stretch : stretches) {
     if (stretch.begin == stretch.end) continue;
@@ -67,7 +67,7 @@ std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const 
   }
   std::map<TransitionKey, ObservedTransition> observed;
   for (const auto& [key, list] : stretches)
-    observed[key] = {counts[key], gather(tracks, thinned(tracks, list, stride_s))};
+    observed[key] = {counts[key], gather(tracks, subsampled(tracks, list, stride_s))};
   return observed;
 }
 

@@ -35,7 +35,7 @@ void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
   }
 }
 
-/// Who predicts or fuses makes an index of where each field may be asked; its keys must not overflow.
+/// Prediction and fusion index where each field may be evaluated; the keys of that index must not overflow.
 void check_extent(const Grid& grid, const std::string& name, const FlowField& field) {
   Eigen::AlignedBox2d reach = field.extent;
   if (!reach.min().allFinite() || !reach.max().allFinite()) refuse(name + ": the extent is not finite");

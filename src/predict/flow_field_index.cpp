@@ -114,7 +114,7 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
   return static_cast<std::size_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
 }
 
-/// Where a field is scored, and what takes up each score.
+/// Where a field is scored, and the receiver of each score.
 struct CellSummaries {
   std::vector<RasterIndex> places;
   std::vector<FlowFieldIndex::CellSummary*> summaries;

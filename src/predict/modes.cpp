@@ -79,15 +79,15 @@ std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, 
     return rollouts[a].weight != rollouts[b].weight ? rollouts[a].weight > rollouts[b].weight : a < b;
   });
   const auto group_of = scratch.array<std::size_t>(rollouts.size());
-  const auto speakers = scratch.array<std::size_t>(rollouts.size());  // the first member, the heaviest, of each group
+  const auto firsts = scratch.array<std::size_t>(rollouts.size());  // the first member, the heaviest, of each group
   std::size_t count = 0;
   for (const std::size_t index : order) {
     std::size_t group = 0;
     while (group < count &&
-           mean_distance_m(rollouts[speakers[group]], rollouts[index], matrix, steps) >= config.merge_radius_m) {
+           mean_distance_m(rollouts[firsts[group]], rollouts[index], matrix, steps) >= config.merge_radius_m) {
       ++group;
     }
-    if (group == count) speakers[count++] = index;
+    if (group == count) firsts[count++] = index;
     group_of[index] = group;
   }
   const std::span<RolloutGroup> groups = collect(order, group_of, count, scratch);

@@ -22,15 +22,15 @@ constexpr double kMinUniqueShare = 0.25;
 constexpr std::array kReducedPseudoInputs{60, 30};
 
 /// A pseudo-input of a transition.
-struct Place {
+struct PseudoInputIndex {
   std::size_t transition = 0;
   std::size_t input = 0;
 };
 
 /// Which transitions represent the pseudo-inputs of which, while transitions are evicted.
 struct SubsumptionTable {
-  std::vector<std::vector<int>> subsumers;   ///< of each pseudo-input: how many others know it and agree
-  std::vector<std::vector<Place>> subsumes;  ///< of each transition
+  std::vector<std::vector<int>> subsumers;              ///< of each pseudo-input: how many others know it and agree
+  std::vector<std::vector<PseudoInputIndex>> subsumes;  ///< of each transition
   std::vector<bool> kept;
   std::vector<double> bytes;
 };
@@ -82,7 +82,7 @@ double worth(const SubsumptionTable& table, const std::vector<Transition>& trans
 
 void evict(SubsumptionTable& table, const Transition& transition, std::size_t i, BudgetReport& report) {
   table.kept[i] = false;
-  for (const Place& place : table.subsumes[i]) --table.subsumers[place.transition][place.input];
+  for (const PseudoInputIndex& place : table.subsumes[i]) --table.subsumers[place.transition][place.input];
   ++report.transitions;
   report.count += transition.count;
 }

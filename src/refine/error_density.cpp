@@ -22,7 +22,7 @@ constexpr double kScaleRidge = 60.0;
 constexpr double kSmallestSquare = 0.1;
 /// No error is believed to be smaller: pedestrians who all do the same would else make the covariances vanish.
 constexpr double kLeastError_m = 1e-3;
-/// A covariance thinner than this could not be told from a flat one.
+/// A covariance thinner than this is as good as singular.
 constexpr double kThinnest = 1e-12;
 /// The scale stays within this factor, however far a window is from those that were seen.
 constexpr double kMaxLogScale = 4.0;

@@ -32,7 +32,7 @@ Explanation explain(const Predictor& predictor, const CurbTrajectory& observed) 
   }
   Explanation explanation;
   explanation.likelihood_power = predictor.config().likelihood_power;
-  explanation.alike = predictor.observe(observed, set, scratch).residuals.evidence;
+  explanation.effective_samples = predictor.observe(observed, set, scratch).residuals.effective_samples;
   explanation.raw_novelty = set.raw_novelty;
   explanation.at_least_as_novel = 1.0 - prediction.novelty;
   for (const Mode& mode : prediction.modes) {

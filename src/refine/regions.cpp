@@ -11,7 +11,7 @@ namespace {
 /// Upper edges of the bins: evenly spaced where the regions' levels are, then ever wider.
 constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.95, 1.1, 1.3, 1.5,  1.75, 2.0,
                                            2.3, 2.6, 3.0, 3.5, 4.2, 5.0, 6.0, 7.5, 9.5,  12., 16., 22.0, 32.0};
-/// A speed class speaks for itself as far as it was seen more often than this.
+/// Weight of the pooled classes, in windows of the speed class.
 constexpr double kPooledWindows = 20.0;
 constexpr double kGaussianWindows = 10.0;
 constexpr double kLeastDensity = 1e-300;

@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// A residual GP that explains less than this share of its signal variance is not heard: it would count that much
+/// A residual GP that explains less than this share of its signal variance is left out: it would count that much
 /// beside the prior's 1.
 constexpr double kLeastWorthHearing = 1e-3;
 
@@ -59,7 +59,7 @@ ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& obs
     for (std::size_t knot = 0; knot < knots; ++knot)
       residuals[knot] += Vector2(expert.weighted_mean[2 * knot], expert.weighted_mean[2 * knot + 1]);
     gain += expert.gain;
-    residual_prediction.evidence += expert.evidence;
+    residual_prediction.effective_samples += expert.effective_samples;
   }
   for (Vector2& residual : residuals) residual = velocity_to_world(observed.frame, residual / (1.0 + gain));
   residual_prediction.knot_interval_s = index.horizon_s() / static_cast<double>(knots);

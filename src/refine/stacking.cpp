@@ -141,7 +141,7 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
 ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
                              const Vector2& predicted_mps) {
   const KinematicFeatures& v = observation.kinematics;
-  return scale_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, residuals.evidence);
+  return scale_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, residuals.effective_samples);
 }
 
 Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)

@@ -21,7 +21,7 @@ ordered_json corner_json(const Corner& corner) {
           {"widths_m", {rounded(corner.widths.width_1_m, 3), rounded(corner.widths.width_2_m, 3)}}};
 }
 
-/// Where a model is drawn of which nobody says where it is.
+/// Where a model without a scene is drawn.
 Scene right_angled(double width_m) {
   Scene scene;
   scene.name = "a right-angled corner";

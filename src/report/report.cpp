@@ -9,8 +9,8 @@
 #include "sila/core/sampling.hpp"
 #include "sila/io/evaluation_report.hpp"
 #include "sila/io/scene_tracks.hpp"
-#include "sila/report/judged.hpp"
 #include "sila/report/model_data.hpp"
+#include "sila/report/scored.hpp"
 #include "sila/version.hpp"
 
 namespace sila {
@@ -46,13 +46,13 @@ ordered_json tracks_json(const ReportInput& input, std::size_t most) {
 }
 
 /// The worst prediction of each track, the worst track first.
-std::vector<std::size_t> worst_of(std::span<const JudgedPrediction> judged) {
-  std::vector<std::size_t> order(judged.size());
+std::vector<std::size_t> worst_of(std::span<const ScoredPrediction> scored) {
+  std::vector<std::size_t> order(scored.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, std::ranges::greater{},
-                           [&](std::size_t i) { return judged[i].model.weighted_mhd_m; });
+                           [&](std::size_t i) { return scored[i].model.weighted_mhd_m; });
   std::set<std::size_t> seen;
-  std::erase_if(order, [&](std::size_t i) { return !seen.insert(judged[i].track).second; });
+  std::erase_if(order, [&](std::size_t i) { return !seen.insert(scored[i].track).second; });
   return order;
 }
 
@@ -73,37 +73,37 @@ ordered_json modes_json(const Prediction& prediction, std::size_t stride) {
   return list;
 }
 
-ordered_json prediction_json(const JudgedPrediction& judged, double interval_s, std::size_t stride) {
-  const auto steps = judged.truth_m.size();
+ordered_json prediction_json(const ScoredPrediction& scored, double interval_s, std::size_t stride) {
+  const auto steps = scored.truth_m.size();
   ordered_json times = ordered_json::array();
   for (std::size_t j = 0; j < steps; ++j) {
     if ((steps - 1 - j) % stride == 0) times.push_back(rounded(static_cast<double>(j + 1) * interval_s, 3));
   }
-  return {{"t0", rounded(judged.prediction.t0_s, 3)},
+  return {{"t0", rounded(scored.prediction.t0_s, 3)},
           {"t", std::move(times)},
-          {"fallback", judged.prediction.fallback},
-          {"novelty", rounded(judged.prediction.novelty, 3)},
-          {"mhd_m", rounded(judged.model.weighted_mhd_m, 3)},
-          {"best_mhd_m", rounded(judged.model.best_mhd_m, 3)},
-          {"constant_mhd_m", rounded(judged.constant.weighted_mhd_m, 3)},
-          {"observed", path_json(judged.observed_m, stride)},
-          {"truth", path_json(judged.truth_m, stride)},
-          {"constant", path_json(judged.constant_m, stride)},
-          {"modes", modes_json(judged.prediction, stride)}};
+          {"fallback", scored.prediction.fallback},
+          {"novelty", rounded(scored.prediction.novelty, 3)},
+          {"mhd_m", rounded(scored.model.weighted_mhd_m, 3)},
+          {"best_mhd_m", rounded(scored.model.best_mhd_m, 3)},
+          {"constant_mhd_m", rounded(scored.constant.weighted_mhd_m, 3)},
+          {"observed", path_json(scored.observed_m, stride)},
+          {"truth", path_json(scored.truth_m, stride)},
+          {"constant", path_json(scored.constant_m, stride)},
+          {"modes", modes_json(scored.prediction, stride)}};
 }
 
 /// The tracks that can be played: the worst, then others, evenly spread; in the order of the input.
-std::vector<std::size_t> played_tracks(std::span<const JudgedPrediction> judged, std::span<const std::size_t> worst,
+std::vector<std::size_t> played_tracks(std::span<const ScoredPrediction> scored, std::span<const std::size_t> worst,
                                        std::size_t most, std::size_t most_worst) {
   std::set<std::size_t> chosen;
-  for (std::size_t k = 0; k < std::min({worst.size(), most_worst, most}); ++k) chosen.insert(judged[worst[k]].track);
+  for (std::size_t k = 0; k < std::min({worst.size(), most_worst, most}); ++k) chosen.insert(scored[worst[k]].track);
   for (const std::size_t k : spread(worst.size(), most)) {
-    if (chosen.size() < most) chosen.insert(judged[worst[k]].track);
+    if (chosen.size() < most) chosen.insert(scored[worst[k]].track);
   }
   return {chosen.begin(), chosen.end()};
 }
 
-ordered_json played_json(const ReportInput& input, std::span<const JudgedPrediction> judged,
+ordered_json played_json(const ReportInput& input, std::span<const ScoredPrediction> scored,
                          std::span<const std::size_t> played, std::size_t stride) {
   const double interval_s = input.stored.model.settings.sample_interval_s;
   ordered_json list = ordered_json::array();
@@ -119,7 +119,7 @@ ordered_json played_json(const ReportInput& input, std::span<const JudgedPredict
       due_s = path.times_s[k] + interval_s;
     }
     entry["predictions"] = ordered_json::array();
-    for (const JudgedPrediction& prediction : judged) {
+    for (const ScoredPrediction& prediction : scored) {
       if (prediction.track == track) entry["predictions"].push_back(prediction_json(prediction, interval_s, stride));
     }
     list.push_back(std::move(entry));
@@ -127,11 +127,11 @@ ordered_json played_json(const ReportInput& input, std::span<const JudgedPredict
   return list;
 }
 
-ordered_json worst_json(const ReportInput& input, std::span<const JudgedPrediction> judged,
+ordered_json worst_json(const ReportInput& input, std::span<const ScoredPrediction> scored,
                         std::span<const std::size_t> worst, std::size_t most) {
   ordered_json list = ordered_json::array();
   for (std::size_t k = 0; k < std::min(worst.size(), most); ++k) {
-    const JudgedPrediction& prediction = judged[worst[k]];
+    const ScoredPrediction& prediction = scored[worst[k]];
     list.push_back({{"track", input.input_ids[prediction.track]},
                     {"t0", rounded(prediction.prediction.t0_s, 3)},
                     {"mhd_m", rounded(prediction.model.weighted_mhd_m, 3)},
@@ -141,9 +141,9 @@ ordered_json worst_json(const ReportInput& input, std::span<const JudgedPredicti
   return list;
 }
 
-ordered_json calibration_json(std::span<const JudgedPrediction> judged, double horizon_s) {
+ordered_json calibration_json(std::span<const ScoredPrediction> scored, double horizon_s) {
   ordered_json list = ordered_json::array();
-  for (const Reliability& diagram : reliability(judged, horizon_s)) {
+  for (const Reliability& diagram : reliability(scored, horizon_s)) {
     ordered_json observed = ordered_json::array();
     for (double share : diagram.observed) observed.push_back(rounded(share, 4));
     list.push_back({{"horizon_s", diagram.horizon_s}, {"nominal", diagram.nominal}, {"observed", std::move(observed)}});
@@ -152,21 +152,22 @@ ordered_json calibration_json(std::span<const JudgedPrediction> judged, double h
 }
 
 /// The parts that come from held-back tracks.
-void add_judgement(ordered_json& data, const ReportInput& input, const ReportLimits& limits) {
+void add_scores(ordered_json& data, const ReportInput& input, const ReportLimits& limits) {
   const double horizon_s = input.episode.predict.horizon_s;
   data["drawn_tracks"] = tracks_json(input, limits.drawn_tracks);
   data["evaluation"] = to_json(evaluate(input.stored.model, input.tracks, input.episode, input.evaluate));
   data["evaluation"]["tracks"] = input.tracks.size();
   data["rows"] = to_json(input.rows);
-  const std::vector<JudgedPrediction> judged = judge(input.stored.model, input.tracks, input.episode, limits.every_s);
-  const std::vector<std::size_t> worst = worst_of(judged);
-  data["predictions_judged"] = judged.size();
-  data["tracks_judged"] = worst.size();
+  const std::vector<ScoredPrediction> scored =
+      score_predictions(input.stored.model, input.tracks, input.episode, limits.stride_s);
+  const std::vector<std::size_t> worst = worst_of(scored);
+  data["predictions_scored"] = scored.size();
+  data["tracks_scored"] = worst.size();
   data["horizon_s"] = horizon_s;
-  data["calibration"] = calibration_json(judged, horizon_s);
+  data["calibration"] = calibration_json(scored, horizon_s);
   for (std::size_t most = limits.predicted_tracks;; most /= 2) {
-    data["worst"] = worst_json(input, judged, worst, std::min(limits.worst, most));
-    data["played"] = played_json(input, judged, played_tracks(judged, worst, most, limits.worst), 2);
+    data["worst"] = worst_json(input, scored, worst, std::min(limits.worst, most));
+    data["played"] = played_json(input, scored, played_tracks(scored, worst, most, limits.worst), 2);
     if (most <= 1 || data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size() <= limits.most_bytes)
       return;
   }
@@ -186,7 +187,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["model"] = model_json(input.stored.model);
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;
-  if (!input.tracks.empty()) add_judgement(data, input, limits);
+  if (!input.tracks.empty()) add_scores(data, input, limits);
   return data;
 }
 

@@ -61,7 +61,7 @@ class Engine {
   /// Takes an event, or rejects it if service.max_queued_lines are queued and its stream has more than its share of
   /// them. The end of a stream is always taken.
   void offer(StreamEvent event);
-  /// Counts a rejected line; its connection is told once a second. Stream 0 is no connection.
+  /// Counts a rejected line; its connection gets one report a second. Stream 0 is no connection.
   void reject(StreamId stream, Rejection rejection);
   /// Returns when everything offered so far is answered; stepwise also when whole batches of it are learnt.
   void drain();

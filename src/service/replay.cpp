@@ -75,10 +75,10 @@ class Answers {
   static constexpr std::size_t kMaxOpen = 200000;
 
   void count(const std::string& line) {
-    const nlohmann::json told = nlohmann::json::parse(line, nullptr, false);
-    if (!told.is_object()) return;
-    report_.dropped += told.value("dropped", std::uint64_t{0});
-    if (told.contains("rejected")) report_.rejected += told.value("count", std::uint64_t{0});
+    const nlohmann::json line_json = nlohmann::json::parse(line, nullptr, false);
+    if (!line_json.is_object()) return;
+    report_.dropped += line_json.value("dropped", std::uint64_t{0});
+    if (line_json.contains("rejected")) report_.rejected += line_json.value("count", std::uint64_t{0});
   }
 
   std::mutex mutex_;

@@ -16,12 +16,12 @@ constexpr double kRoom_m = 0.9;  ///< distance that strangers leave when they pa
 constexpr double kGroupRoom_m = 0.55;
 constexpr double kShoulders_m = 0.45;  ///< closer than this two people push each other aside
 constexpr double kWallRoom_m = 0.7;
-constexpr double kWallClearance_m = 0.25;  ///< nobody's centre comes closer to a building
+constexpr double kWallClearance_m = 0.25;  ///< least distance of a walker's centre from a building
 constexpr double kLongestHold_m = 0.1;
 constexpr double kSlowest_mps = 0.15;  ///< slower is standing
 
-/// The street of even arms has green from the start of the cycle, the other from its middle. Nobody starts in the last
-/// second.
+/// The street of even arms has green from the start of the cycle, the other from its middle. No walker starts in the
+/// last second.
 bool walk_sign(const SimulationConfig& config, std::size_t arm, double time_s) {
   const double shifted = time_s + (arm % 2 == 0 ? 0.0 : 0.5 * config.signal_cycle_s);
   const double phase = shifted - config.signal_cycle_s * std::floor(shifted / config.signal_cycle_s);
@@ -50,7 +50,7 @@ Vector2 path_heading(const Walker& walker, std::size_t ahead) {
   return (walker.route.path[i + 1] - walker.route.path[i]).normalized();
 }
 
-/// The nearest path point round the last one; back, too, for somebody whom others pushed back.
+/// The nearest path point round the last one; also backwards, for a walker whom others pushed back.
 void follow_path(Walker& walker) {
   constexpr std::size_t kWindow = 8;
   const std::vector<Vector2>& path = walker.route.path;
@@ -90,7 +90,7 @@ void attend_gate(Walker& walker, const StreetPlan& plan, const SimulationConfig&
     // Whoever was held up on the sidewalk until the signal changed waits again.
     if (!walk_sign(config, *plan.legs[gate->leg].crossed_arm, time_s)) {
       walker.gate_waited_s = 0.0;
-      walker.gate_open = walker.route.facts.ignores_red;
+      walker.gate_open = walker.route.traits.ignores_red;
       return;
     }
     walker.gate_waited_s += step_s;
@@ -111,12 +111,12 @@ const Gate* closed_gate(const Walker& walker, const StreetPlan& plan, const Simu
   const Gate* gate = gate_ahead(walker);
   if (gate == nullptr || walker.gate_open) return nullptr;
   if (!gate->signal) return gate->pause_s > 0.0 ? gate : nullptr;
-  if (walker.route.facts.ignores_red) return nullptr;
+  if (walker.route.traits.ignores_red) return nullptr;
   const bool walking = walker.velocity.norm() > 0.5 * walker.speed_mps;
   return walking && walk_sign(config, *plan.legs[gate->leg].crossed_arm, time_s) ? nullptr : gate;
 }
 
-/// Who waits behind somebody keeps a gap to them.
+/// A pedestrian who waits behind another keeps a gap.
 double queueing_speed(const Walker& walker, const std::vector<Walker>& walkers) {
   const Vector2 heading = path_heading(walker, 0);
   double speed = 10.0;
@@ -258,7 +258,7 @@ void stay_on_ground(Walker& walker, const StreetPlan& plan) {
   hold_behind(walker, -leg.inward, -slack - across);
 }
 
-/// Nobody walks through anybody.
+/// No walker walks through another.
 void keep_apart(std::vector<Walker>& walkers) {
   for (std::size_t i = 0; i < walkers.size(); ++i) {
     for (std::size_t j = i + 1; j < walkers.size(); ++j) {

@@ -34,7 +34,7 @@ struct Walker {
 
 bool finished(const Walker& walker);
 
-/// Moves everybody from `time_s` to `time_s + step_s`; all decide on the same picture of the others.
+/// Moves all walkers from `time_s` to `time_s + step_s`; all decide on the same picture of the others.
 void step(std::vector<Walker>& walkers, const StreetPlan& plan, const SimulationConfig& config, double time_s,
           double step_s);
 

@@ -272,7 +272,7 @@ std::vector<Gate> find_gates(const StreetPlan& plan, const std::vector<Stretch>&
   return gates;
 }
 
-/// Somebody stops in view on a sidewalk: looks at a phone, waits for a friend.
+/// A walker stops in view on a sidewalk: looks at a phone, waits for a friend.
 void add_standing(Route& route, const StreetPlan& plan, const SimulationConfig& config, Random& random) {
   const std::size_t at = static_cast<std::size_t>(random.uniform(0.25, 0.75) * static_cast<double>(route.path.size()));
   if ((route.path[at] - plan.blocks.front().origin).norm() > 0.9 * config.view_radius_m) return;
@@ -283,7 +283,7 @@ void add_standing(Route& route, const StreetPlan& plan, const SimulationConfig& 
   gate.pause_s = random.uniform(4.0, 30.0);
   const auto later = std::ranges::find_if(route.gates, [&](const Gate& other) { return other.stop > at; });
   route.gates.insert(later, gate);
-  route.facts.stands = true;
+  route.traits.stands = true;
 }
 
 /// Turns round a corner: two sidewalks that are not parallel follow each other.
@@ -334,10 +334,10 @@ Route draw_route(const StreetPlan& plan, const SimulationConfig& config, Random&
     gate.signal = gate.marked = false;
     gate.pause_s = random.chance(0.5) ? 0.0 : random.uniform(0.5, 3.0);
   }
-  route.facts.crossings = static_cast<int>(route.gates.size());
-  route.facts.rounds_corner = rounds_corner(plan, draft.stretches);
-  route.facts.ignores_red = jaywalker;
-  route.facts.leaves_crosswalk = unmarked.has_value();
+  route.traits.crossings = static_cast<int>(route.gates.size());
+  route.traits.rounds_corner = rounds_corner(plan, draft.stretches);
+  route.traits.ignores_red = jaywalker;
+  route.traits.leaves_crosswalk = unmarked.has_value();
   if (config.construction_length_m > 0.0) go_round_works(route, plan, config);
   if (random.chance(config.stop_share)) add_standing(route, plan, config, random);
   return route;

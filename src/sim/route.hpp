@@ -28,7 +28,7 @@ struct Gate {
 struct Route {
   std::vector<Vector2> path;
   std::vector<Gate> gates;
-  WalkerFacts facts;
+  WalkerTraits traits;
 };
 
 /// Draws a way from one end of a sidewalk to another, with the person's habits.

@@ -19,7 +19,7 @@ constexpr double kLongestStep_s = 0.1;
 constexpr double kLongestStay_s = 300.0;  ///< whoever is under way for longer is stuck in a crowd and leaves the scene
 
 /// Streams of random numbers: the arrivals have the first, each walker three of the others.
-enum Purpose : std::uint64_t { arrivals = 0, habits = 1, gait = 2, tracking = 3 };
+enum Purpose : std::uint64_t { arrivals = 0, habits = 1, step_motion = 2, tracking = 3 };
 std::uint64_t stream(Purpose purpose, std::size_t walker = 0) {
   return 3 * walker + purpose;
 }
@@ -52,14 +52,14 @@ void admit_party(World& world, const SimulationConfig& config, std::size_t sampl
     // To the right and to the left of the first.
     const double offset = member == 0 ? 0.0 : (member == 1 ? -0.65 : 0.65);
     Walker walker(member == 0 ? way : beside(way, world.plan, offset),
-                  Random(config.seed, stream(gait, world.arrived)));
+                  Random(config.seed, stream(step_motion, world.arrived)));
     walker.party = world.parties;
     walker.speed_mps = speed;
     walker.reaction_s = reaction_s + 0.2 * static_cast<double>(member);
     walker.first_sample = sample;
-    walker.route.facts.walker = world.arrived++;
-    walker.route.facts.free_speed_mps = speed;
-    walker.route.facts.in_group = size > 1;
+    walker.route.traits.walker = world.arrived++;
+    walker.route.traits.free_speed_mps = speed;
+    walker.route.traits.in_group = size > 1;
     place_at_start(walker);
     world.walkers.push_back(std::move(walker));
   }
@@ -74,7 +74,7 @@ Trajectory empty_track(std::size_t capacity) {
 }
 
 void report(World& world, const Walker& walker, const SimulationConfig& config) {
-  Random random(config.seed, stream(tracking, walker.route.facts.walker));
+  Random random(config.seed, stream(tracking, walker.route.traits.walker));
   const auto time_of = [&](std::size_t k) {
     return static_cast<double>(walker.first_sample + k) * config.sample_interval_s;
   };
@@ -88,7 +88,7 @@ void report(World& world, const Walker& walker, const SimulationConfig& config) 
     }
     world.result.tracks.push_back(std::move(track));
     world.result.truth.push_back(std::move(truth));
-    world.result.facts.push_back(walker.route.facts);
+    world.result.traits.push_back(walker.route.traits);
     world.first_sample.push_back(walker.first_sample + sighting.first);
   }
 }
@@ -113,7 +113,7 @@ Simulation in_order(World world, std::size_t count) {
     const std::size_t i = order[rank];
     sorted.tracks.push_back(std::move(world.result.tracks[i]));
     sorted.truth.push_back(std::move(world.result.truth[i]));
-    sorted.facts.push_back(world.result.facts[i]);
+    sorted.traits.push_back(world.result.traits[i]);
     sorted.tracks.back().id = sorted.truth.back().id = std::to_string(rank + 1);
   }
   return sorted;

@@ -33,7 +33,7 @@ Span longest_stay(const std::vector<Vector2>& samples_m, const IntersectionScene
   bool in_view = false;
   for (std::size_t k = 0; k < samples_m.size(); ++k) {
     const double distance = (samples_m[k] - eye).norm();
-    // Two radii make a hysteresis: nobody flickers at the border.
+    // Two radii make a hysteresis: no track flickers at the border.
     const bool now = distance < std::min(found_m, lost_m) || (in_view && distance < lost_m);
     if (now && !in_view) stay.first = k;
     if (now) stay.last = k;

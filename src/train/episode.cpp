@@ -38,7 +38,7 @@ Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& se
   return batch;
 }
 
-/// Gives each site what its own past errors show and what `recent` ones teach; a site without recent ones stays as it
+/// Merges the `recent` error statistics into those of each site; a site without recent ones stays as it
 /// was.
 void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
                           double memory_windows) {

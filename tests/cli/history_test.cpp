@@ -54,21 +54,21 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
   ASSERT_EQ(run("simulate --tracks 60 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
   for (const char* name : {"tracks", "more"})
     ASSERT_EQ(run("replay " + std::string(name) + ".csv --rate 1e6 > " + name + ".ndjson").code, 0);
-  // A service that hears the first people, then nothing while a pedestrian rolls its file back, then the others.
-  const auto until_told = [](const std::string& words) {
-    return "for i in $(seq 600); do if grep -q '" + words + "' told; then break; fi; sleep 0.1; done; ";
+  // A service that receives the first people, then nothing while a pedestrian rolls its file back, then the others.
+  const auto until_reported = [](const std::string& words) {
+    return "for i in $(seq 600); do if grep -q '" + words + "' reported; then break; fi; sleep 0.1; done; ";
   };
   write(folder_ / "live.sh",
-        "touch told; { cat tracks.ndjson; " + until_told("episode 2 is stored") +
-            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_told("continuing with its 1 episodes") +
+        "touch reported; { cat tracks.ndjson; " + until_reported("episode 2 is stored") +
+            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_reported("continuing with its 1 episodes") +
             "cat more.ndjson; } | '" SILA_PROGRAM
             "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
-            ">predictions 2>told\n");
+            ">predictions 2>reported\n");
   ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
-  const std::string told = read(folder_ / "told");
-  EXPECT_NE(told.find("changed by another process; continuing with its 1 episodes"), std::string::npos) << told;
+  const std::string reported = read(folder_ / "reported");
+  EXPECT_NE(reported.find("changed by another process; continuing with its 1 episodes"), std::string::npos) << reported;
   const auto log = nlohmann::json::parse(run("log m.sila --json").out);
-  EXPECT_GE(log.at("episodes").size(), 4u) << told;  // the first, and those of the others
+  EXPECT_GE(log.at("episodes").size(), 4u) << reported;  // the first, and those of the others
   for (std::size_t i = 0; i < log["episodes"].size(); ++i) EXPECT_EQ(log["episodes"][i].at("number"), i + 1);
   EXPECT_EQ(run("verify m.sila").code, 0);
 }
@@ -78,10 +78,10 @@ TEST_F(Program, TellsWhatDiffersBetweenTwoModels) {
   ASSERT_EQ(run("simulate --tracks 40 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
   fs::copy(folder_ / "m.sila", folder_ / "n.sila");
   ASSERT_EQ(run("learn more.csv --scene more.scene.json --model n.sila --batch 20").code, 0);
-  const Outcome told = run("diff m.sila n.sila");
-  ASSERT_EQ(told.code, 0) << told.err;
+  const Outcome reported = run("diff m.sila n.sila");
+  ASSERT_EQ(reported.code, 0) << reported.err;
   for (const char* part : {"primitives ", "transitions ", "only in B", "at 5.0 s: "})
-    EXPECT_NE(told.out.find(part), std::string::npos) << part << " is not in: " << told.out;
+    EXPECT_NE(reported.out.find(part), std::string::npos) << part << " is not in: " << reported.out;
   const auto on_tracks = nlohmann::json::parse(run("diff m.sila n.sila more.csv --scene more.scene.json --json").out);
   EXPECT_GT(on_tracks.at("windows").get<int>(), 20);
   EXPECT_GT(on_tracks.at("predictions").back().at("mean_m").get<double>(), 0.001);

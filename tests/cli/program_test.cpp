@@ -9,7 +9,7 @@
 namespace sila::tests {
 namespace {
 
-TEST_F(Program, LearnsPredictsAndJudgesASimulatedIntersection) {
+TEST_F(Program, LearnsPredictsAndEvaluatesASimulatedIntersection) {
   learn();
   const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
   EXPECT_EQ(inspected.at("tracks"), 60);
@@ -18,8 +18,8 @@ TEST_F(Program, LearnsPredictsAndJudgesASimulatedIntersection) {
             inspected.at("primitives").get<int>() + inspected.at("transitions").get<int>());
   EXPECT_EQ(inspected.at("bytes").get<std::uintmax_t>(), fs::file_size(folder_ / "m.sila"));
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila --out p.ndjson").code, 0);
-  const Outcome judged = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
-  const auto groups = nlohmann::json::parse(judged.out).at("groups");
+  const Outcome evaluated = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
+  const auto groups = nlohmann::json::parse(evaluated.out).at("groups");
   EXPECT_GT(groups.at("moving").at("windows").get<int>(), 50);
   EXPECT_EQ(groups.at("all").at("horizons").size(), 5u);
 }
@@ -128,7 +128,7 @@ TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
   EXPECT_GT(evicted.at("primitives").get<int>(), 0);
   EXPECT_GT(evicted.at("transitions").get<int>(), 0);
   EXPECT_GT(evicted.at("count").get<double>(), 0.0);
-  EXPECT_NE(outcome.err.find("over the limit, gave up"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("over the limit, evicted"), std::string::npos) << outcome.err;
 }
 
 TEST_F(Program, RefusesCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLeavesTheFileAlone) {
@@ -233,7 +233,7 @@ TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   const std::string predict_with = "predict tracks.csv --scene tracks.scene.json --model m.sila ";
   expect_refused(predict_with + "--horizon 0", {"horizon"});
   expect_refused(predict_with + "--horizon -3", {"horizon"});
-  expect_refused(predict_with + "--every 0", {"every"});
+  expect_refused(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
   expect_refused(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
   expect_refused("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
   expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7",
@@ -241,7 +241,7 @@ TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
                  {"similarity_treshold", "fuse.similarity_threshold"});
   expect_refused("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
-  expect_refused("lern", {"lern"});
+  expect_refused("lern", {"sila: expected a verb (`sila --help` lists them), found lern"});
   expect_refused("fuse m.sila", {"--out"});
   EXPECT_EQ(read(folder_ / "m.sila"), before);
 }

@@ -15,19 +15,19 @@ RecordedPredictions recorded_in(const std::string& text) {
   return read_predictions(folder.write("recorded.ndjson", text));
 }
 
-TEST(RecordedPredictions, AreJudgedAsTheModelThatMadeThem) {
+TEST(RecordedPredictions, AreScoredAsTheModelThatMadeThem) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(30, 4);
   const EpisodeConfig config;
-  const EvaluateConfig judged;
+  const EvaluateConfig evaluate_config;
   const Model model = run_episode(Model{}, std::span(tracks).first(15), config).model;
   const std::span<const FramedTrajectory> unseen = std::span(tracks).subspan(15);
   std::string text = "{\"refused\":\"late\",\"count\":3}\n";
   const Predictor predictor(model, config.predict);
-  for (const Window& window : windows_of(unseen, config.sampling, config.predict, judged.stride_s))
+  for (const Window& window : windows_of(unseen, config.sampling, config.predict, evaluate_config.stride_s))
     text += prediction_line(window.observed.id, predictor.predict(window.observed)) + "\n";
   const RecordedPredictions recorded = recorded_in(text);
-  const Evaluation direct = evaluate(model, unseen, config, judged);
-  const Evaluation read = evaluate_forecast(forecast_of(recorded), unseen, config, judged);
+  const Evaluation direct = evaluate(model, unseen, config, evaluate_config);
+  const Evaluation read = evaluate_forecast(forecast_of(recorded), unseen, config, evaluate_config);
   ASSERT_EQ(read.windows.size(), direct.windows.size());
   for (std::size_t w = 0; w < read.windows.size(); ++w) {
     EXPECT_EQ(read.windows[w].t0_s, direct.windows[w].t0_s);

@@ -10,13 +10,13 @@
 namespace sila {
 namespace {
 
-/// Pairs that walk side by side, a new pair every `every_s`, in `recordings` recordings one after another.
-std::vector<FramedTrajectory> pairs(int count, double every_s, std::size_t recordings = 1) {
+/// Pairs that walk side by side, a new pair every `stride_s`, in `recordings` recordings one after another.
+std::vector<FramedTrajectory> pairs(int count, double stride_s, std::size_t recordings = 1) {
   std::vector<FramedTrajectory> tracks;
   for (int i = 0; i < 2 * count; ++i) {
     FramedTrajectory track{testing::walk(std::to_string(i), {{0, 0.1 * i}, {12, 0.1 * i}}, 1.2),
                            testing::square_frame()};
-    for (double& time_s : track.track.times_s) time_s += every_s * (i / 2);
+    for (double& time_s : track.track.times_s) time_s += stride_s * (i / 2);
     track.track.recording = static_cast<std::size_t>(i) * recordings / static_cast<std::size_t>(2 * count);
     tracks.push_back(std::move(track));
   }

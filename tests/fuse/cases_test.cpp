@@ -45,7 +45,7 @@ FusionCase own_case(const std::string& name) {
 }
 
 /// The message with which a case file is refused.
-std::string refusal(const std::string& text) {
+std::string rejection(const std::string& text) {
   const tests::ScratchFolder folder;
   const fs::path path = folder.write("case.json", text);
   std::string message = "accepted";
@@ -131,15 +131,15 @@ TEST(FusionCases, ExplanationNamesTheReasonOfEachComponent) {
 }
 
 TEST(FusionCases, BrokenFilesAreRefusedWithThePlace) {
-  EXPECT_NE(refusal("").find("found an empty file"), std::string::npos);
-  EXPECT_NE(refusal("{\n\"similarity\": [\n").find(".json:3: expected a fusion case"), std::string::npos);
-  EXPECT_NE(refusal("[1]").find("found JSON of type array"), std::string::npos);
-  EXPECT_NE(refusal("{\"similarity_threshold\": 0.7}").find("the key 'previous_primitives'"), std::string::npos);
+  EXPECT_NE(rejection("").find("found an empty file"), std::string::npos);
+  EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:3: expected a fusion case"), std::string::npos);
+  EXPECT_NE(rejection("[1]").find("found JSON of type array"), std::string::npos);
+  EXPECT_NE(rejection("{\"similarity_threshold\": 0.7}").find("the key 'previous_primitives'"), std::string::npos);
 }
 
 TEST(FusionCases, SenselessContentIsRefused) {
   const auto with = [](const std::string& similarity, const std::string& transitions, const std::string& more) {
-    return refusal(
+    return rejection(
         R"({"similarity_threshold": 0.7, "previous_primitives": 2, "incoming_primitives": 2, "similarity": )" +
         similarity + R"(, "transitions": )" + transitions + more + "}");
   };

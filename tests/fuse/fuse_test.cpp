@@ -80,7 +80,7 @@ TransitionSamples both(const TransitionSamples& a, const TransitionSamples& b) {
 
 /// The message of the std::invalid_argument that a call throws.
 template <class Call>
-std::string refusal(Call call) {
+std::string rejection(Call call) {
   try {
     call();
   } catch (const std::invalid_argument& error) {
@@ -304,7 +304,7 @@ TEST(Fuse, CannotPartSitesThatAreShared) {
   EXPECT_NO_THROW(fuse(fuse(here, elsewhere, shared).model, elsewhere));  // of one site
   elsewhere.model.sites[0].frame.origin_m = {100.0, 0.0};
   const Model both = fuse(here, elsewhere, shared).model;
-  EXPECT_NE(refusal([&] { fuse(both, elsewhere); }).find("keep fuse.sites = shared"), std::string::npos);
+  EXPECT_NE(rejection([&] { fuse(both, elsewhere); }).find("keep fuse.sites = shared"), std::string::npos);
   EXPECT_NO_THROW(fuse(fuse(here, elsewhere).model, elsewhere, shared));
 }
 
@@ -368,10 +368,10 @@ TEST(Fuse, AsksTheCallerForModelsOfOneKind) {
   const Model previous = random_model(random);
   Increment incoming = random_increment(random);
   incoming.model.settings.grid.cell = 2.5;
-  const std::string message = refusal([&] { fuse(previous, incoming); });
+  const std::string message = rejection([&] { fuse(previous, incoming); });
   EXPECT_NE(message.find("fuse: settings of previous = {cell 1, "), std::string::npos) << message;
   EXPECT_NE(message.find("incoming = {cell 2.5, "), std::string::npos) << message;
-  EXPECT_NE(refusal([&] { accumulate(previous, incoming); }).find("accumulate: settings"), std::string::npos);
+  EXPECT_NE(rejection([&] { accumulate(previous, incoming); }).find("accumulate: settings"), std::string::npos);
 }
 
 TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {
@@ -379,18 +379,18 @@ TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {
   const Model previous = random_model(random);
   Increment incoming = random_increment(random);
   incoming.samples[0].velocities.resize(1, 2);
-  EXPECT_NE(refusal([&] { fuse(previous, incoming); }).find("they must be 2 x n and n x 2"), std::string::npos);
+  EXPECT_NE(rejection([&] { fuse(previous, incoming); }).find("they must be 2 x n and n x 2"), std::string::npos);
   incoming.samples.pop_back();
-  EXPECT_NE(refusal([&] { fuse(previous, incoming); }).find("one for each of the"), std::string::npos);
+  EXPECT_NE(rejection([&] { fuse(previous, incoming); }).find("one for each of the"), std::string::npos);
 }
 
 TEST(FuseConfig, NamesTheFieldThatIsOutOfRange) {
-  EXPECT_EQ(refusal([] { validate(with_threshold(1.7)); }), "fuse: similarity_threshold = 1.7 is outside (0, 1]");
-  EXPECT_EQ(refusal([] { fuse({}, {}, with_threshold(0.0)); }), "fuse: similarity_threshold = 0 is outside (0, 1]");
+  EXPECT_EQ(rejection([] { validate(with_threshold(1.7)); }), "fuse: similarity_threshold = 1.7 is outside (0, 1]");
+  EXPECT_EQ(rejection([] { fuse({}, {}, with_threshold(0.0)); }), "fuse: similarity_threshold = 0 is outside (0, 1]");
   FuseConfig config;
   config.gp.alpha = 2.0;
-  EXPECT_EQ(refusal([&] { validate(config); }), "gp: alpha = 2 is outside [0, 1]");
-  EXPECT_EQ(refusal([] { validate(FuseConfig{}); }), "accepted");
+  EXPECT_EQ(rejection([&] { validate(config); }), "gp: alpha = 2 is outside [0, 1]");
+  EXPECT_EQ(rejection([] { validate(FuseConfig{}); }), "accepted");
 }
 
 TEST(FuseConfig, DefaultsFollowTheDocumentedReading) {

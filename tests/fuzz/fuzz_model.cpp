@@ -170,7 +170,7 @@ void travel(const Model& model) {
   const StoredModel sent{model, "{}", {}, {}, 0};
   const StoredModel arrived = model_of_bytes(model_bytes(sent));
   require(identical(arrived.model, model), "a model arrives as it was sent");
-  require(!describe(arrived).empty(), "a model can be told of");
+  require(!describe(arrived).empty(), "a model can be described");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The readers of JSON lines: TrajNet++, and what the service hears. The length says which of the two.
+// The readers of JSON lines: TrajNet++, and the input of the service. The length says which of the two.
 
 #include "track_text.hpp"
 

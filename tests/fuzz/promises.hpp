@@ -30,8 +30,8 @@ inline std::size_t lines_in(std::string_view text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1;
 }
 
-/// A refusal names the file, a line that it has (0: the whole file), what was expected and what was found.
-inline void require_good_refusal(const FormatError& error, const std::string& path, std::size_t lines) {
+/// A rejection names the file, a line that it has (0: the whole file), what was expected and what was found.
+inline void require_good_rejection(const FormatError& error, const std::string& path, std::size_t lines) {
   const std::string_view message = error.what();
   require(message.starts_with(path) && error.path.starts_with(path), "the file is named", message);
   require(error.line <= lines, "the line is in the file", message);
@@ -46,7 +46,7 @@ bool accepts(const std::string& path, std::size_t lines, Action&& action) {
     action();
     return true;
   } catch (const FormatError& error) {
-    require_good_refusal(error, path, lines);
+    require_good_rejection(error, path, lines);
     return false;
   }
 }

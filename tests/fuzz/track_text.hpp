@@ -21,7 +21,7 @@ inline void read_track_bytes(const std::string& path, const std::string& bytes, 
   std::size_t rows = read.rows.size();
   for (const DroppedRows& dropped : read.dropped) {
     rows += dropped.rows;
-    require(dropped.first.starts_with(path + ":"), "the first bad row is told with its line", dropped.first);
+    require(dropped.first.starts_with(path + ":"), "the first bad row is reported with its line", dropped.first);
   }
   require(rows == read.rows_read, "every row is kept or counted as dropped");
   for (const Detection& row : read.rows) require(row.line > 0 && row.line <= lines_in(bytes), "a row knows its line");

@@ -298,7 +298,7 @@ TEST(PriorGp, RaisesTheJitterForCopiesOfAPseudoInput) {
 TEST(CallersMistakes, AreNamed) {
   const SparseGp gp = example_prior({0, 2});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto refusal = [](const auto& call) -> std::string {
+  const auto rejection = [](const auto& call) -> std::string {
     try {
       call();
     } catch (const std::invalid_argument& error) {
@@ -306,42 +306,42 @@ TEST(CallersMistakes, AreNamed) {
     }
     return "nothing was thrown";
   };
-  EXPECT_EQ(refusal([&] {
+  EXPECT_EQ(rejection([&] {
               sila::condition(gp, row({0, 1}), vector({1}));
             }),
             "condition: outputs is 1 x 1, must be 2 x 1");
-  EXPECT_EQ(refusal([&] { sila::condition(gp, Eigen::MatrixXd::Zero(2, 1), vector({1})); }),
+  EXPECT_EQ(rejection([&] { sila::condition(gp, Eigen::MatrixXd::Zero(2, 1), vector({1})); }),
             "condition: inputs is 2 x 1, must be 1 x 1");
-  EXPECT_EQ(refusal([&] { sila::condition(gp, row({nan}), vector({1})); }),
+  EXPECT_EQ(rejection([&] { sila::condition(gp, row({nan}), vector({1})); }),
             "condition: inputs holds a number that is not finite");
-  EXPECT_EQ(refusal([&] { sila::condition(gp, row({1}), vector({nan})); }),
+  EXPECT_EQ(rejection([&] { sila::condition(gp, row({1}), vector({nan})); }),
             "condition: outputs holds a number that is not finite");
-  EXPECT_EQ(refusal([&] { condition(gp, example_data(), 1.5); }), "condition: alpha = 1.500000 is outside [0, 1]");
-  EXPECT_EQ(refusal([&] { transfer(gp, gp, -0.5); }), "transfer: alpha = -0.500000 is outside [0, 1]");
-  EXPECT_EQ(refusal([&] { prior_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
+  EXPECT_EQ(rejection([&] { condition(gp, example_data(), 1.5); }), "condition: alpha = 1.500000 is outside [0, 1]");
+  EXPECT_EQ(rejection([&] { transfer(gp, gp, -0.5); }), "transfer: alpha = -0.500000 is outside [0, 1]");
+  EXPECT_EQ(rejection([&] { prior_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
             "sparse_gp: noise_variance = -1.000000, must be positive and finite");
-  EXPECT_EQ(refusal([&] {
+  EXPECT_EQ(rejection([&] {
               prior_gp({0.0, vector({1})}, 1.0, row({0}), vector({0}));
             }),
             "kernel: signal_variance = 0.000000, must be positive and finite");
-  EXPECT_EQ(refusal([&] { covariance(unit_kernel(), row({0}), Eigen::MatrixXd::Zero(2, 3)); }),
+  EXPECT_EQ(rejection([&] { covariance(unit_kernel(), row({0}), Eigen::MatrixXd::Zero(2, 3)); }),
             "covariance: b.rows() = 2, must be the kernel's 1 input dimensions");
-  EXPECT_EQ(refusal([&] { Posterior(gp).predict(vector({nan})); }),
+  EXPECT_EQ(rejection([&] { Posterior(gp).predict(vector({nan})); }),
             "posterior: x has 1 entries, must have 1 finite ones");
-  EXPECT_NE(refusal([&] { Posterior(gp).predict_flow({0, 0}); }), "nothing was thrown");
+  EXPECT_NE(rejection([&] { Posterior(gp).predict_flow({0, 0}); }), "nothing was thrown");
   std::vector<double> two(2);
-  EXPECT_EQ(refusal([&] { Posterior(gp).predict(std::vector<double>{0.0}, two); }),
+  EXPECT_EQ(rejection([&] { Posterior(gp).predict(std::vector<double>{0.0}, two); }),
             "posterior: mean has room for 2 outputs, must be 1");
-  EXPECT_NE(refusal([&] { select_pseudo_inputs(unit_kernel(), row({0}), 3, 1.5); }), "nothing was thrown");
+  EXPECT_NE(rejection([&] { select_pseudo_inputs(unit_kernel(), row({0}), 3, 1.5); }), "nothing was thrown");
   SparseGp broken = gp;
   broken.response(0, 0) = nan;
-  EXPECT_EQ(refusal([&] { validate(broken); }), "sparse_gp: response holds a number that is not finite");
+  EXPECT_EQ(rejection([&] { validate(broken); }), "sparse_gp: response holds a number that is not finite");
   broken = gp;
   broken.mean_response.resize(1);
-  EXPECT_EQ(refusal([&] { validate(broken); }), "sparse_gp: mean_response is 1 x 1, must be 2 x 1");
+  EXPECT_EQ(rejection([&] { validate(broken); }), "sparse_gp: mean_response is 1 x 1, must be 2 x 1");
   GpConfig config;
   config.alpha = 2.0;
-  EXPECT_EQ(refusal([&] {
+  EXPECT_EQ(rejection([&] {
               fit_sparse_gp(example_data(), {unit_kernel(), 0.1}, config);
             }),
             "gp: alpha = 2 is outside [0, 1]");

@@ -145,7 +145,7 @@ TEST(Fit, EveryKindOfOptimisationImprovesTheLikelihoodInsideTheBox) {
     Generator make(seed);
     const Hyperparameters start{{0.5, vector({1, 3})}, 0.3};
     const GpData data = make.data(2, 80, 2);
-    const auto evidence = [&](const SparseGp& gp) {
+    const auto neg_log_likelihood = [&](const SparseGp& gp) {
       return negative_log_marginal_likelihood(centred(data), {gp.kernel, gp.noise_variance}, gp.pseudo_inputs,
                                               gp.jitter);
     };
@@ -158,10 +158,10 @@ TEST(Fit, EveryKindOfOptimisationImprovesTheLikelihoodInsideTheBox) {
     const SparseGp joint = fit_sparse_gp(data, start, config);
     config.pseudo_inputs = PseudoInputChoice::greedy;
     const SparseGp theta_only = fit_sparse_gp(data, start, config);
-    EXPECT_LT(evidence(moved), evidence(fixed) - 1.0);
+    EXPECT_LT(neg_log_likelihood(moved), neg_log_likelihood(fixed) - 1.0);
     EXPECT_TRUE(moved.kernel == start.kernel);
-    EXPECT_LT(evidence(theta_only), evidence(fixed) - 1.0);
-    EXPECT_LT(evidence(joint), evidence(moved) - 1.0);
+    EXPECT_LT(neg_log_likelihood(theta_only), neg_log_likelihood(fixed) - 1.0);
+    EXPECT_LT(neg_log_likelihood(joint), neg_log_likelihood(moved) - 1.0);
     for (const SparseGp& gp : {joint, theta_only}) {
       EXPECT_GE(gp.noise_variance, config.min_noise_variance * (1 - 1e-12));
       EXPECT_GE(gp.kernel.length_scales.minCoeff(), config.min_length_scale * (1 - 1e-12));

@@ -48,11 +48,11 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("limit", config.limit, Range{}, "m", "no farther than this");
 }
 
-std::string refusal(const json& given) {
+std::string rejection(const json& given) {
   return message_of<FormatError>([&] { apply_json(OuterConfig{}, given, "c.json"); });
 }
 
-std::string refusal_to_set(const char* assignment) {
+std::string rejection_to_set(const char* assignment) {
   return message_of<std::invalid_argument>([&] { set_field(OuterConfig{}, assignment); });
 }
 
@@ -119,32 +119,32 @@ TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
 
 TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {
   EXPECT_EQ(
-      refusal({{"fuse", {{"similarity_treshold", 0.5}}}}),
+      rejection({{"fuse", {{"similarity_treshold", 0.5}}}}),
       "c.json: expected a known field (the nearest is fuse.similarity_threshold), found \"fuse.similarity_treshold\"");
-  EXPECT_TRUE(says(refusal({{"rounds", 5}}), "nearest is fuse.rounds"));  // the group was forgotten
-  EXPECT_TRUE(says(refusal({{"horison", 5}}), "nearest is horizon)"));
-  EXPECT_TRUE(says(refusal({{"", 5}}), "), found \"\""));
+  EXPECT_TRUE(says(rejection({{"rounds", 5}}), "nearest is fuse.rounds"));  // the group was forgotten
+  EXPECT_TRUE(says(rejection({{"horison", 5}}), "nearest is horizon)"));
+  EXPECT_TRUE(says(rejection({{"", 5}}), "), found \"\""));
 }
 
 TEST(ConfigJson, RefusesValuesOfAnotherType) {
-  EXPECT_EQ(refusal({{"horizon", "long"}}), "c.json: expected horizon to be a number, found \"long\"");
-  EXPECT_EQ(refusal({{"fuse", {{"rounds", 2.5}}}}), "c.json: expected fuse.rounds to be a whole number, found 2.5");
-  EXPECT_TRUE(says(refusal({{"stacking", 1}}), "stacking to be true or false, found 1"));
-  EXPECT_TRUE(says(refusal({{"fuse", 3}}), "fuse to be an object, found 3"));
-  EXPECT_TRUE(says(refusal({{"horizon", {{"s", 3}}}}), "horizon to be a number"));
-  EXPECT_TRUE(says(refusal({{"horizon", nullptr}}), "horizon to be a number, found null"));
-  EXPECT_TRUE(says(refusal({{"fuse", {{"cut", "diagonal"}}}}), "one of aligned | border, found \"diagonal\""));
-  EXPECT_TRUE(says(refusal({{"fuse", {{"cut", 1}}}}), "one of aligned | border, found 1"));
-  EXPECT_TRUE(says(refusal(json::array({1})), "a JSON object, found array"));
+  EXPECT_EQ(rejection({{"horizon", "long"}}), "c.json: expected horizon to be a number, found \"long\"");
+  EXPECT_EQ(rejection({{"fuse", {{"rounds", 2.5}}}}), "c.json: expected fuse.rounds to be a whole number, found 2.5");
+  EXPECT_TRUE(says(rejection({{"stacking", 1}}), "stacking to be true or false, found 1"));
+  EXPECT_TRUE(says(rejection({{"fuse", 3}}), "fuse to be an object, found 3"));
+  EXPECT_TRUE(says(rejection({{"horizon", {{"s", 3}}}}), "horizon to be a number"));
+  EXPECT_TRUE(says(rejection({{"horizon", nullptr}}), "horizon to be a number, found null"));
+  EXPECT_TRUE(says(rejection({{"fuse", {{"cut", "diagonal"}}}}), "one of aligned | border, found \"diagonal\""));
+  EXPECT_TRUE(says(rejection({{"fuse", {{"cut", 1}}}}), "one of aligned | border, found 1"));
+  EXPECT_TRUE(says(rejection(json::array({1})), "a JSON object, found array"));
 }
 
 TEST(ConfigJson, RefusesValuesOutOfRange) {
-  EXPECT_EQ(refusal({{"fuse", {{"similarity_threshold", 1.7}}}}),
+  EXPECT_EQ(rejection({{"fuse", {{"similarity_threshold", 1.7}}}}),
             "c.json: expected fuse.similarity_threshold in (0, 1], found 1.7");
-  EXPECT_TRUE(says(refusal({{"fuse", {{"similarity_threshold", 0.0}}}}), "in (0, 1], found 0"));
-  EXPECT_TRUE(says(refusal({{"seed", -1}}), "seed in [0, inf), found -1"));
-  EXPECT_TRUE(says(refusal({{"fuse", {{"rounds", 99999999999}}}}), "fuse.rounds in [1, 1000]"));
-  EXPECT_TRUE(says(refusal({{"horizon", "inf"}}), "horizon in (0, 60], found inf"));
+  EXPECT_TRUE(says(rejection({{"fuse", {{"similarity_threshold", 0.0}}}}), "in (0, 1], found 0"));
+  EXPECT_TRUE(says(rejection({{"seed", -1}}), "seed in [0, inf), found -1"));
+  EXPECT_TRUE(says(rejection({{"fuse", {{"rounds", 99999999999}}}}), "fuse.rounds in [1, 1000]"));
+  EXPECT_TRUE(says(rejection({{"horizon", "inf"}}), "horizon in (0, 60], found inf"));
 }
 
 TEST(ConfigJson, SetsOneFieldFromTheCommandLine) {
@@ -156,16 +156,16 @@ TEST(ConfigJson, SetsOneFieldFromTheCommandLine) {
 }
 
 TEST(ConfigJson, RefusesBadAssignments) {
-  EXPECT_TRUE(says(refusal_to_set("horizon"), "expected path=value, found horizon"));
-  EXPECT_TRUE(says(refusal_to_set("horizont=1"), "the nearest is horizon), found \"horizont\""));
-  EXPECT_TRUE(says(refusal_to_set("horizon="), "horizon to be a number, found \"\""));
-  EXPECT_TRUE(says(refusal_to_set("horizon=5s"), "found \"5s\""));
-  EXPECT_TRUE(says(refusal_to_set("horizon=nan"), "horizon in (0, 60], found nan"));
-  EXPECT_TRUE(says(refusal_to_set("limit=nan"), "found nan"));
-  EXPECT_TRUE(says(refusal_to_set("fuse.rounds=1e2"), "a whole number, found \"1e2\""));
-  EXPECT_TRUE(says(refusal_to_set("fuse.rounds=0"), "in [1, 1000], found 0"));
-  EXPECT_TRUE(says(refusal_to_set("fuse=1"), "expected a known field"));
-  EXPECT_TRUE(says(refusal_to_set("stacking=yes"), "true or false, found \"yes\""));
+  EXPECT_TRUE(says(rejection_to_set("horizon"), "expected path=value, found horizon"));
+  EXPECT_TRUE(says(rejection_to_set("horizont=1"), "the nearest is horizon), found \"horizont\""));
+  EXPECT_TRUE(says(rejection_to_set("horizon="), "horizon to be a number, found \"\""));
+  EXPECT_TRUE(says(rejection_to_set("horizon=5s"), "found \"5s\""));
+  EXPECT_TRUE(says(rejection_to_set("horizon=nan"), "horizon in (0, 60], found nan"));
+  EXPECT_TRUE(says(rejection_to_set("limit=nan"), "found nan"));
+  EXPECT_TRUE(says(rejection_to_set("fuse.rounds=1e2"), "a whole number, found \"1e2\""));
+  EXPECT_TRUE(says(rejection_to_set("fuse.rounds=0"), "in [1, 1000], found 0"));
+  EXPECT_TRUE(says(rejection_to_set("fuse=1"), "expected a known field"));
+  EXPECT_TRUE(says(rejection_to_set("stacking=yes"), "true or false, found \"yes\""));
 }
 
 TEST(ConfigJson, ListsEveryFieldWithDefaultUnitRangeAndText) {

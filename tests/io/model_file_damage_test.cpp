@@ -22,11 +22,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string refusal_to_load(const fs::path& path) {
+std::string rejection_to_load(const fs::path& path) {
   return message_of<FormatError>([&] { load_model(path); });
 }
 
-std::string refusal_to_learn(const fs::path& path) {
+std::string rejection_to_learn(const fs::path& path) {
   return message_of<FormatError>([&] { ModelFile::open_or_create(path); });
 }
 
@@ -71,24 +71,24 @@ TEST(ModelFileDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(7)));
   run_sql(folder / "m.sila", "UPDATE parts SET content = x'' WHERE length(content) = 16");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "does not agree"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "does not agree"));
 }
 
 TEST(ModelFileDamage, RefusesWhatIsNoModelAndSaysSo) {
   const ScratchFolder folder;
-  EXPECT_TRUE(says(refusal_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));
-  EXPECT_TRUE(says(refusal_to_load(folder.path()), "found a folder"));
-  EXPECT_TRUE(says(refusal_to_learn(folder.path()), "found a folder"));
-  EXPECT_TRUE(says(refusal_to_load("/dev/null"), "no regular file"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));
+  EXPECT_TRUE(says(rejection_to_load(folder.path()), "found a folder"));
+  EXPECT_TRUE(says(rejection_to_learn(folder.path()), "found a folder"));
+  EXPECT_TRUE(says(rejection_to_load("/dev/null"), "no regular file"));
   put(folder / "tracks.csv", "track_id,t,x,y\n1,0,0,0\n");
-  EXPECT_TRUE(says(refusal_to_load(folder / "tracks.csv"), "another kind"));
-  EXPECT_TRUE(says(refusal_to_learn(folder / "tracks.csv"), "another kind"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "tracks.csv"), "another kind"));
+  EXPECT_TRUE(says(rejection_to_learn(folder / "tracks.csv"), "another kind"));
   EXPECT_EQ(content_of(folder / "tracks.csv"), "track_id,t,x,y\n1,0,0,0\n");
   put(folder / "empty.sila", "");
-  EXPECT_TRUE(says(refusal_to_load(folder / "empty.sila"), "an empty file"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "empty.sila"), "an empty file"));
   run_sql(folder / "foreign.db", "CREATE TABLE t (x)");
-  EXPECT_TRUE(says(refusal_to_load(folder / "foreign.db"), "another program"));
-  EXPECT_TRUE(says(refusal_to_learn(folder / "foreign.db"), "another program"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "foreign.db"), "another program"));
+  EXPECT_TRUE(says(rejection_to_learn(folder / "foreign.db"), "another program"));
 }
 
 TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
@@ -102,24 +102,24 @@ TEST(ModelFileDamage, RefusesNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
   run_sql(folder / "m.sila", "PRAGMA user_version = 7");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 7 of a newer sila"));
-  EXPECT_TRUE(says(refusal_to_learn(folder / "m.sila"), "update sila"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 7 of a newer sila"));
+  EXPECT_TRUE(says(rejection_to_learn(folder / "m.sila"), "update sila"));
   run_sql(folder / "m.sila", "PRAGMA user_version = 1");
-  EXPECT_TRUE(says(refusal_to_load(folder / "m.sila"), "schema 1 of an older sila"));
+  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 1 of an older sila"));
 }
 
 TEST_F(ModelFileProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
   const ScratchFolder folder;
-  EXPECT_TRUE(says(refusal_to_learn(folder / "absent/m.sila"), "absent does not exist"));
+  EXPECT_TRUE(says(rejection_to_learn(folder / "absent/m.sila"), "absent does not exist"));
   save_model(folder / "m.sila", stored(random_model(1)));
   fs::permissions(folder / "m.sila", fs::perms::owner_read | fs::perms::group_read | fs::perms::others_read);
   fs::permissions(folder.path(), fs::perms(0555));
   const pid_t child = fork_to([&] {
     if (geteuid() == 0 && setuid(65534) != 0) throw std::runtime_error("cannot become an ordinary user");
     if (!identical(load_model(folder / "m.sila").model, random_model(1))) throw std::runtime_error("read badly");
-    if (refusal_to_learn(folder / "m.sila").find("permission") == std::string::npos)
+    if (rejection_to_learn(folder / "m.sila").find("permission") == std::string::npos)
       throw std::runtime_error("old file");
-    if (refusal_to_learn(folder / "n.sila").find("permission") == std::string::npos)
+    if (rejection_to_learn(folder / "n.sila").find("permission") == std::string::npos)
       throw std::runtime_error("new file");
   });
   int status = 0;
@@ -135,7 +135,7 @@ TEST(ModelFileDamage, RefusesEveryTruncation) {
   for (std::size_t length = 1; length < whole.size(); length += length < 600 ? 37 : 1777) {
     SCOPED_TRACE(length);
     put(folder / "cut.sila", whole.substr(0, length));
-    EXPECT_TRUE(says(refusal_to_load(folder / "cut.sila"), "cut.sila: expected a sila model, found"));
+    EXPECT_TRUE(says(rejection_to_load(folder / "cut.sila"), "cut.sila: expected a sila model, found"));
   }
 }
 
@@ -176,7 +176,7 @@ TEST(ModelFileDamage, RefusesEveryFlippedBitOfANumber) {
     const char whole = byte;
     byte = static_cast<char>(static_cast<unsigned char>(byte) ^ (1U << (bit % 8)));
     put(folder / "spoilt.sila", spoilt);
-    EXPECT_TRUE(says(refusal_to_load(folder / "spoilt.sila"), "a damaged one"));
+    EXPECT_TRUE(says(rejection_to_load(folder / "spoilt.sila"), "a damaged one"));
     byte = whole;
   }
 }
@@ -231,7 +231,7 @@ TEST(ModelFileDamage, RefusesPartsAndColumnsThatMakeNoModel) {
     SCOPED_TRACE(spoiler);
     fs::copy_file(folder / "m.sila", folder / "spoilt.sila", fs::copy_options::overwrite_existing);
     run_sql(folder / "spoilt.sila", spoiler);
-    EXPECT_TRUE(says(refusal_to_load(folder / "spoilt.sila"), "a damaged one"));
+    EXPECT_TRUE(says(rejection_to_load(folder / "spoilt.sila"), "a damaged one"));
   }
 }
 

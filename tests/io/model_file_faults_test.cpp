@@ -42,7 +42,7 @@ void make(const fs::path& path, int episodes) {
 /// Opens the file and learns episodes up to `until`; how many of them were said to be kept, and by whom it was refused.
 struct Attempt {
   int kept = 0;
-  std::string refusal;
+  std::string rejection;
 };
 
 Attempt learn_until(const fs::path& path, int before, int until) {
@@ -51,7 +51,7 @@ Attempt learn_until(const fs::path& path, int before, int until) {
     ModelFile file = ModelFile::open_or_create(path);
     for (int number = before + 1; number <= until; ++number) commit_episode(file, number), attempt.kept = number;
   } catch (const FormatError& error) {
-    attempt.refusal = error.what();
+    attempt.rejection = error.what();
   }
   return attempt;
 }
@@ -70,16 +70,16 @@ TEST_P(DiskThatFails, AtAnyOperationLeavesTheLastCompleteEpisodeAndTheNextOneIsK
       vfs.fail_from(operation, GetParam());
       const Attempt attempt = learn_until(path, before, before + 1);
       happened = vfs.happened();
-      EXPECT_EQ(attempt.refusal.empty(), attempt.kept == before + 1);
-      if (!attempt.refusal.empty()) {
-        EXPECT_TRUE(says(attempt.refusal, "m.sila"));
-        EXPECT_TRUE(says(attempt.refusal, "is the disk full?"));
+      EXPECT_EQ(attempt.rejection.empty(), attempt.kept == before + 1);
+      if (!attempt.rejection.empty()) {
+        EXPECT_TRUE(says(attempt.rejection, "m.sila"));
+        EXPECT_TRUE(says(attempt.rejection, "is the disk full?"));
       }
       vfs.heal();
       const int found = last_whole_episode(path);
       EXPECT_GE(found, attempt.kept);
       EXPECT_LE(found, before + 1);
-      EXPECT_EQ(learn_until(path, found, found + 1).refusal, "");
+      EXPECT_EQ(learn_until(path, found, found + 1).rejection, "");
       EXPECT_EQ(last_whole_episode(path), found + 1);
     }
     EXPECT_GT(operation, 10);
@@ -96,10 +96,10 @@ TEST_P(DiskThatFails, ForAWhileIsForgivenByALearnerThatGoesOn) {
     FaultyVfs vfs;
     ModelFile file = ModelFile::open_or_create(path);
     vfs.fail_from(operation, GetParam());
-    const std::string refusal = message_of<FormatError>([&] { commit_episode(file, 2); });
+    const std::string rejection = message_of<FormatError>([&] { commit_episode(file, 2); });
     happened = vfs.happened();
     vfs.heal();
-    if (!refusal.empty()) {
+    if (!rejection.empty()) {
       EXPECT_NO_THROW(commit_episode(file, 2));
     }
     EXPECT_EQ(last_whole_episode(path), 2);
@@ -132,7 +132,7 @@ TEST(ModelFileFaults, NoLossOfPowerTakesAnEpisodeThatWasSaidToBeKept) {
         EXPECT_LE(found, std::min(attempt.kept + 1, before + 2));
         (found == before ? lost : gained) += 1;
         if (seed == 1) {
-          EXPECT_EQ(learn_until(path, found, found + 1).refusal, "");
+          EXPECT_EQ(learn_until(path, found, found + 1).rejection, "");
           EXPECT_EQ(last_whole_episode(path), found + 1);
         }
         if (HasFailure()) return;  // one is enough to look at

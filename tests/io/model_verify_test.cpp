@@ -56,7 +56,7 @@ class Flipped {
 
 struct Outcome {
   int refused = 0;   ///< could not be loaded
-  int noticed = 0;   ///< could, but verify told
+  int noticed = 0;   ///< could, but verify reported it
   int harmless = 0;  ///< bits that nothing depends on
 };
 
@@ -219,9 +219,9 @@ TEST(OlderSchema, IsRefusedWithWhatHelps) {
   save_model(path, stored(random_model(1)));
   run_sql(path, "PRAGMA user_version = 5");
   const std::string bytes = content_of(path);
-  const std::string refusal = message_of<FormatError>([&] { load_model(path); });
-  EXPECT_TRUE(says(refusal, "schema 5 of an older sila (this one writes 6)"));
-  EXPECT_TRUE(says(refusal, "`sila learn TRACKS --model NEW.sila`, or open it with the sila that wrote it"));
+  const std::string rejection = message_of<FormatError>([&] { load_model(path); });
+  EXPECT_TRUE(says(rejection, "schema 5 of an older sila (this one writes 6)"));
+  EXPECT_TRUE(says(rejection, "`sila learn TRACKS --model NEW.sila`, or open it with the sila that wrote it"));
   EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
   EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);
   EXPECT_EQ(content_of(path), bytes);

@@ -59,11 +59,11 @@ TEST(Output, DevicesAreWrittenToAndStayDevices) {
 
 TEST(Output, RefusesInOneSentenceThatNamesTheFile) {
   const ScratchFolder folder;
-  const auto refusal = [](const fs::path& path) { return message_of<FormatError>([&] { write_file(path, "x"); }); };
-  EXPECT_TRUE(says(refusal(folder.path()), "expected a file that can be written, found a folder"));
-  EXPECT_TRUE(says(refusal(folder / "absent/a.txt"), "absent/a.txt: expected a file that can be written"));
-  EXPECT_TRUE(says(refusal(""), "an empty path"));
-  EXPECT_TRUE(says(refusal("/dev/full"), "disk full"));
+  const auto rejection = [](const fs::path& path) { return message_of<FormatError>([&] { write_file(path, "x"); }); };
+  EXPECT_TRUE(says(rejection(folder.path()), "expected a file that can be written, found a folder"));
+  EXPECT_TRUE(says(rejection(folder / "absent/a.txt"), "absent/a.txt: expected a file that can be written"));
+  EXPECT_TRUE(says(rejection(""), "an empty path"));
+  EXPECT_TRUE(says(rejection("/dev/full"), "disk full"));
 }
 
 }  // namespace

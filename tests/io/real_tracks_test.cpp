@@ -83,14 +83,14 @@ TEST_F(RealTracks, HaveTheClockOfTheirDocumentation) {
 }
 
 TEST_F(RealTracks, OfEveryPlaceAreReadThroughTheirScene) {
-  struct Place {
+  struct ExpectedSite {
     const char* scene;
     std::size_t ids, corners;
   };
-  for (const Place& place :
-       {Place{"vru_aschaffenburg", 1068, 1}, Place{"dut_intersection", 774, 4}, Place{"sdd_deathCircle", 674, 4},
-        Place{"sdd_gates", 231, 3}, Place{"sind_changchun", 49, 4}, Place{"sind_xian", 16, 4},
-        Place{"juelich_corner", 137, 1}}) {
+  for (const ExpectedSite& place : {ExpectedSite{"vru_aschaffenburg", 1068, 1},
+                                    ExpectedSite{"dut_intersection", 774, 4}, ExpectedSite{"sdd_deathCircle", 674, 4},
+                                    ExpectedSite{"sdd_gates", 231, 3}, ExpectedSite{"sind_changchun", 49, 4},
+                                    ExpectedSite{"sind_xian", 16, 4}, ExpectedSite{"juelich_corner", 137, 1}}) {
     SCOPED_TRACE(place.scene);
     const Scene scene = read_scene(data / "scenes" / (std::string(place.scene) + ".json"), CurbScaling::mean_width);
     EXPECT_TRUE(scene.warnings.empty());
@@ -136,7 +136,7 @@ TEST_F(RealTracks, InPixelsAreDoubtedAsDroneAnnotationsAndAsPlainCsv) {
     TrackFile file = read_detections(data / "sdd/raw_30fps" / video / "annotations.txt.gz");
     EXPECT_EQ(file.format, TrackFormat::stanford_drone);
     ASSERT_EQ(file.detections.warnings.size(), 1U);
-    file.detections.warnings.clear();  // what remains is the judgement that any format gets
+    file.detections.warnings.clear();  // what remains is the warning that any format gets
     const CleanTracks tracks = clean(std::span(&file.detections, 1), {});
     ASSERT_EQ(tracks.report.warnings.size(), 1U);
     EXPECT_NE(tracks.report.warnings[0].find("look like pixels"), std::string::npos);

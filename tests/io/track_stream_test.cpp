@@ -63,7 +63,7 @@ Streamed all_of(TrackStream stream) {
 }
 
 /// Without the example that is named of each reason: which of the rows comes first depends on the order of reading.
-std::vector<std::string> facts(const TrackReport& report) {
+std::vector<std::string> counts(const TrackReport& report) {
   std::vector<std::string> lines = to_lines(report);
   for (std::string& line : lines) line = line.substr(0, line.find(" (first:"));
   return lines;
@@ -78,7 +78,7 @@ void expect_same(const CleanTracks& streamed, const CleanTracks& whole) {
     EXPECT_EQ(streamed.trajectories[i].recording, whole.trajectories[i].recording);
   }
   EXPECT_EQ(streamed.input_ids, whole.input_ids);
-  EXPECT_EQ(facts(streamed.report), facts(whole.report));
+  EXPECT_EQ(counts(streamed.report), counts(whole.report));
 }
 
 TEST(TrackStream, GivesWhatReadingTheWholeFileGives) {

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-EpisodeRecord told(int number) {
+EpisodeRecord record_of(int number) {
   EpisodeRecord record{number, 20 + number, 0.1 * number, 3, 5, {}, 1700000000 + number};
   record.statistics = R"({"note": )" + std::to_string(number) +
                       R"(, "change": {"added": [[1,2,3]], "fused": [{}, {}], )" +
@@ -71,7 +71,7 @@ void learn_into(const ScratchFolder& folder, int episodes, std::uint64_t seed, i
   for (int number = 1; number <= episodes; ++number) {
     model = changed(std::move(model), random);
     ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-    file.commit(model, told(number), configuration_of(number));
+    file.commit(model, record_of(number), configuration_of(number));
     if (number == 1) file.keep_undo(kept);
     fs::copy_file(folder / "m.sila", folder / (std::to_string(number) + ".sila"));
   }
@@ -100,7 +100,7 @@ TEST(Undo, GoesBackInStepsAndOnFromThere) {
   file.rollback(3);
   std::mt19937_64 random(8);
   const Model other = changed(file.read().model, random);
-  file.commit(other, told(4), "{}");
+  file.commit(other, record_of(4), "{}");
   EXPECT_TRUE(identical(file.read().model, other));
   file.rollback(3);
   expect_same(file.read(), load_model(folder / "3.sila"));
@@ -112,7 +112,7 @@ TEST(Undo, ModelsThatHaveNothingInCommonAreGivenBackAsWell) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   for (int number = 1; number <= 5; ++number)
-    file.commit(random_model(static_cast<std::uint64_t>(10 * number)), told(number), configuration_of(number));
+    file.commit(random_model(static_cast<std::uint64_t>(10 * number)), record_of(number), configuration_of(number));
   file.rollback(2);
   EXPECT_TRUE(identical(file.read().model, random_model(20)));
 }
@@ -147,7 +147,8 @@ TEST(Undo, ARivalsEpisodeIsRefusedAfterARollback) {
   learn_into(folder, 3, 12);
   ModelFile learning = ModelFile::open_or_create(folder / "m.sila");
   ModelFile::open(folder / "m.sila").rollback(2);
-  EXPECT_TRUE(says(message_of<FormatError>([&] { learning.commit(random_model(1), told(4), "{}"); }), "meanwhile"));
+  EXPECT_TRUE(
+      says(message_of<FormatError>([&] { learning.commit(random_model(1), record_of(4), "{}"); }), "meanwhile"));
 }
 
 TEST(Undo, KeepsNoMoreThanAskedAndTheFileStopsGrowing) {
@@ -181,7 +182,7 @@ TEST(Undo, DetailsOfOldEpisodesGoAndComeBack) {
   const int last = kDetailsKept + 5;
   StoredModel earlier;
   for (int number = 1; number <= last; ++number) {
-    file.commit(model, told(number), "{}");
+    file.commit(model, record_of(number), "{}");
     if (number == kDetailsKept + 2) earlier = file.read();
   }
   const StoredModel now = file.read();
@@ -192,14 +193,14 @@ TEST(Undo, DetailsOfOldEpisodesGoAndComeBack) {
   }
   file.rollback(kDetailsKept + 2);
   expect_same(file.read(), earlier);
-  EXPECT_EQ(file.read().episodes[2].statistics, told(3).statistics);
+  EXPECT_EQ(file.read().episodes[2].statistics, record_of(3).statistics);
 }
 
 TEST(Undo, TheLogTellsWhatEachEpisodeDid) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   file.commit(random_model(1), record(1), "{}");
-  file.commit(random_model(2), told(2), "{}");
+  file.commit(random_model(2), record_of(2), "{}");
   const nlohmann::ordered_json json = log_json(file.read(), file.oldest_rollback());
   EXPECT_EQ(json.at("oldest_rollback"), 1);
   ASSERT_EQ(json.at("episodes").size(), 2u);

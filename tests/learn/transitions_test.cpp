@@ -15,11 +15,11 @@ TEST(ObserveTransitions, TakesSamplesAStrideApartAndCountsAllTracks) {
   const std::vector<std::vector<Segment>> segments{{{0, 0, 20}, {1, 20, 22}, {2, 22, samples}}};
   const std::vector<int> sites{0};
   const auto all = observe_transitions(tracks, segments, sites);
-  const auto thinned = observe_transitions(tracks, segments, sites, 0.8);
+  const auto subsampled = observe_transitions(tracks, segments, sites, 0.8);
   ASSERT_EQ(all.size(), 2U);
-  ASSERT_EQ(thinned.size(), 2U);
+  ASSERT_EQ(subsampled.size(), 2U);
   const double step = (tracks[0].positions[1] - tracks[0].positions[0]).norm();
-  for (const auto& [key, transition] : thinned) {
+  for (const auto& [key, transition] : subsampled) {
     EXPECT_EQ(total_count(transition.sites), total_count(all.at(key).sites));
     const Eigen::MatrixXd& places = transition.samples.positions;
     EXPECT_EQ((all.at(key).samples.positions.cols() - 2 + 3) / 4, places.cols());

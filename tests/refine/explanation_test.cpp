@@ -57,7 +57,7 @@ TEST(Explanation, NoveltyCountsThoseWhoWereAtLeastAsSurprising) {
   const Window window = fresh_windows().front();
   const Explanation explanation = explain(predictor, window.observed);
   EXPECT_NEAR(explanation.at_least_as_novel + predictor.predict(window.observed).novelty, 1.0, 1e-12);
-  EXPECT_GT(explanation.alike, 0.0);
+  EXPECT_GT(explanation.effective_samples, 0.0);
 }
 
 TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
@@ -72,7 +72,7 @@ TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
     const auto experts = predict_experts(index, map.near(window.observed, map.site(window.observed.frame), scratch),
                                          window.observed, scratch);
     const ResidualPrediction residual_prediction = combine(index, window.observed, experts, {}, scratch);
-    if (!(residual_prediction.evidence > 0.0)) continue;
+    if (!(residual_prediction.effective_samples > 0.0)) continue;
     const GpPrediction said = Posterior(only.residual).predict(Eigen::VectorXd(residual_input(window.observed)));
     const Vector2 last = velocity_to_world(window.observed.frame, said.mean.tail<2>());
     EXPECT_LT((residual_prediction.residuals_mps.back() - last).norm(), 1e-9);

@@ -77,7 +77,7 @@ TEST(GlobalResidual, ForeseesTheMirrorImageOfWhatItSaw) {
   EXPECT_NEAR(saw(6), mirrored(6), 1e-6);
 }
 
-TEST(GlobalResidual, AbsorbsEveryExampleOnceItsPseudoInputsAreFull) {
+TEST(GlobalResidual, AddsEverySampleWhenItsPseudoInputsAreFull) {
   ResidualConfig config;
   config.global_pseudo_inputs = 3;
   SparseGp global_residual;

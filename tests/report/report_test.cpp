@@ -8,7 +8,7 @@
 
 #include "sila/io/config_json.hpp"
 #include "sila/io/episode_json.hpp"
-#include "sila/report/judged.hpp"
+#include "sila/report/scored.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 
 const EpisodeConfig kConfig;
 
-/// A model of made-up walks and other walks to judge it by.
+/// A model of made-up walks and other walks to score it on.
 ReportInput made_up() {
   ReportInput input;
   Model previous;
@@ -120,31 +120,31 @@ TEST(Page, CannotBeLeftByItsData) {
   EXPECT_NE(page.find("\\u003c/script>\\u003cscript>alert(1)"), std::string::npos);
 }
 
-JudgedPrediction judged_walk(const std::vector<Vector2>& observed_m, const std::vector<Vector2>& truth_m,
+ScoredPrediction scored_walk(const std::vector<Vector2>& observed_m, const std::vector<Vector2>& truth_m,
                              const std::vector<Vector2>& expected_m) {
-  JudgedPrediction judged;
-  judged.observed_m = observed_m, judged.truth_m = truth_m, judged.constant_m = expected_m;
-  judged.prediction.modes.push_back(
+  ScoredPrediction scored;
+  scored.observed_m = observed_m, scored.truth_m = truth_m, scored.constant_m = expected_m;
+  scored.prediction.modes.push_back(
       {1.0, expected_m, std::vector<Matrix2>(expected_m.size(), Matrix2::Identity()), {}});
-  judged.model = judged.constant = measure(judged.prediction, truth_m, truth_m.size());
-  return judged;
+  scored.model = scored.constant = measure(scored.prediction, truth_m, truth_m.size());
+  return scored;
 }
 
 TEST(Reason, SaysWhatThePersonDid) {
   const std::vector<Vector2> east{{-3, 0}, {-2, 0}, {-1, 0}, {0, 0}}, ahead{{1, 0}, {2, 0}, {3, 0}, {4, 0}};
   const std::vector<Vector2> still{{0, 0}, {0, 0}, {0, 0.1}, {0, 0}}, here{{0, 0}, {0, 0}, {0, 0}, {0, 0}};
-  EXPECT_EQ(reason_of(judged_walk(still, ahead, here)), "stood and set off");
-  EXPECT_EQ(reason_of(judged_walk(east, {{0.2, 0}, {0.3, 0}, {0.3, 0}, {0.3, 0}}, ahead)), "stopped");
+  EXPECT_EQ(reason_of(scored_walk(still, ahead, here)), "stood and set off");
+  EXPECT_EQ(reason_of(scored_walk(east, {{0.2, 0}, {0.3, 0}, {0.3, 0}, {0.3, 0}}, ahead)), "stopped");
   const std::vector<Vector2> left{{0, 1}, {0, 2}, {0, 3}, {0, 4}};
-  EXPECT_EQ(reason_of(judged_walk(east, left, ahead)), "turned by 72 degrees, as no way did");
-  EXPECT_EQ(reason_of(judged_walk(east, {{2, 0}, {4, 0}, {6, 0}, {8, 0}}, ahead)),
+  EXPECT_EQ(reason_of(scored_walk(east, left, ahead)), "turned by 72 degrees, as no way did");
+  EXPECT_EQ(reason_of(scored_walk(east, {{2, 0}, {4, 0}, {6, 0}, {8, 0}}, ahead)),
             "hurried: 2.0 times as far as its pace said");
-  EXPECT_EQ(reason_of(judged_walk(east, left, {{1, 0}, {2, 0}, {2, 1}, {2, 2}})),
+  EXPECT_EQ(reason_of(scored_walk(east, left, {{1, 0}, {2, 0}, {2, 1}, {2, 2}})),
             "turned by 72 degrees, but not where its ways did");
-  JudgedPrediction novel = judged_walk(east, left, ahead);
+  ScoredPrediction novel = scored_walk(east, left, ahead);
   novel.prediction.novelty = 0.8;
   EXPECT_EQ(reason_of(novel), "walked where few had walked (novelty 80 %)");
-  JudgedPrediction foreseen = judged_walk(east, left, ahead);
+  ScoredPrediction foreseen = scored_walk(east, left, ahead);
   foreseen.prediction.modes[0].weight = 0.9;
   foreseen.prediction.modes.push_back({0.1, left, std::vector<Matrix2>(4, Matrix2::Identity()), {}});
   foreseen.model = measure(foreseen.prediction, foreseen.truth_m, 4);
@@ -152,13 +152,13 @@ TEST(Reason, SaysWhatThePersonDid) {
 }
 
 TEST(Reliability, CountsTruthsInsideTheStatedRegions) {
-  std::vector<JudgedPrediction> judged(4);
+  std::vector<ScoredPrediction> scored(4);
   for (std::size_t i = 0; i < 4; ++i) {
     Metrics metrics;  // the first truth is in every region, the last in the widest only
     for (std::size_t p = 0; p < metrics.coverage.size(); ++p) metrics.coverage[p] = p >= i ? 1.0 : 0.0;
-    judged[i].horizons = {metrics};
+    scored[i].horizons = {metrics};
   }
-  const std::vector<Reliability> diagrams = reliability(judged, 1.0);
+  const std::vector<Reliability> diagrams = reliability(scored, 1.0);
   ASSERT_EQ(diagrams.size(), 1u);
   EXPECT_EQ(diagrams[0].nominal, (std::vector<double>{0.25, 0.5, 0.75, 0.9}));
   EXPECT_EQ(diagrams[0].observed, (std::vector<double>{0.25, 0.5, 0.75, 1.0}));

@@ -54,9 +54,9 @@ TEST(Lines, NoBytesMakeTheParserThrow) {
 TEST(Lines, EveryRejectionIsInTheList) {
   for (std::size_t i = 0; i < kRejections.size(); ++i) {
     EXPECT_EQ(static_cast<std::size_t>(kRejections[i].rejection), i);
-    const auto told = nlohmann::json::parse(rejection_line(kRejections[i].rejection, 3));
-    EXPECT_EQ(told["rejected"], std::string(kRejections[i].name));
-    EXPECT_EQ(told["count"], 3);
+    const auto rejected = nlohmann::json::parse(rejection_line(kRejections[i].rejection, 3));
+    EXPECT_EQ(rejected["rejected"], std::string(kRejections[i].name));
+    EXPECT_EQ(rejected["count"], 3);
   }
 }
 

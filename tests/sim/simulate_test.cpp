@@ -79,7 +79,7 @@ TEST_P(EveryLayout, GivesValidTracksInOrderOfTheirStart) {
   const Simulation simulation = simulate(config_of(GetParam()));
   ASSERT_EQ(simulation.tracks.size(), 400U);
   ASSERT_EQ(simulation.truth.size(), 400U);
-  ASSERT_EQ(simulation.facts.size(), 400U);
+  ASSERT_EQ(simulation.traits.size(), 400U);
   std::set<std::string> ids;
   double previous_s = 0.0;
   for (const Trajectory& track : simulation.tracks) {
@@ -131,7 +131,7 @@ TEST_P(EveryLayout, LetsOnlyJaywalkersLeaveTheCrosswalks) {
       const auto on = [&](const Polygon& area) { return contains(area, point); };
       if (!off_the_road(simulation.scene, point) && std::ranges::none_of(simulation.scene.crosswalks, on)) ++outside;
     }
-    if (simulation.facts[i].leaves_crosswalk) {
+    if (simulation.traits[i].leaves_crosswalk) {
       jaywalkers += outside > 0 ? 1 : 0;
       continue;
     }
@@ -146,7 +146,7 @@ TEST_P(EveryLayout, LetsNobodyWalkThroughAnybody) {
   for (std::size_t i = 0; i < simulation.truth.size(); ++i)
     for (std::size_t k = 0; k < simulation.truth[i].times_s.size(); ++k)
       present[std::lround(10.0 * simulation.truth[i].times_s[k])].push_back(
-          {simulation.facts[i].walker, simulation.truth[i].positions_m[k]});
+          {simulation.traits[i].walker, simulation.truth[i].positions_m[k]});
   double nearest_m = 100.0;
   std::size_t pairs = 0, close = 0;
   for (const auto& [time, people] : present)
@@ -257,9 +257,9 @@ TEST(Simulation, DrawsFreeSpeedsAsConfigured) {
   config.group_share = 0.0;
   double sum = 0.0, squares = 0.0;
   const Simulation simulation = simulate(config);
-  for (const WalkerFacts& facts : simulation.facts) {
-    sum += facts.free_speed_mps;
-    squares += facts.free_speed_mps * facts.free_speed_mps;
+  for (const WalkerTraits& traits : simulation.traits) {
+    sum += traits.free_speed_mps;
+    squares += traits.free_speed_mps * traits.free_speed_mps;
   }
   const double mean = sum / 2000.0;
   EXPECT_NEAR(mean, 1.34, 4.0 * 0.26 / std::sqrt(2000.0));
@@ -270,9 +270,9 @@ TEST(Simulation, TurnsEverybodyOrNobodyRoundTheCornerIfToldSo) {
   SimulationConfig config = config_of(Layout::four_way, 100);
   config.jaywalk_share = 0.0;  // who crosses away from the crosswalk may then turn at the next corner
   config.turn_share = 1.0;
-  for (const WalkerFacts& facts : simulate(config).facts) EXPECT_TRUE(facts.rounds_corner && facts.crossings == 0);
+  for (const WalkerTraits& traits : simulate(config).traits) EXPECT_TRUE(traits.rounds_corner && traits.crossings == 0);
   config.turn_share = 0.0;
-  for (const WalkerFacts& facts : simulate(config).facts) EXPECT_TRUE(!facts.rounds_corner && facts.crossings > 0);
+  for (const WalkerTraits& traits : simulate(config).traits) EXPECT_TRUE(!traits.rounds_corner && traits.crossings > 0);
 }
 
 TEST(Simulation, LetsPeopleEnterTheRoadwayOnlyWhileTheSignalAllows) {
@@ -291,7 +291,7 @@ TEST(Simulation, LetsPeopleEnterTheRoadwayOnlyWhileTheSignalAllows) {
       const auto on = [&](const Polygon& area) { return contains(area, truth.positions_m[k]); };
       const auto arm = std::ranges::find_if(simulation.scene.crosswalks, on) - simulation.scene.crosswalks.begin();
       const double phase = std::fmod(truth.times_s[k] + (arm % 2 == 0 ? 0.0 : 20.0), 40.0);
-      // Who decided in the last green second is on the roadway a few steps later.
+      // A pedestrian who decided in the last green second is on the roadway a few steps later.
       EXPECT_LT(phase, 16.0 + 3.0) << "track " << truth.id << " at " << truth.times_s[k] << " s, crosswalk " << arm;
       ++entries;
     }
@@ -319,7 +319,7 @@ TEST(Simulation, CutsTracksAndSwitchesIdentities) {
   std::set<std::size_t> walkers;
   for (std::size_t i = 0; i < simulation.tracks.size(); ++i) {
     cut.push_back(duration_s(simulation.tracks[i]));
-    walkers.insert(simulation.facts[i].walker);
+    walkers.insert(simulation.traits[i].walker);
   }
   EXPECT_LT(median(cut), 0.75 * median(whole));
   EXPECT_LT(walkers.size(), 280U);
@@ -330,9 +330,9 @@ TEST(Simulation, LetsPeopleStandAndWalkInGroups) {
   config.stop_share = 1.0;
   config.group_share = 1.0;
   std::size_t standing = 0;
-  for (const WalkerFacts& facts : simulate(config).facts) {
-    EXPECT_TRUE(facts.in_group);
-    standing += facts.stands ? 1 : 0;
+  for (const WalkerTraits& traits : simulate(config).traits) {
+    EXPECT_TRUE(traits.in_group);
+    standing += traits.stands ? 1 : 0;
   }
   EXPECT_GT(standing, 60U);
 }

@@ -19,14 +19,14 @@ const EpisodeConfig kConfig;
 using Shape = std::vector<int>;
 using Edges = std::map<std::pair<int, int>, double>;
 
-struct Told {
+struct Replayed {
   std::vector<Shape> primitives;
   Edges transitions;
 };
 
 /// What the viewer does, by another road: one episode further from nothing but the JSON.
-Told told_after(const Told& before, const nlohmann::ordered_json& change) {
-  Told after;
+Replayed replayed_after(const Replayed& before, const nlohmann::ordered_json& change) {
+  Replayed after;
   std::set<int> gone = change.at("gone").get<std::set<int>>();
   std::vector<int> place;
   for (int i = 0; i < static_cast<int>(before.primitives.size()); ++i) {
@@ -60,9 +60,9 @@ std::vector<std::set<std::pair<int, int>>> cells_of(const Model& model) {
   return list;
 }
 
-std::vector<std::set<std::pair<int, int>>> cells_of(const Told& told) {
+std::vector<std::set<std::pair<int, int>>> cells_of(const Replayed& replayed) {
   std::vector<std::set<std::pair<int, int>>> list;
-  for (const Shape& shape : told.primitives) {
+  for (const Shape& shape : replayed.primitives) {
     list.emplace_back();
     for (std::size_t i = 0; i + 2 < shape.size(); i += 3) list.back().insert({shape[i], shape[i + 1]});
   }
@@ -70,9 +70,9 @@ std::vector<std::set<std::pair<int, int>>> cells_of(const Told& told) {
 }
 
 /// Tells every episode of a run from the changes alone and compares it with the model; how many were fused.
-int fused_as_told(const Update& update, unsigned seed) {
+int fused_as_recorded(const Update& update, unsigned seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
-  Told told;
+  Replayed replayed;
   Model previous;
   int fused = 0;
   run_episodes({}, testing::corner_walks(120, seed), 20, kConfig, update,
@@ -81,9 +81,9 @@ int fused_as_told(const Update& update, unsigned seed) {
                  const ModelChange& change = episode.report.change;
                  EXPECT_EQ(change.primitives_after, static_cast<int>(episode.model.primitives.size()));
                  fused += static_cast<int>(change.fused.size());
-                 told = told_after(told, to_json(change, previous, episode.model));
-                 EXPECT_EQ(cells_of(told), cells_of(episode.model));
-                 EXPECT_EQ(told.transitions, edges_of(episode.model));
+                 replayed = replayed_after(replayed, to_json(change, previous, episode.model));
+                 EXPECT_EQ(cells_of(replayed), cells_of(episode.model));
+                 EXPECT_EQ(replayed.transitions, edges_of(episode.model));
                  for (const ReplacedPrimitive& split : change.split) {
                    EXPECT_LT(split.previous, change.primitives_before);
                    EXPECT_LT(split.first, change.primitives_after);
@@ -95,12 +95,12 @@ int fused_as_told(const Update& update, unsigned seed) {
 }
 
 TEST(Change, TellsEveryEpisodeOfSila) {
-  for (unsigned seed : {1u, 2u, 3u}) EXPECT_GT(fused_as_told(sila_update(kConfig), seed), 0);
+  for (unsigned seed : {1u, 2u, 3u}) EXPECT_GT(fused_as_recorded(sila_update(kConfig), seed), 0);
 }
 
 TEST(Change, TellsEveryEpisodeOfTheBaselines) {
-  EXPECT_EQ(fused_as_told(accumulate_update(kConfig), 4), 0);
-  EXPECT_EQ(fused_as_told(retrain_update(kConfig), 5), 0);
+  EXPECT_EQ(fused_as_recorded(accumulate_update(kConfig), 4), 0);
+  EXPECT_EQ(fused_as_recorded(retrain_update(kConfig), 5), 0);
 }
 
 TEST(Change, OfOneFusionAndOneSplitIsWhatThePlanSays) {

@@ -206,7 +206,7 @@ TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
   }
 }
 
-TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
+TEST(FleetPlan, ScoresNoModelOnTracksThatItHasLearnt) {
   for (const int partitions : {1, 2, 3, 7, 16, 33}) {
     for (const bool goes_on : {false, true}) {
       const std::vector<FleetTask> plan = plan_fleet(partitions, goes_on, kConfig);
@@ -223,9 +223,9 @@ TEST(FleetPlan, JudgesNoModelByTracksThatItHasLearnt) {
         if (task.step == FleetStep::learn) knows[t].insert(task.partition);
         if (task.step != FleetStep::calibrate && task.step != FleetStep::warm_up) continue;
         ++fitted[static_cast<std::size_t>(task.partition)];
-        const int judge = task.inputs.front();
-        if (judge >= 0) {
-          EXPECT_FALSE(knows[static_cast<std::size_t>(judge)].contains(task.partition)) << partitions << " partitions";
+        const int scored = task.inputs.front();
+        if (scored >= 0) {
+          EXPECT_FALSE(knows[static_cast<std::size_t>(scored)].contains(task.partition)) << partitions << " partitions";
         }
       }
       for (const int rounds : fitted) EXPECT_EQ(rounds, kConfig.fleet.warm_up_rounds);

@@ -117,13 +117,13 @@ double mean_error_m(const Model& model, const EpisodeConfig& config, const std::
 
 TEST(Growth, AChangedPlaceIsLearntSoonerWithAHalfLife) {
   const std::vector<FramedTrajectory> before = walkers(false, 160), after = walkers(true, 100),
-                                      judged = walkers(true, 120);
-  const std::vector<FramedTrajectory> unseen(judged.begin() + 100, judged.end());
+                                      test_walks = walkers(true, 120);
+  const std::vector<FramedTrajectory> unseen(test_walks.begin() + 100, test_walks.end());
   const auto error_m = [&](double half_life_episodes) {
     EpisodeConfig config = kConfig;
     config.prune.half_life_episodes = half_life_episodes;
-    const Model settled = run_episodes({}, before, 20, config, sila_update(config)).model;
-    return mean_error_m(run_episodes(settled, after, 20, config, sila_update(config)).model, config, unseen);
+    const Model trained = run_episodes({}, before, 20, config, sila_update(config)).model;
+    return mean_error_m(run_episodes(trained, after, 20, config, sila_update(config)).model, config, unseen);
   };
   const double remembering_m = error_m(kConfig.prune.half_life_episodes);
   const double forgetting_m = error_m(2.0);

@@ -103,7 +103,7 @@ void expect_sound_predictions(const Model& model, const std::vector<FramedTrajec
 
 /// Learns, fuses, and predicts what comes next, and looks at everything in between.
 Model expect_sound_life(const std::vector<std::vector<FramedTrajectory>>& batches,
-                        const std::vector<FramedTrajectory>& judged, const EpisodeConfig& config) {
+                        const std::vector<FramedTrajectory>& test_walks, const EpisodeConfig& config) {
   Model model;
   try {
     for (const std::vector<FramedTrajectory>& batch : batches) {
@@ -111,7 +111,7 @@ Model expect_sound_life(const std::vector<std::vector<FramedTrajectory>>& batche
       expect_sound(model, config);
       if (::testing::Test::HasFatalFailure()) return model;
     }
-    expect_sound_predictions(model, judged, config);
+    expect_sound_predictions(model, test_walks, config);
   } catch (const std::exception& error) {
     ADD_FAILURE() << error.what();
   }
@@ -161,9 +161,9 @@ TEST(Hostile, EveryKindAloneAndEveryTrackTheSameOneIsLearntFusedAndPredicted) {
       std::vector<std::vector<FramedTrajectory>> batches;
       for (int episode = 0; episode < 3; ++episode)
         batches.push_back(hostile.many(static_cast<Hostile>(kind), 20, all_alike));
-      std::vector<FramedTrajectory> judged = hostile.mixture(10);
-      judged.insert(judged.end(), batches.back().begin(), batches.back().end());
-      expect_sound_life(batches, judged, kConfig);
+      std::vector<FramedTrajectory> test_walks = hostile.mixture(10);
+      test_walks.insert(test_walks.end(), batches.back().begin(), batches.back().end());
+      expect_sound_life(batches, test_walks, kConfig);
       if (HasFailure()) return;
     }
   }

@@ -26,9 +26,9 @@ Model learnt(const EpisodeConfig& config, std::span<const FramedTrajectory> trac
 TEST(IndependentOutputs, PredictAsSharedOnesUnderOneTheta) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 11);
   EpisodeConfig shared = with_outputs(FieldOutputs::shared), independent = with_outputs(FieldOutputs::independent);
-  for (const bool compacted : {false, true}) {
-    SCOPED_TRACE(compacted);
-    shared.prune.enabled = independent.prune.enabled = compacted;
+  for (const bool pruned : {false, true}) {
+    SCOPED_TRACE(pruned);
+    shared.prune.enabled = independent.prune.enabled = pruned;
     const Model a = learnt(shared, tracks), b = learnt(independent, tracks);
     EXPECT_NO_THROW(check(b));
     ASSERT_EQ(size(a), size(b));

@@ -88,11 +88,11 @@ TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
   tracks.push_back({testing::walk("brief", {{0, 0}, {2, 0}}, 1.0), testing::square_frame()});
   tracks.push_back({testing::walk("short future", {{0, 1}, {5, 1}}, 1.0), testing::square_frame()});
   const Evaluation evaluation = evaluate(model, tracks, kConfig, {});
-  std::set<std::string> judged;
-  for (const WindowScore& window : evaluation.windows) judged.insert(window.track);
+  std::set<std::string> scored;
+  for (const WindowScore& window : evaluation.windows) scored.insert(window.track);
   std::size_t skipped = 0;
   for (const SkippedTracks& reason : evaluation.skipped) skipped += reason.tracks;
-  EXPECT_EQ(judged.size() + skipped, tracks.size());
+  EXPECT_EQ(scored.size() + skipped, tracks.size());
   EXPECT_EQ(evaluation.horizons_s, (std::vector<double>{1, 2, 3, 4, 5}));
   const GroupScore& turning = evaluation.groups[3];
   ASSERT_GT(turning.windows, 20u);
@@ -133,7 +133,7 @@ TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
   EXPECT_LT(standing.model.back().weighted_mhd_m, better_m);  // the position is smoothed, so it may be below
 }
 
-TEST(Evaluate, JudgesAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval) {
+TEST(Evaluate, ScoresAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval) {
   EpisodeConfig config;
   config.sampling.interval_s = 0.3;  // 16 steps in 5 s, and the 17th is nearer to it
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 9);

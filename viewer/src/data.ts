@@ -142,8 +142,8 @@ export interface ReportData {
   drawn_tracks?: number[][];
   evaluation?: Evaluation;
   rows?: Rows;
-  predictions_judged?: number;
-  tracks_judged?: number;
+  predictions_scored?: number;
+  tracks_scored?: number;
   horizon_s?: number;
   calibration?: Reliability[];
   worst?: Worst[];

@@ -1,4 +1,4 @@
-// The life of a model, told from its first episode on. Pure.
+// The history of a model from its first episode on. Pure.
 import type { Cells, Change, EpisodeData, ModelData, Transition } from "./data";
 
 export type Fate = "kept" | "added" | "fused" | "part";

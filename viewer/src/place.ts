@@ -19,7 +19,7 @@ export function boundsOf(points: readonly Point[], margin_m: number, trim = 0.01
 
 export class PlaceMap {
   readonly element: HTMLElement;
-  /** Where others draw; emptied by nobody but them. */
+  /** Where others draw; emptied by them alone. */
   readonly top: SVGGElement;
   private readonly svg: SVGSVGElement;
   private readonly base: SVGGElement;

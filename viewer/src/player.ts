@@ -166,7 +166,7 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     const errors = errorsAt(prediction, ahead);
     const modes = prediction.modes.map((mode) => percent(mode.weight)).slice(0, 4).join(", ");
     readout.replaceChildren(h("strong", {}, `${number(ahead, 1)} s ahead`), ` · most likely way off by `, h("strong", {}, `${number(errors.model)} m`), `, constant velocity by ${number(errors.constant)} m · ${plural(prediction.modes.length, "way")}: ${modes}`,
-      prediction.fallback ? " · nobody had walked here: kinematics alone" : "", ` · over all ${number(prediction.t.at(-1) ?? 0, 1)} s: weighted MHD ${number(prediction.mhd_m)} m (constant velocity ${number(prediction.constant_mhd_m)} m)`);
+      prediction.fallback ? " · no track had walked here: kinematics alone" : "", ` · over all ${number(prediction.t.at(-1) ?? 0, 1)} s: weighted MHD ${number(prediction.mhd_m)} m (constant velocity ${number(prediction.constant_mhd_m)} m)`);
   }
   map.onDraw(draw);
 
@@ -177,7 +177,7 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
   const legend = h("div", { class: "controls legend" }, toggle("ways with their weights", true, redraw("modes")), toggle("50 % and 90 % ellipses", true, redraw("ellipses")), toggle("constant velocity", true, redraw("constant")), toggle("what happened", true, redraw("future")));
   legend.querySelectorAll("label").forEach((label, i) => label.append(h("span", { class: `swatch ${["of-modes", "of-ellipses", "of-constant", "of-future"][i]}`, "aria-hidden": "true" })));
   const element = h("section", { id: "predictions" }, h("h2", {}, "Predictions"),
-    h("p", { class: "lead" }, `${plural(data.tracks_judged ?? played.length, "pedestrian")} to judge by, ${played.length} of them here. Space plays, the arrow keys move through time and from one person to the next.`),
+    h("p", { class: "lead" }, `${plural(data.tracks_scored ?? played.length, "pedestrian")} to test on, ${played.length} of them here. Space plays, the arrow keys move through time and from one person to the next.`),
     controls, map.element, h("div", { class: "timeline" }, play, time), readout, legend);
   element.addEventListener("keydown", (event) => {
     const target = event.target as HTMLElement;

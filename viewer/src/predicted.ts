@@ -4,7 +4,7 @@ import { positionAt } from "./geometry";
 
 export type Renew = "often" | "horizon";
 
-/** The prediction that is on show at a moment: the latest one, or the one that is still being judged. From `anchor` on, that of `anchor` is the first. */
+/** The prediction that is on show at a moment: the latest one, or the one that is still being scored. From `anchor` on, that of `anchor` is the first. */
 export function currentPrediction(predictions: readonly Prediction[], now: number, renew: Renew, anchor = -Infinity): Prediction | undefined {
   let shown: Prediction | undefined;
   for (const prediction of predictions) {

@@ -104,13 +104,13 @@ export function accuracySection(data: ReportData): HTMLElement | undefined {
         return h("tr", {}, h("th", { scope: "row" }, name), ...[count(g.windows), number(model.weighted_mhd_m, 3), number(constant_velocity.weighted_mhd_m, 3), `${change > 0 ? "+" : "−"}${number(Math.abs(100 * change), 1)} %`,
           number(model.ade_m, 3), number(model.fde_m, 3), percent(g.fallback_rate), number(g.modes, 1)].map((cell) => h("td", {}, cell)));
       })))),
-    skipped.length > 0 ? h("p", { class: "quiet" }, `Not judged: ${skipped.map(([reason, n]) => `${plural(n, "track")}, ${reason}`).join("; ")}.`) : undefined);
+    skipped.length > 0 ? h("p", { class: "quiet" }, `Not scored: ${skipped.map(([reason, n]) => `${plural(n, "track")}, ${reason}`).join("; ")}.`) : undefined);
   return section;
 }
 
 function calibrationFigure(data: ReportData): HTMLElement {
   const diagrams = data.calibration!;
-  const n = Math.max(1, data.tracks_judged ?? 1);
+  const n = Math.max(1, data.tracks_scored ?? 1);
   const shown = diagrams.length > 3 ? [diagrams[0]!, diagrams[Math.floor((diagrams.length - 1) / 2)]!, diagrams.at(-1)!] : diagrams;
   const colours = ["var(--other-2)", "var(--retrain)", "var(--sila)"].slice(-shown.length);
   const band = Array.from({ length: 41 }, (_, i) => ({ p: i / 40, low: Math.max(0, i / 40 - 2 * Math.sqrt(i / 40 * (1 - i / 40) / n)), high: Math.min(1, i / 40 + 2 * Math.sqrt(i / 40 * (1 - i / 40) / n)) }));
@@ -127,13 +127,13 @@ function calibrationFigure(data: ReportData): HTMLElement {
 /** In words what the longest horizon's regions hold. */
 export function calibrationWords(data: ReportData): string {
   const last = data.calibration?.at(-1);
-  const judged = data.predictions_judged ?? 0;
+  const scored = data.predictions_scored ?? 0;
   const of = (p: number): string => {
     const i = last?.nominal.findIndex((nominal) => Math.abs(nominal - p) < 1e-9) ?? -1;
     return i >= 0 ? percent(last!.observed[i]!) : "?";
   };
   if (!last) return "No prediction had its whole future on record.";
-  return `${plural(judged, "prediction")} of ${plural(data.tracks_judged ?? 0, "pedestrian")} with their whole future on record. ${count(last.horizon_s)} s ahead, the 50 % region held ${of(0.5)} of the truths and the 90 % region ${of(0.9)}.`;
+  return `${plural(scored, "prediction")} of ${plural(data.tracks_scored ?? 0, "pedestrian")} with their whole future recorded. ${count(last.horizon_s)} s ahead, the 50 % region held ${of(0.5)} of the truths and the 90 % region ${of(0.9)}.`;
 }
 
 export function worstSection(data: ReportData, show: ((track: string, t0: number) => void) | undefined): HTMLElement | undefined {

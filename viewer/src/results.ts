@@ -7,7 +7,7 @@ export interface Row {
   episode: number;
   /** Learnt so far. */
   tracks: number;
-  /** Weighted MHD of the moving windows at the whole horizon [m]; undefined where the episode was not judged. */
+  /** Weighted MHD of the moving windows at the whole horizon [m]; undefined where the episode was not scored. */
   error_m: number | undefined;
   constant_m: number | undefined;
   size: number;

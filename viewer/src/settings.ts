@@ -11,10 +11,10 @@ export function flatten(value: unknown, prefix = ""): [string, string][] {
 }
 
 export function settingsSection(data: ReportData): HTMLElement {
-  const facts: [string, string][] = [["report by", `sila ${data.sila}`]];
-  if (data.written_by) facts.push(["model written by", `sila ${data.written_by}`]);
-  facts.push(["file", data.name + (data.bytes ? ` (${count(Math.round(data.bytes / 1024))} KiB)` : "")]);
-  if (data.rows) facts.push(["rows of the tracks", `${count(data.rows.rows_read)} read, ${count(data.rows.rows_kept)} kept`]);
+  const properties: [string, string][] = [["report by", `sila ${data.sila}`]];
+  if (data.written_by) properties.push(["model written by", `sila ${data.written_by}`]);
+  properties.push(["file", data.name + (data.bytes ? ` (${count(Math.round(data.bytes / 1024))} KiB)` : "")]);
+  if (data.rows) properties.push(["rows of the tracks", `${count(data.rows.rows_read)} read, ${count(data.rows.rows_kept)} kept`]);
   const body = h("tbody");
   const rows = flatten(data.configuration ?? (isObject(data.results) ? data.results["configuration"] ?? data.results["experiment"] ?? {} : {})).filter(([path]) => path);
   const fill = (filter: string): void => {
@@ -24,6 +24,6 @@ export function settingsSection(data: ReportData): HTMLElement {
   const search = h("input", { type: "search", id: "filter", placeholder: "e.g. threshold" });
   search.addEventListener("input", () => fill(search.value));
   fill("");
-  return h("section", { id: "made" }, h("h2", {}, "How it was made"), h("dl", { class: "facts" }, ...facts.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)])),
+  return h("section", { id: "made" }, h("h2", {}, "How it was made"), h("dl", { class: "properties" }, ...properties.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, value)])),
     rows.length > 0 ? h("details", {}, h("summary", {}, `Configuration: ${rows.length} values`), h("label", { class: "choice" }, h("span", {}, "Find"), search), h("div", { class: "scroll tall" }, h("table", { class: "settings" }, body))) : undefined);
 }

@@ -141,8 +141,8 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await item.getByRole("button").click();
     assert.equal(await page.locator("#pedestrian").inputValue(), id);
     const stated = /weighted MHD ([\d.]+) m/;
-    const [told, shown] = [stated.exec(await item.innerText())?.[1], stated.exec(await text(page, "#readout"))?.[1]];
-    assert.ok(told && told === shown, `the prediction on show has ${shown} m, the worst one ${told} m`);
+    const [listed, shown] = [stated.exec(await item.innerText())?.[1], stated.exec(await text(page, "#readout"))?.[1]];
+    assert.ok(listed && listed === shown, `the prediction on show has ${shown} m, the worst one ${listed} m`);
     await page.waitForTimeout(200);
     await picture(page, "worst");
   })],

@@ -79,7 +79,7 @@ bool id_less(const std::string& a, const std::string& b);
 /// Whether a class label means a person on foot; an empty one does.
 bool is_pedestrian(std::string_view label);
 
-/// The report for people, one fact a line; counts of zero are left out.
+/// The report for people, one count a line; counts of zero are left out.
 std::vector<std::string> to_lines(const TrackReport& report);
 
 }  // namespace sila

@@ -10,7 +10,7 @@
 
 namespace sila {
 
-/// One row of tracker output, before anything was judged: it may be out of order, repeated or not finite.
+/// One row of tracker output, before any check: it may be out of order, repeated or not finite.
 struct Detection {
   std::string track;  ///< id as in the input; unique only inside one file
   double t_s = 0.0;

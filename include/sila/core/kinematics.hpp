@@ -14,7 +14,7 @@ Vector2 mean_velocity(const CurbTrajectory& observed, double window_s);
 /// The same in the world frame [m/s].
 Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s);
 
-/// Mean of the observed speeds [m/s]; 0 for nobody.
+/// Mean of the observed speeds [m/s]; 0 without samples.
 double mean_speed_mps(const CurbTrajectory& observed);
 
 }  // namespace sila

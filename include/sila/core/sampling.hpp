@@ -58,11 +58,11 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
 
 /// Whether a prediction that is due at `due_s` (observe_s after the start of a track, to begin with) falls to a sample
 /// at `time_s`, and when the next one is due: the rule of `prediction_samples` for tracks that still grow. 0 as
-/// `every_s` makes one due at each sample.
-std::optional<double> next_due_s(double due_s, double time_s, double every_s);
+/// `stride_s` makes one due at each sample.
+std::optional<double> next_due_s(double due_s, double time_s, double stride_s);
 
 /// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the
-/// first at or after each further `every_s`, to the end of the track.
-std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double every_s);
+/// first at or after each further `stride_s`, to the end of the track.
+std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s);
 
 }  // namespace sila

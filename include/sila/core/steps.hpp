@@ -5,7 +5,7 @@
 
 namespace sila {
 
-/// How many steps of an interval a horizon has: none beyond the horizon, and at least one. Who predicts and who judges
+/// How many steps of an interval a horizon has: none beyond the horizon, and at least one. Prediction and evaluation
 /// must agree on it, also where the horizon is no multiple of the interval (5 s at 0.3 s: 16 steps).
 /// Precondition: both are positive.
 inline int steps_in(double horizon_s, double interval_s) {

@@ -14,7 +14,7 @@
 
 namespace sila {
 
-/// Which windows are judged and how they are parted.
+/// Which windows are scored and how they are grouped.
 struct EvaluateConfig {
   double stride_s = 1.6;
   /// A window is moving from this displacement on while observed [m].
@@ -29,7 +29,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
 }
 
-/// One judged window.
+/// One scored window.
 struct WindowScore {
   std::string track;
   double t0_s = 0.0;
@@ -73,7 +73,7 @@ struct Evaluation {
 /// left out. Called from many threads.
 using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 
-/// What the tracks that were learnt tell the judge.
+/// What the evaluation knows of the training tracks.
 struct TrainingSupport {
   CoveredArea area;
   std::vector<LinearReference> moving;  ///< fitted to their moving windows
@@ -81,31 +81,31 @@ struct TrainingSupport {
   std::vector<Passage> passages;  ///< where its windows led
 };
 
-/// Windows are taken from the training tracks as they are from those that are judged.
+/// Windows are taken from the training tracks with the same stride as from the test tracks.
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
-                                 const EvaluateConfig& judged);
+                                 const EvaluateConfig& evaluate_config);
 
-/// Judges a forecast on tracks, beside the references on the same windows. A window needs its whole future. The truth
+/// Scores a forecast on tracks, beside the references on the same windows. A window needs its whole future. The truth
 /// is the raw track. The references are those of the training support; without one constant velocity and "stays" have
 /// the Gaussian errors that suit these very windows best. Throws: std::invalid_argument for a configuration out of
 /// range, or a forecast shorter than the horizon.
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
-                             const EpisodeConfig& config, const EvaluateConfig& judged,
+                             const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                              const TrainingSupport* support = nullptr);
 
 /// The same for a model.
 Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
-                    const EvaluateConfig& judged);
+                    const EvaluateConfig& evaluate_config);
 
 /// Whether a pedestrian moved while observed, by `moving_m`.
-bool is_moving(const Window& window, const EvaluateConfig& judged);
+bool is_moving(const Window& window, const EvaluateConfig& evaluate_config);
 
-/// Judges one prediction by what then happened, beside references of which the first is constant velocity; without
-/// knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than the
-/// horizon.
+/// Scores one prediction against the recorded future, beside references of which the first is constant velocity;
+/// without knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than
+/// the horizon.
 WindowScore score_window(const Prediction& prediction, const Window& window,
                          std::span<const LinearReference> references, const EpisodeConfig& config,
-                         const EvaluateConfig& judged);
+                         const EvaluateConfig& evaluate_config);
 
 /// The horizons of `Evaluation`: whole seconds below `horizon_s`, then `horizon_s`.
 std::vector<double> horizons_until(double horizon_s);

@@ -32,7 +32,7 @@ struct StoredModel {
   std::uintmax_t bytes = 0;             ///< of the file; set when read
 };
 
-/// How many of the last episodes a file can take back, unless told otherwise.
+/// How many of the last episodes a file can take back by default.
 inline constexpr int kUndoKept = 20;
 /// Of how many of the last episodes a file keeps the details (`change` of their statistics).
 inline constexpr int kDetailsKept = 200;

@@ -26,7 +26,7 @@ enum class TrackFormat {
   dut,             ///< DUT: id,frame,label,x_est,y_est,...
   vru,             ///< one track a file: timestamp,x,y; a folder of them is one source
   juelich,         ///< # comments, then: id frame x y z
-  ndjson,          ///< what `sila serve` hears: {"t", "id", "x", "y"}
+  ndjson,          ///< what `sila serve` receives: {"t", "id", "x", "y"}
   mot,             ///< MOTChallenge: frame,id,left,top,width,height,confidence,...
   kitti,           ///< KITTI tracking, 17 or 18 columns
   sumo_fcd,        ///< SUMO floating car data, XML
@@ -71,7 +71,7 @@ struct TrackFile {
 };
 
 /// Reads a track file, gzipped or not, or a folder of one-track files.
-/// Bad rows are counted by reason in `detections`; labels and units are judged by `clean`.
+/// Bad rows are counted by reason in `detections`; `clean` checks labels and units.
 /// Units: seconds on the clock of the file, metres.
 /// Throws: FormatError for a file that is missing, empty, truncated, binary, of no known format or without a usable
 /// row; std::invalid_argument for options out of range.

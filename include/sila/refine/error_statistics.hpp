@@ -13,7 +13,7 @@ struct Window {
   std::vector<Vector2> future_m;  ///< at the predictor's interval; may end before the horizon
 };
 
-/// What the predictor's errors on these windows teach. Prequential: the windows must be of tracks that its model has
+/// Error statistics of the predictor on these windows. Prequential: the windows must be of tracks that its model has
 /// not learnt.
 ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<const Window> windows);
 

@@ -35,7 +35,7 @@ struct ModeExplanation {
 struct Explanation {
   std::vector<ModeExplanation> modes;  ///< in the order of the prediction's
   double likelihood_power = 1.0;
-  double alike = 0.0;        ///< people who came along alike, whom the residual GPs rest on
+  double effective_samples = 0.0;  ///< that the residual GPs rest on
   double raw_novelty = 0.0;  ///< mean over the scored samples of var / sigma_f^2 of the field that knows each best
   double at_least_as_novel = 0.0;  ///< share of the people seen so far who were at least as surprising
 };

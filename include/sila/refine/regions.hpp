@@ -28,8 +28,8 @@ int score_bin(double nonconformity);
 int novelty_bin(double raw_novelty);
 
 /// How large nonconformity scores were, learnt from predictions of windows that the model had not learnt: which level a
-/// region of a probability needs. Where little was seen of a speed class all classes speak for it, and before anything
-/// was seen a Gaussian does. Source: none in the paper; docs/decisions/0071-regions.md.
+/// region of a probability needs. Where little was seen of a speed class all classes are pooled, and before anything
+/// was seen a Gaussian is assumed. Source: none in the paper; docs/decisions/0071-regions.md.
 class Calibration {
  public:
   explicit Calibration(const ErrorStatistics& error_statistics);
@@ -38,7 +38,7 @@ class Calibration {
   /// Of the region with this number in kRegionProbabilities.
   double level(std::size_t step, int speed_class, std::size_t region) const;
   /// Share of the people seen so far whose path was better known than this raw novelty; the raw novelty itself while
-  /// nobody was seen.
+  /// no track was scored.
   double novelty(double raw_novelty) const;
 
  private:

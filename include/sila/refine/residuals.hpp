@@ -12,7 +12,7 @@ namespace sila {
 struct ResidualPrediction {
   std::span<const Vector2> residuals_mps;  ///< world frame, at each knot; none if the model has no residual GPs
   double knot_interval_s = 1.0;
-  double evidence = 0.0;  ///< how many people who came along alike it rests on
+  double effective_samples = 0.0;  ///< effective number of samples that it rests on
 
   /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s]; between knots along a line, before the
   /// first and after the last as there.
@@ -23,7 +23,7 @@ struct ResidualPrediction {
 struct ExpertPrediction {
   int transition = 0;
   double gain = 0.0;                      ///< of precision, relative to the prior's
-  double evidence = 0.0;                  ///< people who came along alike
+  double effective_samples = 0.0;         ///< effective number of samples
   std::span<const double> weighted_mean;  ///< mean times relative precision, curb coordinates
 };
 /// Of the transitions nearby.
@@ -31,7 +31,7 @@ std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, st
                                                   const CurbTrajectory& observed, Scratch& scratch);
 
 /// Each transition nearby is an expert that saw other people: their precisions beyond the prior's add up, and each mean
-/// counts by its precision. Those in `excluded` are not heard: they speak for another hypothesis.
+/// counts by its precision. Experts in `excluded` are left out: they belong to another hypothesis.
 /// Source: Tresp 2000, Bayesian committee machine; docs/decisions/0070-residuals.md.
 ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& observed,
                            std::span<const ExpertPrediction> experts, std::span<const int> excluded, Scratch& scratch);

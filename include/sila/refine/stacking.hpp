@@ -74,7 +74,7 @@ class Stacking {
   Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
   /// The stacked prediction, whoever it is.
   Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
-  /// The last step that was fitted: what the spread of errors is judged by must not depend on the horizon asked for.
+  /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
   /// Of the errors of stacked predictions (`here`), or of those of the global residual GP alone.
   const ErrorDensity& density(std::size_t motion_state, bool here) const {

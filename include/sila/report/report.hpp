@@ -18,11 +18,11 @@ struct ReportLimits {
   std::size_t drawn_tracks = 300;      ///< that are drawn under the primitives
   std::size_t predicted_tracks = 32;   ///< that can be played, the worst of them among them
   std::size_t worst = 12;              ///< rows of the table of the worst
-  double every_s = 1.0;                ///< between the predictions of a played track
+  double stride_s = 1.0;               ///< between the predictions of a played track
   std::size_t most_bytes = 1'400'000;  ///< of the data; predicted tracks are halved until they fit
 };
 
-/// A place and the people to judge a model by; without tracks the model is shown alone, without a scene it is drawn at
+/// A place and the people to score a model on; without tracks the model is shown alone, without a scene it is drawn at
 /// a right-angled corner.
 struct ReportInput {
   StoredModel stored;

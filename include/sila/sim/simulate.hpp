@@ -10,7 +10,7 @@
 namespace sila {
 
 /// What a tracker cannot know of the walker behind a track.
-struct WalkerFacts {
+struct WalkerTraits {
   std::size_t walker = 0;      ///< two tracks of one walker (an identity switch) share it
   double free_speed_mps = 0;   ///< personal desired speed
   int crossings = 0;           ///< streets crossed on the whole way, also outside the view
@@ -21,13 +21,13 @@ struct WalkerFacts {
   bool in_group = false;
 };
 
-/// `tracks[i]`, `truth[i]` and `facts[i]` belong together.
+/// `tracks[i]`, `truth[i]` and `traits[i]` belong together.
 /// Invariant: ids unique, start times do not decrease, every stamp a multiple of the sample interval.
 struct Simulation {
   IntersectionScene scene;
   std::vector<Trajectory> tracks;  ///< as a tracker reports them: noise, gaps, cuts
   std::vector<Trajectory> truth;   ///< same ids and ends, without noise and without gaps
-  std::vector<WalkerFacts> facts;
+  std::vector<WalkerTraits> traits;
 };
 
 /// Walks pedestrians through an intersection and tracks them. Pure: the same config gives the same bits with every

@@ -21,7 +21,7 @@ struct ReplacedPrimitive {
   int second = 0;
 };
 
-/// What one episode did to the primitives, so that the life of a model can be told from its first episode on.
+/// What one episode did to the primitives: the history of a model from its first episode on.
 /// Invariant: the previous primitives that are not in `gone` keep their order, those of the increment follow.
 struct ModelChange {
   int primitives_before = 0;

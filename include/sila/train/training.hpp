@@ -37,7 +37,7 @@ Training run_episodes(const Model& start, std::span<const FramedTrajectory> trac
                       const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
 
 /// The batch-learning baseline: all tracks at once. Its error statistics come from models of one half predicting the
-/// other half, so that no window teaches that was learnt.
+/// other half, so that no error is of a window that was learnt.
 Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config);
 
 }  // namespace sila

@@ -52,7 +52,7 @@ class Method:
 
     @property
     def size(self) -> int:
-        """What is told as the size of the model."""
+        """The reported size of the model."""
         return 0
 
     def fit(self, tracks: FramedTracks) -> None:

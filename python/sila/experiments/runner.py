@@ -190,7 +190,7 @@ def run_experiment(
         result["key"] = key_of(experiment, runs[i], build)
         write_text(folder / "runs" / runs[i].file, json.dumps(result) + "\n")
         results[i] = result
-        print(f"{done}/{len(missing)}: {_told(result)}", file=sys.stderr)
+        print(f"{done}/{len(missing)}: {_described(result)}", file=sys.stderr)
         finished = _finished_trials(runs, results)
         if finished > trial and done < len(missing):
             trial = finished
@@ -240,7 +240,7 @@ def _done(
         yield from zip(indices, pool.map(_work, runs))
 
 
-def _told(result: Json) -> str:
+def _described(result: Json) -> str:
     last = result["checkpoints"][-1]
     seconds = sum(c["seconds"] for c in result["checkpoints"]) / len(result["checkpoints"])
     sums = [site["groups"]["moving"] for site in result["places"].values()]

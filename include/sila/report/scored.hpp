@@ -10,7 +10,7 @@
 namespace sila {
 
 /// A prediction of a held-back track with what then happened.
-struct JudgedPrediction {
+struct ScoredPrediction {
   std::size_t track = 0;  ///< index of its track
   Prediction prediction;
   std::vector<Vector2> observed_m;  ///< the raw path until t0
@@ -21,15 +21,15 @@ struct JudgedPrediction {
   std::vector<Metrics> horizons;  ///< at each of `horizons_until`
 };
 
-/// Predicts every window that has its whole future, `every_s` apart.
+/// Predicts every window that has its whole future, `stride_s` apart.
 /// Throws: std::invalid_argument for a configuration out of range.
-std::vector<JudgedPrediction> judge(const Model& model, std::span<const FramedTrajectory> tracks,
-                                    const EpisodeConfig& config, double every_s);
+std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<const FramedTrajectory> tracks,
+                                                const EpisodeConfig& config, double stride_s);
 
 /// Why a prediction was as wrong as it was, in a few words for people: the first of these that is true: set off,
-/// stopped, walked where nobody was seen, was among the modes but not the likely one, turned, hurried, slowed down, or
-/// went aside.
-std::string reason_of(const JudgedPrediction& judged);
+/// stopped, walked where no track had walked, was among the modes but not the likely one, turned, hurried, slowed down,
+/// or went aside.
+std::string reason_of(const ScoredPrediction& scored);
 
 /// How many of 100 truths were in the region nominal to hold p: the points of a reliability diagram.
 struct Reliability {
@@ -39,6 +39,6 @@ struct Reliability {
 };
 
 /// One diagram a horizon; none without predictions.
-std::vector<Reliability> reliability(std::span<const JudgedPrediction> judged, double horizon_s);
+std::vector<Reliability> reliability(std::span<const ScoredPrediction> scored, double horizon_s);
 
 }  // namespace sila

@@ -1,4 +1,4 @@
-#include "sila/report/judged.hpp"
+#include "sila/report/scored.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -33,102 +33,102 @@ std::string text(const char* format, double number) {
   return buffer;
 }
 
-JudgedPrediction judge_window(const Predictor& predictor, std::size_t track, Window window,
-                              std::span<const double> horizons_s) {
-  JudgedPrediction judged{
+ScoredPrediction score_one(const Predictor& predictor, std::size_t track, Window window,
+                           std::span<const double> horizons_s) {
+  ScoredPrediction scored{
       track, predictor.predict(window.observed), std::move(window.past_m), std::move(window.future_m), {}, {}, {}, {}};
-  const std::size_t steps = judged.truth_m.size();
-  judged.constant_m = constant_velocity(judged.observed_m, static_cast<int>(steps), predictor.interval_s());
+  const std::size_t steps = scored.truth_m.size();
+  scored.constant_m = constant_velocity(scored.observed_m, static_cast<int>(steps), predictor.interval_s());
   Prediction constant;
-  constant.modes.push_back({1.0, judged.constant_m, std::vector<Matrix2>(steps, Matrix2::Identity()), {}});
-  judged.model = measure(judged.prediction, judged.truth_m, steps);
-  judged.constant = measure(constant, judged.truth_m, steps);
+  constant.modes.push_back({1.0, scored.constant_m, std::vector<Matrix2>(steps, Matrix2::Identity()), {}});
+  scored.model = measure(scored.prediction, scored.truth_m, steps);
+  scored.constant = measure(constant, scored.truth_m, steps);
   for (double horizon_s : horizons_s) {
     const auto count = static_cast<std::size_t>(steps_in(horizon_s, predictor.interval_s()));
-    judged.horizons.push_back(measure(judged.prediction, judged.truth_m, count));
+    scored.horizons.push_back(measure(scored.prediction, scored.truth_m, count));
   }
-  return judged;
+  return scored;
 }
 
 /// The weight of the mode that came nearest to the truth.
-double weight_of_nearest(const JudgedPrediction& judged) {
+double weight_of_nearest(const ScoredPrediction& scored) {
   double best_m = std::numeric_limits<double>::infinity(), weight = 0.0;
-  for (const Mode& mode : judged.prediction.modes) {
+  for (const Mode& mode : scored.prediction.modes) {
     double sum_m = 0.0;
-    for (std::size_t j = 0; j < judged.truth_m.size(); ++j) sum_m += (mode.path_m[j] - judged.truth_m[j]).norm();
+    for (std::size_t j = 0; j < scored.truth_m.size(); ++j) sum_m += (mode.path_m[j] - scored.truth_m[j]).norm();
     if (sum_m < best_m) best_m = sum_m, weight = mode.weight;
   }
   return weight;
 }
 
 /// From how the person walked to how a way ends [rad].
-double turn_rad(const JudgedPrediction& judged, std::span<const Vector2> way_m) {
-  std::vector<Vector2> whole_m = judged.observed_m;
+double turn_rad(const ScoredPrediction& scored, std::span<const Vector2> way_m) {
+  std::vector<Vector2> whole_m = scored.observed_m;
   whole_m.insert(whole_m.end(), way_m.begin(), way_m.end());
   return heading_change_rad(whole_m);
 }
 
 /// Of a person who turned by `turned_rad`.
-std::string reason_of_turn(const JudgedPrediction& judged, double turned_rad) {
+std::string reason_of_turn(const ScoredPrediction& scored, double turned_rad) {
   const bool foreseen = std::ranges::any_of(
-      judged.prediction.modes, [&](const Mode& mode) { return turn_rad(judged, mode.path_m) > 0.5 * turned_rad; });
+      scored.prediction.modes, [&](const Mode& mode) { return turn_rad(scored, mode.path_m) > 0.5 * turned_rad; });
   return text("turned by %.0f degrees", turned_rad * 180.0 / std::numbers::pi) +
          (foreseen ? ", but not where its ways did" : ", as no way did");
 }
 
 }  // namespace
 
-std::vector<JudgedPrediction> judge(const Model& model, std::span<const FramedTrajectory> tracks,
-                                    const EpisodeConfig& config, double every_s) {
+std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<const FramedTrajectory> tracks,
+                                                const EpisodeConfig& config, double stride_s) {
   const Predictor predictor(model, config.predict);
   const auto steps = static_cast<std::size_t>(steps_in(config.predict.horizon_s, predictor.interval_s()));
   const std::vector<double> horizons_s = horizons_until(config.predict.horizon_s);
   std::vector<std::pair<std::size_t, Window>> windows;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    for (Window& window : windows_of(tracks.subspan(i, 1), config.sampling, config.predict, every_s)) {
+    for (Window& window : windows_of(tracks.subspan(i, 1), config.sampling, config.predict, stride_s)) {
       if (window.future_m.size() == steps) windows.emplace_back(i, std::move(window));
     }
   }
-  std::vector<JudgedPrediction> judged(windows.size());
+  std::vector<ScoredPrediction> scored(windows.size());
   tbb::parallel_for(std::size_t{0}, windows.size(), [&](std::size_t i) {
-    judged[i] = judge_window(predictor, windows[i].first, std::move(windows[i].second), horizons_s);
+    scored[i] = score_one(predictor, windows[i].first, std::move(windows[i].second), horizons_s);
   });
-  return judged;
+  return scored;
 }
 
-std::string reason_of(const JudgedPrediction& judged) {
-  const double seen_m = length_m(judged.observed_m);
-  const double went_m = length_m(judged.truth_m), expected_m = length_m(judged.constant_m);
-  const Vector2 net_m = judged.observed_m.back() - judged.observed_m.front();
-  const std::vector<Mode>& modes = judged.prediction.modes;
+std::string reason_of(const ScoredPrediction& scored) {
+  const double seen_m = length_m(scored.observed_m);
+  const double went_m = length_m(scored.truth_m), expected_m = length_m(scored.constant_m);
+  const Vector2 net_m = scored.observed_m.back() - scored.observed_m.front();
+  const std::vector<Mode>& modes = scored.prediction.modes;
   if (net_m.norm() < kStanding_m && went_m > kSetOff_m && went_m > 2.0 * expected_m) return "stood and set off";
   if (went_m < kStoppedShare * expected_m && seen_m > kStanding_m) return "stopped";
-  if (judged.prediction.fallback) return "walked where nobody had walked: kinematics alone";
-  if (judged.prediction.novelty > kUnknown)
-    return text("walked where few had walked (novelty %.0f %%)", 100.0 * judged.prediction.novelty);
-  if (modes.size() > 1 && judged.model.best_ade_m < 0.5 * judged.model.ade_m) {
-    return text("the right way was foreseen, but with a weight of %.0f %%", 100.0 * weight_of_nearest(judged));
+  if (scored.prediction.fallback) return "walked where no track had walked: kinematics alone";
+  if (scored.prediction.novelty > kUnknown)
+    return text("walked where few had walked (novelty %.0f %%)", 100.0 * scored.prediction.novelty);
+  if (modes.size() > 1 && scored.model.best_ade_m < 0.5 * scored.model.ade_m) {
+    return text("the right way was foreseen, but with a weight of %.0f %%", 100.0 * weight_of_nearest(scored));
   }
-  const double turned_rad = turn_rad(judged, judged.truth_m);
-  if (turned_rad > kTurn_rad) return reason_of_turn(judged, turned_rad);
+  const double turned_rad = turn_rad(scored, scored.truth_m);
+  if (turned_rad > kTurn_rad) return reason_of_turn(scored, turned_rad);
   if (went_m > kFasterShare * expected_m)
     return text("hurried: %.1f times as far as its pace said", went_m / expected_m);
   if (went_m < kSlowerShare * expected_m)
     return text("slowed down: %.0f %% of the way its pace said", 100.0 * went_m / expected_m);
-  return text("kept its pace, but %.1f m aside of the most likely way", judged.model.fde_m);
+  return text("kept its pace, but %.1f m aside of the most likely way", scored.model.fde_m);
 }
 
-std::vector<Reliability> reliability(std::span<const JudgedPrediction> judged, double horizon_s) {
+std::vector<Reliability> reliability(std::span<const ScoredPrediction> scored, double horizon_s) {
   std::vector<Reliability> diagrams;
-  if (judged.empty()) return diagrams;
+  if (scored.empty()) return diagrams;
   const std::vector<double> horizons_s = horizons_until(horizon_s);
   for (std::size_t h = 0; h < horizons_s.size(); ++h) {
     Reliability diagram{horizons_s[h], {}, {}};
     for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
       double inside = 0.0;
-      for (const JudgedPrediction& prediction : judged) inside += prediction.horizons[h].coverage[p];
+      for (const ScoredPrediction& prediction : scored) inside += prediction.horizons[h].coverage[p];
       diagram.nominal.push_back(kRegionProbabilities[p]);
-      diagram.observed.push_back(inside / static_cast<double>(judged.size()));
+      diagram.observed.push_back(inside / static_cast<double>(scored.size()));
     }
     diagrams.push_back(std::move(diagram));
   }
