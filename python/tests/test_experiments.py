@@ -79,7 +79,7 @@ def test_workers_give_the_same_numbers(tmp_path):
     one, two = tmp_path / "one", tmp_path / "two"
     assert run([str(path), "--out", str(one)]) == 0
     assert run([str(path), "--out", str(two), "--workers", "2"]) == 0
-    times = ["seconds_per_episode", "ms_per_prediction"]
+    times = ["seconds_per_episode", "us_per_prediction", "training_s"]
     tables = [pd.read_csv(folder / "results.csv").drop(columns=times) for folder in (one, two)]
     pd.testing.assert_frame_equal(*tables, rtol=1e-12)
     assert set(tables[0]["split"]) == {"time", "track"}
