@@ -11,7 +11,7 @@ FOLDER = code_of("social_implicit", "CFG.py")
 import torch
 
 torch.set_num_threads(1)
-WEIGHTS = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2"}
+WEIGHTS = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "zara1": "zara1", "zara2": "zara2"}
 
 
 def module(name):

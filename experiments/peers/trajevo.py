@@ -6,7 +6,7 @@ import numpy as np
 from sila.experiments.sampler import Sampler, code_of
 
 FOLDER = code_of("trajevo", "zara2.py")
-FILES = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2"}
+FILES = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "zara1": "zara1", "zara2": "zara2"}
 
 
 class TrajEvo(Sampler):

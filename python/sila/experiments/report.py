@@ -65,7 +65,7 @@ def write_results(
     written: dict[str, Any] = {
         "version": _sila.version,
         "build": build_hash(),
-        "made_with": made_with(experiment),
+        "made_with": made_with(experiment.file),
         "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split}",
         "seed": settings.seed,
         "experiment": experiment.resolved(),
@@ -104,7 +104,13 @@ def _curve_json(result: Mapping[str, Any], of: str) -> dict[str, Any]:
     return {"scene": scene, **curve, "checkpoints": [labelled(c) for c in result["checkpoints"]]}
 
 
-def made_with(experiment: Experiment) -> dict[str, Any]:
+def versions_and_revision(file: str) -> str:
+    made = made_with(file)
+    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
+    return f"Revision {made['revision'] or 'unknown'}; {versions}."
+
+
+def made_with(file: str) -> dict[str, Any]:
     """The git revision of the experiment file, and the versions of everything."""
     packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch", "filterpy", "gpytorch")
     versions = {"sila": _sila.version, "python": platform.python_version()}
@@ -113,7 +119,7 @@ def made_with(experiment: Experiment) -> dict[str, Any]:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return {"revision": _revision(Path(experiment.file).parent), "versions": versions, "machine": platform.machine()}
+    return {"revision": _revision(Path(file).parent), "versions": versions, "machine": platform.machine()}
 
 
 def _revision(folder: Path) -> str | None:

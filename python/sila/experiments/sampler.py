@@ -14,6 +14,7 @@ from .method import Array, Forecast, Method, kernel_forecast
 
 STEP_S = 0.4
 SEEN, DRAWN = 8, 12
+SAMPLES = 20
 
 
 class Sampler(Method):
@@ -25,14 +26,15 @@ class Sampler(Method):
 
     @classmethod
     def not_for(cls, config: Mapping[str, Any]) -> str:
-        observed_s = config["predict"]["observe_s"]
-        return f"needs {(SEEN - 1) * STEP_S:g} s of past, has {observed_s:g}" if observed_s < (SEEN - 1) * STEP_S else ""
+        observed_s = config["predict"]["observe_s"] - config["sampling"]["interval_s"]  # between its first and last position
+        needed_s = (SEEN - 1) * STEP_S
+        return f"needs {needed_s:g} s of past, has {observed_s:g}" if observed_s < needed_s - 1e-9 else ""
 
     def fit(self, tracks: FramedTracks) -> None:
         """Nothing to learn."""
 
-    def sample(self, past_m: Array) -> Array:
-        """(n, 8, 2) of people who are there at the same time -> (k, n, 12, 2)."""
+    def sample(self, past_m: Array, samples: int = SAMPLES) -> Array:
+        """(n, 8, 2) of people who are there at the same time -> (samples, n, 12, 2)."""
         raise NotImplementedError
 
     def predict(self, windows: WindowSet) -> Forecast:

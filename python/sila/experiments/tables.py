@@ -197,7 +197,7 @@ def compare(
                 pairs = _pairs(own[place], None if other is None else other.get(place, {}), measure)
                 if len(pairs) == 0:
                     continue
-                difference, spread = _bootstrap(pairs, bootstraps, seed + len(counts))
+                difference, spread = bootstrap_pairs(pairs, bootstraps, seed + len(counts))
                 comparisons.append(_comparison(split, place, method, against, len(pairs), difference, spread))
                 if place == ALL:  # is the sum of the others already
                     continue
@@ -244,7 +244,7 @@ def _pairs(own: Mapping[str, Any], other: Mapping[str, Any] | None, measure: str
     return np.array(pairs).reshape(-1, 3)
 
 
-def _bootstrap(pairs: Array, bootstraps: int, seed: int) -> tuple[float, Array]:
+def bootstrap_pairs(pairs: Array, bootstraps: int, seed: int) -> tuple[float, Array]:
     """The difference on the people themselves, then on resampled people."""
 
     def difference(method: Array, other: Array, constant: Array, axis: int = -1) -> Array:
