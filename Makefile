@@ -23,9 +23,9 @@ results-small: build    ## a small experiment from end to end, in minutes
 	@tools/setup --python
 	@tools/results --small
 
-peers: build    ## compare with methods of others: make peers DATA=DIR BASE_MDN=DIR
+peers: build    ## compare with methods of others: make peers DATA=DIR [PEERS=DIR] [PYTHON=...]
 	@tools/setup --python
-	@tools/results $(DATA) peers
+	@PEERS=$(PEERS) BASE_MDN=$(BASE_MDN) PYTHON=$(or $(PYTHON),python3) tools/results $(DATA) peers
 
 check:    ## format, layers, budgets, links, clang warnings, clang-tidy
 	@tools/setup --check

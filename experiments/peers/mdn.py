@@ -1,17 +1,15 @@
 """The LSTM mixture density network of kav-institute/mdn_trajectory_forecasting (Apache-2.0), commit d920b92, trained in
-place. BASE_MDN is the folder of its `base_lstm.py`; nothing of it is part of this repository."""
+place. Nothing of it is part of this repository."""
 
-import os
 import sys
 import time
 
 import numpy as np
 from sila.experiments import Forecast, Method
 from sila.experiments.gaussian_path import training_windows
+from sila.experiments.sampler import code_of
 
-if not os.path.isfile(os.path.join(os.environ.get("BASE_MDN", ""), "base_lstm.py")):
-    raise ImportError("BASE_MDN names no folder with base_lstm.py of the MDN (make peers BASE_MDN=DIR)")
-sys.path.insert(0, os.environ["BASE_MDN"])
+sys.path.insert(0, str(code_of("base_mdn", "base_lstm.py")))
 sys.dont_write_bytecode = True
 import torch
 from base_lstm import LSTM_Trajectory_Forecast, NLL_MDN_loss

@@ -320,6 +320,12 @@ void bind_window_set(nb::module_& module) {
                      for (const Window& window : set.windows) ids.push_back(window.observed.id);
                      return ids;
                    })
+      .def_prop_ro("t0_s",
+                   [](const WindowSet& set) {
+                     std::vector<double> times_s;
+                     for (const Window& window : set.windows) times_s.push_back(window.observed.times_s.back());
+                     return times_s;
+                   })
       .def_prop_ro(
           "past_m", [](const WindowSet& set) { return stacked(set, [](const Window& w) { return w.past_m; }); },
           nb::rv_policy::automatic, "Shape (n, p, 2), metres: raw positions until t0, `interval_s` apart.")

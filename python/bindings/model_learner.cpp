@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "experiments.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/train/fleet.hpp"
 #include "sila/train/training.hpp"
 
@@ -53,6 +54,9 @@ class ModelLearner {
 
   std::size_t model_size() const { return size(model_); }
 
+  /// Of the file that the model would be stored in.
+  std::size_t bytes() const { return model_bytes({.model = model_}).size(); }
+
  private:
   /// Keeps nothing of the tracks; the episode around it still learns from the errors of the kinematic model.
   static UpdateResult keep_nothing(const Model& previous, const Batch& batch, const ModelSettings& settings) {
@@ -87,6 +91,7 @@ void bind_model_learner(nb::module_& module) {
       .def("learn_tree", &ModelLearner::learn_tree, "all"_a, "batch"_a, "partition_tracks"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("predict", &ModelLearner::predict, "windows"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def_prop_ro("bytes", &ModelLearner::bytes, "Of the model's file.")
       .def_prop_ro("size", &ModelLearner::model_size);
 }
 

@@ -79,7 +79,7 @@ def test_workers_give_the_same_numbers(tmp_path):
     one, two = tmp_path / "one", tmp_path / "two"
     assert run([str(path), "--out", str(one)]) == 0
     assert run([str(path), "--out", str(two), "--workers", "2"]) == 0
-    times = ["seconds_per_episode", "ms_per_prediction"]
+    times = ["seconds_per_episode", "us_per_prediction", "training_s"]
     tables = [pd.read_csv(folder / "results.csv").drop(columns=times) for folder in (one, two)]
     pd.testing.assert_frame_equal(*tables, rtol=1e-12)
     assert set(tables[0]["split"]) == {"time", "track"}
@@ -234,3 +234,53 @@ def test_comparisons_find_the_difference_with_an_interval_round_it():
     assert other.low == pytest.approx(0.1, abs=1e-9)  # samples without the one person whose error differs
     assert other.low < other.difference < other.high
     assert compare(results, "sila", 500, 1) == compare(results, "sila", 500, 1)
+
+
+def test_peers_without_their_code_are_not_run_here(tmp_path, monkeypatch):
+    peers = Path(__file__).parents[2] / "experiments/peers"
+    monkeypatch.setenv("PEERS", str(tmp_path))
+    methods = [f"{peers / 'trajevo.py'}:TrajEvo", f"{peers / 'constant_velocity.py'}:ConstantVelocity"]
+    entries = [{"name": name, "method": method} for name, method in zip(("trajevo", "cv"), methods)]
+    results = run_experiment(read_experiment(written(tmp_path, methods=["sila", *entries])), tmp_path / "out")
+    assert "no zara2.py" in results["not_run_here"]["trajevo"]
+    table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
+    assert table.loc["cv", "ade_ratio"] == pytest.approx(1.0, abs=1e-12)
+    assert (table["bytes"] > 0).all()
+
+
+def test_kernel_density_is_that_of_scipy():
+    from scipy.stats import gaussian_kde
+    from sila.experiments.field_measures import kde_log_density
+
+    samples = np.random.default_rng(3).normal(size=(1, 50, 1, 2)) * [1.0, 0.3]
+    truth = np.array([[[0.4, -0.2]]])
+    expected = gaussian_kde(samples[0, :, 0].T).logpdf(truth[0, 0])[0]
+    assert kde_log_density(samples, truth)[0, 0] == pytest.approx(expected, abs=1e-6)
+
+
+def test_collisions_are_found_between_steps():
+    from sila.experiments.field_measures import collides
+
+    east = np.stack([np.arange(12.0), np.zeros(12)], -1)
+    west = np.stack([11 - np.arange(12.0), np.zeros(12)], -1)  # they meet between two steps
+    assert collides(east, west[None])
+    assert not collides(east, (west + [0, 0.5])[None])
+    assert not collides(east, np.empty((0, 12, 2)))
+
+
+def test_trajnet_files_are_as_documented_and_read_by_its_tool(tmp_path):
+    from sila.experiments.trajnet import write_trajnet
+
+    seen, true = np.zeros((8, 2)), np.ones((12, 2))
+    paths = np.stack([np.stack([true + 0.5, true])])
+    truth, predicted = write_trajnet(tmp_path, "a", [("17#2", 30, seen, true)], paths)
+    rows = [json.loads(line) for line in predicted.read_text().splitlines()]
+    assert rows[0] == {"scene": {"id": 0, "p": 0, "s": 23, "e": 42, "fps": 2.5, "tag": [0, []]}}
+    expected = {"f": 31, "p": 0, "x": 1.5, "y": 1.5, "prediction_number": 0, "scene_id": 0}
+    assert rows[1] == {"track": expected}
+    tools = pytest.importorskip("trajnetplusplustools")  # in the environment of `make peers`
+    _, of_truth = tools.Reader(str(truth), scene_type="paths").scene(0)
+    _, found = tools.Reader(str(predicted), scene_type="paths").scene(0)
+    first = [row for row in found[0] if row.prediction_number == 0]
+    assert len(of_truth[0]) == 20
+    assert tools.metrics.average_l2(of_truth[0], first) == pytest.approx(0.5 * 2**0.5)

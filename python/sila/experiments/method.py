@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import pickle
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -36,17 +37,20 @@ class Method:
 
     parameters: ClassVar[dict[str, Any]] = {}
     at_once: ClassVar[bool] = False
+    published: ClassVar[bool] = False  #: it is used as others have published it, and learns nothing here
 
     if TYPE_CHECKING:  # parameters are attributes
 
         def __getattr__(self, name: str) -> Any: ...
 
-    def __init__(self, config: str = "{}", *, batch: int = 20, seed: int = 0, **parameters: Any) -> None:
+    def __init__(
+        self, config: str = "{}", *, batch: int = 20, seed: int = 0, scene: str = "", **parameters: Any
+    ) -> None:
         unknown = sorted(set(parameters) - set(self.parameters))
         if unknown:
             known = ", ".join(self.parameters) or "none"
             raise ValueError(f"{type(self).__name__}: parameters: expected {known}, found {unknown[0]}")
-        self.config, self.batch, self.seed = config, batch, seed
+        self.config, self.batch, self.seed, self.scene = config, batch, seed, scene
         for name, value in {**self.parameters, **parameters}.items():
             setattr(self, name, value)
 
@@ -54,6 +58,16 @@ class Method:
     def size(self) -> int:
         """The reported size of the model."""
         return 0
+
+    @property
+    def bytes(self) -> int:
+        """Of what it has to keep to predict."""
+        return stored_bytes(vars(self))
+
+    @classmethod
+    def not_for(cls, config: Mapping[str, Any]) -> str:
+        """Why it cannot predict windows of this configuration; empty if it can."""
+        return ""
 
     def fit(self, tracks: FramedTracks) -> None:
         """Learns all tracks, in batches."""
@@ -71,6 +85,28 @@ class Method:
     def windows(self, tracks: FramedTracks, stride_s: float) -> WindowSet:
         """Windows of tracks with their whole future, as they are scored."""
         return tracks.windows(self.config, stride_s)
+
+
+def stored_bytes(value: Any) -> int:
+    """Bytes of the numbers in a value: arrays and tensors as they are, what functions have captured, else pickled."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, Mapping):
+        return sum(stored_bytes(v) for v in value.values())
+    if isinstance(value, (list, tuple)):
+        return sum(stored_bytes(v) for v in value)
+    if isinstance(value, (int, float)):
+        return 8
+    if isinstance(value, (str, type(None), Method)):  # its settings; a bound method's object is counted as itself
+        return 0
+    if callable(value) and hasattr(value, "__closure__"):
+        return sum(stored_bytes(cell.cell_contents) for cell in value.__closure__ or ())
+    if hasattr(value, "state_dict"):  # a module of torch
+        return sum(v.numel() * v.element_size() for v in value.state_dict().values() if hasattr(v, "numel"))
+    try:
+        return len(pickle.dumps(value))
+    except (TypeError, AttributeError, pickle.PicklingError):
+        return 0
 
 
 def modes_sorted(forecast: Forecast) -> Forecast:

@@ -40,7 +40,7 @@ def draw(folder: Path, *, png: bool = False, method: str | None = None) -> list[
     curves, rows = pd.read_csv(folder / "curves.csv"), pd.read_csv(folder / "results.csv")
     curves["error"] = curves["weighted_mhd_m"] / curves["constant_mhd_m"]
     methods = list(rows["method"].unique())
-    styles = {m: {"color": COLOURS[i % 10], "marker": MARKERS[i % 10]} for i, m in enumerate(methods)}
+    styles = {m: {"color": COLOURS[i % 10], "marker": MARKERS[(i + i // 10) % 10]} for i, m in enumerate(methods)}
     figures: dict[str, Figure | None] = {}
     with mpl.rc_context(STYLE):
         for split in rows["split"].unique():
@@ -161,14 +161,30 @@ def _tradeoff(rows: pd.DataFrame, styles: Styles) -> Figure | None:
     return figure
 
 
-def _cost(rows: pd.DataFrame, styles: Styles) -> Figure:
-    """Error against time, means over places."""
-    figure, axes = _figure(6.2, 4.2)
-    means = rows[rows["place"] != "all"].groupby("method")[["ratio", "ms_per_prediction"]].mean().dropna()
-    for method, row in means.iterrows():
-        axes[0, 0].plot(row["ms_per_prediction"], row["ratio"], ls="", ms=8, label=method, **styles[str(method)])
-    axes[0, 0].set(xscale="log", xlabel="milliseconds a prediction", ylabel=RATIO)
-    _legend(figure, axes, ncol=min(4, len(styles)))
+COSTS = {"training_s": "training [s]", "bytes": "bytes", "us_per_prediction": "µs a prediction, one thread"}
+ERRORS = {"ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
+
+
+def _cost(rows: pd.DataFrame, styles: Styles) -> Figure | None:
+    """Error against each cost; over the places where every method ran errors are means, costs geometric means."""
+    own = rows[rows["place"] != "all"]
+    means = own.groupby(["place", "method"], sort=False)[[*ERRORS, *COSTS]].mean()
+    table = means[list(ERRORS)].unstack()
+    everywhere = table["ade_ratio"].dropna().index
+    means = means[means.index.get_level_values("place").isin(everywhere)]
+    if len(means) == 0:
+        return None
+    errors = means[list(ERRORS)].groupby("method", sort=False).mean()
+    costs = np.exp(np.log(means[list(COSTS)].clip(lower=1e-6)).groupby("method", sort=False).mean())
+    figure, axes = _figure(4.0 * len(COSTS), 3.4 * len(ERRORS), len(ERRORS), len(COSTS))
+    for row, (error, error_title) in zip(axes, ERRORS.items()):
+        for axis, (cost, title) in zip(row, COSTS.items()):
+            for method in errors.index:
+                axis.plot(costs.loc[method, cost], errors.loc[method, error], ls="", ms=8, label=method, **styles[method])
+            axis.set(xscale="log", xlabel=title)
+        row[0].set_ylabel(error_title)
+    _legend(figure, axes, ncol=min(5, len(errors)))
+    figure.suptitle(f"mean of {', '.join(everywhere)}", x=0.01, ha="left", fontsize=9)
     return figure
 
 

@@ -21,6 +21,12 @@ def run(arguments: list[str]) -> int:
     try:
         _sila.limit_threads(options.threads)
         config = assignments(options.config, options.set)
+        if json.loads(_sila.config_from_file(options.file)).get("kind") == "field":
+            from .field import run_field
+
+            run_field(options.file, options.out, options.data_dir)
+            print(f"results in {Path(options.out) / 'table.md'}; predictions in trajnet/", file=sys.stderr)
+            return 0
         overrides = Overrides(options.trials, options.split, options.seed, options.data_dir, config)
         experiment = read_experiment(options.file, overrides)
         written = run_experiment(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -103,6 +104,8 @@ def runs_of(experiment: Experiment) -> list[Run]:
                 continue
             for s, scene in enumerate(experiment.scenes):
                 for m, method in methods:
+                    if method.cls is not None and method.cls.not_for(json.loads(method.configs[s])):
+                        continue
                     transfer = settings.kind == "transfer"
                     runs.append(Run(trial, 0, split, scene.name, method.name, s, m, here=not transfer))
                     if transfer:

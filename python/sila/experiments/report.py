@@ -18,7 +18,12 @@ from .read import Experiment
 from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Comparison, compare, rows_of, summarise
 
 SPLITS = {"time": "by blocks of time with an embargo", "track": "by track (companions are learnt from)"}
-MEASURES = {"mhd_m": "weighted MHD", "ade_m": "ADE of the mean path"}
+MEASURES = {
+    "mhd_m": "weighted MHD, of constant velocity's",
+    "ade_m": "ADE of the mean path, of constant velocity's",
+    "nll": "NLL, nats a step",
+    "energy_score_m": "energy score, of constant velocity's ADE",
+}
 #: Of the summary over places: value -> title.
 BRIEF = {
     "ratio": "wMHD / CV",
@@ -29,7 +34,15 @@ BRIEF = {
     "nll": "NLL",
     "energy_score_m": "energy score [m]",
     "reliability_average": "reliability",
+    "reliability_least": "least",
+    "training_s": "training [s]",
+    "bytes": "bytes",
+    "us_per_prediction": "µs a prediction",
 }
+#: By place, in tables of their own.
+BY_PLACE = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step", "energy_score_m": "energy score [m]"}
+LARGER_IS_BETTER = ("reliability_average", "reliability_least")
+GEOMETRIC = ("size", "training_s", "bytes", "us_per_prediction")  # places differ by orders of magnitude
 #: Means over places leave out places with fewer such windows in all trials.
 LEAST_WINDOWS = 50
 
@@ -52,7 +65,7 @@ def write_results(
     written: dict[str, Any] = {
         "version": _sila.version,
         "build": build_hash(),
-        "made_with": made_with(experiment),
+        "made_with": made_with(experiment.file),
         "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split}",
         "seed": settings.seed,
         "experiment": experiment.resolved(),
@@ -91,16 +104,22 @@ def _curve_json(result: Mapping[str, Any], of: str) -> dict[str, Any]:
     return {"scene": scene, **curve, "checkpoints": [labelled(c) for c in result["checkpoints"]]}
 
 
-def made_with(experiment: Experiment) -> dict[str, Any]:
+def versions_and_revision(file: str) -> str:
+    made = made_with(file)
+    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
+    return f"Revision {made['revision'] or 'unknown'}; {versions}."
+
+
+def made_with(file: str) -> dict[str, Any]:
     """The git revision of the experiment file, and the versions of everything."""
-    packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch")
+    packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch", "filterpy", "gpytorch")
     versions = {"sila": _sila.version, "python": platform.python_version()}
     for package in packages:
         try:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return {"revision": _revision(Path(experiment.file).parent), "versions": versions, "machine": platform.machine()}
+    return {"revision": _revision(Path(file).parent), "versions": versions, "machine": platform.machine()}
 
 
 def _revision(folder: Path) -> str | None:
@@ -173,6 +192,8 @@ def markdown(
     ]
     places = summary.index.get_level_values("place").unique()
     text.append(_brief(experiment, summary))
+    if len(places) > 1 and len(experiment.methods) > 1:
+        text.append(_by_place(experiment, summary))
     if any(len(result["checkpoints"]) > 1 for result in results):
         text.append(_growth(results))
     for split in settings.splits:
@@ -220,8 +241,7 @@ def _table(heading: str, first: str, rows: Sequence[tuple[str, Any]]) -> str:
 
 
 def _over_places(rows: pd.DataFrame, name: str) -> tuple[float, float]:
-    """Mean and deviation over places of the mean over trials; of the size the geometric mean, as places differ by orders
-    of magnitude."""
+    """Mean and deviation over places of the mean over trials; of sizes and times the geometric mean."""
     means = rows[name, "mean"]
     group = name.partition("_")[0]
     if group in ("turning", "standing") and not name.endswith("windows"):
@@ -229,8 +249,8 @@ def _over_places(rows: pd.DataFrame, name: str) -> tuple[float, float]:
     means = means.dropna()
     if len(means) == 0:
         return np.nan, np.nan
-    if name == "size":
-        return float(np.exp(np.log(means.clip(lower=1)).mean())), np.nan
+    if name in GEOMETRIC:
+        return float(np.exp(np.log(means.clip(lower=1 if name == "size" else 1e-9)).mean())), np.nan
     return float(means.mean()), float(means.std()) if len(means) > 1 else np.nan
 
 
@@ -255,29 +275,65 @@ def _means(summary: pd.DataFrame) -> str:
     )
 
 
+def _marked(texts: Sequence[str], values: Sequence[float], reference: int, larger: bool = False) -> list[str]:
+    """Bold where a value is better than the reference's as it is printed."""
+    marked = []
+    for text, value in zip(texts, values):
+        better = value > values[reference] if larger else value < values[reference]
+        marked.append(f"**{text}**" if better and text != texts[reference] else text)
+    return marked
+
+
+def _decimals(name: str) -> int:
+    return BY_NAME[name].decimals if name in BY_NAME else 3
+
+
 def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
-    """Mean over places, both splits side by side; the best of a column is bold."""
+    """Mean over places, both splits side by side."""
     splits = [split for split in experiment.settings.splits if split in summary.index.get_level_values("split")]
     own = summary[summary.index.get_level_values("place") != ALL]
     methods = list(own.index.get_level_values("method").unique())
-    table: dict[tuple[str, str], list[float]] = {}
-    for name in BRIEF:
-        for split in splits:
-            table[name, split] = [
-                _over_places(own.loc[split].xs(method, level="method"), name)[0] for method in methods
-            ]
+    reference = methods.index(experiment.reference) if experiment.reference in methods else 0
+    places = own.index.get_level_values("place").unique()
     cells: list[list[str]] = [[] for _ in methods]
-    for (name, _), values in table.items():
-        decimals = BY_NAME[name].decimals if name in BY_NAME else 3
-        texts = [_number(value, decimals) for value in values]
-        finite = [value for value in values if not np.isnan(value)]
-        best = (max if name == "reliability_average" else min)(finite) if finite else np.nan
-        for row, text in zip(cells, texts):
-            row.append(f"**{text}**" if len(methods) > 1 and text == _number(best, decimals) and text != "–" else text)
-    titles = [BRIEF[name] + (f", {split}" if len(splits) > 1 else "") for name, split in table]
-    lines = list(zip(methods, cells))
+    titles = []
+    for name, title in BRIEF.items():
+        for split in splits:
+            rows = own.loc[split]
+            values = [_over_places(rows.xs(method, level="method"), name)[0] for method in methods]
+            texts = [_number(value, _decimals(name)) for value in values]
+            for row, text in zip(cells, _marked(texts, values, reference, name in LARGER_IS_BETTER)):
+                row.append(text)
+            titles.append(f"{title}, {split}" if len(splits) > 1 else title)
+    here = {method: own.xs(method, level="method").index.get_level_values("place").nunique() for method in methods}
+    named = [m if here[m] == len(places) else f"{m} ({here[m]} of {len(places)} places)" for m in methods]
+    lines = list(zip(named, cells))
     lines += [(f"{m.name} (not run here)", ["–"] * len(titles)) for m in experiment.methods if m.cls is None]
-    return f"# Mean over the places\n\nThe best of a column is bold.\n\n{_lines('method', titles, lines)}"
+    better = f"Bold: better than {methods[reference]}. " if len(methods) > 1 else ""
+    return (
+        f"# Mean over the places\n\n{better}Sizes and times are geometric means; a prediction is one of all that are made "
+        f"together.\n\n{_lines('method', titles, lines)}"
+    )
+
+
+def _by_place(experiment: Experiment, summary: pd.DataFrame) -> str:
+    """A table a split and measure: methods by places."""
+    found = []
+    for split in summary.index.get_level_values("split").unique():
+        own = summary.loc[split]
+        places = [p for p in own.index.get_level_values("place").unique() if p != ALL]
+        methods = list(own.index.get_level_values("method").unique())
+        reference = methods.index(experiment.reference) if experiment.reference in methods else 0
+        for name, title in BY_PLACE.items():
+            columns = []
+            for place in places:
+                rows = own.loc[place]
+                values = [rows.loc[m][name, "mean"] if m in rows.index else np.nan for m in methods]
+                texts = [_number(value, _decimals(name)) for value in values]
+                columns.append(_marked(texts, values, reference))
+            lines = list(zip(methods, (list(row) for row in zip(*columns))))
+            found.append(f"## {title}, split by {split}\n\n{_lines('method', places, lines)}")
+    return "# By place\n\nBold: better than the method that the others are compared with.\n\n" + "\n".join(found)
 
 
 def _growth(results: Sequence[Mapping[str, Any]]) -> str:
@@ -303,16 +359,20 @@ def _growth(results: Sequence[Mapping[str, Any]]) -> str:
     return f"# Growth\n\nMeans over trials, splits and orders.\n\n{_lines('scene', titles, lines)}"
 
 
+def _bold(text: str, bold: bool) -> str:
+    return f"**{text}**" if bold else text
+
+
 def _comparison_table(measure: str, comparisons: Sequence[Comparison]) -> str:
     rows = [
         (
             c.place,
-            [c.method, c.against, str(c.people), f"{c.difference:.3f}", f"{c.low:.3f} to {c.high:.3f}"],
+            [c.method, c.against, str(c.people), _bold(f"{c.difference:.3f}", c.high < 0), f"{c.low:.3f} to {c.high:.3f}"],
         )
         for c in comparisons
     ]
     return (
-        f"## Paired comparisons: {measure}\n\nDifference over the moving windows of the same people in the same trials, as "
-        "a share of constant velocity's error; below 0 the method is better. 95 % interval by resampling people.\n\n"
+        f"## Paired comparisons: {measure}\n\nDifference over the moving windows of the same people in the same trials; "
+        "below 0 the method is better, bold where the whole interval is. 95 % interval by resampling people.\n\n"
         + _lines("place", ["method", "against", "people", "difference", "95 %"], rows)
     )

@@ -34,7 +34,7 @@ def do_run(experiment: Experiment, run: Run) -> Json:
     assert entry.cls is not None
     protocol = protocol_of(experiment, run)
     config = entry.configs[run.scene_index]
-    method = entry.cls(config, batch=settings.batch, seed=run.trial, **entry.parameters)
+    method = entry.cls(config, batch=settings.batch, seed=run.trial, scene=run.scene, **entry.parameters)
     if method.at_once:
         whole = protocol.training[0]
         for more in protocol.training[1:]:
@@ -43,7 +43,7 @@ def do_run(experiment: Experiment, run: Run) -> Json:
     else:
         batches = list(batches_of(protocol.training, settings.batch))
     result: Json = {key: value for key, value in asdict(run).items() if key in ("trial", "order", "split", "scene")}
-    result |= {"method": run.method, "checkpoints": [], "places": {}}
+    result |= {"method": run.method, "published": method.published, "checkpoints": [], "places": {}}
     tracks = 0
     for episode, batch in enumerate(batches, 1):
         tracks += len(batch)
@@ -58,6 +58,8 @@ def do_run(experiment: Experiment, run: Run) -> Json:
             if last:
                 result["places"][site.name] = scores
         checkpoint["size"] = method.size
+        if last:
+            checkpoint["bytes"] = method.bytes
         result["checkpoints"].append(checkpoint)
     return result
 

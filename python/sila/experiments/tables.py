@@ -95,11 +95,16 @@ COLUMNS = [
     Column("fallback", "", 3, per_window("fallbacks")),
     Column("size", "size", 0, None),  # type: ignore[arg-type]
     Column("seconds_per_episode", "s per episode", 3, None),  # type: ignore[arg-type]
-    Column("ms_per_prediction", "ms per prediction", 3, None),  # type: ignore[arg-type]
+    Column("training_s", "training [s]", 2, None),  # type: ignore[arg-type]
+    Column("bytes", "bytes", 0, None),  # type: ignore[arg-type]
+    Column("us_per_prediction", "µs per prediction", 1, None),  # type: ignore[arg-type]
     Column("people", "", 0, None),  # type: ignore[arg-type]
 ]
 #: Of all trials together, in the summary alone.
 POOLED = [("reliability_average", "reliability, average"), ("reliability_least", "least")]
+#: What differences of a measure are divided by: constant velocity's error, or the number of windows.
+UNITS = {"mhd_m": "constant_mhd_m", "ade_m": "constant_ade_m", "nll": "windows", "energy_score_m": "constant_ade_m"}
+WITH_CONSTANT = ("mhd_m", "ade_m", "nll")
 #: Values whose spread over trials tells something.
 WITH_SPREAD = ("ratio", "ade_ratio", "nll", "size")
 BY_NAME = {column.name: column for column in COLUMNS}
@@ -123,7 +128,9 @@ def rows_of(results: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
             row |= {column.name: column.of(groups) for column in COLUMNS if column.of is not None}
             row |= {"size": result["checkpoints"][-1]["size"], "seconds_per_episode": seconds}
             row |= {
-                "ms_per_prediction": 1000 * site.get("seconds_per_prediction", np.nan),
+                "training_s": np.nan if result["published"] else sum(c["seconds"] for c in result["checkpoints"]),
+                "bytes": result["checkpoints"][-1].get("bytes", np.nan),
+                "us_per_prediction": 1e6 * site.get("seconds_per_prediction", np.nan),
                 "people": len(site["people"]),
             }
             rows.append(row)
@@ -171,14 +178,15 @@ class Comparison(NamedTuple):
 def compare(
     results: Sequence[Mapping[str, Any]], reference: str, bootstraps: int, seed: int, measure: str = "mhd_m"
 ) -> list[Comparison]:
-    """Each method against constant velocity and against `reference`; "mean" is the mean over places, each of which is
+    """Each method against constant velocity, where that has the measure, and against `reference`; "mean" is the mean over places, each of which is
     resampled by itself. The same seed gives the same intervals."""
     comparisons = []
     people = _by_person(results)
     names = list(dict.fromkeys((r["split"], r["method"]) for r in results))
+    others = (reference,) if measure not in WITH_CONSTANT else (None, reference)
     for split, method in names:
         own = people[split, method]
-        for against in (None, reference):
+        for against in others:
             if method == against or (against is not None and (split, against) not in people):
                 continue
             other = None if against is None else people[split, against]
@@ -189,7 +197,7 @@ def compare(
                 pairs = _pairs(own[place], None if other is None else other.get(place, {}), measure)
                 if len(pairs) == 0:
                     continue
-                difference, spread = _bootstrap(pairs, bootstraps, seed + len(counts))
+                difference, spread = bootstrap_pairs(pairs, bootstraps, seed + len(counts))
                 comparisons.append(_comparison(split, place, method, against, len(pairs), difference, spread))
                 if place == ALL:  # is the sum of the others already
                     continue
@@ -223,7 +231,7 @@ def _by_person(results: Sequence[Mapping[str, Any]]) -> People:
 
 def _pairs(own: Mapping[str, Any], other: Mapping[str, Any] | None, measure: str) -> Array:
     """(people, 3): sums of the method's errors, the other's and constant velocity's, over the trials that both have."""
-    constant = "constant_" + measure
+    constant, unit = "constant_" + measure, UNITS[measure]
     pairs = []
     for person in sorted(own):
         trials = own[person]
@@ -231,12 +239,12 @@ def _pairs(own: Mapping[str, Any], other: Mapping[str, Any] | None, measure: str
             trials = {when: sums for when, sums in trials.items() if when in other.get(person, {})}
         if trials:
             others = [s[constant] if other is None else other[person][when][measure] for when, s in trials.items()]
-            errors = [s[measure] for s in trials.values()], others, [s[constant] for s in trials.values()]
+            errors = [s[measure] for s in trials.values()], others, [s[unit] for s in trials.values()]
             pairs.append([sum(error) for error in errors])
     return np.array(pairs).reshape(-1, 3)
 
 
-def _bootstrap(pairs: Array, bootstraps: int, seed: int) -> tuple[float, Array]:
+def bootstrap_pairs(pairs: Array, bootstraps: int, seed: int) -> tuple[float, Array]:
     """The difference on the people themselves, then on resampled people."""
 
     def difference(method: Array, other: Array, constant: Array, axis: int = -1) -> Array:

@@ -22,6 +22,11 @@ class Sila(Method):
     def size(self) -> int:
         return self.learner.size
 
+    @property
+    def bytes(self) -> int:
+        """Of the model's file."""
+        return self.learner.bytes
+
     def partial_fit(self, tracks: FramedTracks) -> None:
         self.learner.learn(tracks)
 

@@ -1,0 +1,29 @@
+"""TrajEvo's heuristics (ai4co/trajevo, MIT, commit d30234e): that of the ETH/UCY scene, elsewhere that of univ."""
+
+import importlib.util
+
+import numpy as np
+from sila.experiments.sampler import Sampler, code_of
+
+FOLDER = code_of("trajevo", "zara2.py")
+FILES = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "zara1": "zara1", "zara2": "zara2"}
+
+
+class TrajEvo(Sampler):
+    def __init__(self, config="{}", **settings):
+        super().__init__(config, **settings)
+        path = FOLDER / f"{FILES.get(self.scene, 'univ')}.py"
+        spec = importlib.util.spec_from_file_location("heuristic", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        self.heuristic = module.predict_trajectory
+        self.code_bytes = path.stat().st_size
+        np.random.seed(self.seed)  # theirs draws from the global one
+
+    @property
+    def bytes(self):
+        return self.code_bytes
+
+    def sample(self, past_m, samples=20):
+        drawn = [self.heuristic(past_m.copy()) for _ in range(-(-samples // 20))]
+        return np.concatenate(drawn)[:samples]

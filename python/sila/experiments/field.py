@@ -1,0 +1,238 @@
+"""The protocol that most papers use on ETH/UCY: eight positions seen, twelve predicted, 0.4 s apart, every run of twenty
+samples of one person a window. Experiment files of the kind `field`; docs/experiments.md describes them."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .. import _sila
+from .._config import merged
+from .._sila import FramedTracks, Scene
+from ..errors import FormatError
+from .field_measures import collides, drawn_paths, mahalanobis_measures, path_measures
+from .measures import modes_of
+from .method import Array, Method
+from .methods import load_method
+from .runner import build_hash, hash_of, write_text
+from .sampler import DRAWN, SEEN, STEP_S, Sampler
+from .scores import person_of
+from .trajnet import write_trajnet
+
+SAMPLES = 100
+MIXTURE_WINDOWS = 25  #: of which AMD and AMV are taken, as they fit a mixture to each step
+CHUNK = 1000  # windows at once
+CONFIG = {
+    "predict": {
+        "observe_s": (SEEN - 1) * STEP_S,
+        "horizon_s": DRAWN * STEP_S,
+        "mode_horizon_s": DRAWN * STEP_S,
+    }
+}
+LEARNT = {
+    "in_place": "in place, 5 folds by track",
+    "elsewhere": "on the other scenes",
+    "published": "as published",
+}
+FOLDS = 5
+_KEYS = {"about", "kind", "scenes", "methods", "reference", "seed", "bootstraps", "config"}
+
+
+@dataclass(frozen=True)
+class FieldScene:
+    """Tracks of the files of a scene, and its windows: who, when, what was seen and what followed."""
+
+    name: str
+    tracks: FramedTracks
+    track_ids: list[str]  #: of each window
+    frames: Array  #: of each window, t0 in steps of 0.4 s
+    seen_m: Array  #: (n, 8, 2)
+    true_m: Array  #: (n, 12, 2)
+
+
+def read_scene(name: str, files: Sequence[str], data: Path, config: str) -> FieldScene:
+    parts, raw = [], {}
+    for file in files:
+        if not (data / file).is_file():
+            raise FormatError(str(data / file), 0, "a file of tracks below --data-dir", "none")
+        scene = Scene(origin=(0, 0), axis_1=(1, 0), axis_2=(0, 1), sidewalk_width_m=2.5)
+        tracks, _ = _sila.read_files([str(data / file)], scene, None, None, None, config)
+        framed = FramedTracks(tracks, scene, config)
+        parts.append((Path(file).stem, framed))
+    whole = FramedTracks.joined(parts) if len(parts) > 1 else parts[0][1]
+    first = 0
+    for (stem, framed), file in zip(parts, files):
+        tracks, _ = _sila.read_files([str(data / file)], None, None, None, None, config)
+        for track, joined_id in zip(tracks, whole.ids[first : first + len(framed)]):
+            raw[joined_id] = np.asarray(track.times_s), np.asarray(track.positions_m)
+        first += len(framed)
+    windows = whole.windows(config, STEP_S)
+    seen = []
+    for track, t0_s in zip(windows.track_ids, windows.t0_s):
+        times, positions = raw[track]
+        at = t0_s + STEP_S * np.arange(1 - SEEN, 1)
+        seen.append(np.stack([np.interp(at, times, positions[:, c]) for c in range(2)], -1))
+    frames = np.round(np.asarray(windows.t0_s) / STEP_S).astype(int)
+    held = round(STEP_S / windows.interval_s)
+    true = np.asarray(windows.future_m)[:, held - 1 :: held]
+    return FieldScene(name, whole, windows.track_ids, frames, np.stack(seen), true)
+
+
+def together(scene: FieldScene) -> Iterator[Array]:
+    """Indices of windows of the same moment in the same file."""
+    files = [track.partition("/")[0] if "/" in track else "" for track in scene.track_ids]
+    groups = pd.Series(range(len(files))).groupby([files, scene.frames])
+    for _, group in groups:
+        yield group.to_numpy()
+
+
+Predicted = tuple[Array, Array, Array]  #: windows (indices), mean paths (n, 12, 2), samples (n, s, 12, 2)
+
+
+def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: Array, seed: int) -> Iterator[Predicted]:
+    """Of the windows `chosen`, which are those of `tracks`; chunk by chunk."""
+    if isinstance(method, Sampler):
+        for group in together(scene):
+            samples = method.sample(scene.seen_m[group], SAMPLES).transpose(1, 0, 2, 3)
+            yield group, samples.mean(1), samples
+        return
+    windows = tracks.windows(method.config, STEP_S)
+    modes = modes_of(method.predict(windows.without_future()))
+    held = round(STEP_S / windows.interval_s)
+    at_steps = tuple(part[:, :, held - 1 :: held] for part in modes)
+    random = np.random.default_rng(seed)
+    for first in range(0, len(chosen), CHUNK):
+        some = tuple(part[first : first + CHUNK] for part in at_steps)
+        weights = some[0] / some[0].sum(1, keepdims=True)
+        mean = np.einsum("nkt,nktc->ntc", weights, some[1])
+        yield chosen[first : first + CHUNK], mean, drawn_paths(some, SAMPLES, random)
+
+
+def taken(tracks: FramedTracks, learnt: Array) -> FramedTracks:
+    return tracks.take(np.flatnonzero(learnt).tolist())
+
+
+def learnt_parts(scenes: Sequence[FieldScene], index: int, learnt: str, seed: int) -> Iterator[tuple[Any, Any, Array]]:
+    """(to learn from, held back, windows of the held back) of a scene; in place one a fold. A person is in one fold."""
+    scene = scenes[index]
+    whole = np.arange(len(scene.track_ids))
+    if learnt != "in_place":
+        others = [(other.name, other.tracks) for i, other in enumerate(scenes) if i != index]
+        yield FramedTracks.joined(others), scene.tracks, whole
+        return
+    person = np.unique([person_of(track) for track in scene.tracks.ids], return_inverse=True)[1]
+    fold = np.random.default_rng(seed).permutation(person.max() + 1)[person] % FOLDS
+    of_track = dict(zip(scene.tracks.ids, fold))
+    of_window = np.array([of_track[track] for track in scene.track_ids])
+    for k in range(FOLDS):
+        yield taken(scene.tracks, fold != k), taken(scene.tracks, fold == k), np.flatnonzero(of_window == k)
+
+
+def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any], seed: int, export: Path) -> Any:
+    """Measures of a method at a scene: of each window, and of all."""
+    scene = scenes[index]
+    n = len(scene.track_ids)
+    paths, few = np.zeros((n, DRAWN, 2)), np.zeros((n, 3, DRAWN, 2))
+    values: dict[str, Array] = {}
+    training_s, bytes_ = 0.0, 0
+    random = np.random.default_rng(seed)
+    mixed = np.sort(random.permutation(n)[:MIXTURE_WINDOWS])
+    samples_of = np.zeros((len(mixed), SAMPLES, DRAWN, 2))
+    for train, test, chosen in learnt_parts(scenes, index, entry["learnt"], seed):
+        method = entry["cls"](entry["config"], seed=1, scene=scene.name, **entry["parameters"])
+        started = time.perf_counter()
+        if entry["learnt"] != "published":
+            method.fit(train)
+        training_s += time.perf_counter() - started
+        bytes_ = max(bytes_, method.bytes)
+        for at, mean, samples in predicted(method, scene, test, chosen, seed):
+            paths[at], few[at] = mean, np.concatenate([mean[:, None], samples[:, :2]], 1)
+            for name, value in path_measures(mean, samples, scene.true_m[at]).items():
+                values.setdefault(name, np.full(n, np.nan))[at] = value
+            here = np.flatnonzero(np.isin(at, mixed))
+            samples_of[np.searchsorted(mixed, at[here])] = samples[here]
+    collisions = np.zeros((n, 2))
+    for group in together(scene):
+        for i, w in enumerate(group):
+            others = np.delete(group, i)
+            collisions[w] = collides(paths[w], paths[others]), collides(paths[w], scene.true_m[others])
+    values |= {"col_1": collisions[:, 0], "col_2": collisions[:, 1]}
+    amd, amv = mixture_scores(samples_of, scene.true_m[mixed])
+    windows = list(zip(scene.track_ids, scene.frames.tolist(), scene.seen_m, scene.true_m))
+    write_trajnet(export, scene.name, windows, few)
+    table = pd.DataFrame(values).groupby([person_of(track) for track in scene.track_ids])
+    sums = table.sum().assign(windows=table.size())
+    return {
+        "people": sums.to_dict("index"),
+        "amd": amd,
+        "amv": amv,
+        "training_s": None if entry["learnt"] == "published" else training_s,
+        "bytes": bytes_,
+    }
+
+
+def mixture_scores(samples_m: Array, truth_m: Array) -> tuple[float | None, float | None]:
+    try:
+        return mahalanobis_measures(samples_m, truth_m)
+    except ImportError:
+        return None, None
+
+
+def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[FieldScene], list[dict[str, Any]]]:
+    """Settings, scenes and methods of an experiment file of the kind `field`."""
+    whole = json.loads(_sila.config_from_file(file))
+    unknown = sorted(set(whole) - _KEYS)
+    if unknown:
+        raise FormatError(file, 0, f"keys of a field experiment ({', '.join(sorted(_KEYS))})", unknown[0])
+    if data_dir is None:
+        raise ValueError("experiment: this one needs --data-dir, the folder of the recorded tracks")
+    config = merged(merged("{}", CONFIG), whole.get("config", {}))
+    scenes = []
+    for item in whole["scenes"]:
+        print(f"reading {item['name']}", file=sys.stderr)
+        scenes.append(read_scene(item["name"], item["files"], Path(data_dir), config))
+    methods = []
+    for item in whole["methods"]:
+        if item["learnt"] not in LEARNT:
+            raise FormatError(file, 0, f"learnt to be one of {', '.join(LEARNT)}", item["learnt"])
+        entry = {"cls": None, "missing": "", "parameters": {}, "config": config, **item}
+        try:
+            entry["cls"] = load_method(item["method"], Path(file).parent)
+        except (ImportError, FileNotFoundError) as error:
+            entry["missing"] = str(error)
+        methods.append(entry)
+    return whole, scenes, methods
+
+
+def run_field(file: str, out: str, data_dir: str | None) -> None:
+    """Does what is not in `out` yet, writes table.md and the predictions in TrajNet++'s format."""
+    from .field_report import markdown
+
+    settings, scenes, methods = read_field(file, data_dir)
+    folder, seed, build = Path(out), settings.get("seed", 100), build_hash()
+    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    results: list[dict[str, Any]] = []
+    for m, entry in enumerate(methods):
+        for i, scene in enumerate(scenes):
+            if entry["cls"] is None:
+                continue
+            said = {key: entry[key] for key in ("name", "method", "learnt", "parameters", "config")}
+            key = hash_of(build, said, scene.tracks.hash, seed)
+            path = folder / "runs" / f"{m:02}-{scene.name}.json"
+            kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+            if kept.get("key") != key:
+                export = folder / "trajnet" / f"{m:02}"
+                kept = do_field(scenes, i, entry, seed, export)
+                kept |= {"key": key, "method": entry["name"], "learnt": entry["learnt"], "scene": scene.name}
+                write_text(path, json.dumps(kept) + "\n")
+                print(f"{entry['name']}, {LEARNT[entry['learnt']]}, {scene.name}", file=sys.stderr)
+            results.append(kept)
+    write_text(folder / "table.md", markdown(file, settings, methods, results, seed))
