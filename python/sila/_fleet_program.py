@@ -55,7 +55,8 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("sources", nargs="+", metavar="SOURCE", help="track files, model files (*.sila), folders of them")
     add("--model", required=True, metavar="M.sila", help="model file to make or to go on with")
-    add("--scene", metavar="S.json", help="scene of all sources [the one beside each; else a frame made from the first tracks]")
+    usual = "the one beside each; else a frame made from the first tracks"
+    add("--scene", metavar="S.json", help=f"scene of all sources [{usual}]")
     add("--batch", type=_count, default=20, metavar="N", help="tracks an episode [20]")
     add("--partition", type=_count, default=fleet.PARTITION, metavar="N", help=f"tracks a task [{fleet.PARTITION}]")
     where = parser.add_mutually_exclusive_group()

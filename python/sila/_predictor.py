@@ -15,7 +15,8 @@ from ._tracks import SceneLike, TracksLike, as_tracks
 class Predictor:
     """Learns tracks and predicts them, as an estimator of scikit-learn.
 
-    `scene`: a Scene or the path of a scene file; without one the model makes its frame from its first batch. `batch`: tracks an episode in `fit`. Further keywords are
+    `scene`: a Scene or the path of a scene file; without one the model makes its frame from its first batch.
+    `batch`: tracks an episode in `fit`. Further keywords are
     configuration fields, groups joined by two underscores (`predict__horizon_s=3.0`) or as dictionaries
     (`predict={"horizon_s": 3.0}`). X is whatever tracks can be given as; use `Tracks` or lists of Track in
     `sklearn.model_selection`. There is no y.

@@ -101,12 +101,13 @@ def read_tracks(
     frame is taken as by `as_tracks`: seconds and metres, without the options of files.
 
     `camera`: a file with the camera by which pixels become metres, instead of that of the scene. `person_classes`: the
-    class names or numbers that are pedestrians, instead of the usual ones (docs/formats.md). Files that the scene names get the units and the transform that it says. `config`: the group `clean` is used.
+    class names or numbers that are pedestrians, instead of the usual ones (docs/formats.md). Files that the scene names
+    get the units and the transform that it says. `config`: the group `clean` is used.
     Raises FormatError for a file that is missing, damaged, of no known format or without a usable track.
     """
     if hasattr(paths, "columns"):
-        given: dict[str, Any] = {"format": format, "frames_per_second": frames_per_second, "metres_per_unit": metres_per_unit}
-        given |= {"camera": camera, "person_classes": person_classes or None}
+        given: dict[str, Any] = {"format": format, "frames_per_second": frames_per_second, "camera": camera}
+        given |= {"metres_per_unit": metres_per_unit, "person_classes": person_classes or None}
         unused = [name for name, value in given.items() if value is not None]
         if unused:
             raise ValueError(f"read_tracks: {', '.join(unused)}: for files; a data frame has seconds and metres")

@@ -48,7 +48,9 @@ def learn(
         return _sila.learn(start, list(given), place, settings, batch, _threads(threads), on_episode)
 
 
-def train_batch(tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0) -> Model:
+def train_batch(
+    tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0
+) -> Model:
     """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
     other half, so that no error is of a window that was learnt."""
     settings = merged("{}", config)
