@@ -24,7 +24,7 @@ std::vector<PointPair> pairs_of(const Camera& camera, const std::vector<Vector2>
   return pairs;
 }
 
-std::string refusal(const std::vector<PointPair>& pairs) {
+std::string rejection(const std::vector<PointPair>& pairs) {
   try {
     fit_camera(pairs);
   } catch (const std::invalid_argument& error) {
@@ -58,13 +58,14 @@ TEST(Camera, ReportsTheResidualsOfManyPairsInMetres) {
 
 TEST(Camera, RefusesFewCollinearRepeatedAndContradictingPairs) {
   const Camera camera = oblique();
-  EXPECT_NE(refusal(pairs_of(camera, {{0, 0}, {8, 1}, {-3, 20}})).find("at least 4"), std::string::npos);
-  EXPECT_NE(refusal(pairs_of(camera, {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}})).find("collinear"), std::string::npos);
-  EXPECT_NE(refusal(pairs_of(camera, {{0, 0}, {8, 1}, {8, 1}, {0, 0}, {3, 20}})).find("collinear"), std::string::npos);
-  EXPECT_NE(refusal(pairs_of(camera, {{1, 1}, {1, 1}, {1, 1}, {1, 1}})).find("repeat"), std::string::npos);
+  EXPECT_NE(rejection(pairs_of(camera, {{0, 0}, {8, 1}, {-3, 20}})).find("at least 4"), std::string::npos);
+  EXPECT_NE(rejection(pairs_of(camera, {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}})).find("collinear"), std::string::npos);
+  EXPECT_NE(rejection(pairs_of(camera, {{0, 0}, {8, 1}, {8, 1}, {0, 0}, {3, 20}})).find("collinear"),
+            std::string::npos);
+  EXPECT_NE(rejection(pairs_of(camera, {{1, 1}, {1, 1}, {1, 1}, {1, 1}})).find("repeat"), std::string::npos);
   std::vector<PointPair> crossed = pairs_of(camera, {{0, 0}, {8, 1}, {-3, 20}, {6, 25}});
   std::swap(crossed[0].ground_m, crossed[1].ground_m);  // two sides cross: the horizon is between the points
-  EXPECT_NE(refusal(crossed).find("horizon"), std::string::npos);
+  EXPECT_NE(rejection(crossed).find("horizon"), std::string::npos);
 }
 
 TEST(Camera, SeesNoGroundAboveTheHorizonAndNothingBehindIt) {

@@ -26,7 +26,7 @@ Model model_at(const CurbFrame& frame) {
   return model;
 }
 
-std::string refusal(const Scene& given, const Model& model) {
+std::string rejection(const Scene& given, const Model& model) {
   try {
     scene_for(given, model, {}, kMetres, CornerChoice::primary);
   } catch (const std::invalid_argument& error) {
@@ -49,18 +49,18 @@ TEST(ModelScene, AGivenSceneMustBeTheFrameThatTheModelBeganWith) {
   const Model model = model_at(frame);
   Scene same = scene_of(model), other = same;
   same.corners[0].frame.from_tracks = false;  // as it comes from the file that `sila scene show` writes
-  EXPECT_EQ(refusal(same, model), "accepted");
+  EXPECT_EQ(rejection(same, model), "accepted");
   other.name = "yard";
   other.corners[0].frame.origin_m.x() += 20.0;
-  EXPECT_TRUE(contains(refusal(other, model), "yard")) << refusal(other, model);
-  EXPECT_TRUE(contains(refusal(other, model), "leave the scene out")) << refusal(other, model);
-  EXPECT_EQ(refusal(other, model_at(same.corners[0].frame)), "accepted");  // a model of scene files may have several
+  EXPECT_TRUE(contains(rejection(other, model), "yard")) << rejection(other, model);
+  EXPECT_TRUE(contains(rejection(other, model), "leave the scene out")) << rejection(other, model);
+  EXPECT_EQ(rejection(other, model_at(same.corners[0].frame)), "accepted");  // a model of scene files may have several
 }
 
 TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
   Model model = model_at(frame_of_tracks(walk(5), kMetres));
   find_or_add_site(model.sites, frame_of_tracks(walk(500), kMetres));
-  EXPECT_TRUE(contains(refusal({}, model), "2 sites"));
+  EXPECT_TRUE(contains(rejection({}, model), "2 sites"));
   EXPECT_EQ(scene_for({}, model, {}, kMetres, CornerChoice::nearest).corners.size(), 2U);
 }
 
