@@ -15,7 +15,7 @@ inline constexpr double kTrackFrameWidth_m = 3.0;
 /// present frames of the tracks are not used.
 /// Shapes: at least one position in all tracks together. Units: metres, world frame.
 /// Throws: std::invalid_argument without a position.
-/// Source: none in the paper; docs/decisions/0115-frame-from-tracks.md.
+/// Source: none in the paper; docs/decisions/0110-frame-from-tracks.md.
 CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling);
 
 }  // namespace sila
