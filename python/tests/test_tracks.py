@@ -98,7 +98,7 @@ def test_boxes_become_metres_through_a_camera(tmp_path):
     camera.write_text('{"homography": [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 1]]}')
     rows = "".join(f"{i},1,{100 + 2 * i},50,20,50,1,-1,-1,-1\n{i},2,0,0,5,5,1,-1,-1,-1\n" for i in range(10))
     (tmp_path / "mot.txt").write_text(rows)
-    track = sila.read_tracks(tmp_path / "mot.txt", frames_per_second=10.0, camera=camera)[1]
+    track = sila.read_tracks(tmp_path / "mot.txt", frames_per_second=10.0, camera=camera)[0]
     np.testing.assert_allclose(track.positions_m[[0, -1]], [[1.1, 1.0], [1.28, 1.0]])
     with pytest.raises(sila.FormatError, match="homography"):
         camera.write_text('{"homography": [[0, 0, 0], [0, 0, 0], [0, 0, 1]]}')

@@ -64,15 +64,15 @@ def read_scene(name: str, files: Sequence[str], data: Path, config: str) -> Fiel
         if not (data / file).is_file():
             raise FormatError(str(data / file), 0, "a file of tracks below --data-dir", "none")
         scene = Scene(origin=(0, 0), axis_1=(1, 0), axis_2=(0, 1), sidewalk_width_m=2.5)
-        tracks, _ = _sila.read_files([str(data / file)], scene, None, None, None, config)
+        tracks, _ = _sila.read_files([str(data / file)], scene, None, None, None, None, [], config)
         framed = FramedTracks(tracks, scene, config)
         parts.append((Path(file).stem, framed))
     whole = FramedTracks.joined(parts) if len(parts) > 1 else parts[0][1]
     first = 0
     for (stem, framed), file in zip(parts, files):
-        tracks, _ = _sila.read_files([str(data / file)], None, None, None, None, config)
-        for track, joined_id in zip(tracks, whole.ids[first : first + len(framed)]):
-            raw[joined_id] = np.asarray(track.times_s), np.asarray(track.positions_m)
+        tracks, _ = _sila.read_files([str(data / file)], None, None, None, None, None, [], config)
+        for walk, joined_id in zip(tracks, whole.ids[first : first + len(framed)]):
+            raw[joined_id] = np.asarray(walk.times_s), np.asarray(walk.positions_m)
         first += len(framed)
     windows = whole.windows(config, STEP_S)
     seen = []
@@ -107,20 +107,21 @@ def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: A
     windows = tracks.windows(method.config, STEP_S)
     modes = modes_of(method.predict(windows.without_future()))
     held = round(STEP_S / windows.interval_s)
-    at_steps = tuple(part[:, :, held - 1 :: held] for part in modes)
+    weights_of, paths, covariances = (part[:, :, held - 1 :: held] for part in modes)
     random = np.random.default_rng(seed)
     for first in range(0, len(chosen), CHUNK):
-        some = tuple(part[first : first + CHUNK] for part in at_steps)
+        chunk = slice(first, first + CHUNK)
+        some = weights_of[chunk], paths[chunk], covariances[chunk]
         weights = some[0] / some[0].sum(1, keepdims=True)
         mean = np.einsum("nkt,nktc->ntc", weights, some[1])
-        yield chosen[first : first + CHUNK], mean, drawn_paths(some, SAMPLES, random)
+        yield chosen[chunk], mean, drawn_paths(some, SAMPLES, random)
 
 
 def taken(tracks: FramedTracks, learnt: Array) -> FramedTracks:
     return tracks.take(np.flatnonzero(learnt).tolist())
 
 
-def learnt_parts(scenes: Sequence[FieldScene], index: int, learnt: str, seed: int) -> Iterator[tuple[Any, Any, Array]]:
+def learnt_parts(scenes: Sequence[FieldScene], index: int, learnt: str, seed: int) -> Iterator[tuple[Any, Any, Any]]:
     """(to learn from, held back, windows of the held back) of a scene; in place one a fold. A person is in one fold."""
     scene = scenes[index]
     whole = np.arange(len(scene.track_ids))

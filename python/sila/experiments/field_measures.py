@@ -92,7 +92,7 @@ def mixture_distance(centre: Array, point: Array, weights: Array, means: Array, 
     top, bottom = np.zeros((2, 2)), 0.0
     for weight, mean, covariance in zip(weights, means, covariances):
         precision = np.linalg.pinv(covariance)
-        along = 1 / max(line @ precision @ line, 1e-12)
+        along = 1 / max(float(line @ precision @ line), 1e-12)
         to_mean = mean - point
         at = along * (line @ precision @ to_mean)
         rest = to_mean @ precision @ to_mean - along * (line @ precision @ to_mean) ** 2

@@ -202,7 +202,7 @@ def _recorded(file: str, name: str, config: str, overrides: Overrides) -> Framed
     for folder in folders:
         if (folder / name).exists():
             scene = Scene.load(folder / name, data_dir=overrides.data_dir or "")
-            tracks, _ = _sila.read_files([], scene, None, None, None, config)
+            tracks, _ = _sila.read_files([], scene, None, None, None, None, [], config)
             return FramedTracks(tracks, scene, config)
     looked = f" or in {overrides.data_dir}" if overrides.data_dir else " (or in --data-dir, which is not given)"
     raise FormatError(file, 0, f"the scene file beside the experiment file{looked}", json.dumps(name))
