@@ -12,7 +12,9 @@ namespace {
 
 struct Reading {
   std::string path;
+  std::string_view text;
   XML_Parser parser = nullptr;
+  std::size_t line = 1, counted_bytes = 0;  ///< of the text before the last place that was asked for
   Detections detections;
   BadRows bad;
   double t_s = 0.0;
@@ -20,6 +22,16 @@ struct Reading {
   bool begun = false;
   std::string other_root;  ///< the outermost element if it is another one
 };
+
+/// The line of the parser's place, by line feeds as in every other format; Expat counts a lone carriage return, too.
+std::size_t present_line(Reading& reading) {
+  const auto place = static_cast<std::size_t>(std::max<XML_Index>(XML_GetCurrentByteIndex(reading.parser), 0));
+  const std::size_t end = std::clamp(place, reading.counted_bytes, reading.text.size());
+  const std::string_view passed = reading.text.substr(reading.counted_bytes, end - reading.counted_bytes);
+  reading.line += static_cast<std::size_t>(std::ranges::count(passed, '\n'));
+  reading.counted_bytes = end;
+  return reading.line;
+}
 
 /// The value of an attribute; null if there is none. `attributes`: names and values in turn, then null.
 const char* attribute(const XML_Char** attributes, std::string_view name) {
@@ -46,7 +58,7 @@ void begin_element(void* data, const XML_Char* element, const XML_Char** attribu
   }
   if (name != "person" && name != "vehicle") return;
   ++reading.detections.rows_read;
-  const std::size_t line = XML_GetCurrentLineNumber(reading.parser);
+  const std::size_t line = present_line(reading);
   const char* const id = attribute(attributes, "id");
   const auto x_m = number(attributes, "x"), y_m = number(attributes, "y");
   if (id == nullptr || *id == '\0') {
@@ -69,6 +81,7 @@ TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {
                                                                                              &XML_ParserFree);
   Reading reading;
   reading.path = reading.detections.source = path;
+  reading.text = text;
   reading.parser = parser.get();
   XML_SetUserData(parser.get(), &reading);
   XML_SetStartElementHandler(parser.get(), begin_element);
@@ -77,7 +90,7 @@ TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {
     const std::string_view block = text.substr(at, kBlock);
     const bool last = at + kBlock >= text.size();
     if (XML_Parse(parser.get(), block.data(), static_cast<int>(block.size()), last) == XML_STATUS_ERROR) {
-      throw FormatError(path, XML_GetCurrentLineNumber(parser.get()), "XML that is whole and well-formed",
+      throw FormatError(path, present_line(reading), "XML that is whole and well-formed",
                         XML_ErrorString(XML_GetErrorCode(parser.get())));
     }
   }

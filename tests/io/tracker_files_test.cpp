@@ -107,6 +107,8 @@ TEST(SumoFcd, RefusesOtherAndDamagedXml) {
     read_detections(folder.write("cut.xml", "<fcd-export>\n<timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>\n"));
   });
   EXPECT_TRUE(contains(cut->what(), "cut.xml:3")) << cut->what();
+  const auto returns = format_error_of([&] { read_detections(folder.write("returns.xml", "<fcd-export>\r\r\n<&\n")); });
+  EXPECT_TRUE(contains(returns->what(), "returns.xml:2")) << returns->what();  // lines end with line feeds
   const auto other = format_error_of([&] { read_detections(folder.write("net.xml", "<net><edge id=\"1\"/></net>")); });
   EXPECT_TRUE(contains(other->what(), "fcd-export")) << other->what();
 }
