@@ -21,11 +21,8 @@ struct RefineConfig : PredictConfig {
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, RefineConfig>
 void fields(Config& config, Visitor&& visit) {
-  if constexpr (std::is_const_v<Config>) {
-    fields(static_cast<const PredictConfig&>(config), visit);
-  } else {
-    fields(static_cast<PredictConfig&>(config), visit);
-  }
+  std::conditional_t<std::is_const_v<Config>, const PredictConfig, PredictConfig>& paper = config;
+  fields(paper, visit);
   visit.flag("stacking", config.stacking,
              "stack kinematics and residual GPs by ridge regression on past errors (paper: off)");
   visit.number("mode_variants", config.mode_variants, Range{0, 4}, "-",
