@@ -21,6 +21,7 @@ class RowReader {
   }
 
   double number(std::size_t column) {
+    if (!fault_ && column >= cells_.size()) fault_ = Fault{DropReason::missing_cells, {}};
     if (fault_) return 0.0;
     const auto value = number_of(cells_[column]);
     if (!value) fault_ = Fault{DropReason::not_a_number, cells_[column]};
