@@ -42,8 +42,9 @@ TEST(MotChallenge, GivesTheFootOfEachBox) {
 
 TEST(MotChallenge, KeepsThePedestriansOfAGroundTruthThatCount) {
   const TempFolder folder;
-  const auto path = folder.write("gt.txt", "1,1,0,0,10,20,1,1,0.8\n1,2,0,0,10,20,1,3,1\n1,3,0,0,10,20,0,1,1\n"
-                                           "1,4,0,0,10,20\n");
+  const auto path = folder.write("gt.txt",
+                                 "1,1,0,0,10,20,1,1,0.8\n1,2,0,0,10,20,1,3,1\n1,3,0,0,10,20,0,1,1\n"
+                                 "1,4,0,0,10,20\n");
   const auto file = read_detections(path, at_rate(30.0));
   ASSERT_EQ(file.detections.rows.size(), 2U);
   EXPECT_EQ(file.detections.rows[0].label, "person");
