@@ -58,26 +58,24 @@ void require_densities(const char* name, const Densities& densities, int steps) 
   }
 }
 
-constexpr double kWindowsToKnowCovariance = 20.0;
-
 template <class Moments>
 void accumulate_cells(std::vector<Moments>& sum, const std::vector<Moments>& more) {
   for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += more[c];
 }
 
-void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more, double weight = 1.0) {
-  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += weight * more[bin];
+void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more) {
+  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += more[bin];
 }
 
-/// All but the nonconformity scores.
-void accumulate_moments(ErrorStatistics& sum, const ErrorStatistics& more) {
+void add(ErrorStatistics& sum, const ErrorStatistics& more) {
   accumulate_cells(sum.stacking, more.stacking);
   for (std::size_t state = 0; state < kMotionStates; ++state) {
     sum.density[state] += more.density[state];
     sum.density_place_free[state] += more.density_place_free[state];
   }
-  accumulate_bins(sum.novelties, more.novelties);
   accumulate_cells(sum.slow, more.slow);
+  accumulate_bins(sum.novelties, more.novelties);
+  for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) accumulate_bins(sum.scores[cell], more.scores[cell]);
 }
 
 }  // namespace
@@ -149,13 +147,7 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
   if (recent.empty()) return past;
   require_like(past, recent);
   ErrorStatistics sum = discounted(past, std::exp(-windows_in(recent.density) / memory_windows));
-  accumulate_moments(sum, recent);
-  for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) {
-    // Under covariances of which little was known nonconformity scores say little: wide ones would hide how large they
-    // are now.
-    const double known = windows_in(past.density);
-    accumulate_bins(sum.scores[cell], recent.scores[cell], known / (known + kWindowsToKnowCovariance));
-  }
+  add(sum, recent);
   return sum;
 }
 
@@ -166,8 +158,7 @@ void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
     return;
   }
   require_like(sum, more);
-  accumulate_moments(sum, more);
-  for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) accumulate_bins(sum.scores[cell], more.scores[cell]);
+  add(sum, more);
 }
 
 void validate(const ErrorStatistics& error_statistics) {

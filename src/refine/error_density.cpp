@@ -61,7 +61,10 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 }
 
 ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state)
-    : steps_(static_cast<std::size_t>(steps)), interval_s_(interval_s), coefficients_(decltype(coefficients_)::Zero()) {
+    : steps_(static_cast<std::size_t>(steps)),
+      interval_s_(interval_s),
+      windows_(moments.scale.weight),
+      coefficients_(decltype(coefficients_)::Zero()) {
   if (moments.scale.weight > 0.0) {
     Eigen::MatrixXd matrix = moments.scale.features;
     matrix.diagonal().tail(kScaleFeatures - 1).array() += kScaleRidge;

@@ -31,6 +31,9 @@ Vector2 oriented(const Vector2& way, const Vector2& error) {
   return {along.dot(error), along.x() * error.y() - along.y() * error.x()};
 }
 
+/// Scores under a density that rests on fewer windows count less: its errors will soon be better known.
+constexpr double kWindowsToKnowDensity = 500.0;
+
 /// What one window shows.
 struct Example {
   int speed = 0;
@@ -113,11 +116,12 @@ void add(ErrorStatistics& error_statistics, const Example& example, const Stacki
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(example.speed);
     const double seconds = static_cast<double>(j + 1) * error_statistics.interval_s;
     if (example.fitted)
-      error_statistics.scores[cell][static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += 1.0;
+      error_statistics.scores[cell][static_cast<std::size_t>(score_bin(example.nonconformities[j]))] +=
+          std::min(1.0, walking.windows() / kWindowsToKnowDensity);
     add(error_statistics.stacking[cell], example.features[j], example.truths_mps[j],
         precision(walking, j, scale, example.errors_m[j], seconds));
   }
-  const std::size_t state = example.slow ? kStanding : kWalking;
+  const std::size_t state = motion_state(example.speed);
   const double weight = example.fitted ? 1.0 : kUnfittedWeight;
   add_errors(error_statistics.density[state], stacking.density(state, true), example.scale, example.errors_m, weight,
              error_statistics.interval_s);

@@ -14,18 +14,21 @@ constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.
 /// Weight of the pooled classes, in windows of the speed class.
 constexpr double kPooledWindows = 20.0;
 constexpr double kGaussianWindows = 10.0;
+/// Mean score of a person who hardly moves, before any was seen: the narrow peak of those who stay makes the others'
+/// scores large.
+constexpr double kStandingScore = 4.5;
 constexpr double kLeastDensity = 1e-300;
 
 double lower_edge(int bin) {
   return bin == 0 ? 0.0 : kEdges[bin - 1];
 }
 
-/// Half a squared Mahalanobis distance in two dimensions is exponentially distributed.
-std::vector<double> gaussian_shares() {
+/// Half a squared Mahalanobis distance in two dimensions is exponentially distributed with a mean of 1.
+std::vector<double> exponential_shares(double mean) {
   std::vector<double> shares;
   for (int bin = 0; bin < kScoreBins; ++bin) {
-    const double beyond = bin + 1 < kScoreBins ? std::exp(-kEdges[bin]) : 0.0;
-    shares.push_back(std::exp(-lower_edge(bin)) - beyond);
+    const double beyond = bin + 1 < kScoreBins ? std::exp(-kEdges[bin] / mean) : 0.0;
+    shares.push_back(std::exp(-lower_edge(bin) / mean) - beyond);
   }
   return shares;
 }
@@ -86,7 +89,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
   if (error_statistics.empty() || error_statistics.scores.empty()) return;
   steps_ = error_statistics.steps;
   classes_ = error_statistics.classes;
-  const std::vector<double> gaussian = gaussian_shares();
+  const std::vector<double> gaussian = exponential_shares(1.0), standing = exponential_shares(kStandingScore);
   for (int step = 0; step < steps_; ++step) {
     std::vector<double> pooled(kScoreBins, 0.0);  // of those who move: who stands is another population
     const auto cell = [&](int c) -> const std::vector<double>& {
@@ -97,7 +100,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
     }
     const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
     for (int c = 0; c < classes_; ++c) {
-      const std::vector<double> shares = shrunk(cell(c), all, kPooledWindows);
+      const std::vector<double> shares = shrunk(cell(c), c == 0 ? standing : all, kPooledWindows);
       auto& levels = levels_.emplace_back();
       for (std::size_t r = 0; r < levels.size(); ++r) levels[r] = quantile(shares, kRegionProbabilities[r]);
     }

@@ -10,10 +10,10 @@
 namespace sila {
 namespace {
 
-/// Ridge towards the residual GPs (without them: constant velocity), all speeds together; the examples are weighted by
-/// their precision [s^2/m^2].
+/// Ridge towards the residual GPs (without them: constant velocity), all who walk together; the examples are weighted
+/// by their precision [s^2/m^2].
 constexpr double kRidge = 30.0;
-/// Ridge of each speed class towards all speeds.
+/// Ridge of each speed class towards all who walk.
 constexpr double kClassRidge = 50.0;
 /// Speed of the feature that only has a direction [m/s]: how much pedestrians slow down or speed up on average.
 constexpr double kHeading_mps = 0.3;
@@ -24,11 +24,13 @@ static_assert(kHeadingFeature + 1 == kKinematicFeatures);
 constexpr Eigen::Index kGlobalResidualFeature = kKinematicFeatures, kResidualFeature = kGlobalResidualFeature + 1;
 static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityWindow_s);
 
-/// The classes of each step together.
-std::vector<RegressionMoments> over_classes(const std::vector<RegressionMoments>& moments, int classes) {
+/// The classes of each step together, but for those who stand: their small errors would outweigh all others.
+std::vector<RegressionMoments> over_walking_classes(const std::vector<RegressionMoments>& moments, int classes) {
   std::vector<RegressionMoments> sums;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    if (cell % static_cast<std::size_t>(classes) == 0)
+    const auto speed = static_cast<int>(cell) % classes;
+    if (motion_state(speed) == kStanding) continue;
+    if (speed == 1)
       sums.push_back(moments[cell]);
     else
       sums.back() += moments[cell];
@@ -50,10 +52,10 @@ std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments
   return solved;
 }
 
-/// All speeds together, towards the residual GPs; then each class towards them.
+/// All who walk together, towards the residual GPs; then each class towards them.
 std::vector<Eigen::VectorXd> solve(const ErrorStatistics& error_statistics) {
   const std::vector<Eigen::VectorXd> every_speed =
-      solve(over_classes(error_statistics.stacking, error_statistics.classes), kRidge,
+      solve(over_walking_classes(error_statistics.stacking, error_statistics.classes), kRidge,
             [](std::size_t) { return Eigen::VectorXd::Unit(kStackedFeatures, kResidualFeature); });
   return solve(error_statistics.stacking, kClassRidge, [&](std::size_t cell) {
     return every_speed[cell / static_cast<std::size_t>(error_statistics.classes)];

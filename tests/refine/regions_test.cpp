@@ -66,6 +66,12 @@ TEST(Calibration, OfAFewWindowsStaysNearTheGaussian) {
   EXPECT_LT(calibration.level(0, 3, kHalf), 1.5);
 }
 
+TEST(Calibration, ExpectsLargerScoresOfPeopleWhoStand) {
+  const Calibration calibration(error_statistics_with(score_bin(0.5), 1e6));
+  EXPECT_NEAR(calibration.level(0, 0, kHalf), 4.5 * std::log(2.0), 0.2);
+  EXPECT_GT(calibration.level(0, 0, kNineTenths), 4.0 * calibration.level(0, 1, kNineTenths));
+}
+
 TEST(Calibration, NoveltyIsTheShareThatWasBetterKnown) {
   const Calibration calibration(error_statistics_with(3, 100.0));
   EXPECT_EQ(calibration.novelty(0.0), 0.0);

@@ -93,6 +93,19 @@ TEST(Stacking, AClassOfWhichNothingWasSeenDoesAsTheOthers) {
   EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, kTruth), 0.01);
 }
 
+TEST(Stacking, PeopleWhoStandDoNotMoveTheRegressionOfThoseWhoWalk) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  add_examples(error_statistics, kFittedClass, 300, kTruth);
+  const Stacking alone(error_statistics, {});
+  add_examples(error_statistics, 0, 300, coefficients<kStackedFeatures>({{1, 0.8}}), 1e6);
+  const Stacking both(error_statistics, {});
+  std::mt19937 random(8);
+  const Features features = random_features(random, kStackedFeatures);
+  EXPECT_EQ(both.stacked_mps(features, 0, kOtherClass), alone.stacked_mps(features, 0, kOtherClass));
+  EXPECT_EQ(both.stacked_mps(features, 0, kFittedClass), alone.stacked_mps(features, 0, kFittedClass));
+  EXPECT_NE(both.stacked_mps(features, 0, 0), alone.stacked_mps(features, 0, 0));
+}
+
 TEST(Stacking, AClassPartsFromTheOthersWhenItWasSeenOften) {
   ErrorStatistics error_statistics = nothing_fitted();
   const Eigen::VectorXd own = coefficients<kStackedFeatures>({{1, 0.8}});

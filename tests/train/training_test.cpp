@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <numeric>
 #include <set>
 
 #include "sila/evaluate/evaluate.hpp"
@@ -112,6 +113,17 @@ TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
   EXPECT_GT(first[kWalking].scale.weight, 0.0);
   EXPECT_LE(second[kWalking].scale.weight, first[kWalking].scale.weight);  // fades, and no window is added
   EXPECT_GT(second[kStanding].scale.weight, first[kStanding].scale.weight + 20.0);
+}
+
+TEST(ErrorStatistics, ScoresUnderAnUnknownDensityCountLess) {
+  const Model before = run_episode({}, testing::corner_walks(40, 3), kConfig).model;
+  const double known = before.sites[0].error_statistics.density[kWalking].scale.weight;
+  ASSERT_LT(known, 500.0);
+  const ErrorStatistics seen = error_statistics_on(before, testing::corner_walks(20, 4), kConfig)[0].error_statistics;
+  double scores = 0.0;
+  for (std::size_t speed = 0; speed < kSpeedClasses; ++speed)
+    scores = std::accumulate(seen.scores[speed].begin(), seen.scores[speed].end(), scores);
+  EXPECT_NEAR(scores, seen.density[kWalking].scale.weight * known / 500.0, 1e-9);
 }
 
 TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {

@@ -18,7 +18,8 @@ inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
 inline constexpr int kScaleFeatures = 8;
 /// Gaussians of the mixture that errors are spread by, from narrow to wide.
 inline constexpr int kMixtureComponents = 3;
-/// People who walk and those who hardly move err so differently that each have a density of their own.
+/// Errors of people who walk and of those who stand (the slowest speed class) differ so much that each have a density
+/// of their own.
 inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;

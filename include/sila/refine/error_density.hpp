@@ -29,6 +29,8 @@ class ErrorDensity {
   /// `state`: kWalking or kStanding, whose errors differ before any was seen.
   ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state = kWalking);
 
+  /// Windows that it was fitted to.
+  double windows() const { return windows_; }
   /// Factors of the variances along and across.
   Vector2 scale(const ScaleFeatures& features) const;
   /// Share of the component, from 0 (narrow) to kMixtureComponents - 1 (wide).
@@ -47,6 +49,7 @@ class ErrorDensity {
  private:
   std::size_t steps_;
   double interval_s_;
+  double windows_;
   Eigen::Matrix<double, kScaleFeatures, 2> coefficients_;
   std::array<double, kMixtureComponents> weights_ = {};
   std::vector<std::array<Vector2, kMixtureComponents>> relative_;  ///< variances relative to nominal ones, of each step

@@ -21,6 +21,10 @@ inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
 static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
 
 int speed_class(const CurbTrajectory& observed);
+/// kStanding for the slowest class.
+constexpr std::size_t motion_state(int speed_class) {
+  return speed_class == 0 ? kStanding : kWalking;
+}
 
 /// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
 /// two samples were seen.
@@ -45,7 +49,7 @@ struct ObservedFeatures {
   int speed = 0;                    ///< class
   std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
 
-  std::size_t motion_state() const { return slow ? kStanding : kWalking; }
+  std::size_t motion_state() const { return sila::motion_state(speed); }
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
                                    const CurbTrajectory& observed, Scratch& scratch);
