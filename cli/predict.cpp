@@ -27,7 +27,10 @@ struct PredictOptions {
 
 Config predict_config(const PredictOptions& options, const StoredModel& stored) {
   Config config = configured(options.common, stored, options.model);
-  if (options.observe_s) config.episode.predict.observe_s = *options.observe_s;
+  const double whole_s = config.episode.predict.observe_s;
+  if (options.observe_s && *options.observe_s > whole_s)
+    throw std::invalid_argument("predict: --observe = " + std::to_string(*options.observe_s) +
+                                ", the model uses at most predict.observe_s = " + std::to_string(whole_s) + " s");
   if (options.horizon_s) config.episode.predict.horizon_s = *options.horizon_s;
   validate_fields("predict", config.episode.predict);
   return config;
@@ -38,9 +41,9 @@ std::vector<std::string> lines_of(const FramedTrajectory& placed, const std::str
                                   const Predictor& predictor, const Config& config, const PredictOptions& options,
                                   const Camera* camera) {
   std::vector<std::string> lines;
-  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.observe_s, options.stride_s)) {
-    const CurbTrajectory observed =
-        observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
+  const double observe_s = options.observe_s.value_or(config.episode.predict.observe_s);
+  for (std::size_t last : prediction_samples(placed.track, config.episode.predict.min_observe_s, options.stride_s)) {
+    const CurbTrajectory observed = observe(placed.track, last, placed.frame, observe_s, config.episode.sampling);
     if (options.explain) {
       const Explanation explanation = explain(predictor, observed);
       lines.push_back(prediction_line(input_id, predictor.predict(observed), &explanation, camera));
@@ -87,7 +90,8 @@ void add_predict(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");
-  verb->add_option("--observe", options->observe_s, "observed seconds of a track [3.2]");
+  verb->add_option("--observe", options->observe_s,
+                   "use at most so much of the past, in seconds [predict.observe_s of the model]");
   verb->add_option("--horizon", options->horizon_s, "predicted seconds [5]");
   verb->add_option("--every", options->stride_s, "seconds between predictions of a track [1]")->check(positive_number);
   verb->add_flag("--image", options->image, "add u, v and cov_uv, the path in the picture of the camera");

@@ -101,7 +101,8 @@ WindowSet windows_in(const FramedTracks& framed, const std::string& config_json,
   const Config config = config_of(config_json);
   const auto& [sampling, predict] = std::pair(config.episode.sampling, config.episode.predict);
   WindowSet set{{}, sampling.interval_s, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s))};
-  for (Window& window : windows_of(framed.tracks, sampling, predict, stride_s)) {
+  for (Window& window :
+       windows_of(framed.tracks, sampling, predict, stride_s, std::span(&config.evaluate.observed_s, 1))) {
     if (window.future_m.size() == set.steps) set.windows.push_back(std::move(window));
   }
   return set;

@@ -30,7 +30,8 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
   tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
     const Trajectory& track = input[i].track;
     const std::vector<std::size_t> due =
-        at_end ? std::vector{track.times_s.size() - 1} : prediction_samples(track, observe_s, stride_s);
+        at_end ? std::vector{track.times_s.size() - 1}
+               : prediction_samples(track, made.config.episode.predict.min_observe_s, stride_s);
     for (const std::size_t last : due) {
       of_track[i].push_back(
           of_window(tracks[i], observe(track, last, input[i].frame, observe_s, made.config.episode.sampling)));

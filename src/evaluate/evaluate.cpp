@@ -25,12 +25,13 @@ struct TestWindows {
   std::vector<SkippedTracks> skipped;
 };
 
-TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config, double stride_s,
-                                std::size_t steps) {
+TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
+                                const EvaluateConfig& evaluate_config, std::size_t steps) {
   TestWindows found;
   std::map<std::string, std::size_t> skipped;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict, stride_s);
+    std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict,
+                                             evaluate_config.stride_s, std::span(&evaluate_config.observed_s, 1));
     const std::size_t before = found.windows.size();
     for (Window& window : windows) {
       if (window.future_m.size() == steps) found.windows.push_back({i, std::move(window)});
@@ -92,7 +93,7 @@ WindowScore score_forecast(const Forecast& forecast, const Window& window, std::
   const Prediction prediction = forecast(window.observed);
   if (prediction.modes.empty()) return {};
   if (support == nullptr) return score_window(prediction, window, own, config, evaluate_config);
-  const bool moving = is_moving(window, evaluate_config);
+  const bool moving = is_moving(window, config, evaluate_config);
   WindowScore score =
       score_window(prediction, window, moving ? support->moving : support->standing, config, evaluate_config);
   const auto constant_m = constant_velocity(window.past_m, steps_of(config), config.sampling.interval_s);
@@ -118,8 +119,9 @@ void add_groups(Evaluation& evaluation, bool with_area) {
 
 }  // namespace
 
-bool is_moving(const Window& window, const EvaluateConfig& evaluate_config) {
-  return (window.past_m.back() - window.past_m.front()).norm() >= evaluate_config.moving_m;
+bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config) {
+  const double share = std::min(1.0, evaluate_config.observed_s / config.predict.observe_s);
+  return (window.past_m.back() - window.past_m.front()).norm() >= share * evaluate_config.moving_m;
 }
 
 WindowScore score_window(const Prediction& prediction, const Window& window,
@@ -127,7 +129,7 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
                          const EvaluateConfig& evaluate_config) {
   const double interval_s = config.sampling.interval_s;
   WindowScore score;
-  score.moving = is_moving(window, evaluate_config);
+  score.moving = is_moving(window, config, evaluate_config);
   score.turning = score.moving && heading_change_rad(whole_path(window)) > evaluate_config.turning_rad;
   score.track = window.observed.id, score.t0_s = prediction.t0_s;
   score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
@@ -163,10 +165,10 @@ double heading_change_rad(std::span<const Vector2> path_m) {
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config) {
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const std::vector<TestWindow> windows = windows_with_future(train, config, evaluate_config.stride_s, steps).windows;
+  const std::vector<TestWindow> windows = windows_with_future(train, config, evaluate_config, steps).windows;
   const auto references = [&](bool moving) {
     return references_on(windows, steps, config.sampling.interval_s,
-                         [&](const Window& window) { return is_moving(window, evaluate_config) == moving; });
+                         [&](const Window& window) { return is_moving(window, config, evaluate_config) == moving; });
   };
   std::vector<const Window*> all;
   for (const TestWindow& test_window : windows) all.push_back(&test_window.window);
@@ -178,7 +180,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
                              const TrainingSupport* support) {
   validate_fields("evaluate", evaluate_config);
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const TestWindows found = windows_with_future(tracks, config, evaluate_config.stride_s, steps);
+  const TestWindows found = windows_with_future(tracks, config, evaluate_config, steps);
   std::vector<LinearReference> own =
       references_on(found.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
   own.resize(2);  // the paths of the others would be fitted to the windows that they are scored on

@@ -69,9 +69,9 @@ void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more) 
 
 void add(ErrorStatistics& sum, const ErrorStatistics& more) {
   accumulate_cells(sum.stacking, more.stacking);
-  for (std::size_t state = 0; state < kMotionStates; ++state) {
-    sum.density[state] += more.density[state];
-    sum.density_place_free[state] += more.density_place_free[state];
+  for (std::size_t d = 0; d < kErrorDensities; ++d) {
+    sum.density[d] += more.density[d];
+    sum.density_place_free[d] += more.density_place_free[d];
   }
   accumulate_cells(sum.slow, more.slow);
   accumulate_bins(sum.novelties, more.novelties);
@@ -81,9 +81,7 @@ void add(ErrorStatistics& sum, const ErrorStatistics& more) {
 }  // namespace
 
 double windows_in(const Densities& densities) {
-  double sum = 0.0;
-  for (const DensityMoments& density : densities) sum += density.scale.weight;
-  return sum;
+  return densities[kWalking].scale.weight + densities[kStanding].scale.weight;
 }
 
 ErrorStatistics zero_error_statistics(int steps, double interval_s) {
@@ -99,7 +97,7 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s) {
   error_statistics.density.fill(
       {blank(kScaleFeatures, 2), std::vector<ErrorMoments>(static_cast<std::size_t>(steps * kMixtureComponents))});
   error_statistics.density_place_free = error_statistics.density;
-  error_statistics.scores.assign(cells, std::vector<double>(kScoreBins, 0.0));
+  error_statistics.scores.assign(static_cast<std::size_t>(steps * kScoreClasses), std::vector<double>(kScoreBins, 0.0));
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
   error_statistics.slow.resize(kSlowClasses);
   return error_statistics;
@@ -173,7 +171,7 @@ void validate(const ErrorStatistics& error_statistics) {
   require_regressions("stacking", error_statistics.stacking, cells, kStackedFeatures, 1);
   require_densities("density", error_statistics.density, empty ? 0 : error_statistics.steps);
   require_densities("density_place_free", error_statistics.density_place_free, empty ? 0 : error_statistics.steps);
-  require_length("scores", error_statistics.scores.size(), cells);
+  require_length("scores", error_statistics.scores.size(), cells / kSpeedClasses * kScoreClasses);
   for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
   require_length("slow", error_statistics.slow.size(), empty ? 0 : kSlowClasses);

@@ -36,10 +36,9 @@ constexpr double kWindowsToKnowDensity = 500.0;
 
 /// What one window shows.
 struct Example {
-  int speed = 0;
+  PersonClass person;
   double raw_novelty = 1.0;
   bool fitted = false;  ///< by a model that had learnt something
-  std::optional<std::size_t> slow;
   SlowErrors slow_errors;
   ScaleFeatures scale, scale_place_free;
   std::vector<Features> features;                      ///< of each step
@@ -53,7 +52,7 @@ SlowErrors slow_errors_of(const Example& example, const Stacking& stacking, doub
   SlowErrors errors{example.features.empty() ? 0.0 : 1.0, {}};
   for (std::size_t j = 0; j < example.features.size(); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
-    const Vector2 stacked = stacking.stacked_mps(example.features[j], j, example.speed);
+    const Vector2 stacked = stacking.stacked_mps(example.features[j], j, example.person);
     const Vector2 constant = example.features[j].col(kConstantVelocityFeature);
     for (std::size_t c = 0; c < errors.errors_m.size(); ++c) {
       const Vector2 chosen = kSlowChoices[c].constant_velocity * constant + kSlowChoices[c].stacked * stacked;
@@ -73,8 +72,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   // What other sites know would spoil the statistics of a new one: they begin as if it were the first.
   ObservedFeatures seen = merged.seen;
   if (!seen.site) seen.global_residual = {};
-  Example example{seen.speed, merged.raw_novelty, seen.site && stacking.fitted(), seen.slow, {}, {}, {}, {}, {}, {}, {},
-                  {}};
+  Example example{seen.person, merged.raw_novelty, seen.site && stacking.fitted(), {}, {}, {}, {}, {}, {}, {}, {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
@@ -92,7 +90,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
   example.scale = scale_features(seen, seen.residuals, to_horizon);
   example.scale_place_free = scale_features(merged.seen, {}, place_free_mps(merged.seen, last, interval_s));
-  if (seen.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
+  if (seen.person.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
   return example;
 }
 
@@ -107,25 +105,32 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
   return sum;
 }
 
-void add(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
-  if (example.slow) error_statistics.slow[*example.slow] += example.slow_errors;
+/// What shapes the predicted path: only from windows that were observed whole.
+void add_path(ErrorStatistics& error_statistics, const Example& example, const ErrorDensity& walking) {
+  if (example.person.slow) error_statistics.slow[*example.person.slow] += example.slow_errors;
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
-  const ErrorDensity& walking = stacking.density(kWalking, true);
   const Vector2 scale = walking.scale(example.scale);
   for (std::size_t j = 0; j < example.features.size(); ++j) {
-    const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(example.speed);
+    const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(example.person.speed);
     const double seconds = static_cast<double>(j + 1) * error_statistics.interval_s;
-    if (example.fitted)
-      error_statistics.scores[cell][static_cast<std::size_t>(score_bin(example.nonconformities[j]))] +=
-          std::min(1.0, walking.windows() / kWindowsToKnowDensity);
     add(error_statistics.stacking[cell], example.features[j], example.truths_mps[j],
         precision(walking, j, scale, example.errors_m[j], seconds));
   }
-  const std::size_t state = motion_state(example.speed);
+}
+
+void add(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
+  const ErrorDensity& walking = stacking.density(kWalking, true);
+  if (example.person.observed == 0) add_path(error_statistics, example, walking);
+  const double known = std::min(1.0, walking.windows() / kWindowsToKnowDensity);
+  for (std::size_t j = 0; example.fitted && j < example.features.size(); ++j) {
+    error_statistics.scores[j * kScoreClasses + example.person.score()]
+                           [static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += known;
+  }
+  const std::size_t number = example.person.density();
   const double weight = example.fitted ? 1.0 : kUnfittedWeight;
-  add_errors(error_statistics.density[state], stacking.density(state, true), example.scale, example.errors_m, weight,
+  add_errors(error_statistics.density[number], stacking.density(number, true), example.scale, example.errors_m, weight,
              error_statistics.interval_s);
-  add_errors(error_statistics.density_place_free[state], stacking.density(state, false), example.scale_place_free,
+  add_errors(error_statistics.density_place_free[number], stacking.density(number, false), example.scale_place_free,
              example.errors_place_free_m, weight, error_statistics.interval_s);
 }
 

@@ -27,7 +27,7 @@ Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& 
   for (std::size_t j = 0; j < mode.path_m.size(); ++j)
     mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s *
                                    velocity_mps(stacking, seen, residuals, here, j, interval_s);
-  const ErrorDensity& density = stacking.density(seen.motion_state(), here);
+  const ErrorDensity& density = stacking.density(seen.person.density(), here);
   return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{},
                                       velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
 }
@@ -49,13 +49,13 @@ std::span<const int> rivals_of(const RolloutSet& set, std::size_t mode, Scratch&
   return rivals.first(count);
 }
 
-void add_regions(Prediction& prediction, const Calibration& calibration, int speed_class) {
+void add_regions(Prediction& prediction, const Calibration& calibration, std::size_t score_class) {
   prediction.regions.resize(kRegionProbabilities.size());
   for (std::size_t r = 0; r < kRegionProbabilities.size(); ++r) {
     Region& region = prediction.regions[r];
     region.probability = kRegionProbabilities[r];
     region.levels.resize(prediction.times_s.size());
-    for (std::size_t j = 0; j < region.levels.size(); ++j) region.levels[j] = calibration.level(j, speed_class, r);
+    for (std::size_t j = 0; j < region.levels.size(); ++j) region.levels[j] = calibration.level(j, score_class, r);
   }
 }
 
@@ -87,7 +87,7 @@ RolloutSet Predictor::rollouts(const CurbTrajectory& observed, int steps, Scratc
 }
 
 ObservedFeatures Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
-  return observed_features(residuals_, set.site, set.near, observed, scratch);
+  return observed_features(residuals_, set.site, set.near, observed, config_.observe_s, scratch);
 }
 
 MergedRollouts Predictor::merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
@@ -129,7 +129,7 @@ const Prediction& Predictor::predict(const CurbTrajectory& observed, const Merge
   }
   add_stacked_modes(observed, merged, prediction.fallback, here, workspace);
   sort_by_weight(prediction.modes);
-  add_regions(prediction, calibration, seen.speed);
+  add_regions(prediction, calibration, seen.person.score());
   return prediction;
 }
 
@@ -138,7 +138,7 @@ void Predictor::add_stacked_modes(const CurbTrajectory& observed, const MergedRo
   const auto steps = workspace.prediction.times_s.size();
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
-  const ErrorDensity& density = stacking.density(seen.motion_state(), here);
+  const ErrorDensity& density = stacking.density(seen.person.density(), here);
   const Vector2 start_m = to_world(observed.frame, observed.positions.back());
   Vector2 scale = Vector2::Ones();
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
@@ -150,7 +150,7 @@ void Predictor::add_stacked_modes(const CurbTrajectory& observed, const MergedRo
     if (m == 0) scale = own;
   }
   // A standing pedestrian has no variants.
-  if (!seen.slow) add_variants(workspace, density, scale, start_m, config_);
+  if (!seen.person.slow) add_variants(workspace, density, scale, start_m, config_);
   add_wide_modes(workspace, density, scale, start_m);
 }
 

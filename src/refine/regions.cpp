@@ -88,19 +88,20 @@ int novelty_bin(double raw_novelty) {
 Calibration::Calibration(const ErrorStatistics& error_statistics) {
   if (error_statistics.empty() || error_statistics.scores.empty()) return;
   steps_ = error_statistics.steps;
-  classes_ = error_statistics.classes;
   const std::vector<double> gaussian = exponential_shares(1.0), standing = exponential_shares(kStandingScore);
   for (int step = 0; step < steps_; ++step) {
     std::vector<double> pooled(kScoreBins, 0.0);  // of those who move: who stands is another population
     const auto cell = [&](int c) -> const std::vector<double>& {
-      return error_statistics.scores[static_cast<std::size_t>(step * classes_ + c)];
+      return error_statistics.scores[static_cast<std::size_t>(step * kScoreClasses + c)];
     };
-    for (int c = 1; c < classes_; ++c) {
+    for (int c = 1; c < kSpeedClasses; ++c) {
       for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
     }
     const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
-    for (int c = 0; c < classes_; ++c) {
-      const std::vector<double> shares = shrunk(cell(c), c == 0 ? standing : all, kPooledWindows);
+    for (int c = 0; c < kScoreClasses; ++c) {
+      const bool stands =
+          c == 0 || (c > kSpeedClasses && static_cast<std::size_t>(c - kSpeedClasses) % kMotionStates == kStanding);
+      const std::vector<double> shares = shrunk(cell(c), stands ? standing : all, kPooledWindows);
       auto& levels = levels_.emplace_back();
       for (std::size_t r = 0; r < levels.size(); ++r) levels[r] = quantile(shares, kRegionProbabilities[r]);
     }
@@ -113,10 +114,10 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
   }
 }
 
-double Calibration::level(std::size_t step, int speed_class, std::size_t region) const {
+double Calibration::level(std::size_t step, std::size_t score_class, std::size_t region) const {
   if (steps_ == 0) return -std::log1p(-kRegionProbabilities[region]);
   const std::size_t row = std::min(step, static_cast<std::size_t>(steps_ - 1));
-  return levels_[row * static_cast<std::size_t>(classes_) + static_cast<std::size_t>(speed_class)][region];
+  return levels_[row * kScoreClasses + score_class][region];
 }
 
 double Calibration::novelty(double raw_novelty) const {

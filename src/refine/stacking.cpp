@@ -24,6 +24,8 @@ static_assert(kHeadingFeature + 1 == kKinematicFeatures);
 constexpr Eigen::Index kGlobalResidualFeature = kKinematicFeatures, kResidualFeature = kGlobalResidualFeature + 1;
 static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityWindow_s);
 
+using Coefficients = Eigen::Matrix<double, kStackedFeatures, 1>;
+
 /// The classes of each step together, but for those who stand: their small errors would outweigh all others.
 std::vector<RegressionMoments> over_walking_classes(const std::vector<RegressionMoments>& moments, int classes) {
   std::vector<RegressionMoments> sums;
@@ -38,28 +40,41 @@ std::vector<RegressionMoments> over_walking_classes(const std::vector<Regression
   return sums;
 }
 
-/// Ridge regression in every cell towards `prior(cell)`; the examples are weighted by the inverse of their variance.
+/// Whether a feature needs more than was observed.
+bool missing(Eigen::Index feature, std::size_t observed_class) {
+  return observed_class > 0 && feature < kEndFeature &&
+         kVelocityWindows_s[feature] > kShorterObserved_s[observed_class - 1];
+}
+
+/// Ridge regression in every cell towards `prior(cell)` on the features that there are; the examples are weighted by
+/// the inverse of their variance.
 template <class Prior>
-std::vector<Eigen::VectorXd> solve(const std::vector<RegressionMoments>& moments, double ridge, Prior&& prior) {
-  std::vector<Eigen::VectorXd> solved;
+std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, std::size_t observed_class, double ridge,
+                                Prior&& prior) {
+  std::vector<Coefficients> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const Eigen::VectorXd towards = prior(cell);
-    Eigen::MatrixXd matrix = moments[cell].features;
+    const Coefficients towards = prior(cell);
+    Eigen::Matrix<double, kStackedFeatures, kStackedFeatures> matrix = moments[cell].features;
+    Coefficients products = moments[cell].products;
+    for (Eigen::Index i = 0; i < kStackedFeatures; ++i) {
+      if (!missing(i, observed_class)) continue;
+      matrix.row(i).setZero(), matrix.col(i).setZero(), products(i) = 0.0;
+    }
     matrix.diagonal().array() += ridge;
-    const Eigen::VectorXd coefficients = matrix.ldlt().solve(moments[cell].products + ridge * towards);
+    const Coefficients coefficients = matrix.ldlt().solve(products + ridge * towards);
     solved.push_back(moments[cell].weight > 0.0 && coefficients.allFinite() ? coefficients : towards);
   }
   return solved;
 }
 
 /// All who walk together, towards the residual GPs; then each class towards them.
-std::vector<Eigen::VectorXd> solve(const ErrorStatistics& error_statistics) {
-  const std::vector<Eigen::VectorXd> every_speed =
-      solve(over_walking_classes(error_statistics.stacking, error_statistics.classes), kRidge,
-            [](std::size_t) { return Eigen::VectorXd::Unit(kStackedFeatures, kResidualFeature); });
-  return solve(error_statistics.stacking, kClassRidge, [&](std::size_t cell) {
-    return every_speed[cell / static_cast<std::size_t>(error_statistics.classes)];
+std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
+                                const std::vector<RegressionMoments>& of_walking, std::size_t observed_class) {
+  const std::vector<Coefficients> walking = solve(of_walking, observed_class, kRidge, [](std::size_t) -> Coefficients {
+    return Coefficients::Unit(kResidualFeature);
   });
+  return solve(error_statistics.stacking, observed_class, kClassRidge,
+               [&](std::size_t cell) { return walking[cell / static_cast<std::size_t>(error_statistics.classes)]; });
 }
 
 /// A person who hardly moves is believed, before more windows than these were seen, to stay, to go on half as fast, or
@@ -77,10 +92,11 @@ std::array<SlowChoice, kSlowClasses> choices_of(const ErrorStatistics& error_sta
   return choices;
 }
 
-std::array<ErrorDensity, kMotionStates> densities_of(const Densities& moments, const ErrorStatistics& shape) {
-  static_assert(kMotionStates == 2);
-  return {ErrorDensity(moments[kWalking], shape.steps, shape.interval_s, kWalking),
-          ErrorDensity(moments[kStanding], shape.steps, shape.interval_s, kStanding)};
+std::vector<ErrorDensity> densities_of(const Densities& moments, const ErrorStatistics& shape) {
+  std::vector<ErrorDensity> densities;
+  for (std::size_t d = 0; d < kErrorDensities; ++d)
+    densities.emplace_back(moments[d], shape.steps, shape.interval_s, d % kMotionStates);
+  return densities;
 }
 
 }  // namespace
@@ -101,6 +117,19 @@ int speed_class(const CurbTrajectory& observed) {
   return speed;
 }
 
+std::size_t observed_class(const CurbTrajectory& observed, double observe_s) {
+  constexpr double slack_s = 1e-3;
+  const std::size_t samples = observed.times_s.size();
+  const double seconds = observed.times_s.back() - observed.times_s.front();
+  if (samples < 2) return kObservedClasses - 1;
+  const double interval_s = seconds / static_cast<double>(samples - 1);
+  // A whole window reaches back less than observe_s, by less than one interval.
+  if (seconds + interval_s + slack_s > std::floor(observe_s / interval_s + slack_s) * interval_s) return 0;
+  const auto shorter =
+      std::ranges::find_if(kShorterObserved_s, [&](double least_s) { return seconds + slack_s >= least_s; });
+  return std::min(kObservedClasses - 1, static_cast<std::size_t>(shorter - std::begin(kShorterObserved_s)) + 1);
+}
+
 KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
   KinematicFeatures features;
   Eigen::Index column = 0;
@@ -112,14 +141,13 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 }
 
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, Scratch& scratch) {
+                                   const CurbTrajectory& observed, double observe_s, Scratch& scratch) {
   ObservedFeatures observation{kinematic_features(observed),
                                predict_global_residual(index, site, observed, scratch),
                                predict_experts(index, near, observed, scratch),
                                {},
                                site,
-                               speed_class(observed),
-                               slow_class(observed)};
+                               {speed_class(observed), slow_class(observed), observed_class(observed, observe_s)}};
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
   return observation;
 }
@@ -152,7 +180,10 @@ Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& 
       density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)) {
   if (steps_ == 0) return;
   slow_choices_ = choices_of(error_statistics);
-  coefficients_ = solve(error_statistics);
+  const std::vector<RegressionMoments> walking =
+      over_walking_classes(error_statistics.stacking, error_statistics.classes);
+  for (std::size_t observed = 0; observed < kObservedClasses; ++observed)
+    coefficients_[observed] = solve(error_statistics, walking, observed);
 }
 
 std::size_t Stacking::cell(std::size_t step, int speed_class) const {
@@ -161,15 +192,15 @@ std::size_t Stacking::cell(std::size_t step, int speed_class) const {
 }
 
 Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const {
-  const Vector2 stacked = stacked_mps(features, step, seen.speed);
-  if (!seen.slow || !fitted()) return stacked;
-  const SlowChoice& choice = slow_choices_[*seen.slow];
+  const Vector2 stacked = stacked_mps(features, step, seen.person);
+  if (!seen.person.slow || !fitted()) return stacked;
+  const SlowChoice& choice = slow_choices_[*seen.person.slow];
   return choice.constant_velocity * features.col(kConstantVelocityFeature) + choice.stacked * stacked;
 }
 
-Vector2 Stacking::stacked_mps(const Features& features, std::size_t step, int speed_class) const {
-  if (coefficients_.empty()) return features.col(kResidualFeature);
-  return features.lazyProduct(coefficients_[cell(step, speed_class)]);
+Vector2 Stacking::stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const {
+  if (steps_ == 0) return features.col(kResidualFeature);
+  return features.lazyProduct(coefficients_[person.observed][cell(step, person.speed)]);
 }
 
 }  // namespace sila

@@ -166,7 +166,7 @@ IngestResult ingest(StreamCore& core, StreamId id, const Detection& row, double 
     ++core.counters.not_due;
     return {};
   }
-  if (before_s != start()) pedestrian->due_s = *start() + settings.episode.predict.observe_s;
+  if (before_s != start()) pedestrian->due_s = *start() + settings.episode.predict.min_observe_s;
   queue_score(core, id, row.track, *pedestrian, settings);
   return {std::nullopt, queue_prediction(core, stream, row, *pedestrian, arrived_s, settings)};
 }

@@ -80,12 +80,13 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
       moments.components.push_back({0.3 * i, 1.0 / 7.0, 0.1 * weight});
     return moments;
   };
-  error_statistics.density = {density(2.5), density(1.5)};
-  error_statistics.density_place_free = {density(0.5), density(0.25)};
+  error_statistics.density.fill(density(1.5)), error_statistics.density[kWalking] = density(2.5);
+  error_statistics.density_place_free.fill(density(0.25));
   for (int i = 0; i < error_statistics.steps * error_statistics.classes; ++i) {
     error_statistics.stacking.push_back(regression(0.1 * i, kStackedFeatures, 1));
-    error_statistics.scores.emplace_back(kScoreBins, 0.1 * i).front() = 1.0 / 3.0;
   }
+  for (int i = 0; i < error_statistics.steps * kScoreClasses; ++i)
+    error_statistics.scores.emplace_back(kScoreBins, 0.1 * i).front() = 1.0 / 3.0;
   error_statistics.novelties.assign(kNoveltyBins, 0.25), error_statistics.novelties[1] = 2.0,
                                                          error_statistics.novelties[2] = 1.0 / 3.0;
   for (std::size_t c = 0; c < kSlowClasses; ++c) {
@@ -147,7 +148,7 @@ inline ErrorStatistics of_one_step(ErrorStatistics error_statistics) {
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
     for (DensityMoments& density : *densities) density.components.resize(kMixtureComponents);
   }
-  error_statistics.scores.resize(cells);
+  error_statistics.scores.resize(kScoreClasses);
   return error_statistics;
 }
 

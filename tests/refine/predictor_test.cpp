@@ -51,6 +51,22 @@ TEST(Predictor, GivesWeightsThatSumToOneAndFiniteCovariancesEverywhere) {
   }
 }
 
+TEST(Predictor, PredictsATrackFromItsSecondSampleOn) {
+  const Predictor predictor(corner_model(), kConfig.predict);
+  const Trajectory track = testing::walk("new", {{1, 1}, {12, 1}}, 1.3);
+  for (std::size_t last : prediction_samples(track, kConfig.predict.min_observe_s, 0.1)) {
+    const CurbTrajectory observed = observe(track, last, testing::square_frame(), 3.2, {});
+    const Prediction prediction = predictor.predict(observed);
+    expect_valid(prediction);
+    EXPECT_EQ(prediction.regions.size(), kRegionProbabilities.size());
+    const double error_m =
+        (prediction.modes.front().path_m[4] - to_world(observed.frame, observed.positions.back()) - Vector2(1.3, 0.0))
+            .norm();
+    EXPECT_LT(error_m, 0.6);  // one second ahead
+    if (track.times_s[last] > 6.0) break;
+  }
+}
+
 TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
   const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -49,7 +52,7 @@ double distance(const Stacking& stacking, int speed_class, const Eigen::VectorXd
   double largest = 0.0;
   for (std::size_t step = 0; step < kSteps; ++step) {
     const Features features = random_features(random, static_cast<int>(expected.size()));
-    const Vector2 difference = stacking.stacked_mps(features, step, speed_class) - features * expected;
+    const Vector2 difference = stacking.stacked_mps(features, step, {speed_class}) - features * expected;
     largest = std::max(largest, difference.norm());
   }
   return largest;
@@ -68,13 +71,13 @@ TEST(Stacking, PeopleWhoHardlyMoveTakeTheChoiceOfLeastError) {
   std::mt19937 random(9);
   const Features features = random_features(random, kStackedFeatures);
   ObservedFeatures seen;
-  seen.slow = 1;
+  seen.person.slow = 1;
   for (std::size_t best = 0; best < std::size(kSlowChoices); ++best) {
     error_statistics.slow[1].errors_m.fill(2.0);
     error_statistics.slow[1].errors_m[best] = 1.0;
     const Stacking stacking(error_statistics, {});
     const Vector2 expected = kSlowChoices[best].constant_velocity * features.col(kConstantVelocityFeature) +
-                             kSlowChoices[best].stacked * stacking.stacked_mps(features, 1, 0);
+                             kSlowChoices[best].stacked * stacking.stacked_mps(features, 1, {});
     EXPECT_LT((stacking.velocity_mps(features, 1, seen) - expected).norm(), 1e-12);
   }
   error_statistics.slow[1].weight = 3.0;  // of too few windows nothing is concluded
@@ -101,9 +104,42 @@ TEST(Stacking, PeopleWhoStandDoNotMoveTheRegressionOfThoseWhoWalk) {
   const Stacking both(error_statistics, {});
   std::mt19937 random(8);
   const Features features = random_features(random, kStackedFeatures);
-  EXPECT_EQ(both.stacked_mps(features, 0, kOtherClass), alone.stacked_mps(features, 0, kOtherClass));
-  EXPECT_EQ(both.stacked_mps(features, 0, kFittedClass), alone.stacked_mps(features, 0, kFittedClass));
-  EXPECT_NE(both.stacked_mps(features, 0, 0), alone.stacked_mps(features, 0, 0));
+  EXPECT_EQ(both.stacked_mps(features, 0, {kOtherClass}), alone.stacked_mps(features, 0, {kOtherClass}));
+  EXPECT_EQ(both.stacked_mps(features, 0, {kFittedClass}), alone.stacked_mps(features, 0, {kFittedClass}));
+  EXPECT_NE(both.stacked_mps(features, 0, {}), alone.stacked_mps(features, 0, {}));
+}
+
+TEST(Stacking, OfLessObservedUsesTheFeaturesThatThereAre) {
+  ErrorStatistics error_statistics = nothing_fitted();
+  add_examples(error_statistics, kFittedClass, 3000, kTruth);
+  const Stacking stacking(error_statistics, {});
+  std::mt19937 random(8);
+  Features features = random_features(random, kStackedFeatures);
+  const PersonClass appeared{
+      kFittedClass, {}, 3};  // 0.4 s before: the features are independent, so what is known counts as before
+  const Eigen::VectorXd known = coefficients<kStackedFeatures>({{0, 0.3}});
+  EXPECT_LT((stacking.stacked_mps(features, 0, appeared) - features * known).norm(), 0.1);
+  const Vector2 before = stacking.stacked_mps(features, 0, appeared);
+  for (int missing : {1, 2, 3, 5, 6}) features.col(missing).setConstant(100.0);  // mean velocities over 0.8 s and more
+  EXPECT_EQ(stacking.stacked_mps(features, 0, appeared), before);
+}
+
+TEST(Stacking, KnowsHowMuchWasObserved) {
+  const Trajectory track = testing::walk("x", {{0, 0}, {20, 0}}, 1.3);
+  const auto observed = [&](double seconds, double observe_s) {
+    const auto last = static_cast<std::size_t>(std::lround(seconds / 0.1));
+    return observed_class(observe(track, last, testing::square_frame(), observe_s, {}), observe_s);
+  };
+  EXPECT_EQ(observed(0.1, 3.2), 3u);
+  EXPECT_EQ(observed(0.4, 3.2), 3u);
+  EXPECT_EQ(observed(0.8, 3.2), 2u);
+  EXPECT_EQ(observed(1.4, 3.2), 2u);
+  EXPECT_EQ(observed(1.6, 3.2), 1u);
+  EXPECT_EQ(observed(2.9, 3.2), 1u);
+  EXPECT_EQ(observed(3.2, 3.2), 0u);
+  EXPECT_EQ(observed(9.0, 3.2), 0u);
+  EXPECT_EQ(observed(1.6, 1.6), 0u);
+  EXPECT_EQ(observed(0.8, 1.6), 2u);
 }
 
 TEST(Stacking, AClassPartsFromTheOthersWhenItWasSeenOften) {

@@ -105,6 +105,7 @@ TEST(ServiceRealTracks, LiveErrorEqualsThatOfEvaluate) {
   const Site& site = *read;
   settings = settings_for(site);
   settings.service.stride_s = settings.evaluate.stride_s;
+  settings.episode.predict.min_observe_s = settings.episode.predict.observe_s;
   settings.service.batch = 100;
   settings.service.max_track_samples = 100000;
   const Replayed run = replay(site, settings);

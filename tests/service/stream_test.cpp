@@ -109,7 +109,7 @@ TEST(StreamCore, PredictsAtTheSamplesOfAFile) {
         live_at.emplace(request.track, request.observed.times_s.back());
     }
     for (const Trajectory& track : cleaned(rows, settings.clean)) {
-      for (const std::size_t last : prediction_samples(track, settings.episode.predict.observe_s, stride_s))
+      for (const std::size_t last : prediction_samples(track, settings.episode.predict.min_observe_s, stride_s))
         file_at.emplace(track.id, track.times_s[last]);
     }
     EXPECT_EQ(live_at, file_at);
@@ -120,6 +120,7 @@ TEST(StreamCore, PredictsAtTheSamplesOfAFile) {
 TEST(StreamCore, ScoresEqualThoseOfEvaluate) {
   ServiceSettings settings = service_settings();
   settings.service.stride_s = settings.evaluate.stride_s;
+  settings.episode.predict.min_observe_s = settings.episode.predict.observe_s;
   const std::vector<Detection> rows = spoiled(stream_of(paths_of(corner_walks(20, 7)), 1.1), 7);
   StreamCore core;
   core.keep_windows = true;
@@ -214,7 +215,7 @@ TEST(StreamCore, ANewerDetectionSupersedesADuePrediction) {
   int superseded = 0;
   for (int k = 0; k < 50; ++k)
     superseded += ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, k, settings).superseded ? 1 : 0;
-  EXPECT_EQ(superseded, 50 - 32 - 1);
+  EXPECT_EQ(superseded, 50 - 4 - 1);
   const std::vector<PredictionRequest> requests = take_due_requests(core, 10, settings);
   ASSERT_EQ(requests.size(), 1u);
   EXPECT_DOUBLE_EQ(requests.front().observed.times_s.back(), 4.9);

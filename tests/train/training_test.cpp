@@ -115,6 +115,30 @@ TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
   EXPECT_GT(second[kStanding].scale.weight, first[kStanding].scale.weight + 20.0);
 }
 
+TEST(Episode, ShortWindowsHaveDensitiesOfTheirOwn) {
+  const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
+  const Densities& densities = model.sites[0].error_statistics.density;
+  double shorter = 0.0;
+  for (std::size_t observed = 1; observed < kObservedClasses; ++observed) {
+    EXPECT_GT(densities[observed * kMotionStates + kWalking].scale.weight, 10.0);
+    shorter += densities[observed * kMotionStates + kWalking].scale.weight +
+               densities[observed * kMotionStates + kStanding].scale.weight;
+  }
+  EXPECT_NEAR(shorter, 0.5 * windows_in(densities), 0.1 * windows_in(densities));  // every other window once more
+}
+
+TEST(Evaluate, ShowsTheModelLessOfTheSameWindows) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 3);
+  const Model model = run_episodes({}, std::span(tracks).first(60), 20, kConfig, sila_update(kConfig)).model;
+  EvaluateConfig shorter;
+  shorter.observed_s = 0.4;
+  const Evaluation whole = evaluate(model, std::span(tracks).subspan(60), kConfig, {});
+  const Evaluation recent = evaluate(model, std::span(tracks).subspan(60), kConfig, shorter);
+  ASSERT_EQ(whole.windows.size(), recent.windows.size());
+  for (std::size_t i = 0; i < whole.windows.size(); ++i) EXPECT_EQ(whole.windows[i].t0_s, recent.windows[i].t0_s);
+  EXPECT_GT(recent.groups[0].model.back().ade_m, whole.groups[0].model.back().ade_m);
+}
+
 TEST(ErrorStatistics, ScoresUnderAnUnknownDensityCountLess) {
   const Model before = run_episode({}, testing::corner_walks(40, 3), kConfig).model;
   const double known = before.sites[0].error_statistics.density[kWalking].scale.weight;

@@ -17,7 +17,8 @@ namespace sila {
 /// Which windows are scored and how they are grouped.
 struct EvaluateConfig {
   double stride_s = 1.6;
-  /// A window is moving from this displacement on while observed [m].
+  double observed_s = 60.0;
+  /// A window is moving from this displacement on while observed [m]; in proportion where `observed_s` shortens it.
   static constexpr double moving_m = 0.5;
   /// A moving window is turning if the heading changes by more from its start to its end [rad].
   static constexpr double turning_rad = 0.5235987755982988;
@@ -27,6 +28,8 @@ template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, EvaluateConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
+  visit.number("observed_s", config.observed_s, Range{0.0, 60.0}, "s",
+               "at most so much of a window is observed, as of a person who appeared then");
 }
 
 /// One scored window.
@@ -98,7 +101,7 @@ Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks
                     const EvaluateConfig& evaluate_config);
 
 /// Whether a pedestrian moved while observed, by `moving_m`.
-bool is_moving(const Window& window, const EvaluateConfig& evaluate_config);
+bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config);
 
 /// Scores one prediction against the recorded future, beside references of which the first is constant velocity;
 /// without knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than

@@ -21,6 +21,13 @@ inline constexpr int kMixtureComponents = 3;
 /// Errors of people who walk and of those who stand (the slowest speed class) differ so much that each have a density
 /// of their own.
 inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;
+/// Classes by how much of a person was observed: the whole window (class 0), or at least so much; less than the last
+/// counts as the last.
+inline constexpr double kShorterObserved_s[] = {1.6, 0.8, 0.4};
+inline constexpr std::size_t kObservedClasses = 1 + std::size(kShorterObserved_s);
+inline constexpr std::size_t kErrorDensities = kObservedClasses * kMotionStates;
+/// Nonconformity scores are kept for each speed class and, where less was observed, for each motion state.
+inline constexpr int kScoreClasses = kSpeedClasses + static_cast<int>((kObservedClasses - 1) * kMotionStates);
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
@@ -69,7 +76,8 @@ struct DensityMoments {
   }
 };
 
-using Densities = std::array<DensityMoments, kMotionStates>;
+/// At observed class * kMotionStates + motion state.
+using Densities = std::array<DensityMoments, kErrorDensities>;
 
 /// Classes of people who hardly move, by the speed of their net displacement while observed.
 inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
@@ -104,14 +112,14 @@ struct ErrorStatistics {
   std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
   Densities density;                        ///< errors of stacked predictions
   Densities density_place_free;             ///< of the global residual GP alone, for a place that is not known
-  std::vector<std::vector<double>> scores;  ///< how often what happened was so surprising: bins of each cell
+  std::vector<std::vector<double>> scores;  ///< counts of nonconformity scores: bins at step * kScoreClasses + class
   std::vector<double> novelties;            ///< how often a path was so little known: bins
   std::vector<SlowErrors> slow;             ///< of each slow class
 
   bool empty() const { return steps == 0; }
 };
 
-/// Windows that a density rests on.
+/// Windows, of those that were observed whole, that densities rest on.
 double windows_in(const Densities& densities);
 
 /// Tables of zeros.

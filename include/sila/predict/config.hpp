@@ -17,6 +17,7 @@ inline constexpr const char* kWeightPriors[] = {"local_evidence", "transition_pr
 /// The paper's prediction; sila/refine/config.hpp has what is added to it.
 struct PredictConfig {
   double observe_s = 3.2;
+  double min_observe_s = 0.4;
   double horizon_s = 5.0;
   double mode_horizon_s = 5.0;
   int max_modes = 8;
@@ -44,7 +45,9 @@ struct PredictConfig {
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, PredictConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("observe_s", config.observe_s, Range{0.2, 60.0}, "s", "observed time before t0");
+  visit.number("observe_s", config.observe_s, Range{0.2, 60.0}, "s", "observed time before t0, at most");
+  visit.number("min_observe_s", config.min_observe_s, Range{0.0, 60.0, true}, "s",
+               "a track gets its first prediction once it is that old");
   visit.number("horizon_s", config.horizon_s, Range{0.0, 60.0, true}, "s", "predicted time after t0");
   visit.number("mode_horizon_s", config.mode_horizon_s, Range{0.0, 60.0, true}, "s",
                "modes branch and merge by their paths until then, so that a longer horizon_s only extends them");

@@ -36,14 +36,13 @@ class Calibration {
 
   bool fitted() const { return steps_ > 0; }
   /// Of the region with this number in kRegionProbabilities.
-  double level(std::size_t step, int speed_class, std::size_t region) const;
+  double level(std::size_t step, std::size_t score_class, std::size_t region) const;
   /// Share of the people seen so far whose path was better known than this raw novelty; the raw novelty itself while
   /// no track was scored.
   double novelty(double raw_novelty) const;
 
  private:
   int steps_ = 0;
-  int classes_ = 1;
   std::vector<std::array<double, kRegionProbabilities.size()>> levels_;  ///< per cell (step, class)
   std::vector<double> known_better_;                                     ///< share of novelties in lower bins
 };

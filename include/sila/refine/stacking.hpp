@@ -30,6 +30,9 @@ constexpr std::size_t motion_state(int speed_class) {
 /// two samples were seen.
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed);
 
+/// The class of kShorterObserved_s, 0 for a whole window of `observe_s`.
+std::size_t observed_class(const CurbTrajectory& observed, double observe_s);
+
 /// Candidate mean velocities from t0 to a step [m/s], one a column.
 using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures>;
 /// The column of constant velocity among all features.
@@ -39,20 +42,29 @@ using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
 /// Those of any step.
 KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
+/// The classes that error statistics are kept for.
+struct PersonClass {
+  int speed = 0;                    ///< see speed_class
+  std::optional<std::size_t> slow;  ///< of a person who hardly moves: see slow_class
+  std::size_t observed = 0;         ///< see observed_class
+
+  std::size_t density() const { return observed * kMotionStates + motion_state(speed); }
+  std::size_t score() const {
+    return observed == 0 ? static_cast<std::size_t>(speed) : kSpeedClasses - kMotionStates + density();
+  }
+};
+
 /// What is known of a pedestrian before any roll-out.
 struct ObservedFeatures {
   KinematicFeatures kinematics = KinematicFeatures::Zero();
   ResidualPrediction global_residual;
   std::span<const ExpertPrediction> experts;
-  ResidualPrediction residuals;     ///< all experts together
-  std::optional<int> site;          ///< none: at an untrained one
-  int speed = 0;                    ///< class
-  std::optional<std::size_t> slow;  ///< class, of a person who hardly moves
-
-  std::size_t motion_state() const { return sila::motion_state(speed); }
+  ResidualPrediction residuals;  ///< all experts together
+  std::optional<int> site;       ///< none: at an untrained one
+  PersonClass person;
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, Scratch& scratch);
+                                   const CurbTrajectory& observed, double observe_s, Scratch& scratch);
 
 /// Mean velocity from t0 to `step` (counted from 0) by the global residual GP alone.
 Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
@@ -76,21 +88,23 @@ class Stacking {
   /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
   /// halves of them.
   Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
-  /// The stacked prediction, whoever it is.
-  Vector2 stacked_mps(const Features& features, std::size_t step, int speed_class) const;
+  /// The stacked prediction, whoever it is. Where less was observed, the regression on the features that there are: it
+  /// follows from the same sums.
+  Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
   /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
-  /// Of the errors of stacked predictions (`here`), or of those of the global residual GP alone.
-  const ErrorDensity& density(std::size_t motion_state, bool here) const {
-    return here ? density_[motion_state] : density_place_free_[motion_state];
+  /// Of the errors of stacked predictions (`here`), or of those of the global residual GP alone. `number`: that of
+  /// PersonClass.
+  const ErrorDensity& density(std::size_t number, bool here) const {
+    return here ? density_[number] : density_place_free_[number];
   }
 
  private:
   std::size_t cell(std::size_t step, int speed_class) const;
 
   int steps_ = 0;
-  std::vector<Eigen::VectorXd> coefficients_;
-  std::array<ErrorDensity, kMotionStates> density_, density_place_free_;
+  std::array<std::vector<Eigen::Matrix<double, kStackedFeatures, 1>>, kObservedClasses> coefficients_;
+  std::vector<ErrorDensity> density_, density_place_free_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
 };
 

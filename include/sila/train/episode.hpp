@@ -54,10 +54,11 @@ Update accumulate_update(const EpisodeConfig& config);
 /// Learns anew from all batches so far, which it keeps (batch learning); each call needs the batches in order.
 Update retrain_update(const EpisodeConfig& config);
 
-/// The windows of tracks that can be predicted, `stride_s` apart: the observed part until t0, and the future as far as
-/// the track goes.
+/// The windows of tracks that were observed for predict.observe_s, `stride_s` apart: the observed part until t0, and
+/// the future as far as the track goes. `observed_s`: by turns, only so much is observed, as of a person who appeared
+/// then.
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
-                               const RefineConfig& predict, double stride_s);
+                               const RefineConfig& predict, double stride_s, std::span<const double> observed_s = {});
 
 /// The settings under which a batch at this corner is learnt: the model's, or for an empty model those of the
 /// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model.
