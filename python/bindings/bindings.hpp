@@ -60,6 +60,7 @@ void bind_predict(nb::module_& module);
 void bind_eval(nb::module_& module);
 void bind_experiments(nb::module_& module);
 void bind_sim(nb::module_& module);
+void bind_stream(nb::module_& module);
 
 /// A frame as it travels between processes: bit for bit, where make_curb_frame would normalise again.
 using FrameState = std::tuple<double, double, double, double, double, double, double, double, double, bool>;

@@ -37,4 +37,5 @@ NB_MODULE(_sila, module) {
   bindings::bind_eval(module);
   bindings::bind_experiments(module);
   bindings::bind_sim(module);
+  bindings::bind_stream(module);
 }

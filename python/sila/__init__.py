@@ -22,6 +22,7 @@ from ._sila import (
     modified_hausdorff_m,
 )
 from ._sila import version as __version__
+from ._stream import Stream
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
 from ._verbs import Simulation, evaluate, explain, explain_fusion, fuse, learn, predict, simulate, train_batch
 from .errors import FormatError, NumericalError
@@ -41,6 +42,7 @@ __all__ = [
     "Scene",
     "Simulation",
     "Site",
+    "Stream",
     "Track",
     "Tracks",
     "Transition",

@@ -45,6 +45,14 @@ bool is_xml(std::string_view text);
 /// Throws: FormatError for XML that is damaged or has another outermost element.
 TrackFile read_sumo_fcd(const std::string& path, std::string_view text);
 
+/// Whether a text can only be a JSON array.
+bool is_json_array(std::string_view text);
+/// The objects of a JSON array as the rows of a table whose header line has the names of the first object. Other
+/// elements are counted as not_json. Throws: FormatError for an array that does not end or has no object, and as
+/// table_reader.
+TrackFile read_json_array(const std::string& path, std::string_view text, const ReadOptions& options,
+                          const std::string& only_track);
+
 /// Two columns of a CSV with header, by name in lower case. Throws: FormatError for a column or a cell that is missing.
 std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
                                                              const char* first, const char* second);

@@ -132,7 +132,8 @@ std::optional<TableReader> reader_in_parts(const TrackSource& source, const Stre
   validate(source.options);
   const std::optional<TextBlock> head = TextBlocks(source.path, limits.block_bytes).read(0);
   if (!head || trimmed(head->text).empty()) return std::nullopt;
-  if (source.options.format == TrackFormat::sumo_fcd || is_xml(head->text)) return std::nullopt;
+  if (source.options.format == TrackFormat::sumo_fcd || is_xml(head->text) || is_json_array(head->text))
+    return std::nullopt;
   auto reader = table_reader(table_of(source.path.string(), head->text), source.options);
   const bool is_large = std::filesystem::file_size(source.path, unknown) > limits.whole_bytes && !unknown;
   if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))

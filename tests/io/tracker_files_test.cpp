@@ -66,6 +66,59 @@ TEST(MotChallenge, NeedsAFrameRateAndAKnownNumberOfColumns) {
   EXPECT_TRUE(contains(few->what(), "few.txt:1"));
 }
 
+TEST(JsonArrays, AreReadAsTheRowsOfATable) {
+  const TempFolder folder;
+  const std::string sink = R"([
+    {"x_min": 10.0, "y_min": 20.0, "x_max": 30.0, "y_max": 80.5, "class_id": 0, "confidence": 0.9, "tracker_id": 4,
+     "class_name": "a \"tab\tand , ] }", "frame_index": 0, "zone": [1, 2]},
+    {"frame_index": 25, "x_min": 12.0, "y_min": 20.0, "x_max": 32.0, "y_max": 80.5, "class_id": 2, "confidence": 0.8,
+     "tracker_id": 4, "class_name": "#"},
+    {"x_min": 1, "y_min": 2, "x_max": 3, "y_max": 4, "class_id": 0, "tracker_id": "", "frame_index": 25},
+    {"x_min": NaN, "y_min": 2, "x_max": 3, "y_max": 4, "class_id": 0, "tracker_id": 5, "frame_index": 25},
+    {"x_min": null, "y_min": 2, "x_max": 3, "y_max": 4, "class_id": 0, "tracker_id": 5, "frame_index": 25},
+    {"x_min": 3, "y_min": 2, "x_max": 3, "y_max": 4, "class_id": 0, "tracker_id": 5, "frame_index": 25},
+    7, []
+])";
+  const auto file = read_detections(folder.write("sink.json", sink), at_rate(25.0));
+  EXPECT_EQ(file.format, TrackFormat::boxes);
+  EXPECT_TRUE(file.pixels);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "4", 0.0, 20.0, 80.5);
+  expect_row(file.detections.rows[1], "4", 1.0, 22.0, 80.5);
+  EXPECT_EQ(file.detections.rows[0].line, 2U);
+  EXPECT_EQ(file.detections.rows[1].line, 4U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::bad_box), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 3U);
+  EXPECT_EQ(file.detections.rows_read, 8U);
+}
+
+TEST(JsonArrays, MayHaveTheColumnsOfAnyTable) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write(
+      "t.json", R"([{"track_id":"a","t":0.5,"x":1,"y":-2e0,"label":"person"},{"y":1,"x":2,"t":1,"track_id":17}])"));
+  EXPECT_EQ(file.format, TrackFormat::csv);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "a", 0.5, 1.0, -2.0);
+  expect_row(file.detections.rows[1], "17", 1.0, 2.0, 1.0);
+  EXPECT_EQ(file.detections.rows[0].label, "person");
+}
+
+TEST(JsonArrays, ThatAreDamagedOrNoTracksAreRefused) {
+  const TempFolder folder;
+  const std::string row = R"({"track_id":"a","t":0.5,"x":1,"y":2})";
+  for (const std::string& text : {"[\n" + row, "[" + row + "] x", std::string("[]"), std::string("[[1],2]"),
+                                  std::string(R"([{"a":1,"b":2}])"), std::string("[\"a")}) {
+    const auto error = format_error_of([&] { read_detections(folder.write("bad.json", text)); });
+    ASSERT_TRUE(error) << text;
+    EXPECT_TRUE(contains(error->what(), "bad.json")) << error->what();
+  }
+  ReadOptions forced;
+  forced.format = TrackFormat::ndjson;
+  EXPECT_TRUE(format_error_of([&] { read_detections(folder.write("t.json", "[" + row + "]"), forced); }));
+}
+
 TEST(KittiTracking, GivesThePlaceOnTheGroundOrTheFootOfTheBox) {
   const TempFolder folder;
   const std::string placed =

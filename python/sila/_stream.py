@@ -1,0 +1,172 @@
+"""The live service in process: detections in, predictions out, learning in the background."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _sila
+from ._config import ConfigLike, merged
+from ._predictions import Predictions
+from ._sila import Model
+from ._tracks import SceneLike, _text
+from ._verbs import _model, _place
+
+#: Ids, positions of shape (n, 2) and labels, one entry a detection.
+_Rows = tuple[list[str], Any, list[str]]
+
+
+class Stream:
+    """What `sila serve` does with the lines of one tracker, in process: each `update` gives the predictions that are
+    due, and finished tracks are learnt in a thread of their own.
+
+    `model`: a Model to continue, or the path of a model file, which then keeps every episode as the service's does and
+    need not exist; without one a new model. `scene` as for `learn`. `camera`: the path of a camera file
+    (docs/formats.md); positions are then image points [pixels] on the ground, as the foot of a box. `person_classes`:
+    labels that are pedestrians, instead of the usual names. `stride_s`: seconds between the predictions of a
+    pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes what the
+    model was learnt with; its group `service` has the limits. Methods may be called from several threads.
+
+    Raises FormatError for a model or camera file that cannot be used, or a configuration out of range.
+    """
+
+    def __init__(
+        self,
+        model: Model | str | os.PathLike[str] | None = None,
+        *,
+        scene: SceneLike | None = None,
+        camera: str | os.PathLike[str] | None = None,
+        person_classes: Sequence[str] = (),
+        stride_s: float | None = None,
+        batch: int | None = None,
+        config: ConfigLike = None,
+    ) -> None:
+        file = Path(model) if isinstance(model, (str, os.PathLike)) else None
+        if file is not None:
+            start = Model.load(file) if file.exists() else Model()
+        else:
+            start = Model() if model is None else _model("model", model)
+        service = {name: value for name, value in (("stride_s", stride_s), ("batch", batch)) if value is not None}
+        settings = merged(merged(start.config_json, config), {"service": service})
+        self._person_classes = {str(name).lower() for name in person_classes}
+        camera_file = None if camera is None else Path(camera)
+        self._live = _sila.LiveStream(start, file, _place(scene, start, [], settings), camera_file, settings)
+
+    def update(self, t: float, detections: Any) -> Predictions:
+        """Takes the detections of the time `t` [s] and gives the predictions that are due, in their order.
+
+        `detections`: tuples (id, x, y) or (id, x, y, label); a dictionary from id to (x, y); an array of shape (n, 3)
+        with the columns id, x, y; a data frame with the columns track_id or id, x, y (and label); or, with a camera,
+        Detections of Supervision that have ids, all of them pedestrians. Metres in the frame of the scene, or pixels.
+
+        What the service would reject is rejected here and counted by reason: `counts["rejected"]`. Raises ValueError or
+        TypeError for what is no detection at all, and ValueError after `close`.
+        """
+        if isinstance(t, bool) or not isinstance(t, Real):
+            raise TypeError(f"t: expected seconds, found {t!r}")
+        ids, points, labels = _rows(detections)
+        return Predictions(self._live.update(float(t), ids, points, [self._label(label) for label in labels]))
+
+    def close(self) -> None:
+        """Ends all tracks and learns them, the last in a smaller batch; returns when it is done. `model` and `counts`
+        stay."""
+        self._live.close()
+
+    def wait(self) -> None:
+        """Returns when no whole batch waits to be learnt: for recordings: the result does not depend on speed."""
+        self._live.wait()
+
+    @property
+    def model(self) -> Model:
+        """The model after the last complete episode."""
+        return self._live.model
+
+    @property
+    def counts(self) -> dict[str, Any]:
+        """What became of the detections and the tracks. Detections that were not rejected are
+        detections = not_due + predictions + superseded; `rejected` has the others by reason (docs/service.md)."""
+        return self._live.counts()
+
+    @property
+    def metrics(self) -> dict[str, Any]:
+        """Errors beside constant velocity, coverage, novelty and drift of recent pedestrians, as on the live page."""
+        metrics: dict[str, Any] = json.loads(self._live.metrics())
+        return metrics
+
+    def to_image(self, points_m: Any) -> np.ndarray:
+        """Points of shape (n, 2) on the ground [m] in the image [pixels], by the camera; NaN behind it."""
+        return self._live.to_image(points_m)
+
+    def __enter__(self) -> Stream:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        counts = self.counts
+        return f"Stream({counts['detections']} detections, {counts['predictions']} predictions, {self.model!r})"
+
+    def _label(self, label: str) -> str:
+        if not self._person_classes or not label:
+            return label
+        return "person" if label.lower() in self._person_classes else "not asked for"
+
+
+def _rows(detections: Any) -> _Rows:
+    if hasattr(detections, "xyxy"):
+        return _of_boxes(detections)
+    if hasattr(detections, "columns"):
+        return _of_frame(detections)
+    if isinstance(detections, np.ndarray):
+        if detections.ndim != 2 or detections.shape[1] != 3:
+            raise ValueError(f"detections: expected shape (n, 3) with the columns id, x, y; found {detections.shape}")
+        return [_id(key) for key in detections[:, 0]], _points(detections[:, 1:]), [""] * len(detections)
+    if isinstance(detections, Mapping):
+        entries: list[Any] = [(key, *position) for key, position in detections.items()]
+    elif isinstance(detections, Iterable) and not isinstance(detections, (str, bytes)):
+        entries = [tuple(entry) for entry in detections]
+    else:
+        raise TypeError(f"detections: expected (id, x, y) tuples, found {type(detections).__name__}")
+    for entry in entries:
+        if len(entry) not in (3, 4):
+            raise ValueError(f"detections: expected (id, x, y) or (id, x, y, label), found {entry!r}")
+    labels = [_id(entry[3]) if len(entry) == 4 else "" for entry in entries]
+    return [_id(entry[0]) for entry in entries], _points([entry[1:3] for entry in entries]), labels
+
+
+def _of_frame(frame: Any) -> _Rows:
+    key = next((name for name in ("track_id", "id") if name in frame.columns), None)
+    if key is None or not {"x", "y"} <= set(frame.columns):
+        found = ", ".join(map(str, frame.columns))
+        raise ValueError(f"detections: expected the columns track_id or id, x, y; found {found}")
+    labels = [_id(label) for label in frame["label"]] if "label" in frame.columns else [""] * len(frame)
+    return [_id(value) for value in frame[key]], _points(frame[["x", "y"]]), labels
+
+
+def _of_boxes(detections: Any) -> _Rows:
+    """The feet of boxes: the middle of the bottom edge."""
+    if len(detections.xyxy) > 0 and detections.tracker_id is None:
+        raise ValueError("detections: they have no tracker_id; run a tracker first")
+    boxes = np.asarray(detections.xyxy, dtype=np.float64).reshape(-1, 4)
+    feet = np.column_stack([(boxes[:, 0] + boxes[:, 2]) / 2.0, boxes[:, 3]])
+    return [_id(key) for key in detections.tracker_id] if len(boxes) else [], feet, [""] * len(boxes)
+
+
+def _points(given: Any) -> Any:
+    try:
+        return np.asarray(given, dtype=np.float64).reshape(-1, 2)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"detections: expected numbers x, y; {error}") from None
+
+
+def _id(key: Any) -> str:
+    """As text; empty for a missing one."""
+    return "" if key is None or (isinstance(key, (float, np.floating)) and math.isnan(key)) else _text(key)
