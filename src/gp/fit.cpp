@@ -171,8 +171,7 @@ SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eige
                                                               config.selection_stop, default_jitter);
   SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen),
                                         mean, default_jitter);
-  Eigen::MatrixXd features = detail::whitened(detail::PaddedMatrix::factor(selection.lower),
-                                              covariance(theta.kernel, data.inputs, gp.pseudo_inputs));
+  Eigen::MatrixXd features = detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs));
   const Eigen::MatrixXd residuals = data.outputs.rowwise() - mean.transpose();
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), theta.noise_variance);
   detail::add(gp,

@@ -119,12 +119,12 @@ std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
 /// What the fused GP stands on: Z_b, the factor L_u of its covariance, and V' of the data.
 struct Basis {
   Eigen::MatrixXd pseudo_inputs;
-  detail::PaddedMatrix lower;
+  Eigen::MatrixXd lower;
   double jitter = default_jitter;
   Eigen::MatrixXd features;
 };
 
-Basis make_basis(Eigen::MatrixXd pseudo_inputs, detail::PaddedMatrix lower, const GpData& data, const Kernel& kernel,
+Basis make_basis(Eigen::MatrixXd pseudo_inputs, Eigen::MatrixXd lower, const GpData& data, const Kernel& kernel,
                  double jitter) {
   Basis basis{std::move(pseudo_inputs), std::move(lower), jitter, {}};
   if (data.inputs.cols() > 0)
@@ -134,8 +134,7 @@ Basis make_basis(Eigen::MatrixXd pseudo_inputs, detail::PaddedMatrix lower, cons
 
 Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
                  const Kernel& kernel, double jitter) {
-  return make_basis(candidates(Eigen::all, selection.chosen), detail::PaddedMatrix::factor(selection.lower), data,
-                    kernel, jitter);
+  return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, kernel, jitter);
 }
 
 /// The parts' one basis, grown by data on new ground; nothing if that makes it too large.
@@ -192,7 +191,7 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
 
 /// Algorithms 3.1: the posterior mean at the old pseudo-inputs stands for the old data, each point as often as it
 /// takes.
-detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const detail::PaddedMatrix& lower,
+detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const Eigen::MatrixXd& lower,
                                           double alpha) {
   const Eigen::Index size = part.pseudo_inputs.cols();
   const Posterior posterior(part);
@@ -240,7 +239,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   }
 
   Basis basis = fused_basis(known, data, theta.kernel, config);
-  const detail::PaddedMatrix& lower = basis.lower;
+  const Eigen::MatrixXd& lower = basis.lower;
   SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
                                            fused_mean(known, data, config.constant_mean), basis.jitter);
   for (const SparseGp* part : known) {

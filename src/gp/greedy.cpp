@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "linalg/blas.hpp"
 #include "posterior_simd.hpp"
 #include "statistics.hpp"
 
@@ -29,23 +28,25 @@ Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_varian
 class CovarianceColumns {
  public:
   CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)
-      : points_(points.cols(), points.rows()),
+      : points_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(padded(static_cast<std::size_t>(points.cols()))),
+                                      points.rows())),
+        column_(points_.rows()),
         inverse_(kernel.length_scales.cwiseInverse()),
         signal_variance_(kernel.signal_variance) {
-    points_.matrix() = points.transpose();
+    points_.topRows(points.cols()) = points.transpose();
   }
 
-  /// Shapes: column has room for as many rows as a padded column has.
-  void write(const Eigen::VectorXd& point, double* column) const {
-    const auto rows = static_cast<std::size_t>(points_.rows());
-    kernel_vector({static_cast<std::size_t>(inverse_.size()), points_.stride(), points_.column(0), inverse_.data(),
-                   signal_variance_},
-                  point.data(), column);
-    std::fill(column + rows, column + points_.stride(), 0.0);
+  /// k(points, point), padded.
+  const Eigen::VectorXd& at(const Eigen::VectorXd& point) {
+    kernel_vector({static_cast<std::size_t>(inverse_.size()), static_cast<std::size_t>(points_.rows()), points_.data(),
+                   inverse_.data(), signal_variance_},
+                  point.data(), column_.data());
+    return column_;
   }
 
  private:
-  PaddedMatrix points_;  // one a row
+  Eigen::MatrixXd points_;  // one a row
+  Eigen::VectorXd column_;
   Eigen::VectorXd inverse_;
   double signal_variance_;
 };
@@ -58,10 +59,10 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
   const Eigen::Index limit = std::min(count, std::max(max_count, given));
   const double signal = kernel.signal_variance;
   const double least = std::max(stop_fraction, exhausted + 2.0 * jitter);  // a copy of a chosen point keeps the jitter
-  const CovarianceColumns columns(kernel, candidates);
+  CovarianceColumns columns(kernel, candidates);
   Eigen::ArrayXd variances = Eigen::ArrayXd::Constant(count, signal);
   Selection selection{{}, Eigen::MatrixXd::Zero(limit, limit), {}, 0.0, true};
-  PaddedMatrix features(count, limit);
+  Eigen::MatrixXd features(count, limit);
   Eigen::Index m = 0;
   for (; m < limit; ++m) {
     const Eigen::Index pivot = m < given ? m : first_largest(variances, signal);
@@ -70,17 +71,17 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
     selection.chosen.push_back(pivot);
     selection.sound = selection.sound && variance + jitter * signal >= exhausted * signal;
     const double root = std::sqrt(std::max(variance + jitter * signal, exhausted * signal));
-    selection.lower.row(m).head(m) = features.matrix().row(pivot).head(m);
+    selection.lower.row(m).head(m) = features.row(pivot).head(m);
     selection.lower(m, m) = root;
-    columns.write(candidates.col(pivot), features.column(static_cast<std::size_t>(m)));
-    gemv_columns_before(features, static_cast<std::size_t>(m), static_cast<std::size_t>(pivot));
-    auto column = features.matrix().col(m);
+    auto column = features.col(m);
+    column = columns.at(candidates.col(pivot)).head(count);
+    column.noalias() -= features.leftCols(m) * features.row(pivot).head(m).transpose();
     column /= root;
     variances = (variances - column.array().square()).max(0.0);
     variances(pivot) = 0.0;
   }
   selection.lower.conservativeResize(m, m);
-  selection.features = features.matrix().leftCols(m);
+  selection.features = features.leftCols(m);
   selection.remaining_variance = count > 0 ? variances.maxCoeff() : 0.0;
   return selection;
 }

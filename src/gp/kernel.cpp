@@ -33,7 +33,7 @@ Eigen::MatrixXd covariance(const Kernel& kernel, const Eigen::MatrixXd& a, const
   require_dimension("a", a.rows(), kernel.length_scales.size());
   require_dimension("b", b.rows(), kernel.length_scales.size());
   // The loops take differences before they scale, so that k(x, x) is exactly the signal variance.
-  const std::size_t rows = detail::padded(static_cast<std::size_t>(a.cols()), detail::kColumnPadding);
+  const std::size_t rows = detail::padded(static_cast<std::size_t>(a.cols()));
   Eigen::MatrixXd points = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows), a.rows());
   points.topRows(a.cols()) = a.transpose();
   const Eigen::VectorXd inverse = kernel.length_scales.cwiseInverse();

@@ -29,9 +29,9 @@ Factors factorise(const GpData& data, const Hyperparameters& hyperparameters, co
   validate("negative_log_marginal_likelihood", data, kernel.length_scales.size(), data.outputs.cols());
   Factors f;
   f.own = covariance(kernel, pseudo_inputs, pseudo_inputs);
-  const detail::KernelFactor factor = detail::factor_kernel_matrix(detail::PaddedMatrix(f.own), kernel.signal_variance,
-                                                                   jitter, "negative_log_marginal_likelihood");
-  f.lower = factor.lower.matrix();
+  const detail::KernelFactor factor =
+      detail::factor_kernel_matrix(f.own, kernel.signal_variance, jitter, "negative_log_marginal_likelihood");
+  f.lower = factor.lower;
   f.jitter = factor.jitter;
   f.cross = covariance(kernel, data.inputs, pseudo_inputs);
   f.features = f.cross;

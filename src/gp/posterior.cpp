@@ -7,15 +7,12 @@
 #include <string>
 #include <utility>
 
-#include "linalg/blas.hpp"
 #include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
 #include "statistics.hpp"
 
 namespace sila {
 namespace {
-
-using detail::PaddedMatrix;
 
 /// A sum this little below a bound may reach it, but for rounding.
 constexpr double kRoundingMargin = 1.0 - 1e-9;
@@ -48,36 +45,37 @@ std::size_t numbers_in_panels(std::size_t columns) {
 /// S, a lower triangle, with S'S = I - B^-1, from the Cholesky factor of the reversed B: S reversed is the transpose of
 /// a Cholesky factor. In directions without data the difference is rounding, of either sign; as little as possible is
 /// added to the diagonal for a factor to exist.
-PaddedMatrix reduction_factor(const PaddedMatrix& b_reversed) {
-  PaddedMatrix difference(b_reversed.rows(), b_reversed.rows());
-  difference.matrix().diagonal().setOnes();
-  detail::syrk_triangular(difference, detail::trtri(b_reversed));
+Eigen::MatrixXd reduction_factor(const Eigen::MatrixXd& b_reversed) {
+  const Eigen::Index size = b_reversed.rows();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
+  const Eigen::MatrixXd inverse = b_reversed.triangularView<Eigen::Lower>().solve(identity);
+  Eigen::MatrixXd difference = identity;
+  difference.selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose(), -1.0);
   for (double more = least_added; more <= most_added; more *= 10.0) {
-    PaddedMatrix factor = difference;
-    factor.matrix().diagonal().array() += more;
-    if (detail::potrf(factor)) return detail::transposed_reversed(factor);
+    Eigen::MatrixXd factor = difference;
+    factor.diagonal().array() += more;
+    if (!detail::cholesky_in_place(factor)) continue;
+    Eigen::MatrixXd reduction = Eigen::MatrixXd::Zero(size, size);
+    reduction.triangularView<Eigen::Lower>() = factor.reverse().transpose();
+    return reduction;
   }
-  throw NumericalError("posterior: I - B^-1 of " + std::to_string(difference.rows()) +
-                       " pseudo-inputs has no Cholesky factor");
+  throw NumericalError("posterior: I - B^-1 of " + std::to_string(size) + " pseudo-inputs has no Cholesky factor");
 }
 
 /// The Cholesky factor of B = I + information, rows and columns reversed.
-PaddedMatrix reversed_factor_of_b(const Eigen::MatrixXd& information) {
-  PaddedMatrix b = PaddedMatrix::reversed(information);
-  b.matrix().diagonal().array() += 1.0;
-  if (detail::potrf(b)) return b;
+Eigen::MatrixXd reversed_factor_of_b(const Eigen::MatrixXd& information) {
+  Eigen::MatrixXd b = information.reverse();
+  b.diagonal().array() += 1.0;
+  if (detail::cholesky_in_place(b)) return b;
   throw NumericalError("posterior: I + information of " + std::to_string(information.rows()) +
                        " pseudo-inputs has no Cholesky factor");
 }
 
 /// L_u^-T B^-1 response.
-Eigen::MatrixXd weights_of(const SparseGp& gp, const PaddedMatrix& lower, const PaddedMatrix& b_reversed) {
-  PaddedMatrix reversed = PaddedMatrix::rows_reversed(gp.response);
-  detail::trsm_left(reversed, b_reversed);
-  detail::trsm_left_transposed(reversed, b_reversed);
-  PaddedMatrix weights = PaddedMatrix::rows_reversed(reversed.matrix());
-  detail::trsm_left_transposed(weights, lower);
-  return weights.matrix();
+Eigen::MatrixXd weights_of(const SparseGp& gp, const Eigen::MatrixXd& lower, const Eigen::MatrixXd& b_reversed) {
+  const auto b = b_reversed.triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd reversed = b.transpose().solve(b.solve(gp.response.colwise().reverse()));
+  return lower.triangularView<Eigen::Lower>().transpose().solve(reversed.colwise().reverse());
 }
 
 /// The index of the double that each table begins with.
@@ -85,8 +83,8 @@ struct TableOffsets {
   std::size_t mean, points, weights, reduction, end;
 
   TableOffsets(std::size_t inputs, std::size_t outputs, std::size_t columns)
-      : mean(detail::padded(inputs, detail::kColumnPadding)),
-        points(mean + detail::padded(outputs, detail::kColumnPadding)),
+      : mean(detail::padded(inputs)),
+        points(mean + detail::padded(outputs)),
         weights(points + inputs * columns),
         reduction(weights + (outputs + 1) * columns),
         end(reduction + numbers_in_panels(columns)) {}
@@ -185,7 +183,7 @@ struct PosteriorTables {
   PosteriorTables(const SparseGp& gp, const Eigen::MatrixXd& weights_and_norms, const Eigen::MatrixXd& reduction) {
     const auto inputs = static_cast<std::size_t>(gp.pseudo_inputs.rows());
     const auto outputs = static_cast<std::size_t>(gp.mean.size());
-    const std::size_t columns = padded(static_cast<std::size_t>(gp.pseudo_inputs.cols()), kColumnPadding);
+    const std::size_t columns = padded(static_cast<std::size_t>(gp.pseudo_inputs.cols()));
     const TableOffsets layout(inputs, outputs, columns);
     lines.resize(layout.end / kColumnPadding);
     double* const first = lines.front().numbers;
@@ -214,13 +212,13 @@ Posterior::Posterior(const SparseGp& gp)
       inputs_(static_cast<std::size_t>(gp.pseudo_inputs.rows())),
       outputs_(static_cast<std::size_t>(gp.mean.size())) {
   validate(gp);
-  const PaddedMatrix lower = detail::lower_factor(gp, "posterior");
-  const PaddedMatrix b_reversed = reversed_factor_of_b(gp.information);
-  PaddedMatrix reduction = reduction_factor(b_reversed);
-  detail::trsm_right_triangular(reduction, lower);
+  const Eigen::MatrixXd lower = detail::lower_factor(gp, "posterior");
+  const Eigen::MatrixXd b_reversed = reversed_factor_of_b(gp.information);
+  Eigen::MatrixXd reduction = reduction_factor(b_reversed);
+  lower.triangularView<Eigen::Lower>().solveInPlace<Eigen::OnTheRight>(reduction);
   Eigen::MatrixXd weights_and_norms(gp.pseudo_inputs.cols(), gp.mean.size() + 1);
-  weights_and_norms << weights_of(gp, lower, b_reversed), reduction.matrix().colwise().norm().transpose();
-  tables_ = std::make_shared<const detail::PosteriorTables>(gp, weights_and_norms, reduction.matrix());
+  weights_and_norms << weights_of(gp, lower, b_reversed), reduction.colwise().norm().transpose();
+  tables_ = std::make_shared<const detail::PosteriorTables>(gp, weights_and_norms, reduction);
 }
 
 double Posterior::predict(std::span<const double> x, std::span<double> mean) const {

@@ -23,7 +23,7 @@ using Tag = hn::CappedTag<double, kColumnPadding>;
 void kernel_vector_simd(const KernelView& view, const double* x, double* k) {
   const Tag d;
   const auto signal = hn::Set(d, view.signal_variance), half = hn::Set(d, -0.5);
-  for (std::size_t column = view.first; column < view.columns; column += hn::Lanes(d)) {
+  for (std::size_t column = 0; column < view.columns; column += hn::Lanes(d)) {
     auto squares = hn::Zero(d);
     for (std::size_t input = 0; input < view.inputs; ++input) {
       const auto z = hn::LoadU(d, view.points + input * view.columns + column);

@@ -2,9 +2,14 @@
 
 #include <cstddef>
 
-#include "linalg/padded_matrix.hpp"
-
 namespace sila::detail {
+
+/// Columns are padded with zeros to a multiple of this, so that loops over vector registers need no tail: the widest
+/// register holds 8 doubles.
+inline constexpr std::size_t kColumnPadding = 8;
+inline constexpr std::size_t padded(std::size_t size) {
+  return (size + kColumnPadding - 1) / kColumnPadding * kColumnPadding;
+}
 
 /// A lower triangle is stored in panels of this number of rows, one after another; each column by column up to the
 /// diagonal, padded with zeros.
@@ -20,7 +25,6 @@ struct KernelView {
   const double* points = nullptr;
   const double* inverse_length_scales = nullptr;
   double signal_variance = 1.0;
-  std::size_t first = 0;  ///< columns before this are skipped; a multiple of the padding
 };
 
 /// The tables of a posterior; its points are the pseudo-inputs. Shapes: `mean` outputs; `weights` (outputs + 1) x

@@ -56,7 +56,7 @@ SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
                   const Eigen::VectorXd& mean, double jitter) {
   SparseGp gp = detail::unchecked_prior(kernel, noise_variance, pseudo_inputs, mean, jitter);
   validate(gp);
-  gp.jitter = detail::factor_kernel_matrix(detail::lower_covariance(kernel, pseudo_inputs), kernel.signal_variance,
+  gp.jitter = detail::factor_kernel_matrix(covariance(kernel, pseudo_inputs, pseudo_inputs), kernel.signal_variance,
                                            jitter, "prior_gp")
                   .jitter;
   return gp;

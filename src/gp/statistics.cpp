@@ -6,8 +6,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "linalg/blas.hpp"
-#include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila::detail {
@@ -18,38 +16,19 @@ constexpr double smallest_pivot = 1e-13;  // relative to the signal variance; be
 
 }  // namespace
 
-PaddedMatrix lower_covariance(const Kernel& kernel, const Eigen::MatrixXd& points) {
-  validate(kernel);
-  const auto size = static_cast<std::size_t>(points.cols());
-  PaddedMatrix inputs(points.cols(), points.rows()), result(points.cols(), points.cols());
-  inputs.matrix() = points.transpose();
-  const Eigen::VectorXd inverse = kernel.length_scales.cwiseInverse();
-  for (std::size_t j = 0; j < size; ++j) {
-    const std::size_t first = j / kColumnPadding * kColumnPadding;
-    const KernelView view{static_cast<std::size_t>(points.rows()),
-                          inputs.stride(),
-                          inputs.column(0),
-                          inverse.data(),
-                          kernel.signal_variance,
-                          first};
-    double* const column = result.column(j);
-    kernel_vector(view, points.col(static_cast<Eigen::Index>(j)).data(), column);
-    std::fill(column + size, column + result.stride(), 0.0);
-  }
-  return result;
+bool cholesky_in_place(Eigen::MatrixXd& a) {
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(a);
+  // A NaN passes Eigen's test; one off the diagonal reaches the diagonal of the same row.
+  return cholesky.info() == Eigen::Success && a.diagonal().allFinite();
 }
 
-KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double signal_variance, double jitter,
+KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
                                   const char* function) {
   for (double trial = jitter; trial <= max_jitter * (1.0 + 1e-9); trial = trial > 0.0 ? trial * 10.0 : 1e-10) {
-    PaddedMatrix lower = kernel_matrix;
-    lower.matrix().diagonal().array() += trial * signal_variance;
-    if (!potrf(lower)) continue;
-    // What is no number off the diagonal would be none on it, in the same row.
-    const auto diagonal = lower.matrix().diagonal().array();
-    const bool sound =
-        lower.rows() == 0 || (diagonal.allFinite() && diagonal.square().minCoeff() >= smallest_pivot * signal_variance);
-    if (sound) return {std::move(lower), trial};
+    Eigen::MatrixXd lower = kernel_matrix;
+    lower.diagonal().array() += trial * signal_variance;
+    if (!cholesky_in_place(lower)) continue;
+    if ((lower.diagonal().array().square() >= smallest_pivot * signal_variance).all()) return {std::move(lower), trial};
   }
   std::ostringstream text;
   text << function << ": the covariance of " << kernel_matrix.rows() << " pseudo-inputs (signal variance "
@@ -57,9 +36,9 @@ KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double sign
   throw NumericalError(text.str());
 }
 
-PaddedMatrix lower_factor(const SparseGp& gp, const char* function) {
-  KernelFactor factor = factor_kernel_matrix(lower_covariance(gp.kernel, gp.pseudo_inputs), gp.kernel.signal_variance,
-                                             gp.jitter, function);
+Eigen::MatrixXd lower_factor(const SparseGp& gp, const char* function) {
+  KernelFactor factor = factor_kernel_matrix(covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs),
+                                             gp.kernel.signal_variance, gp.jitter, function);
   if (factor.jitter == gp.jitter) return std::move(factor.lower);
   std::ostringstream text;
   text << function << ": jitter = " << gp.jitter << " is too small for the covariance of " << gp.pseudo_inputs.cols()
@@ -82,10 +61,9 @@ SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eige
   return gp;
 }
 
-Eigen::MatrixXd whitened(const PaddedMatrix& lower, const Eigen::MatrixXd& cross) {
-  PaddedMatrix result(cross);
-  trsm_right_transposed(result, lower);
-  return result.matrix();
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {
+  lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(cross);
+  return cross;
 }
 
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "linalg/padded_matrix.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
@@ -13,20 +12,21 @@ namespace sila::detail {
 
 /// chol(K + jitter * signal_variance * I) and the jitter that it took.
 struct KernelFactor {
-  PaddedMatrix lower;
+  Eigen::MatrixXd lower;
   double jitter = 0.0;
 };
 
-/// k(points, points), the lower triangle.
-PaddedMatrix lower_covariance(const Kernel& kernel, const Eigen::MatrixXd& points);
+/// A = L L' -> L in the lower triangle, the only one that is read or written. False: A is not positive definite or not
+/// finite, and its content is then undefined.
+[[nodiscard]] bool cholesky_in_place(Eigen::MatrixXd& a);
 
 /// Tries `jitter`, then ten times as much, up to 1e-2. Of the matrix only the lower triangle counts. Throws
 /// NumericalError.
-KernelFactor factor_kernel_matrix(const PaddedMatrix& kernel_matrix, double signal_variance, double jitter,
+KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double signal_variance, double jitter,
                                   const char* function);
 
-/// L_u of a GP, under exactly its own jitter. Throws NumericalError.
-PaddedMatrix lower_factor(const SparseGp& gp, const char* function);
+/// L_u of a GP, under exactly its own jitter, in the lower triangle. Throws NumericalError.
+Eigen::MatrixXd lower_factor(const SparseGp& gp, const char* function);
 
 /// A GP that has seen nothing, unchecked.
 SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
@@ -40,7 +40,7 @@ struct Statistics {
 };
 
 /// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
-Eigen::MatrixXd whitened(const PaddedMatrix& lower, const Eigen::MatrixXd& cross);
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross);
 
 /// What data add. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "linalg/blas.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {
@@ -42,45 +41,40 @@ Statistics about_mean(const SparseGp& from, const Eigen::VectorXd& mean) {
 
 /// How the pseudo-inputs of two GPs hang together, whitened.
 struct Link {
-  PaddedMatrix basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
-  PaddedMatrix hidden;  ///< G with E = G G', what `into` leaves unexplained of those of `from`
+  Eigen::MatrixXd basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
+  Eigen::MatrixXd hidden;  ///< G with E = G G', what `into` leaves unexplained of those of `from`
 };
 
 /// What `into` has of the pseudo-inputs of `from` it explains whole, so that E has the rank of the others at most.
 /// Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.
-PaddedMatrix hidden_factor(const SparseGp& from, const SparseGp& into, const std::vector<Eigen::Index>& dropped,
-                           const PaddedMatrix& explained, const PaddedMatrix& own_lower) {
+Eigen::MatrixXd hidden_factor(const SparseGp& from, const SparseGp& into, const std::vector<Eigen::Index>& dropped,
+                              const Eigen::MatrixXd& explained, const Eigen::MatrixXd& own_lower) {
   const Eigen::MatrixXd points = from.pseudo_inputs(Eigen::all, dropped);
-  const PaddedMatrix rows(explained.matrix()(dropped, Eigen::all));
-  PaddedMatrix residual(covariance(into.kernel, points, points));
-  gemmt(residual, rows, transposed(rows));
-  mirror_lower(residual);
-  const Eigen::MatrixXd factor = semidefinite_factor(residual.matrix());
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(from.pseudo_inputs.cols(), factor.cols());
-  for (std::size_t i = 0; i < dropped.size(); ++i) spread.row(dropped[i]) = factor.row(static_cast<Eigen::Index>(i));
-  PaddedMatrix hidden(spread);
-  trsm_left(hidden, own_lower);
+  Eigen::MatrixXd residual = covariance(into.kernel, points, points);
+  residual.selfadjointView<Eigen::Lower>().rankUpdate(explained(dropped, Eigen::all), -1.0);
+  const Eigen::MatrixXd factor = semidefinite_factor(residual);
+  Eigen::MatrixXd hidden = Eigen::MatrixXd::Zero(from.pseudo_inputs.cols(), factor.cols());
+  hidden(dropped, Eigen::all) = factor;
+  own_lower.triangularView<Eigen::Lower>().solveInPlace(hidden);
   return hidden;
 }
 
-Link link_between(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower) {
-  const PaddedMatrix own_lower = lower_factor(from, "transfer");
+Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower) {
+  const Eigen::MatrixXd own_lower = lower_factor(from, "transfer");
   const CrossCovariance cross = cross_covariance(from, into);
-  PaddedMatrix explained(cross.values);
-  trsm_right_transposed(explained, lower);
-  PaddedMatrix hidden = hidden_factor(from, into, cross.dropped, explained, own_lower);
-  trsm_left(explained, own_lower);
-  return {transposed(explained), std::move(hidden)};
+  Eigen::MatrixXd explained = whitened(lower, cross.values);
+  Eigen::MatrixXd hidden = hidden_factor(from, into, cross.dropped, explained, own_lower);
+  own_lower.triangularView<Eigen::Lower>().solveInPlace(explained);
+  return {explained.transpose(), std::move(hidden)};
 }
 
 /// chol(I + alpha seen). Where very much was seen, rounding makes of it something that is not positive; then so much is
 /// added that there is a factor: what is passed on is rather too little.
-PaddedMatrix damping_factor(double alpha, PaddedMatrix seen) {
-  seen.matrix() *= alpha;
+Eigen::MatrixXd damping_factor(double alpha, const Eigen::MatrixXd& seen) {
   for (double more = 1.0; std::isfinite(more); more *= 10.0) {
-    PaddedMatrix damping = seen;
-    damping.matrix().diagonal().array() += more;
-    if (potrf(damping)) return damping;
+    Eigen::MatrixXd damping = alpha * seen;
+    damping.diagonal().array() += more;
+    if (cholesky_in_place(damping)) return damping;
   }
   throw NumericalError("transfer: what is left unexplained is not finite");
 }
@@ -92,29 +86,23 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
          a.pseudo_inputs == b.pseudo_inputs;
 }
 
-Statistics project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha) {
+Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha) {
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return stored;
-  const Link link = link_between(from, into, lower);
-  const PaddedMatrix known = gemm(link.basis, PaddedMatrix(stored.information));  // U S
-  PaddedMatrix information = gemmt(known, transposed(link.basis));                // U S U'
-  const PaddedMatrix::ConstView u = link.basis.matrix(), g = link.hidden.matrix();
+  const auto [u, g] = link_between(from, into, lower);
+  const Eigen::MatrixXd known = u * stored.information;  // U S
+  Eigen::MatrixXd information(u.rows(), u.rows());       // U S U'; only the lower triangle, until it is mirrored
+  information.triangularView<Eigen::Lower>() = known * u.transpose();
   Statistics result{{}, u * stored.response, u * stored.mean_response};
-  if (alpha > 0.0 && link.hidden.columns() > 0) {
-    const PaddedMatrix damping =
-        damping_factor(alpha, gemmt(transposed(link.hidden), gemm(PaddedMatrix(stored.information), link.hidden)));
-    PaddedMatrix lost = gemm(known, link.hidden);  // U S G
-    trsm_right_transposed(lost, damping);
-    PaddedMatrix response_part(g.transpose() * stored.response), mean_part(g.transpose() * stored.mean_response);
-    trsm_left(response_part, damping);
-    trsm_left(mean_part, damping);
-    result.response -= alpha * lost.matrix() * response_part.matrix();
-    result.mean_response -= alpha * lost.matrix() * mean_part.matrix();
-    lost.matrix() *= std::sqrt(alpha);
-    gemmt(information, lost, transposed(lost));
+  if (alpha > 0.0 && g.cols() > 0) {
+    const Eigen::MatrixXd damping = damping_factor(alpha, g.transpose() * (stored.information * g));
+    const auto damping_lower = damping.triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd lost = whitened(damping, known * g);  // U S G, whitened
+    result.response -= alpha * lost * damping_lower.solve(g.transpose() * stored.response);
+    result.mean_response -= alpha * lost * damping_lower.solve(g.transpose() * stored.mean_response);
+    information.selfadjointView<Eigen::Lower>().rankUpdate(lost, -alpha);
   }
-  mirror_lower(information);
-  result.information = information.matrix();
+  result.information = information.selfadjointView<Eigen::Lower>();
   return result;
 }
 

@@ -18,7 +18,7 @@ namespace detail {
 
 /// The statistics that `transfer` adds. Shapes: lower = L_u of `into`, which gives kernel, pseudo-inputs, mean and
 /// jitter; its own statistics are not used.
-Statistics project(const SparseGp& from, const SparseGp& into, const PaddedMatrix& lower, double alpha);
+Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha);
 
 /// True if the statistics of the two can be added unchanged.
 bool same_basis(const SparseGp& a, const SparseGp& b);
