@@ -27,10 +27,7 @@ struct PredictOptions {
 
 Config predict_config(const PredictOptions& options, const StoredModel& stored) {
   Config config = configured(options.common, stored, options.model);
-  const double whole_s = config.episode.predict.observe_s;
-  if (options.observe_s && *options.observe_s > whole_s)
-    throw std::invalid_argument("predict: --observe = " + std::to_string(*options.observe_s) +
-                                ", the model uses at most predict.observe_s = " + std::to_string(whole_s) + " s");
+  if (options.observe_s) config.episode.predict.observe_s = *options.observe_s;
   if (options.horizon_s) config.episode.predict.horizon_s = *options.horizon_s;
   validate_fields("predict", config.episode.predict);
   return config;
@@ -41,9 +38,9 @@ std::vector<std::string> lines_of(const FramedTrajectory& placed, const std::str
                                   const Predictor& predictor, const Config& config, const PredictOptions& options,
                                   const Camera* camera) {
   std::vector<std::string> lines;
-  const double observe_s = options.observe_s.value_or(config.episode.predict.observe_s);
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.min_observe_s, options.stride_s)) {
-    const CurbTrajectory observed = observe(placed.track, last, placed.frame, observe_s, config.episode.sampling);
+    const CurbTrajectory observed =
+        observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
     if (options.explain) {
       const Explanation explanation = explain(predictor, observed);
       lines.push_back(prediction_line(input_id, predictor.predict(observed), &explanation, camera));

@@ -85,7 +85,7 @@ def predict(
     threads: int = 0,
     progress: bool | None = None,
 ) -> Predictions:
-    """Predicts each track whenever a prediction is due: at the first sample at or after predict.observe_s, then every
+    """Predicts each track whenever a prediction is due: at the first sample at or after predict.min_observe_s, then every
     `stride_s` seconds. With `at_end`, once a track, from its last sample: what comes next.
 
     What lies after t0 never influences a prediction. `config` changes what the model was learnt with, for instance

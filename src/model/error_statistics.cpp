@@ -84,11 +84,12 @@ double windows_in(const Densities& densities) {
   return densities[kWalking].scale.weight + densities[kStanding].scale.weight;
 }
 
-ErrorStatistics zero_error_statistics(int steps, double interval_s) {
+ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s) {
   ErrorStatistics error_statistics;
   error_statistics.steps = steps;
   error_statistics.classes = kSpeedClasses;
   error_statistics.interval_s = interval_s;
+  error_statistics.observe_s = observe_s;
   const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
   const auto blank = [](int f, int outputs) {
     return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::MatrixXd::Zero(f, outputs)};
@@ -133,10 +134,13 @@ ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
 
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
   if (a.empty() || b.empty()) return;
-  if (a.steps == b.steps && a.classes == b.classes && a.interval_s == b.interval_s) return;
-  throw std::invalid_argument("add_error_statistics: steps = " + std::to_string(b.steps) + ", the model was fitted " +
-                              std::to_string(a.steps) +
-                              " steps; keep predict.horizon_s as it was when the model began");
+  if (a.steps == b.steps && a.classes == b.classes && a.interval_s == b.interval_s && a.observe_s == b.observe_s)
+    return;
+  const auto text = [](const ErrorStatistics& of) {
+    return std::to_string(of.steps) + " steps after " + std::to_string(of.observe_s) + " s";
+  };
+  throw std::invalid_argument("add_error_statistics: " + text(b) + ", the model was fitted to " + text(a) +
+                              "; keep predict.horizon_s and predict.observe_s as they were when the model began");
 }
 
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
@@ -167,6 +171,8 @@ void validate(const ErrorStatistics& error_statistics) {
                       std::to_string(kSpeedClasses) + " classes");
   if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
     refuse_statistics("interval_s must be positive");
+  if (!(error_statistics.observe_s > 0.0) || !std::isfinite(error_statistics.observe_s))
+    refuse_statistics("observe_s must be positive");
   const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
   require_regressions("stacking", error_statistics.stacking, cells, kStackedFeatures, 1);
   require_densities("density", error_statistics.density, empty ? 0 : error_statistics.steps);

@@ -147,7 +147,7 @@ bool identical(const Site& a, const Site& b) {
 }  // namespace
 
 std::vector<double> pack(const ErrorStatistics& error_statistics) {
-  const auto& [steps, classes, interval_s, stacking, density, density_place_free, scores, novelties, slow] =
+  const auto& [steps, classes, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow] =
       error_statistics;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
@@ -170,6 +170,7 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
   packer.add(steps);
   packer.add(classes);
   packer.add(interval_s);
+  packer.add(observe_s);
   packer.add_list(stacking, add_moments);
   for (const Densities* densities : {&density, &density_place_free}) {
     for (const DensityMoments& moments : *densities) add_density(moments);
@@ -196,6 +197,7 @@ ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
   error_statistics.steps = unpacker.count<int>();
   error_statistics.classes = unpacker.count<int>();
   error_statistics.interval_s = unpacker.number();
+  error_statistics.observe_s = unpacker.number();
   error_statistics.stacking = unpacker.list<RegressionMoments>(moments);
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
     for (DensityMoments& read : *densities) read = density();

@@ -143,7 +143,7 @@ ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<co
   tbb::parallel_for(std::size_t{0}, windows.size(),
                     [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
   ErrorStatistics sum =
-      zero_error_statistics(steps, predictor.interval_s());  // in the order of the windows, whatever the threads did
+      zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s);  // in the order of the windows, whatever the threads did
   const Stacking unseen(sum, predictor.config());
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking = predictor.stacking(predictor.map().site(windows[i].observed.frame));
@@ -156,7 +156,7 @@ ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool pla
   ErrorStatistics sum;
   for (const Site& site : sites) accumulate(sum, site.error_statistics);
   if (!place_free || sum.empty()) return sum;
-  ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s);
+  ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
   free.scores = std::move(sum.scores), free.novelties = std::move(sum.novelties);
   free.slow = std::move(sum.slow);

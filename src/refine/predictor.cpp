@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "sila/core/steps.hpp"
@@ -72,6 +74,9 @@ Predictor::Predictor(const Model& model, const RefineConfig& config, const Snaps
                  earlier ? &earlier->predictor.residuals_ : nullptr),
       elsewhere_(fitted_to(pooled_error_statistics(model.sites, config.trained_sites_only))) {
   validate_fields("predict", config);
+  if (config.observe_s > elsewhere_.stacking.observe_s() + 1e-9)
+    throw std::invalid_argument("predict.observe_s = " + std::to_string(config.observe_s) +
+                                ", the model uses at most " + std::to_string(elsewhere_.stacking.observe_s()) + " s");
   by_site_.resize(model.sites.size(), fitted_to({}));
   tbb::parallel_for(std::size_t{0}, by_site_.size(),
                     [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site)); });
@@ -87,7 +92,7 @@ RolloutSet Predictor::rollouts(const CurbTrajectory& observed, int steps, Scratc
 }
 
 ObservedFeatures Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
-  return observed_features(residuals_, set.site, set.near, observed, config_.observe_s, scratch);
+  return observed_features(residuals_, set.site, set.near, observed, stacking(set.site).observe_s(), scratch);
 }
 
 MergedRollouts Predictor::merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {

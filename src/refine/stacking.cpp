@@ -176,6 +176,7 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
 
 Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)
     : steps_(config.stacking ? error_statistics.steps : 0),
+      observe_s_(error_statistics.empty() ? config.observe_s : error_statistics.observe_s),
       density_(densities_of(error_statistics.density, error_statistics)),
       density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)) {
   if (steps_ == 0) return;

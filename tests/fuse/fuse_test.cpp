@@ -234,7 +234,7 @@ TEST(Fuse, JoinsSitesAndAddsTheirErrorStatistics) {
   Model previous = random_model(random);
   Increment incoming = random_increment(random);
   incoming.model.sites[0].frame.origin_m = {100.0, 0.0};
-  previous.sites[0].error_statistics = incoming.model.sites[0].error_statistics = zero_error_statistics(2, 0.2);
+  previous.sites[0].error_statistics = incoming.model.sites[0].error_statistics = zero_error_statistics(2, 0.2, 3.2);
   previous.sites[0].error_statistics.novelties[3] = 1.0, incoming.model.sites[0].error_statistics.novelties[3] = 2.0;
   const Model apart = fuse(previous, incoming).model;
   ASSERT_EQ(apart.sites.size(), 2u);
@@ -246,7 +246,7 @@ TEST(Fuse, JoinsSitesAndAddsTheirErrorStatistics) {
   EXPECT_EQ(one.sites[1].error_statistics.novelties[3], 4.0);
   EXPECT_EQ(one.sites[1].episodes, 2);
   EXPECT_EQ(one.sites[0].episodes, 1);
-  incoming.model.sites[0].error_statistics = zero_error_statistics(4, 0.2);
+  incoming.model.sites[0].error_statistics = zero_error_statistics(4, 0.2, 3.2);
   EXPECT_THROW(fuse(previous, incoming), std::invalid_argument);
 }
 

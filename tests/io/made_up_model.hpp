@@ -69,7 +69,7 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   ErrorStatistics error_statistics;
   error_statistics.steps = 2;
   error_statistics.classes = kSpeedClasses;
-  error_statistics.interval_s = 0.4;
+  error_statistics.interval_s = 0.4, error_statistics.observe_s = 1.6;
   const auto regression = [&](double weight, int features, int outputs) {
     return RegressionMoments{weight, random_matrix(random, features, features),
                              random_matrix(random, features, outputs)};

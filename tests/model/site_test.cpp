@@ -28,7 +28,7 @@ TEST(Site, IsKnownByItsCornerAndCurbs) {
 }
 
 TEST(Site, JoinsThoseOfTwoModelsByCorner) {
-  ErrorStatistics one = zero_error_statistics(1, 0.2), two = one;
+  ErrorStatistics one = zero_error_statistics(1, 0.2, 3.2), two = one;
   one.novelties[0] = 1.0, two.novelties[0] = 2.0;
   const std::vector<Site> first{{frame_at(0), 1, 20, one, {}}, {frame_at(50), 2, 40, {}, {}}};
   const std::vector<Site> second{{frame_at(90), 3, 60, two, {}}, {frame_at(0.5), 4, 80, two, {}}};
@@ -39,7 +39,7 @@ TEST(Site, JoinsThoseOfTwoModelsByCorner) {
   EXPECT_EQ(joined.sites[0].tracks, 100);
   EXPECT_EQ(joined.sites[0].error_statistics.novelties[0], 3.0);
   EXPECT_EQ(joined.sites[2].error_statistics.novelties[0], 2.0);
-  EXPECT_THROW(join_sites(first, {{frame_at(7), 1, 20, zero_error_statistics(2, 0.2), {}}}), std::invalid_argument);
+  EXPECT_THROW(join_sites(first, {{frame_at(7), 1, 20, zero_error_statistics(2, 0.2, 3.2), {}}}), std::invalid_argument);
 }
 
 TEST(Site, CountsStaySortedAndAddUp) {

@@ -12,7 +12,7 @@ constexpr int kSteps = 3;
 constexpr double kInterval_s = 0.4;
 
 DensityMoments no_errors() {
-  return zero_error_statistics(kSteps, kInterval_s).density[kWalking];
+  return zero_error_statistics(kSteps, kInterval_s, 3.2).density[kWalking];
 }
 
 ScaleFeatures features_at(double change_mps) {

@@ -67,6 +67,14 @@ TEST(Predictor, PredictsATrackFromItsSecondSampleOn) {
   }
 }
 
+TEST(Predictor, RejectsWindowsLongerThanThoseOfItsModel) {
+  RefineConfig config = kConfig.predict;
+  config.observe_s = 5.0;
+  EXPECT_THROW(Predictor(corner_model(), config), std::invalid_argument);
+  config.observe_s = 0.8;  // of less the same model says what it knows
+  EXPECT_NO_THROW(Predictor(corner_model(), config));
+}
+
 TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
   const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});

@@ -86,7 +86,7 @@ void go_straight(Workspace& workspace, double weight) {
   workspace.prediction.modes[0].path_m = {Vector2(1.2, 2.0), Vector2(1.4, 2.0)};
   workspace.prediction.modes[0].covariances_m2 = {Matrix2::Identity(), Matrix2::Identity()};
 }
-const ErrorDensity kUnseen(zero_error_statistics(2, 0.2).density[kWalking], 2, 0.2);
+const ErrorDensity kUnseen(zero_error_statistics(2, 0.2, 3.2).density[kWalking], 2, 0.2);
 
 TEST(ModeVariants, KeepWeightAndMeanOfTheirMode) {
   Workspace workspace;

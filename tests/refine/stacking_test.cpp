@@ -22,7 +22,7 @@ Eigen::VectorXd coefficients(std::initializer_list<std::pair<int, double>> entri
 }
 
 ErrorStatistics nothing_fitted() {
-  return zero_error_statistics(kSteps, kInterval_s);
+  return zero_error_statistics(kSteps, kInterval_s, 3.2);
 }
 
 Features random_features(std::mt19937& random, int count) {

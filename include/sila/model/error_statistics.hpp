@@ -109,6 +109,7 @@ struct ErrorStatistics {
   int steps = 0;
   int classes = 0;
   double interval_s = 0.2;                  ///< between steps
+  double observe_s = 3.2;                   ///< length of a whole window
   std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
   Densities density;                        ///< errors of stacked predictions
   Densities density_place_free;             ///< of the global residual GP alone, for a place that is not known
@@ -123,7 +124,7 @@ struct ErrorStatistics {
 double windows_in(const Densities& densities);
 
 /// Tables of zeros.
-ErrorStatistics zero_error_statistics(int steps, double interval_s);
+ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s);
 
 /// The error statistics as if each example had counted `share` as much: all of them are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);

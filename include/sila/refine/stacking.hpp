@@ -84,6 +84,8 @@ class Stacking {
   Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config);
 
   bool fitted() const { return steps_ > 0; }
+  /// Length of the whole windows that it was fitted to.
+  double observe_s() const { return observe_s_; }
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who
   /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
   /// halves of them.
@@ -103,6 +105,7 @@ class Stacking {
   std::size_t cell(std::size_t step, int speed_class) const;
 
   int steps_ = 0;
+  double observe_s_;
   std::array<std::vector<Eigen::Matrix<double, kStackedFeatures, 1>>, kObservedClasses> coefficients_;
   std::vector<ErrorDensity> density_, density_place_free_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
