@@ -15,6 +15,7 @@
 #include "sila/evaluate/split.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/model_scene.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 
@@ -65,6 +66,8 @@ std::map<std::string, SplitBy> split_names();
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options);
+/// How predictions are written.
+void add_lines(CLI::App& verb, LineFormat& format);
 
 /// A check of an option for CLI11: empty, or what is wrong with the text.
 std::string positive_number(const std::string& text);

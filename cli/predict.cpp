@@ -22,6 +22,7 @@ struct PredictOptions {
   std::string model, out;
   std::optional<double> observe_s, horizon_s;
   double stride_s = 1.0;
+  LineFormat lines;
   bool explain = false, image = false;
 };
 
@@ -33,20 +34,24 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
   return config;
 }
 
-/// One line a prediction, in the order of the tracks.
-std::vector<std::string> lines_of(const FramedTrajectory& placed, const std::string& input_id,
-                                  const Predictor& predictor, const Config& config, const PredictOptions& options,
-                                  const Camera* camera) {
-  std::vector<std::string> lines;
+/// The lines of a track and how many they are.
+struct TrackLines {
+  std::string text;
+  std::size_t count = 0;
+};
+
+TrackLines lines_of(const FramedTrajectory& placed, const std::string& input_id, const Predictor& predictor,
+                    const Config& config, const PredictOptions& options, const Camera* camera) {
+  TrackLines lines;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.min_observe_s, options.stride_s)) {
     const CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
-    if (options.explain) {
-      const Explanation explanation = explain(predictor, observed);
-      lines.push_back(prediction_line(input_id, predictor.predict(observed), &explanation, camera));
-    } else {
-      lines.push_back(prediction_line(input_id, predictor.predict(observed), nullptr, camera));
-    }
+    const Prediction prediction = predictor.predict(observed);
+    std::optional<Explanation> explanation;
+    if (options.explain) explanation = explain(predictor, observed);
+    lines.text += prediction_line(input_id, prediction, explanation ? &*explanation : nullptr, camera, options.lines);
+    lines.text += '\n';
+    ++lines.count;
   }
   return lines;
 }
@@ -60,20 +65,19 @@ void predict_tracks(const PredictOptions& options) {
     throw std::invalid_argument("predict: --image needs --camera, or a scene file with a camera");
   const Camera* const camera = options.image ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);
-  std::vector<std::vector<std::string>> lines(input.tracks.size());
+  std::vector<TrackLines> lines(input.tracks.size());
   tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
     lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options, camera);
   });
-  std::string text;
+  std::optional<OutputFile> file;
+  if (!options.out.empty()) file.emplace(options.out);
+  std::ostream& out = file ? file->stream() : std::cout;
   std::size_t count = 0;
-  for (const auto& of_track : lines) {
-    count += of_track.size();
-    for (const std::string& line : of_track) text += line + "\n";
+  for (const TrackLines& of_track : lines) {
+    out << of_track.text;
+    count += of_track.count;
   }
-  if (options.out.empty())
-    std::cout << text;
-  else
-    write_file(options.out, text);
+  if (file) file->commit();
   std::cerr << count << " predictions for " << input.tracks.size() << " tracks\n";
 }
 
@@ -91,6 +95,7 @@ void add_predict(CLI::App& app) {
                    "use at most so much of the past, in seconds [predict.observe_s of the model]");
   verb->add_option("--horizon", options->horizon_s, "predicted seconds [5]");
   verb->add_option("--every", options->stride_s, "seconds between predictions of a track [1]")->check(positive_number);
+  add_lines(*verb, options->lines);
   verb->add_flag("--image", options->image, "add u, v and cov_uv, the path in the picture of the camera");
   verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");
   verb->callback([options] { predict_tracks(*options); });

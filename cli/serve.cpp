@@ -21,6 +21,7 @@ struct ServeVerb {
   std::string scene, model, token_file;
   std::optional<double> stride_s;
   std::optional<int> batch;
+  LineFormat lines;
 };
 
 /// Writes one line to stderr; may be called from any thread.
@@ -102,8 +103,8 @@ void serve(const ServeVerb& options) {
     return scene ? frame_for(*scene, track, open.config.corners)
                  : frame_from_tracks(learner.snapshot()->model).value_or(provisional_frame());
   };
-  const ServiceSettings settings{open.config.service, open.config.clean, open.config.episode, open.config.evaluate,
-                                 frame_of};
+  const ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
+                                 open.config.evaluate, frame_of,          options.lines};
   {
     Server server(server_options(options), scene.value_or(Scene{}), settings, learner, print_message);
     print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
@@ -135,6 +136,7 @@ void add_serve(CLI::App& app) {
       ->type_name("FILE");
   verb->add_option("--every", options->stride_s, "seconds between predictions of a pedestrian [each detection]");
   verb->add_option("--batch", options->batch, "finished tracks that make an episode [20]");
+  add_lines(*verb, options->lines);
   verb->callback([options] { serve(*options); });
 }
 

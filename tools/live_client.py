@@ -65,14 +65,14 @@ def fault_of(prediction):
         return f"novelty {prediction['novelty']}"
     if abs(sum(mode["weight"] for mode in prediction["modes"]) - 1.0) > WEIGHT_TOLERANCE:
         return "the weights do not sum to 1"
+    times = prediction["t"]
+    if not (times and times[0] > 0.0 and all(a < b for a, b in zip(times, times[1:]))):
+        return "times do not increase"
     for mode in prediction["modes"]:
-        size = len(mode["t"])
-        if size == 0 or not size == len(mode["x"]) == len(mode["y"]) == len(mode["cov"]):
+        if not len(times) == len(mode["x"]) == len(mode["y"]) == len(mode["cov"]):
             return "rows of different lengths"
-        if not (mode["weight"] > 0.0 and all(map(math.isfinite, mode["t"] + mode["x"] + mode["y"]))):
+        if not (mode["weight"] >= 0.0 and all(map(math.isfinite, mode["x"] + mode["y"]))):
             return "a number that is not finite"
-        if not (mode["t"][0] > 0.0 and all(a < b for a, b in zip(mode["t"], mode["t"][1:]))):
-            return "times do not increase"
         for xx, xy, yy in mode["cov"]:
             if not (math.isfinite(xx + yy) and xx > 0.0 and yy > 0.0 and xx * yy - xy * xy > 0.0):
                 return f"the covariance {xx}, {xy}, {yy}"

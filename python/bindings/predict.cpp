@@ -50,13 +50,13 @@ std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const s
       });
 }
 
-/// The lines of `sila predict --explain`.
+/// The lines of `sila predict --explain`, every number in full.
 std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
                                         const ScaledScene& scene, double stride_s, bool at_end, int threads) {
   return at_due_moments<std::string>(
       made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
         const Explanation explanation = explain(made.predictor, observed);
-        return prediction_line(track.input_id, made.predictor.predict(observed), &explanation);
+        return prediction_line(track.input_id, made.predictor.predict(observed), &explanation, nullptr, {.digits = 17});
       });
 }
 
@@ -208,8 +208,11 @@ void bind_prediction(nb::module_& module) {
           "covariances_m2", [](const TrackPrediction& p) { return all_covariances(p.content); },
           nb::rv_policy::automatic, "Shape (m, t, 2, 2), square metres.")
       .def(
-          "to_json", [](const TrackPrediction& p) { return prediction_line(p.track, p.content); },
-          "The line that `sila predict` writes.")
+          "to_json",
+          [](const TrackPrediction& p, int digits) {
+            return prediction_line(p.track, p.content, nullptr, nullptr, {.digits = digits});
+          },
+          "digits"_a = LineFormat{}.digits, "The line that `sila predict --digits` writes; 17: every number in full.")
       .def(
           "to_frame", [](nb::handle p) { return nb::module_::import_("sila._predictions").attr("frame_of")(p); },
           nb::sig("def to_frame(self) -> pandas.DataFrame"),

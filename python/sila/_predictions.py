@@ -55,9 +55,9 @@ class Predictions(Sequence[Prediction]):
         frames = [frame_of(prediction) for prediction in self]
         return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=list(_COLUMNS))
 
-    def to_ndjson(self, path: str | os.PathLike[str] | None = None) -> str:
-        """The lines that `sila predict` writes; also to a file if one is named."""
-        text = "".join(prediction.to_json() + "\n" for prediction in self)
+    def to_ndjson(self, path: str | os.PathLike[str] | None = None, *, digits: int = 3) -> str:
+        """The lines that `sila predict --digits` writes, 17: every number in full; also to a file if one is named."""
+        text = "".join(prediction.to_json(digits) + "\n" for prediction in self)
         if path is not None:
             Path(path).write_text(text, encoding="utf-8")
         return text

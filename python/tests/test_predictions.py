@@ -22,12 +22,24 @@ def test_arrays_agree_with_the_modes(predictions):
 
 def test_arrays_agree_with_the_line_of_json(predictions):
     for prediction in predictions[:5]:
-        line = json.loads(prediction.to_json())
+        line = json.loads(prediction.to_json(digits=17))
         assert line["track"] == prediction.track
         for index, mode in enumerate(line["modes"]):
             assert np.array_equal(np.column_stack([mode["x"], mode["y"]]), prediction.paths_m[index])
             covariances = prediction.covariances_m2[index].reshape(-1, 4)[:, [0, 1, 3]]
             assert np.array_equal(np.array(mode["cov"]), covariances)
+        assert np.array_equal(line["t"], prediction.times_s)
+
+
+def test_the_line_of_json_is_rounded_to_the_digits_asked_for(predictions):
+    for prediction in predictions[:5]:
+        for line, digits in ((json.loads(prediction.to_json()), 3), (json.loads(prediction.to_json(digits=5)), 5)):
+            paths_m = np.array([np.column_stack([mode["x"], mode["y"]]) for mode in line["modes"]])
+            assert np.abs(paths_m - prediction.paths_m).max() <= 0.5001 * 10.0**-digits
+            assert sum(mode["weight"] for mode in line["modes"]) == pytest.approx(1.0, abs=1e-12)
+    assert predictions.to_ndjson(digits=17) == "".join(p.to_json(17) + "\n" for p in predictions)
+    with pytest.raises(ValueError, match="digits = 18"):
+        predictions[0].to_json(18)
 
 
 def test_a_frame_has_a_row_a_mode_and_time(predictions):

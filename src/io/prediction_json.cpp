@@ -1,7 +1,15 @@
 #include "sila/io/prediction_json.hpp"
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
 
 #include "sila/core/errors.hpp"
 
@@ -46,18 +54,30 @@ nlohmann::ordered_json explanation_json(const Explanation& explanation) {
   return result;
 }
 
+/// Mean and covariance in the image [pixels], at one time of a mode.
+struct ImagePoint {
+  Vector2 mean_px;
+  Matrix2 covariance_px2;
+};
+
+std::optional<ImagePoint> image_point(const Mode& mode, std::size_t j, const Camera& camera) {
+  const std::optional<Vector2> image_px = to_image(camera, mode.path_m[j]);
+  if (!image_px) return std::nullopt;
+  const Matrix2 jacobian = image_jacobian(camera, mode.path_m[j]);
+  return ImagePoint{*image_px, jacobian * mode.covariances_m2[j] * jacobian.transpose()};
+}
+
 void add_image(nlohmann::ordered_json& entry, const Mode& mode, const Camera& camera) {
   for (const char* key : {"u", "v", "cov_uv"}) entry[key] = nlohmann::ordered_json::array();
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    const std::optional<Vector2> image_px = to_image(camera, mode.path_m[j]);
-    if (!image_px) {
+    const std::optional<ImagePoint> point = image_point(mode, j, camera);
+    if (!point) {
       for (const char* key : {"u", "v", "cov_uv"}) entry[key].push_back(nullptr);
       continue;
     }
-    const Matrix2 jacobian = image_jacobian(camera, mode.path_m[j]);
-    const Matrix2 c = jacobian * mode.covariances_m2[j] * jacobian.transpose();
-    entry["u"].push_back(image_px->x());
-    entry["v"].push_back(image_px->y());
+    const Matrix2& c = point->covariance_px2;
+    entry["u"].push_back(point->mean_px.x());
+    entry["v"].push_back(point->mean_px.y());
     entry["cov_uv"].push_back({c(0, 0), c(0, 1), c(1, 1)});
   }
 }
@@ -80,7 +100,8 @@ Mode mode_of(const json& object) {
 Prediction prediction_of(const json& object) {
   Prediction prediction;
   prediction.t0_s = object.at("t0").get<double>();
-  prediction.times_s = object.at("modes").at(0).at("t").get<std::vector<double>>();
+  const json& timed = object.contains("t") ? object : object.at("modes").at(0);
+  prediction.times_s = timed.at("t").get<std::vector<double>>();
   prediction.fallback = object.at("fallback").get<bool>();
   prediction.novelty = object.at("novelty").get<double>();
   for (const json& mode : object.at("modes")) prediction.modes.push_back(mode_of(mode));
@@ -91,10 +112,14 @@ Prediction prediction_of(const json& object) {
   return prediction;
 }
 
-}  // namespace
+// A track id that is not UTF-8 must not cost the line.
+std::string dumped(const nlohmann::ordered_json& value) {
+  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
-std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation,
-                            const Camera* camera) {
+/// The first form of a line.
+std::string line_v1(const std::string& track, const Prediction& prediction, const Explanation* explanation,
+                    const Camera* camera) {
   nlohmann::ordered_json line;
   line["track"] = track;
   line["t0"] = prediction.t0_s;
@@ -121,8 +146,135 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   }
   if (!prediction.regions.empty()) line["regions"] = regions_json(prediction.regions);
   if (explanation) line["explanation"] = explanation_json(*explanation);
-  // A track id that is not UTF-8 must not cost the line.
-  return line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return dumped(line);
+}
+
+constexpr int kMaxDigits = std::numeric_limits<double>::max_digits10;
+constexpr std::array kPowersOfTen{1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+constexpr int kFull = static_cast<int>(kPowersOfTen.size());  ///< so many decimals, or more: a number in full
+
+// In a text that is built here a comma follows each value; `close` puts a bracket in the place of the last one.
+
+/// Appends `value` rounded to so many decimals, without trailing zeros; in full where a double is coarser than that.
+void add(std::string& text, double value, int decimals) {
+  std::array<char, 32> buffer;
+  const double scaled = decimals < kFull ? value * kPowersOfTen[static_cast<std::size_t>(decimals)] : HUGE_VAL;
+  if (!std::isfinite(value)) {
+    text += "null,";
+  } else if (std::abs(scaled) >= 0x1p53) {
+    text.append(buffer.data(), std::to_chars(buffer.data(), buffer.end(), value).ptr) += ',';
+  } else {  // from the last digit to the first: less than half the time of std::to_chars with a precision
+    char* first = buffer.end();
+    *--first = ',';
+    auto rest = static_cast<std::uint64_t>(std::abs(scaled) + 0.5);
+    const bool negative = value < 0.0 && rest > 0;
+    for (; decimals > 0 && rest % 10 == 0; --decimals) rest /= 10;
+    const auto add_digit = [&] { *--first = static_cast<char>('0' + std::exchange(rest, rest / 10) % 10); };
+    for (int i = 0; i < decimals; ++i) add_digit();
+    if (decimals > 0) *--first = '.';
+    do add_digit();
+    while (rest > 0);
+    if (negative) *--first = '-';
+    text.append(first, static_cast<std::size_t>(buffer.end() - first));
+  }
+}
+
+void close(std::string& text, char bracket) {
+  if (text.back() == ',') text.pop_back();
+  (text += bracket) += ',';
+}
+
+/// Appends `"key":[...]` with what `add_entry(i)` appends for each i below `count`.
+void add_list(std::string& text, const char* key, std::size_t count, const auto& add_entry) {
+  ((text += '"') += key) += "\":[";
+  for (std::size_t i = 0; i < count; ++i) add_entry(i);
+  close(text, ']');
+}
+
+/// Appends [xx, xy, yy] with at least so many decimals, and as many as change no eigenvalue by more than a hundredth of
+/// the smaller one.
+void add_covariance(std::string& text, const Matrix2& c, int decimals) {
+  // The smaller eigenvalue is at least determinant / trace; half a unit of error in each entry moves it by one at most.
+  const double determinant = 0.01 * c.determinant(), trace = c.trace();
+  while (decimals < kFull && !(determinant * kPowersOfTen[static_cast<std::size_t>(decimals)] >= trace)) ++decimals;
+  text += '[';
+  for (const double entry : {c(0, 0), c(0, 1), c(1, 1)}) add(text, entry, decimals);
+  close(text, ']');
+}
+
+/// Weights rounded to so many decimals, by largest remainder: the sum is still 1 and the order is kept.
+std::vector<double> rounded_weights(const std::vector<Mode>& modes, int decimals) {
+  const double unit = decimals < kFull ? kPowersOfTen[static_cast<std::size_t>(decimals)] : 0.0;
+  std::vector<double> weights, remainders;
+  double missing = 0.0;
+  for (const Mode& mode : modes) {
+    const double scaled = mode.weight * unit;
+    weights.push_back(unit > 0.0 ? std::floor(scaled) / unit : mode.weight);
+    remainders.push_back(scaled - std::floor(scaled));
+    missing += remainders.back();
+  }
+  for (missing = std::round(missing); missing > 0.0; --missing) {
+    const auto largest = std::ranges::max_element(remainders);
+    weights[static_cast<std::size_t>(largest - remainders.begin())] += 1.0 / unit;
+    *largest = 0.0;
+  }
+  return weights;
+}
+
+/// Appends u, v and cov_uv.
+void add_image(std::string& text, const Mode& mode, const Camera& camera, int digits) {
+  std::vector<std::optional<ImagePoint>> points;
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) points.push_back(image_point(mode, j, camera));
+  const auto add_points = [&](const char* key, const auto& add_point) {
+    add_list(text, key, points.size(),
+             [&](std::size_t j) { points[j] ? add_point(*points[j]) : void(text += "null,"); });
+  };
+  add_points("u", [&](const ImagePoint& point) { add(text, point.mean_px.x(), digits); });
+  add_points("v", [&](const ImagePoint& point) { add(text, point.mean_px.y(), digits); });
+  add_points("cov_uv", [&](const ImagePoint& point) { add_covariance(text, point.covariance_px2, digits + 1); });
+}
+
+void add_mode(std::string& text, const Mode& mode, double weight, const Camera* camera, int digits) {
+  const std::size_t steps = mode.path_m.size();
+  add(text += "{\"weight\":", weight, digits + 1);
+  add_list(text, "x", steps, [&](std::size_t j) { add(text, mode.path_m[j].x(), digits); });
+  add_list(text, "y", steps, [&](std::size_t j) { add(text, mode.path_m[j].y(), digits); });
+  add_list(text, "cov", steps, [&](std::size_t j) { add_covariance(text, mode.covariances_m2[j], digits + 1); });
+  if (camera != nullptr) add_image(text, mode, *camera, digits);
+  add_list(text, "primitives", mode.primitives.size(),
+           [&](std::size_t i) { (text += std::to_string(mode.primitives[i])) += ','; });
+  ((text += "\"variant\":\"") += kVariantKinds[static_cast<std::size_t>(mode.variant)]) += '"';
+  close(text, '}');
+}
+
+}  // namespace
+
+std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation,
+                            const Camera* camera, const LineFormat& format) {
+  const int digits = format.digits;
+  if (digits < 1 || digits > kMaxDigits)
+    throw std::invalid_argument("prediction_line: digits = " + std::to_string(digits) + " is outside [1, 17]");
+  if (format.v1) return line_v1(track, prediction, explanation, camera);
+  std::string text = "{\"track\":" + dumped(track);
+  add(text += ",\"t0\":", prediction.t0_s, kFull);
+  text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
+  add(text += "\"novelty\":", prediction.novelty, digits + 1);
+  add_list(text, "t", prediction.times_s.size(), [&](std::size_t j) { add(text, prediction.times_s[j], digits); });
+  const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
+  add_list(text, "modes", weights.size(),
+           [&](std::size_t m) { add_mode(text, prediction.modes[m], weights[m], camera, digits); });
+  if (!prediction.regions.empty()) {
+    add_list(text, "regions", prediction.regions.size(), [&](std::size_t r) {
+      const std::vector<double>& levels = prediction.regions[r].levels;
+      add(text += "{\"probability\":", prediction.regions[r].probability, kFull);
+      add_list(text, "level", levels.size(), [&](std::size_t j) { add(text, levels[j], digits + 1); });
+      close(text, '}');
+    });
+  }
+  if (explanation != nullptr) (text += "\"explanation\":") += dumped(explanation_json(*explanation));
+  close(text, '}');
+  text.pop_back();
+  return text;
 }
 
 RecordedPredictions read_predictions(const std::filesystem::path& path) {
@@ -135,6 +287,9 @@ RecordedPredictions read_predictions(const std::filesystem::path& path) {
     if (object.is_object() && !object.contains("modes")) continue;
     try {
       Prediction prediction = prediction_of(object);
+      const auto as_long = [&](const Mode& mode) { return mode.path_m.size() == prediction.times_s.size(); };
+      if (prediction.modes.empty() || !std::ranges::all_of(prediction.modes, as_long))
+        throw FormatError(path.string(), number, "modes with a position for each time", line.substr(0, 80));
       const double t0_s = prediction.t0_s;
       recorded[{object.at("track").get<std::string>(), t0_s}] = std::move(prediction);
     } catch (const json::exception& error) {

@@ -190,7 +190,8 @@ void Engine::send_predictions(const std::vector<PredictionRequest>& requests) {
   std::vector<OutgoingLine> lines(requests.size());
   const auto predict = [&](std::size_t i) {
     predictions[i] = calibrated(snapshot->predictor.predict(requests[i].observed), core_.online_calibration);
-    lines[i] = {requests[i].stream, prediction_line(requests[i].track, predictions[i]), true};
+    lines[i] = {requests[i].stream,
+                prediction_line(requests[i].track, predictions[i], nullptr, nullptr, settings_.lines), true};
   };
   if (requests.size() < kMinParallel) {
     for (std::size_t i = 0; i < requests.size(); ++i) predict(i);

@@ -108,7 +108,7 @@ TEST(Server, AnswersEachDueDetectionWithAPrediction) {
     ASSERT_TRUE(prediction);
     EXPECT_EQ((*prediction)["track"], "17");
     EXPECT_EQ((*prediction)["t0"].get<double>(), row.t_s);
-    EXPECT_EQ((*prediction)["modes"][0]["t"].size(), 25u);
+    EXPECT_EQ((*prediction)["t"].size(), 25u);
   }
 }
 

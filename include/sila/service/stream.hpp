@@ -11,6 +11,7 @@
 
 #include "sila/core/clean.hpp"
 #include "sila/core/framed_trajectory.hpp"
+#include "sila/io/prediction_json.hpp"
 #include "sila/service/online_calibration.hpp"
 #include "sila/service/rejection.hpp"
 #include "sila/service/scores.hpp"
@@ -24,6 +25,7 @@ struct ServiceSettings {
   EpisodeConfig episode;
   EvaluateConfig evaluate;
   std::function<CurbFrame(const Trajectory&)> frame_for;  ///< the corner whose frame a track is mapped to
+  LineFormat lines;                                       ///< how predictions are written
 };
 
 /// The clock of a stream: its newest accepted time stamp.
