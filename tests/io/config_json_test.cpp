@@ -115,6 +115,8 @@ TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
             "c.json: expected evaluate.stride_s (the new name of this field), found \"evaluate.every_s\"");
   EXPECT_EQ(said({{"predict", {{"leave_ratio", 0.5}}}}),
             "c.json: expected a field that can be set (this one is a constant now), found \"predict.leave_ratio\"");
+  EXPECT_EQ(said({{"fleet.mean", "plain"}}),
+            "c.json: expected a field that can be set (this one is a constant now), found \"fleet.mean\"");
 }
 
 TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {

@@ -360,9 +360,6 @@ TEST(Simulation, RefusesValuesOutOfRangeByName) {
   config = {};
   config.noise_std_m = std::nan("");
   EXPECT_NE(message(config).find("noise_std_m"), std::string::npos) << message(config);
-  config = {};
-  config.walk_phase_s = 30.0;
-  EXPECT_EQ(message(config), "simulate: walk_phase_s = 30 is over half of signal_cycle_s = 40");
 }
 
 }  // namespace

@@ -228,7 +228,7 @@ TEST(FleetPlan, ScoresNoModelOnTracksThatItHasLearnt) {
           EXPECT_FALSE(knows[static_cast<std::size_t>(scored)].contains(task.partition)) << partitions << " partitions";
         }
       }
-      for (const int rounds : fitted) EXPECT_EQ(rounds, kConfig.fleet.warm_up_rounds);
+      for (const int rounds : fitted) EXPECT_EQ(rounds, kFleetWarmUpRounds);
       EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(partitions)) << "every partition counts";
     }
   }
