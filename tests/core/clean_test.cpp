@@ -8,7 +8,7 @@
 #include <map>
 #include <random>
 
-#include "sila/core/unit_warnings.hpp"
+#include "core/unit_warnings.hpp"
 
 namespace sila {
 namespace {
