@@ -78,7 +78,7 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   EXPECT_NEAR(settings.grid.cell * 2.5, 1.0, 1e-12);
 }
 
-TEST(Learn, RefusesAConfigurationOutOfRangeByName) {
+TEST(Learn, RejectsAConfigurationOutOfRangeByName) {
   LearnConfig config;
   config.dictionary.run_m = -1.0;
   try {

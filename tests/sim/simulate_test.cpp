@@ -345,7 +345,7 @@ TEST(Simulation, SamplesAtTheIntervalOfTheTracker) {
       ASSERT_NEAR(truth.times_s[k] - truth.times_s[k - 1], 0.4, 1e-9);
 }
 
-TEST(Simulation, RefusesValuesOutOfRangeByName) {
+TEST(Simulation, RejectsValuesOutOfRangeByName) {
   const auto message = [](const SimulationConfig& config) {
     try {
       simulate(config);

@@ -80,7 +80,7 @@ TEST(Episode, ThatTheModelHasLearntBeforeChangesNothing) {
   EXPECT_TRUE(identical(resumed.model, whole.model));
 }
 
-TEST(FuseModels, RefusesToCountAnEpisodeTwice) {
+TEST(FuseModels, DoesNotCountAnEpisodeTwice) {
   const Tracks tracks = testing::corner_walks(60, 4);
   const Model all = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
   const Model last = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
