@@ -17,8 +17,8 @@ struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Time between two windows of a track [s].
   double stride_s = 1.6;
-  /// After this number of newer windows an error counts 1/e.
-  static constexpr double memory_windows = 5000.0;
+  /// After this number of newer windows an error counts 1/e; no setting, but a fleet forgets nothing.
+  double memory_windows = 5000.0;
 };
 
 template <class Config, class Visitor>
