@@ -88,7 +88,7 @@ class Batches {
       if (auto part = stream_->next())
         std::ranges::move(without_frames(std::move(part->trajectories)), std::back_inserter(waiting_));
       if (!stream_->exhausted()) continue;
-      stream_->next();  // refuses what held no track at all
+      stream_->next();  // rejects what held no track at all
       tell(stream_->report());
       stream_.reset();
     }

@@ -193,7 +193,7 @@ def as_tracks(tracks: TracksLike, *, config: ConfigLike = None) -> Tracks:
 
 
 def clean(reported: Tracks, source: str, settings: str) -> Tracks:
-    """Tracks as they would be if they were read from a file; refuses rows of which not one track is left."""
+    """Tracks as they would be if they were read from a file; rejects rows of which not one track is left."""
     ids = [track.input_id for track in reported for _ in range(len(track))]
     t = _stacked([track.times_s for track in reported], 1)
     xy = _stacked([track.positions_m for track in reported], 2)

@@ -23,12 +23,12 @@ def test_changes_may_be_nested_dotted_or_a_file(tmp_path):
         assert sila.config(changes)["predict"]["horizon_s"] == 3.0
 
 
-def test_an_unknown_field_is_refused_with_the_nearest_known_one():
+def test_an_unknown_field_is_rejected_with_the_nearest_known_one():
     with pytest.raises(sila.FormatError, match="predict.horizon_s"):
         sila.config({"predict": {"horizont_s": 3.0}})
 
 
-def test_a_value_out_of_range_or_of_another_type_is_refused():
+def test_a_value_out_of_range_or_of_another_type_is_rejected():
     with pytest.raises(sila.FormatError, match="fuse.similarity_threshold"):
         sila.config({"fuse": {"similarity_threshold": 1.7}})
     with pytest.raises(sila.FormatError, match="predict.max_modes"):

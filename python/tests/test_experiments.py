@@ -1,4 +1,4 @@
-"""Experiments: the recorded numbers, resumed runs, refused files, measures that are right."""
+"""Experiments: the recorded numbers, resumed runs, rejected files, measures that are right."""
 
 import json
 from pathlib import Path
@@ -56,7 +56,7 @@ def test_the_numbers_are_those_recorded(tmp_path, golden, changes):
         np.testing.assert_allclose(found[column], expected[column], rtol=1e-9, atol=1e-12, err_msg=column)
 
 
-def test_goes_on_where_it_was_interrupted_and_refuses_results_of_another_making(tmp_path, capsys):
+def test_goes_on_where_it_was_interrupted_and_rejects_results_of_another_making(tmp_path, capsys):
     path, out = written(tmp_path, methods=["sila", "knn"], trials=2), tmp_path / "out"
     assert run([str(path), "--out", str(out), "--trials", "1"]) == 0
     kept = (out / "runs/001-four-way-sila.json").read_text()
@@ -102,7 +102,7 @@ def test_workers_give_the_same_numbers(tmp_path):
         ({"split": "tracks"}, ["track"]),
     ],
 )
-def test_what_is_no_experiment_is_refused(tmp_path, changes, words, capsys):
+def test_what_is_no_experiment_is_rejected(tmp_path, changes, words, capsys):
     assert run([str(written(tmp_path, **changes)), "--out", str(tmp_path / "out")]) in (1, 2)
     said = capsys.readouterr().err
     assert all(word in said for word in words), said

@@ -147,13 +147,13 @@ def test_an_unreadable_source_is_reported_and_ends_the_run_only_if_it_should(cli
 
 
 class NoClient:
-    """Work that is refused before it starts needs no cluster."""
+    """Work that is rejected before it starts needs no cluster."""
 
     def submit(self, *_, **__):
         raise AssertionError("work was started")
 
 
-def test_a_source_without_a_scene_is_refused_before_any_work(sites, tmp_path):
+def test_a_source_without_a_scene_is_rejected_before_any_work(sites, tmp_path):
     (tmp_path / "lonely.csv").write_bytes((sites / "1" / "day0.csv").read_bytes())
     with pytest.raises(sila.FormatError, match=r"lonely.csv: expected a scene, given or beside it"):
         sila.fleet.learn([sites, tmp_path], client=NoClient())
@@ -185,7 +185,7 @@ def test_sources_without_any_scene_are_one_place(client, sites, tmp_path):
         ({"predict": {"horizon_s": 4.0}}, "horizon_s"),
     ],
 )
-def test_models_of_another_grid_are_refused_before_any_work(sites, tmp_path, changes, named):
+def test_models_of_another_grid_are_rejected_before_any_work(sites, tmp_path, changes, named):
     made = sila.simulate(tracks=20, seed=5)
     by_width = {"scaling": "mean_width", "reference_width_m": 2.0}
     sila.learn(made.tracks, scene=made.scene, config=by_width | changes).save(tmp_path / "other.sila")
@@ -193,7 +193,7 @@ def test_models_of_another_grid_are_refused_before_any_work(sites, tmp_path, cha
         sila.fleet.learn([sites, tmp_path], client=NoClient(), config=by_width)
 
 
-def test_models_of_another_schema_are_refused_before_any_work(sites, model, tmp_path):
+def test_models_of_another_schema_are_rejected_before_any_work(sites, model, tmp_path):
     import sqlite3
 
     model.save(tmp_path / "old.sila")

@@ -60,7 +60,7 @@ def test_an_empty_model_pickles():
     assert pickle.loads(pickle.dumps(sila.Model())) == sila.Model()
 
 
-def test_a_file_that_is_no_model_is_refused_and_left(tmp_path, model):
+def test_a_file_that_is_no_model_is_rejected_and_left(tmp_path, model):
     path = tmp_path / "notes.txt"
     path.write_text("not a model, but a pedestrian's notes about the weather of the last weeks\n" * 20)
     with pytest.raises(sila.FormatError, match="notes.txt"):
@@ -120,11 +120,11 @@ def test_an_exception_of_the_progress_bar_ends_the_learning(place):
     class Broken(Exception):
         pass
 
-    def refuse(*_):
+    def reject(*_):
         raise Broken
 
     with pytest.raises(Broken):
-        sila._sila.learn(sila.Model(), list(place.tracks), place.scene, "{}", 20, 0, refuse)
+        sila._sila.learn(sila.Model(), list(place.tracks), place.scene, "{}", 20, 0, reject)
 
 
 def test_bad_arguments_are_named(place, model):

@@ -173,7 +173,7 @@ def test_two_topics_or_two_frames_must_be_distinguished(tmp_path, store):
     assert [track.id for track in ros.read_tracks(mixed, frame_id="map")] == ["a"]
 
 
-def test_what_is_no_bag_is_refused_by_name(tmp_path, store):
+def test_what_is_no_bag_is_rejected_by_name(tmp_path, store):
     with pytest.raises(sila.FormatError, match="nowhere"):
         ros.read_tracks(tmp_path / "nowhere")
     (tmp_path / "broken.mcap").write_bytes(b"no bag at all")

@@ -23,14 +23,14 @@ def test_curb_coordinates_are_those_of_the_definition(scaling, unit_m):
     np.testing.assert_allclose(frame.axes, axes, rtol=0, atol=1e-15)
 
 
-def test_points_of_a_wrong_shape_are_refused_by_name():
+def test_points_of_a_wrong_shape_are_rejected_by_name():
     with pytest.raises(ValueError, match=r"points_m: expected shape \(n, 2\), found shape \(2, 3\)"):
         sila.Scene(**OBLIQUE).frame().to_curb(np.zeros((2, 3)))
     with pytest.raises(ValueError, match=r"origin: expected shape \(2,\), found shape \(3,\)"):
         sila.Scene(**{**OBLIQUE, "origin": [1.0, 2.0, 3.0]})
 
 
-def test_parallel_curbs_are_refused():
+def test_parallel_curbs_are_rejected():
     with pytest.raises(ValueError, match="axis"):
         sila.Scene(**{**OBLIQUE, "axis_2": [-3.0, -4.0]})
 

@@ -39,7 +39,7 @@ def test_a_column_major_slice_is_read_by_its_meaning_and_not_by_its_memory():
     assert same([sila.Track("7", wide[:, 0], wide[:, 1:3])], [sila.Track("7", WALK[:, 0], WALK[:, 1:])])
 
 
-def test_a_wrong_shape_is_refused_with_the_argument_and_both_shapes():
+def test_a_wrong_shape_is_rejected_with_the_argument_and_both_shapes():
     with pytest.raises(ValueError, match=r"positions_m: expected shape \(n, 2\), found shape \(12, 3\)"):
         sila.Track("7", WALK[:, 0], WALK)
     with pytest.raises(ValueError, match=r"times_s: expected shape \(n,\), found shape \(12, 1\)"):
@@ -50,7 +50,7 @@ def test_a_wrong_shape_is_refused_with_the_argument_and_both_shapes():
         sila.Track("7", WALK[:, 0], "here")
 
 
-def test_times_that_do_not_increase_are_refused_by_name():
+def test_times_that_do_not_increase_are_rejected_by_name():
     with pytest.raises(ValueError, match="7"):
         sila.Track("7", WALK[::-1, 0], WALK[:, 1:])
 
@@ -79,7 +79,7 @@ def test_whole_numbers_in_a_float_column_are_the_ids_of_the_file():
     assert [track.id for track in sila.as_tracks(rows)] == ["17"]
 
 
-def test_a_frame_without_a_column_is_refused_by_its_name():
+def test_a_frame_without_a_column_is_rejected_by_its_name():
     with pytest.raises(ValueError, match="t missing in track_id, x, y"):
         sila.as_tracks(pandas.DataFrame({"track_id": [1], "x": [0.0], "y": [0.0]}))
 
@@ -115,7 +115,7 @@ def test_every_row_is_accounted_for():
     assert {reason: entry["rows"] for reason, entry in report["dropped"].items()} == {"not_finite": 1, "other_label": 1}
 
 
-def test_rows_that_make_no_track_are_refused_with_the_reasons():
+def test_rows_that_make_no_track_are_rejected_with_the_reasons():
     with pytest.raises(
         sila.FormatError, match="at least one track of two samples, found 1 rows not_finite, 1 rows single"
     ):
@@ -166,7 +166,7 @@ def test_a_missing_file_is_named(tmp_path):
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
-def test_what_is_no_track_is_refused_by_its_type():
+def test_what_is_no_track_is_rejected_by_its_type():
     with pytest.raises(TypeError, match="tracks: expected tracks, .* found int"):
         sila.as_tracks(3)
     with pytest.raises(ValueError, match="found neither"):

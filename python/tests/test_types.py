@@ -69,7 +69,7 @@ def test_the_stub_has_every_name_of_the_module_and_no_other():
     stub = names_in(ast.parse((Path(sila.__file__).parent / "_sila.pyi").read_text()).body)
     module = {name for name in vars(sila._sila) if not name.startswith("_")}
     assert set(stub) == module
-    # nanobind adds these to every class, an __init__ that refuses included.
+    # nanobind adds these to every class, an __init__ that rejects included.
     inherited = {"__doc__", "__module__", "__new__", "__hash__", "__dict__", "__weakref__", "__init__"}
     for name in module:
         if isinstance(getattr(sila._sila, name), type):

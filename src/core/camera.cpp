@@ -20,7 +20,7 @@ constexpr double kSmallestSingularShare = 1e-6;
 /// As the smallest singular value of a normalised homography to its largest; the map would be onto a line.
 constexpr double kSmallestConditionShare = 1e-9;
 
-[[noreturn]] void refuse_camera(const std::string& what) {
+[[noreturn]] void reject_camera(const std::string& what) {
   throw std::invalid_argument("camera: " + what);
 }
 
@@ -30,7 +30,7 @@ Matrix3 normalisation(std::span<const PointPair> pairs, Vector2 PointPair::*memb
   for (const PointPair& pair : pairs) middle += pair.*member / static_cast<double>(pairs.size());
   double distance = 0.0;
   for (const PointPair& pair : pairs) distance += (pair.*member - middle).norm() / static_cast<double>(pairs.size());
-  if (!std::isfinite(distance) || !(distance > 0.0)) refuse_camera("the points repeat or are not finite");
+  if (!std::isfinite(distance) || !(distance > 0.0)) reject_camera("the points repeat or are not finite");
   const double scale = std::sqrt(2.0) / distance;
   Matrix3 matrix;
   matrix << scale, 0.0, -scale * middle.x(), 0.0, scale, -scale * middle.y(), 0.0, 0.0, 1.0;
@@ -52,7 +52,7 @@ Matrix3 solve(std::span<const PointPair> pairs, const Matrix3& of_image, const M
   }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(system, Eigen::ComputeFullV);
   if (!(svd.singularValues()(7) > kSmallestSingularShare * svd.singularValues()(0)))
-    refuse_camera(
+    reject_camera(
         "the points are collinear or repeat, so that many cameras fit; four points of which no three are on a line "
         "are needed");
   const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
@@ -64,26 +64,26 @@ Matrix3 solve(std::span<const PointPair> pairs, const Matrix3& of_image, const M
 }  // namespace
 
 CameraFit fit_camera(std::span<const PointPair> pairs) {
-  if (pairs.size() < 4) refuse_camera(std::to_string(pairs.size()) + " pairs of points, at least 4 are needed");
+  if (pairs.size() < 4) reject_camera(std::to_string(pairs.size()) + " pairs of points, at least 4 are needed");
   const Matrix3 of_image = normalisation(pairs, &PointPair::image_px);
   const Matrix3 of_ground = normalisation(pairs, &PointPair::ground_m);
   const Matrix3 normalised = solve(pairs, of_image, of_ground);
-  (void)camera_of(normalised);  // refuses a map onto a line
+  (void)camera_of(normalised);  // rejects a map onto a line
   const Matrix3 homography = of_ground.inverse() * normalised * of_image;
   CameraFit fit{camera_of(homography, pairs.front().image_px), {}};
   for (const PointPair& pair : pairs) {
     const std::optional<Vector2> ground_m = to_ground(fit.camera, pair.image_px);
-    if (!ground_m) refuse_camera("its horizon passes between the points; the pairs contradict each other");
+    if (!ground_m) reject_camera("its horizon passes between the points; the pairs contradict each other");
     fit.residuals_m.push_back((*ground_m - pair.ground_m).norm());
   }
   return fit;
 }
 
 Camera camera_of(const Matrix3& ground_from_image, const std::optional<Vector2>& seen_px) {
-  if (!ground_from_image.allFinite()) refuse_camera("the homography is not finite");
+  if (!ground_from_image.allFinite()) reject_camera("the homography is not finite");
   const Matrix3 scaled = ground_from_image / std::max(ground_from_image.cwiseAbs().maxCoeff(), 1e-300);
   const Vector3 singular = Eigen::JacobiSVD<Matrix3>(scaled).singularValues();
-  if (!(singular(2) > kSmallestConditionShare * singular(0))) refuse_camera("the homography is not invertible");
+  if (!(singular(2) > kSmallestConditionShare * singular(0))) reject_camera("the homography is not invertible");
   const double below = scaled(2, 1) != 0.0 ? scaled(2, 1) : scaled(2, 2);  // w far below the horizon has its sign
   const double w = seen_px ? scaled.row(2).dot(seen_px->homogeneous()) : below;
   return {w < 0.0 ? Matrix3(-scaled) : scaled};
@@ -105,7 +105,7 @@ std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m) {
 Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m) {
   const Matrix3 inverse = camera.ground_from_image.inverse();
   const Vector3 p = inverse * ground_m.homogeneous();
-  if (!(p.z() > 0.0)) refuse_camera("the point is behind it");
+  if (!(p.z() > 0.0)) reject_camera("the point is behind it");
   const Vector2 image_px = p.hnormalized();
   return (inverse.topLeftCorner<2, 2>() - image_px * inverse.row(2).head<2>()) / p.z();
 }

@@ -11,7 +11,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "sila/core/unit_warnings.hpp"
+#include "core/unit_warnings.hpp"
 
 namespace sila {
 namespace {

@@ -15,14 +15,14 @@ double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-[[noreturn]] void refuse(const std::string& what) {
+[[noreturn]] void reject(const std::string& what) {
   throw std::invalid_argument("curb_frame: " + what);
 }
 
 Vector2 unit_axis(const char* name, const Vector2& axis) {
   const double length = axis.norm();
   if (!std::isfinite(length) || length < 1e-9)
-    refuse(std::string(name) + " has no direction; it must be a non-zero vector");
+    reject(std::string(name) + " has no direction; it must be a non-zero vector");
   return axis / length;
 }
 
@@ -30,7 +30,7 @@ void require_positive(const char* name, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
   std::ostringstream text;
   text << name << " = " << value << ", it must be positive";
-  refuse(text.str());
+  reject(text.str());
 }
 
 }  // namespace
@@ -62,8 +62,8 @@ CurbFrame rescaled(CurbFrame frame, CurbScaling scaling) {
 }
 
 void validate(const CurbFrame& frame) {
-  if (!frame.origin_m.allFinite()) refuse("origin is not finite");
-  if (!frame.axis_1.allFinite() || !frame.axis_2.allFinite()) refuse("an axis is not finite");
+  if (!frame.origin_m.allFinite()) reject("origin is not finite");
+  if (!frame.axis_1.allFinite() || !frame.axis_2.allFinite()) reject("an axis is not finite");
   require_positive("sidewalk_width_m", frame.sidewalk_width_m);
   require_positive("unit_m of axis_1", frame.unit_m.x());
   require_positive("unit_m of axis_2", frame.unit_m.y());
@@ -72,7 +72,7 @@ void validate(const CurbFrame& frame) {
   std::ostringstream text;
   text << "axis_1 and axis_2 are near parallel: |sin| of the angle between them is " << std::abs(sine) << ", at least "
        << kSmallestSine << " is needed";
-  refuse(text.str());
+  reject(text.str());
 }
 
 Matrix2 world_from_curb(const CurbFrame& frame) {

@@ -1,4 +1,4 @@
-#include "sila/core/track_frame.hpp"
+#include "core/track_frame.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -15,21 +15,21 @@ bool is_far(const Vector2& value) {
   return !(value.cwiseAbs().maxCoeff() <= kFarthest);
 }
 
-[[noreturn]] void refuse(const std::string& id, std::size_t sample, const char* what) {
+[[noreturn]] void reject(const std::string& id, std::size_t sample, const char* what) {
   std::ostringstream text;
   text << "trajectory '" << id << "', sample " << sample << ": " << what;
   throw std::invalid_argument(text.str());
 }
 
 void check(const std::string& id, const std::vector<double>& times_s, const std::vector<Vector2>& positions) {
-  if (times_s.empty()) refuse(id, 0, "there is no sample");
-  if (times_s.size() != positions.size()) refuse(id, times_s.size(), "there are not as many positions as times");
+  if (times_s.empty()) reject(id, 0, "there is no sample");
+  if (times_s.size() != positions.size()) reject(id, times_s.size(), "there are not as many positions as times");
   for (std::size_t i = 0; i < times_s.size(); ++i) {
-    if (!std::isfinite(times_s[i]) || !positions[i].allFinite()) refuse(id, i, "time or position is not finite");
-    if (std::abs(times_s[i]) > kFarthest || is_far(positions[i])) refuse(id, i, "time or position is over 1e12");
-    if (i > 0 && times_s[i] <= times_s[i - 1]) refuse(id, i, "times do not increase");
+    if (!std::isfinite(times_s[i]) || !positions[i].allFinite()) reject(id, i, "time or position is not finite");
+    if (std::abs(times_s[i]) > kFarthest || is_far(positions[i])) reject(id, i, "time or position is over 1e12");
+    if (i > 0 && times_s[i] <= times_s[i - 1]) reject(id, i, "times do not increase");
   }
-  if (times_s.back() - times_s.front() > kLongest_s) refuse(id, times_s.size() - 1, "the track is longer than 1e6 s");
+  if (times_s.back() - times_s.front() > kLongest_s) reject(id, times_s.size() - 1, "the track is longer than 1e6 s");
 }
 
 }  // namespace
@@ -42,11 +42,11 @@ void validate(const CurbTrajectory& track) {
   check(track.id, track.times_s, track.positions);
   validate(track.frame);
   if (track.velocities.size() != track.times_s.size()) {
-    refuse(track.id, track.velocities.size(), "there are not as many velocities as times");
+    reject(track.id, track.velocities.size(), "there are not as many velocities as times");
   }
   for (std::size_t i = 0; i < track.velocities.size(); ++i) {
     if (!track.velocities[i].allFinite() || is_far(track.velocities[i]))
-      refuse(track.id, i, "velocity is not finite, or over 1e12");
+      reject(track.id, i, "velocity is not finite, or over 1e12");
   }
 }
 

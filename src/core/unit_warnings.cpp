@@ -1,4 +1,4 @@
-#include "sila/core/unit_warnings.hpp"
+#include "core/unit_warnings.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

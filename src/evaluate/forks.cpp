@@ -75,7 +75,7 @@ std::vector<Passage> passages_of(std::span<const Window* const> windows, double 
 
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s) {
   const Vector2 here = window.past_m.back(), velocity = velocity_of(window, interval_s);
-  std::map<std::string, const Passage*> people;  // of each person the passage that came along most alike
+  std::map<std::string, const Passage*> people;  // of each person the passage that came along most similarly
   const auto unlike = [&](const Passage& passage) {
     return (passage.position_m - here).norm() / kAlike_m + (passage.velocity_mps - velocity).norm() / kAlike_mps;
   };

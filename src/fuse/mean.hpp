@@ -3,7 +3,7 @@
 #include <span>
 
 #include "sila/fuse/config.hpp"
-#include "sila/model/motion_primitive.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 

@@ -103,16 +103,16 @@ FusionDecision decide_pair(const SimilarityEdges& edges) {
 
 FusionDecision decide_star(const Star& star, const SimilarityEdges& edges, double threshold, const Tables& tables,
                            const FusionRules& rules) {
-  const double alike = lookup(tables.similarity, star.leaf_1, star.leaf_2);
-  if (const auto split = split_of(star, tables, rules)) return {FusionReason::case_1, edges, alike, {}, split};
-  if (alike >= threshold - kSimilaritySlack) {
+  const double similarity = lookup(tables.similarity, star.leaf_1, star.leaf_2);
+  if (const auto split = split_of(star, tables, rules)) return {FusionReason::case_1, edges, similarity, {}, split};
+  if (similarity >= threshold - kSimilaritySlack) {
     std::vector<int> fused{star.centre, star.leaf_1, star.leaf_2};
     std::sort(fused.begin(), fused.end());
-    return {FusionReason::case_2, edges, alike, fused, std::nullopt};
+    return {FusionReason::case_2, edges, similarity, fused, std::nullopt};
   }
-  if (!rules.case_3_fuses_stronger) return {FusionReason::case_3, edges, alike, {}, std::nullopt};
+  if (!rules.case_3_fuses_stronger) return {FusionReason::case_3, edges, similarity, {}, std::nullopt};
   const Similarity& best = stronger(edges[0], edges[1]) ? edges[0] : edges[1];
-  return {FusionReason::case_3_stronger, edges, alike, {best.first, best.second}, std::nullopt};
+  return {FusionReason::case_3_stronger, edges, similarity, {best.first, best.second}, std::nullopt};
 }
 
 /// The three cases of the paper, for one or two edges; no other part is touched, so the order of the parts does not

@@ -111,9 +111,9 @@ SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, d
   for (std::size_t j = 0; j < incoming.primitives.size(); ++j) {
     const double own_length = length(incoming.primitives[j]);
     for (const auto& [i, sum] : products_with(arrows, incoming.primitives[j])) {
-      const double alike = cosine(sum, lengths[i], own_length);
-      if (alike < threshold - kSimilaritySlack) continue;
-      graph.edges.push_back({static_cast<int>(i), graph.previous_primitives + static_cast<int>(j), alike});
+      const double value = cosine(sum, lengths[i], own_length);
+      if (value < threshold - kSimilaritySlack) continue;
+      graph.edges.push_back({static_cast<int>(i), graph.previous_primitives + static_cast<int>(j), value});
     }
   }
   std::sort(graph.edges.begin(), graph.edges.end(), [](const Similarity& a, const Similarity& b) {
@@ -130,8 +130,8 @@ std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Mo
   };
   std::vector<Similarity> result;
   for (const auto& [a, b] : siblings(graph.edges)) {
-    const double alike = similarity(primitive(a), primitive(b));
-    if (alike != 0.0) result.push_back({a, b, alike});
+    const double value = similarity(primitive(a), primitive(b));
+    if (value != 0.0) result.push_back({a, b, value});
   }
   return result;
 }

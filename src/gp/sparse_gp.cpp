@@ -11,21 +11,21 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what) {
+[[noreturn]] void reject(const std::string& what) {
   throw std::invalid_argument(what);
 }
 
-/// Names are put together where something is refused, for every posterior that is made passes here.
+/// Names are put together where something is rejected, for every posterior that is made passes here.
 void require_shape(const char* whose, const char* name, Eigen::Index rows, Eigen::Index columns,
                    Eigen::Index wanted_rows, Eigen::Index wanted_columns) {
   if (rows == wanted_rows && columns == wanted_columns) return;
-  refuse(std::string(whose) + ": " + name + " is " + std::to_string(rows) + " x " + std::to_string(columns) +
+  reject(std::string(whose) + ": " + name + " is " + std::to_string(rows) + " x " + std::to_string(columns) +
          ", must be " + std::to_string(wanted_rows) + " x " + std::to_string(wanted_columns));
 }
 
 void require_at_least_zero(const char* whose, const char* name, double value) {
   if (!(value >= 0.0) || !std::isfinite(value)) {
-    refuse(std::string(whose) + ": " + name + " = " + std::to_string(value) + ", must be finite and not negative");
+    reject(std::string(whose) + ": " + name + " = " + std::to_string(value) + ", must be finite and not negative");
   }
 }
 
@@ -33,7 +33,7 @@ void require_at_least_zero(const char* whose, const char* name, double value) {
 template <class Matrix>
 void require_finite(const char* whose, const char* name, const Matrix& matrix) {
   if (!((matrix.array() * 0.0).sum() == 0.0))
-    refuse(std::string(whose) + ": " + name + " holds a number that is not finite");
+    reject(std::string(whose) + ": " + name + " holds a number that is not finite");
 }
 
 /// Asked number by number only where not all bits are the same.
@@ -89,7 +89,7 @@ void validate(const SparseGp& gp) {
   validate(gp.kernel);
   const Eigen::Index size = gp.pseudo_inputs.cols();
   if (!(gp.noise_variance > 0.0) || !std::isfinite(gp.noise_variance)) {
-    refuse("sparse_gp: noise_variance = " + std::to_string(gp.noise_variance) + ", must be positive and finite");
+    reject("sparse_gp: noise_variance = " + std::to_string(gp.noise_variance) + ", must be positive and finite");
   }
   require_shape("sparse_gp", "pseudo_inputs", gp.pseudo_inputs.rows(), size, gp.kernel.length_scales.size(), size);
   require_shape("sparse_gp", "information", gp.information.rows(), gp.information.cols(), size, size);
@@ -101,7 +101,7 @@ void validate(const SparseGp& gp) {
   require_finite("sparse_gp", "response", gp.response);
   require_finite("sparse_gp", "mean_response", gp.mean_response);
   if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9)) {
-    refuse("sparse_gp: information has a negative diagonal");
+    reject("sparse_gp: information has a negative diagonal");
   }
   require_at_least_zero("sparse_gp", "points", gp.points);
   require_at_least_zero("sparse_gp", "jitter", gp.jitter);

@@ -16,10 +16,10 @@ constexpr double kLargeResidual_m = 0.5;
 std::vector<Vector2> points_in(const JsonFields& fields, const nlohmann::json& json, const char* key) {
   std::vector<Vector2> points;
   const auto found = json.find(key);
-  if (found == json.end() || !found->is_array()) fields.refuse(key, "a list of points [number, number]");
+  if (found == json.end() || !found->is_array()) fields.reject(key, "a list of points [number, number]");
   for (const nlohmann::json& point : *found) {
     const bool pair = point.is_array() && point.size() == 2 && point[0].is_number() && point[1].is_number();
-    if (!pair) fields.refuse(key, "a list of points [number, number]");
+    if (!pair) fields.reject(key, "a list of points [number, number]");
     points.emplace_back(point[0].get<double>(), point[1].get<double>());
   }
   return points;
@@ -28,13 +28,13 @@ std::vector<Vector2> points_in(const JsonFields& fields, const nlohmann::json& j
 Eigen::Matrix3d homography_in(const JsonFields& fields, const nlohmann::json& rows) {
   Eigen::Matrix3d matrix;
   const char* const expected = "three rows of three numbers";
-  if (!rows.is_array() || rows.size() != 3) fields.refuse("homography", expected);
+  if (!rows.is_array() || rows.size() != 3) fields.reject("homography", expected);
   for (int i = 0; i < 3; ++i) {
     const nlohmann::json& row = rows[static_cast<std::size_t>(i)];
-    if (!row.is_array() || row.size() != 3) fields.refuse("homography", expected);
+    if (!row.is_array() || row.size() != 3) fields.reject("homography", expected);
     for (int j = 0; j < 3; ++j) {
       const nlohmann::json& entry = row[static_cast<std::size_t>(j)];
-      if (!entry.is_number()) fields.refuse("homography", expected);
+      if (!entry.is_number()) fields.reject("homography", expected);
       matrix(i, j) = entry.get<double>();
     }
   }
@@ -45,7 +45,7 @@ CameraFile fitted(const JsonFields& fields, const nlohmann::json& json, const st
   const std::vector<Vector2> image = points_in(fields, json, "image_points");
   const std::vector<Vector2> ground = points_in(fields, json, "ground_points");
   if (image.size() != ground.size()) {
-    fields.refuse("ground_points", "as many points as image_points, " + std::to_string(image.size()) + " and not " +
+    fields.reject("ground_points", "as many points as image_points, " + std::to_string(image.size()) + " and not " +
                                        std::to_string(ground.size()));
   }
   std::vector<PointPair> pairs;

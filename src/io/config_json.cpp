@@ -85,7 +85,10 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
   const auto has_new_name = [&](const Field& field) { return (field.path + ".").starts_with(now + "."); };
   if (now != path && std::ranges::any_of(list, has_new_name))
     throw Rejection{now + " (the new name of this field)", excerpt(path)};
-  if (std::ranges::find(kConstants, path.substr(path.rfind('.') + 1)) != std::end(kConstants))
+  const auto names_path = [&](std::string_view name) {
+    return ("." + std::string(path)).ends_with("." + std::string(name));
+  };
+  if (std::ranges::any_of(kConstants, names_path))
     throw Rejection{"a field that can be set (this one is a constant now)", excerpt(path)};
   std::vector<std::string_view> names;  // the whole path, and its last name alone: people forget the group
   for (const Field& field : list) {

@@ -81,20 +81,20 @@ bool JsonFields::has(const char* key) const {
   return found != object_->end() && !found->is_null();
 }
 
-void JsonFields::refuse(const std::string& key, const std::string& expected) const {
+void JsonFields::reject(const std::string& key, const std::string& expected) const {
   const auto found = object_->find(key);
   throw FormatError(file_, 0, where_ + key + " = " + expected,
                     found == object_->end() ? "no such field" : where_ + key + " = " + excerpt(found->dump()));
 }
 
 const Json& JsonFields::at(const char* key, const char* expected) const {
-  if (!has(key)) refuse(key, expected);
+  if (!has(key)) reject(key, expected);
   return object_->at(key);
 }
 
 double JsonFields::number(const char* key) const {
   const Json& value = at(key, "a number");
-  if (!is_finite_number(value)) refuse(key, "a number");
+  if (!is_finite_number(value)) reject(key, "a number");
   return value.get<double>();
 }
 
@@ -104,7 +104,7 @@ double JsonFields::number_or(const char* key, double otherwise) const {
 
 double JsonFields::positive(const char* key) const {
   const double value = is_finite_number(at(key, "a positive number")) ? number(key) : 0.0;
-  if (!(value > 0.0)) refuse(key, "a positive number");
+  if (!(value > 0.0)) reject(key, "a positive number");
   return value;
 }
 
@@ -114,7 +114,7 @@ std::optional<double> JsonFields::optional_positive(const char* key) const {
 
 std::string JsonFields::text(const char* key) const {
   const Json& value = at(key, "a text");
-  if (!value.is_string()) refuse(key, "a text");
+  if (!value.is_string()) reject(key, "a text");
   return value.get<std::string>();
 }
 
@@ -125,7 +125,7 @@ std::string JsonFields::text_or(const char* key, const std::string& otherwise) c
 std::array<double, 2> JsonFields::pair(const char* key) const {
   const Json& value = at(key, "[x, y]");
   if (!value.is_array() || value.size() != 2 || !is_finite_number(value[0]) || !is_finite_number(value[1]))
-    refuse(key, "[x, y]");
+    reject(key, "[x, y]");
   return {value[0].get<double>(), value[1].get<double>()};
 }
 
@@ -137,7 +137,7 @@ std::vector<JsonFields> JsonFields::objects(const char* key) const {
   std::vector<JsonFields> result;
   if (!has(key)) return result;
   const Json& array = object_->at(key);
-  if (!array.is_array()) refuse(key, "a list");
+  if (!array.is_array()) reject(key, "a list");
   for (std::size_t i = 0; i < array.size(); ++i) {
     result.emplace_back(array[i], file_, where_ + key + "[" + std::to_string(i) + "].");
   }
@@ -148,9 +148,9 @@ std::vector<std::string> JsonFields::texts(const char* key) const {
   std::vector<std::string> result;
   if (!has(key)) return result;
   const Json& list = at(key, "a list of texts");
-  if (!list.is_array()) refuse(key, "a list of texts");
+  if (!list.is_array()) reject(key, "a list of texts");
   for (const Json& entry : list) {
-    if (!entry.is_string()) refuse(key, "a list of texts");
+    if (!entry.is_string()) reject(key, "a list of texts");
     result.push_back(entry.get<std::string>());
   }
   return result;
@@ -158,7 +158,7 @@ std::vector<std::string> JsonFields::texts(const char* key) const {
 
 bool JsonFields::flag_or(const char* key, bool otherwise) const {
   if (!has(key)) return otherwise;
-  if (!object_->at(key).is_boolean()) refuse(key, "true or false");
+  if (!object_->at(key).is_boolean()) reject(key, "true or false");
   return object_->at(key).get<bool>();
 }
 

@@ -36,7 +36,7 @@ class JsonFields {
   std::vector<std::string> texts(const char* key) const;   ///< of an array of texts; empty if the key is absent
   bool flag_or(const char* key, bool otherwise) const;
 
-  [[noreturn]] void refuse(const std::string& key, const std::string& expected) const;
+  [[noreturn]] void reject(const std::string& key, const std::string& expected) const;
   const std::string& where() const { return where_; }
 
  private:

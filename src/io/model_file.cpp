@@ -26,9 +26,9 @@ auto naming(const fs::path& path, Action&& action) {
   try {
     return action();
   } catch (const sqlite::Error& error) {
-    refuse(path, error);
+    reject(path, error);
   } catch (const std::invalid_argument& error) {  // of unpack and check: bytes that make no model
-    refuse(path, std::string("a damaged one; restore a copy, or learn it anew (") + error.what() + ")");
+    reject(path, std::string("a damaged one; restore a copy, or learn it anew (") + error.what() + ")");
   }
 }
 
@@ -37,11 +37,11 @@ bool has_model(const fs::path& path, sqlite::Database& database) {
   const std::int64_t application = database.integer("PRAGMA application_id");
   const std::int64_t schema = database.integer("PRAGMA user_version");
   if (application == 0 && schema == 0 && database.integer("SELECT count(*) FROM sqlite_master") == 0) return false;
-  if (application != tables::kApplicationId) refuse(path, "an SQLite database of another program; choose another path");
+  if (application != tables::kApplicationId) reject(path, "an SQLite database of another program; choose another path");
   const std::string found = "schema " + std::to_string(schema) + " of ", ours = std::to_string(tables::kSchema);
-  if (schema > tables::kSchema) refuse(path, found + "a newer sila (this one writes " + ours + "); update sila");
+  if (schema > tables::kSchema) reject(path, found + "a newer sila (this one writes " + ours + "); update sila");
   if (schema < tables::kSchema) {
-    refuse(path, found + "an older sila (this one writes " + ours +
+    reject(path, found + "an older sila (this one writes " + ours +
                      "); learn the model anew by `sila learn TRACKS --model NEW.sila`, or open it with the sila that " +
                      "wrote it");
   }
@@ -141,7 +141,7 @@ struct ModelFile::State {
       sqlite::Transaction transaction(*database, "BEGIN IMMEDIATE");
       const bool is_model = has_model(path, *database);
       if ((is_model ? tables::revision(*database) : 0) != revision) {
-        refuse_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
+        reject_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
       }
       if (!is_model) tables::create(*database);
       tables::Meta meta = is_model ? tables::read_meta(*database) : tables::Meta{};
@@ -157,10 +157,10 @@ struct ModelFile::State {
   /// Runs `look(database)` on all tables as one commit left them.
   template <class Look>
   auto look(Look&& look) {
-    if (!database) refuse(path, "no file yet; `sila learn` makes one");
+    if (!database) reject(path, "no file yet; `sila learn` makes one");
     return naming(path, [&] {
       const sqlite::Transaction snapshot(*database, "BEGIN");
-      if (!has_model(path, *database)) refuse(path, "an empty file; `sila learn` makes a model of it");
+      if (!has_model(path, *database)) reject(path, "an empty file; `sila learn` makes a model of it");
       return look(*database);
     });
   }
@@ -183,9 +183,9 @@ ModelFile ModelFile::open_or_create(const fs::path& path) {
 
 ModelFile ModelFile::open(const fs::path& path) {
   const fs::file_status status = status_of(path);
-  if (!fs::exists(status)) refuse(path, "no such file");
+  if (!fs::exists(status)) reject(path, "no such file");
   require_regular(path, status);
-  if (!may(path, R_OK)) refuse(path, "no permission to read it");
+  if (!may(path, R_OK)) reject(path, "no permission to read it");
   auto state = std::make_unique<State>();
   state->path = path;
   state->open();
@@ -222,7 +222,7 @@ void ModelFile::commit(const Model& model, const EpisodeRecord& episode, const s
   state_->change([&](sqlite::Database& database, const tables::Meta& meta) {
     const std::int64_t last = database.integer("SELECT coalesce(max(number), 0) FROM episodes");
     if (episode.number <= last) {
-      refuse_write(state_->path, "episode " + std::to_string(last) + " in it already, and this is episode " +
+      reject_write(state_->path, "episode " + std::to_string(last) + " in it already, and this is episode " +
                                      std::to_string(episode.number));
     }
     tables::keep_models(database, std::max(meta.rollbacks, 1));  // first, so that new parts take the place of old ones
@@ -251,7 +251,7 @@ int ModelFile::oldest_rollback() {
 
 void ModelFile::rollback(int episode) {
   const fs::path& path = state_->path;
-  if (!state_->database) refuse(path, "no file yet; `sila learn` makes one");
+  if (!state_->database) reject(path, "no file yet; `sila learn` makes one");
   state_->change([&](sqlite::Database& database, const tables::Meta&) {
     const std::vector<int> possible = reachable(database);
     if (!std::ranges::binary_search(possible, episode)) {
@@ -268,7 +268,7 @@ void ModelFile::rollback(int episode) {
 
 void ModelFile::keep_undo(int episodes) {
   if (episodes < 0) throw std::invalid_argument("keep_undo: " + std::to_string(episodes) + " is less than none");
-  if (!state_->database) refuse(state_->path, "no file yet; `sila learn` makes one");
+  if (!state_->database) reject(state_->path, "no file yet; `sila learn` makes one");
   state_->change([&](sqlite::Database& database, tables::Meta& meta) {
     meta.rollbacks = episodes;
     tables::keep_models(database, std::int64_t{episodes} + 1);
@@ -288,7 +288,7 @@ VerifyReport ModelFile::verify() {
       if (!tables::unnamed_parts(database).empty()) throw std::invalid_argument("it has parts of no model");
       report.undone = earlier.size();
     } catch (const std::invalid_argument& error) {
-      refuse(state_->path, std::string("a sound model whose history is damaged (") + error.what() +
+      reject(state_->path, std::string("a sound model whose history is damaged (") + error.what() +
                                "); it can be used and learnt on, `sila rollback --keep 0` removes the history");
     }
     return report;
@@ -320,7 +320,7 @@ StoredModel model_of_bytes(std::string_view bytes) {
   const fs::path name = "the bytes of a model";
   return naming(name, [&] {
     sqlite::Database database = sqlite::Database::of_bytes(bytes);
-    if (!has_model(name, database)) refuse(name, "no bytes");
+    if (!has_model(name, database)) reject(name, "no bytes");
     StoredModel stored = stored_in(database);
     stored.bytes = bytes.size();
     return stored;

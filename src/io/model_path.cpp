@@ -11,31 +11,31 @@ namespace sila {
 
 namespace fs = std::filesystem;
 
-void refuse(const fs::path& path, const std::string& found) {
+void reject(const fs::path& path, const std::string& found) {
   throw FormatError(path.string(), 0, "a sila model", found);
 }
 
-void refuse_write(const fs::path& path, const std::string& found) {
+void reject_write(const fs::path& path, const std::string& found) {
   throw FormatError(path.string(), 0, "a model file that can be written", found);
 }
 
-void refuse(const fs::path& path, const sqlite::Error& error) {
+void reject(const fs::path& path, const sqlite::Error& error) {
   const std::string said = std::string(" (") + error.what() + ")";
   switch (error.primary()) {
     case SQLITE_NOTADB:
-      refuse(path, "a file of another kind; give the path of a model that `sila learn` made");
+      reject(path, "a file of another kind; give the path of a model that `sila learn` made");
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      refuse(path, "one that another process has kept locked for 10 s; try again when it is done");
+      reject(path, "one that another process has kept locked for 10 s; try again when it is done");
     case SQLITE_PERM:
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
-      refuse_write(path, "no permission for the file or its folder" + said);
+      reject_write(path, "no permission for the file or its folder" + said);
     case SQLITE_FULL:
     case SQLITE_IOERR:
-      refuse_write(path, "that reading or writing failed; is the disk full?" + said);
+      reject_write(path, "that reading or writing failed; is the disk full?" + said);
     default:
-      refuse(path, "a damaged one; restore a copy, or learn it anew" + said);
+      reject(path, "a damaged one; restore a copy, or learn it anew" + said);
   }
 }
 
@@ -44,15 +44,15 @@ bool may(const fs::path& path, int what) {
 }
 
 void require_regular(const fs::path& path, const fs::file_status& status) {
-  if (fs::is_directory(status)) refuse(path, "a folder");
-  if (fs::exists(status) && !fs::is_regular_file(status)) refuse(path, "something that is no regular file");
+  if (fs::is_directory(status)) reject(path, "a folder");
+  if (fs::exists(status) && !fs::is_regular_file(status)) reject(path, "something that is no regular file");
 }
 
 void require_writable(const fs::path& path, const fs::file_status& status) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder)) refuse_write(path, "that the folder " + folder.string() + " does not exist");
-  if (!may(folder, W_OK | X_OK)) refuse_write(path, "no permission to write in the folder " + folder.string());
-  if (fs::exists(status) && !may(path, R_OK | W_OK)) refuse_write(path, "no permission to read and write it");
+  if (!fs::is_directory(folder)) reject_write(path, "that the folder " + folder.string() + " does not exist");
+  if (!may(folder, W_OK | X_OK)) reject_write(path, "no permission to write in the folder " + folder.string());
+  if (fs::exists(status) && !may(path, R_OK | W_OK)) reject_write(path, "no permission to read and write it");
 }
 
 fs::file_status status_of(const fs::path& path) {

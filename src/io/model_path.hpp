@@ -5,13 +5,13 @@
 
 #include "sqlite.hpp"
 
-/// What is wrong with the path of a model file, in one sentence with what to do. Every `refuse` throws a FormatError.
+/// What is wrong with the path of a model file, in one sentence with what to do. Every `reject` throws a FormatError.
 namespace sila {
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& found);
-[[noreturn]] void refuse_write(const std::filesystem::path& path, const std::string& found);
+[[noreturn]] void reject(const std::filesystem::path& path, const std::string& found);
+[[noreturn]] void reject_write(const std::filesystem::path& path, const std::string& found);
 /// What an error of SQLite means for a model file.
-[[noreturn]] void refuse(const std::filesystem::path& path, const sqlite::Error& error);
+[[noreturn]] void reject(const std::filesystem::path& path, const sqlite::Error& error);
 
 /// Whether this process may read, write or search (R_OK, W_OK, X_OK).
 bool may(const std::filesystem::path& path, int what);

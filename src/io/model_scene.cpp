@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sila/core/track_frame.hpp"
+#include "core/track_frame.hpp"
 
 namespace sila {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "bytes.hpp"
-#include "sila/model/hash.hpp"
+#include "model/hash.hpp"
 
 namespace sila::tables {
 namespace {

@@ -24,14 +24,12 @@ inline constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"live.max_unscored", "service.max_pending_scores"},
     {"live.remembered", "service.scored_pedestrians"},
     {"serve.max_waiting_lines", "service.max_queued_lines"},
-    {"serve.max_outgoing_mb", "service.max_send_queue_mb"},
     {"live", "service"},
     {"serve", "service"},
     {"works_m", "construction_length_m"},
     {"stand_share", "stop_share"},
     {"smoothing_s", "acceleration_density"},
     {"smoothing_intervals", "acceleration_density"},
-    {"decay", "memory_windows"},
     {"compact", "prune"},
     {"forget_count", "expire_count"},
     {"forget_after_episodes", "expire_after_episodes"},
@@ -39,7 +37,7 @@ inline constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"evaluate.every_s", "evaluate.stride_s"},
 };
 
-/// Last names of fields that are constants now.
+/// Last names of fields that are constants now, with the group where another has a field of that name.
 inline constexpr std::string_view kConstants[] = {"jump_tolerance_m",
                                                   "max_abs_position_m",
                                                   "standing_extent_m",
@@ -98,6 +96,21 @@ inline constexpr std::string_view kConstants[] = {"jump_tolerance_m",
                                                   "min_noise_to_signal",
                                                   "pooling_rounds",
                                                   "lattice_step",
-                                                  "page_every_s"};
+                                                  "page_every_s",
+                                                  "decay",
+                                                  "memory_windows",
+                                                  "fleet.mean",
+                                                  "fleet.case_3_fuses_stronger",
+                                                  "max_outgoing_mb",
+                                                  "max_send_queue_mb",
+                                                  "silence_s",
+                                                  "tile_cells",
+                                                  "sparsity",
+                                                  "road_width_m",
+                                                  "arrivals_per_s",
+                                                  "mean_speed_mps",
+                                                  "speed_std_mps",
+                                                  "signal_cycle_s",
+                                                  "walk_phase_s"};
 
 }  // namespace sila

@@ -17,7 +17,7 @@ std::string reason(int error) {
   return std::generic_category().message(error);
 }
 
-[[noreturn]] void refuse_output(const fs::path& path, const std::string& found) {
+[[noreturn]] void reject_output(const fs::path& path, const std::string& found) {
   throw FormatError(path.string(), 0, "a file that can be written", found);
 }
 
@@ -33,18 +33,18 @@ fs::path create_beside(const fs::path& replaced, const fs::path& target) {
     }
     if (errno == EEXIST && attempt < 1000) continue;
     const fs::path folder = replaced.has_parent_path() ? replaced.parent_path() : fs::path(".");
-    refuse_output(target, "that a file cannot be made in the folder " + folder.string() + " (" + reason(errno) + ")");
+    reject_output(target, "that a file cannot be made in the folder " + folder.string() + " (" + reason(errno) + ")");
   }
 }
 
 }  // namespace
 
 OutputFile::OutputFile(const fs::path& path) : target_(path) {
-  if (path.empty()) refuse_output("''", "an empty path");
+  if (path.empty()) reject_output("''", "an empty path");
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) refuse_output(path, "a folder");
-  if (fs::exists(status) && access(path.c_str(), W_OK) != 0) refuse_output(path, reason(errno));
+  if (fs::is_directory(status)) reject_output(path, "a folder");
+  if (fs::exists(status) && access(path.c_str(), W_OK) != 0) reject_output(path, reason(errno));
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     written_ = path;
   } else {
@@ -57,7 +57,7 @@ OutputFile::OutputFile(const fs::path& path) : target_(path) {
   if (!stream_) {
     const int cause = errno;
     if (!replaced_.empty()) fs::remove(written_, error);
-    refuse_output(path, reason(cause));
+    reject_output(path, reason(cause));
   }
 }
 
@@ -70,11 +70,11 @@ OutputFile::~OutputFile() {
 
 void OutputFile::commit() {
   stream_.close();
-  if (!stream_) refuse_output(target_, "that not everything could be written; is the disk full?");
+  if (!stream_) reject_output(target_, "that not everything could be written; is the disk full?");
   if (replaced_.empty()) return;
   std::error_code error;
   fs::rename(written_, replaced_, error);
-  if (error) refuse_output(target_, error.message());
+  if (error) reject_output(target_, error.message());
   written_.clear();
 }
 

@@ -64,7 +64,7 @@ class RowReader {
     return present ? std::string(cells_[columns_.label]) : std::string();
   }
 
-  void refuse_lost() {
+  void reject_lost() {
     if (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0 && !fault_)
       fault_ = Fault{DropReason::lost, {}};
     if (columns_.considered != TrackColumns::kNone && number(columns_.considered) == 0.0 && !fault_)
@@ -109,7 +109,7 @@ Detections read_rows(const TextTable& table, const TrackColumns& columns, const 
     detection.position_m = row.position();
     detection.label = row.label();
     detection.line = line.number;
-    row.refuse_lost();
+    row.reject_lost();
     ++result.rows_read;
     if (row.fault()) {
       bad.count(row.fault()->reason, table.path, line.number,

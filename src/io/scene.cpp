@@ -42,7 +42,7 @@ Corner corner_in(const JsonFields& fields, const std::string& name, const Sidewa
 
 YAxis y_axis_in(const JsonFields& fields) {
   const std::string name = fields.text_or("y_axis", "up");
-  if (name != "up" && name != "down") fields.refuse("y_axis", "\"up\" or \"down\"");
+  if (name != "up" && name != "down") fields.reject("y_axis", "\"up\" or \"down\"");
   return name == "up" ? YAxis::up : YAxis::down;
 }
 
@@ -115,7 +115,7 @@ SimilarityTransform similarity_in(const JsonFields& entry) {
   const JsonFields fields = entry.object("to_scene");
   const SimilarityTransform result{fields.number("a"), fields.number_or("b", 0.0), fields.number_or("tx", 0.0),
                                    fields.number_or("ty", 0.0)};
-  if (!(std::hypot(result.a, result.b) > 0.0)) fields.refuse("a", "a similarity of positive scale");
+  if (!(std::hypot(result.a, result.b) > 0.0)) fields.reject("a", "a similarity of positive scale");
   return result;
 }
 

@@ -12,7 +12,7 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void refuse_missing(const Scene& scene, std::size_t index) {
+[[noreturn]] void reject_missing(const Scene& scene, std::size_t index) {
   std::string folders;
   for (const auto& folder : scene.searched) folders += (folders.empty() ? "" : ", ") + folder.string();
   throw FormatError(scene.path.string(), 0,
@@ -74,7 +74,7 @@ std::vector<TrackSource> sources_of(const Scene& scene) {
   std::vector<TrackSource> sources;
   for (std::size_t i = 0; i < scene.files.size(); ++i) {
     const SceneFile& file = scene.files[i];
-    if (file.resolved.empty()) refuse_missing(scene, i);
+    if (file.resolved.empty()) reject_missing(scene, i);
     sources.push_back({file.resolved, with_camera(file.options, scene), file.to_scene});
   }
   return sources;

@@ -25,7 +25,7 @@ std::optional<TextBlock> TextBlocks::read(std::size_t index) {
     }
     block.text.resize(end + 1);
   }
-  refuse_binary(path_, block.text);
+  reject_binary(path_, block.text);
   if (index + 1 == places_.size()) {
     const auto lines = static_cast<std::size_t>(std::ranges::count(block.text, '\n'));
     places_.push_back({place.offset + block.text.size(), place.line + lines});

@@ -23,7 +23,7 @@ std::string system_error_text() {
   return std::generic_category().message(errno);
 }
 
-[[noreturn]] void refuse_truncated(const std::string& path) {
+[[noreturn]] void reject_truncated(const std::string& path) {
   throw FormatError(path, 0, "a whole gzip file", "one that is truncated or damaged");
 }
 
@@ -68,16 +68,16 @@ std::size_t GzipFile::read(std::span<char> into) {
   int code = Z_OK;
   gzerror(file_, &code);
   if (code == Z_ERRNO) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
-  if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) refuse_truncated(path_);
+  if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) reject_truncated(path_);
   return static_cast<std::size_t>(count);
 }
 
 void GzipFile::seek(std::size_t offset) {
-  if (gzseek(file_, static_cast<z_off_t>(offset), SEEK_SET) < 0) refuse_truncated(path_);
+  if (gzseek(file_, static_cast<z_off_t>(offset), SEEK_SET) < 0) reject_truncated(path_);
 }
 
-void refuse_binary(const std::string& path, std::string_view bytes) {
-  if (bytes.starts_with("\x1f\x8b")) refuse_truncated(path);  // a gzip header too short for zlib to see as one
+void reject_binary(const std::string& path, std::string_view bytes) {
+  if (bytes.starts_with("\x1f\x8b")) reject_truncated(path);  // a gzip header too short for zlib to see as one
   const std::size_t zero = bytes.find('\0');
   if (zero == std::string_view::npos) return;
   throw FormatError(path, 0, "a text file", "binary data (a zero byte at offset " + std::to_string(zero) + ")");
@@ -89,7 +89,7 @@ std::string read_text(const std::filesystem::path& path) {
 }
 
 std::string text_of_bytes(const std::string& path, std::string bytes) {
-  refuse_binary(path, bytes);
+  reject_binary(path, bytes);
   if (bytes.starts_with(kByteOrderMark)) bytes.erase(0, kByteOrderMark.size());
   if (bytes.find_first_not_of(kBlank) == std::string::npos)
     throw FormatError(path, 0, "a file with rows", "an empty file");

@@ -34,7 +34,7 @@ class GzipFile {
 inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 /// Throws: FormatError for bytes that are no text.
-void refuse_binary(const std::string& path, std::string_view bytes);
+void reject_binary(const std::string& path, std::string_view bytes);
 
 /// The whole text of a file, unzipped if it is gzipped.
 /// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty or binary.

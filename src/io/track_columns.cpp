@@ -260,7 +260,7 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
   return columns;
 }
 
-[[noreturn]] void refuse_unknown(const TextTable& table) {
+[[noreturn]] void reject_unknown(const TextTable& table) {
   const TextLine& first = table.rows.front();
   throw FormatError(table.path, first.number,
                     "tracks in a known format, such as CSV with the header line track_id,t,x,y",
@@ -332,7 +332,7 @@ std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<Tra
   if (looks_like_ndjson(table)) return std::nullopt;
   if (auto columns = header_columns(table.rows.front().text)) return columns;
   if (auto columns = headerless_columns(table)) return columns;
-  refuse_unknown(table);
+  reject_unknown(table);
 }
 
 }  // namespace sila

@@ -95,7 +95,7 @@ double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
   return product / std::sqrt(squared_norm(a) * squared_norm(b));
 }
 
-/// The most promising stretches: at most a tenth as many as there are tracks, one a track, no two alike.
+/// The most promising stretches: at most a tenth as many as there are tracks, one a track, no two the same.
 std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const CodingProblem& problem,
                                                                      const CodingState& state, const Banned& banned,
                                                                      double run_cells, const DictionaryConfig& config) {

@@ -6,7 +6,7 @@
 
 #include "learn/grid_vectors.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/model/motion_primitive.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 

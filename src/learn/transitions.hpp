@@ -7,7 +7,6 @@
 
 #include "learn/segmentation.hpp"
 #include "sila/core/trajectory.hpp"
-#include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "sila/model/hash.hpp"
+#include "model/hash.hpp"
 
 namespace sila {
 namespace {

@@ -8,20 +8,20 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void refuse_statistics(const std::string& what) {
+[[noreturn]] void reject_statistics(const std::string& what) {
   throw std::invalid_argument("error statistics: " + what);
 }
 
 void require_length(const char* name, std::size_t length, std::size_t wanted) {
   if (length == wanted) return;
-  refuse_statistics(std::string(name) + " has " + std::to_string(length) + " entries, must have " +
+  reject_statistics(std::string(name) + " has " + std::to_string(length) + " entries, must have " +
                     std::to_string(wanted));
 }
 
 /// Of something that was counted or summed up from squares.
 void require_sum(const char* name, double value) {
   if (!(value >= 0.0) || !std::isfinite(value))
-    refuse_statistics(std::string(name).append(" has a number that is no sum"));
+    reject_statistics(std::string(name).append(" has a number that is no sum"));
 }
 
 void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells, int features,
@@ -31,9 +31,9 @@ void require_regressions(const char* name, const std::vector<RegressionMoments>&
     require_sum(name, moments.weight);
     if (moments.features.rows() != features || moments.features.cols() != features ||
         moments.products.rows() != features || moments.products.cols() != outputs)
-      refuse_statistics(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
+      reject_statistics(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
     if (!moments.features.allFinite() || !moments.products.allFinite())
-      refuse_statistics(std::string(name) + " has a number that is not finite");
+      reject_statistics(std::string(name) + " has a number that is not finite");
   }
 }
 
@@ -166,13 +166,13 @@ void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
 void validate(const ErrorStatistics& error_statistics) {
   const bool empty = error_statistics.empty();
   if (error_statistics.steps < 0 || (!empty && error_statistics.classes != kSpeedClasses))
-    refuse_statistics("steps = " + std::to_string(error_statistics.steps) +
+    reject_statistics("steps = " + std::to_string(error_statistics.steps) +
                       ", classes = " + std::to_string(error_statistics.classes) + ", there must be " +
                       std::to_string(kSpeedClasses) + " classes");
   if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
-    refuse_statistics("interval_s must be positive");
+    reject_statistics("interval_s must be positive");
   if (!(error_statistics.observe_s > 0.0) || !std::isfinite(error_statistics.observe_s))
-    refuse_statistics("observe_s must be positive");
+    reject_statistics("observe_s must be positive");
   const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
   require_regressions("stacking", error_statistics.stacking, cells, kStackedFeatures, 1);
   require_densities("density", error_statistics.density, empty ? 0 : error_statistics.steps);

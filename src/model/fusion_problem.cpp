@@ -9,7 +9,7 @@ namespace sila {
 namespace {
 
 template <class... Parts>
-[[noreturn]] void refuse_problem(const Parts&... parts) {
+[[noreturn]] void reject_problem(const Parts&... parts) {
   std::ostringstream text;
   text << "fusion problem: ";
   (text << ... << parts);
@@ -23,31 +23,31 @@ bool exists(const FusionProblem& problem, int primitive) {
 void check_similarities(const FusionProblem& problem) {
   std::set<std::pair<int, int>> seen;
   for (const Similarity& pair : problem.similarities) {
-    const auto refuse_pair = [&](const char* what) {
-      refuse_problem("similarity of primitives ", pair.first, " and ", pair.second, " (counted from 0) = ", pair.value,
+    const auto reject_pair = [&](const char* what) {
+      reject_problem("similarity of primitives ", pair.first, " and ", pair.second, " (counted from 0) = ", pair.value,
                      ", ", what);
     };
     if (!exists(problem, pair.first) || !exists(problem, pair.second))
-      refuse_pair("of a primitive that does not exist");
-    if (pair.first >= pair.second) refuse_pair("first must be below second");
-    if (!(std::abs(pair.value) <= 1.0)) refuse_pair("it must be in [-1, 1]");
-    if (!seen.emplace(pair.first, pair.second).second) refuse_pair("it stands twice");
+      reject_pair("of a primitive that does not exist");
+    if (pair.first >= pair.second) reject_pair("first must be below second");
+    if (!(std::abs(pair.value) <= 1.0)) reject_pair("it must be in [-1, 1]");
+    if (!seen.emplace(pair.first, pair.second).second) reject_pair("it stands twice");
   }
 }
 
 void check_transitions(const FusionProblem& problem) {
   std::set<std::pair<int, int>> seen;
   for (const TransitionCount& edge : problem.transitions) {
-    const auto refuse_edge = [&](const char* what) {
-      refuse_problem("transition ", edge.from, " -> ", edge.to, " (counted from 0) with count ", edge.count, ", ",
+    const auto reject_edge = [&](const char* what) {
+      reject_problem("transition ", edge.from, " -> ", edge.to, " (counted from 0) with count ", edge.count, ", ",
                      what);
     };
-    if (!exists(problem, edge.from) || !exists(problem, edge.to)) refuse_edge("of a primitive that does not exist");
+    if (!exists(problem, edge.from) || !exists(problem, edge.to)) reject_edge("of a primitive that does not exist");
     if ((edge.from < problem.previous_primitives) != (edge.to < problem.previous_primitives)) {
-      refuse_edge("it must stay within one model");
+      reject_edge("it must stay within one model");
     }
-    if (!(edge.count > 0.0) || !std::isfinite(edge.count)) refuse_edge("the count must be positive");
-    if (!seen.emplace(edge.from, edge.to).second) refuse_edge("it stands twice");
+    if (!(edge.count > 0.0) || !std::isfinite(edge.count)) reject_edge("the count must be positive");
+    if (!seen.emplace(edge.from, edge.to).second) reject_edge("it stands twice");
   }
 }
 
@@ -55,12 +55,12 @@ void check_transitions(const FusionProblem& problem) {
 
 void validate(const FusionProblem& problem) {
   if (!(problem.similarity_threshold > 0.0) || !std::isfinite(problem.similarity_threshold)) {
-    refuse_problem("similarity_threshold = ", problem.similarity_threshold, ", it must be positive");
+    reject_problem("similarity_threshold = ", problem.similarity_threshold, ", it must be positive");
   }
   if (problem.previous_primitives < 0)
-    refuse_problem("previous_primitives = ", problem.previous_primitives, " is negative");
+    reject_problem("previous_primitives = ", problem.previous_primitives, " is negative");
   if (problem.incoming_primitives < 0)
-    refuse_problem("incoming_primitives = ", problem.incoming_primitives, " is negative");
+    reject_problem("incoming_primitives = ", problem.incoming_primitives, " is negative");
   check_similarities(problem);
   check_transitions(problem);
 }

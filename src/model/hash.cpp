@@ -1,4 +1,4 @@
-#include "sila/model/hash.hpp"
+#include "model/hash.hpp"
 
 #include <dlib/general_hash/murmur_hash3.h>
 

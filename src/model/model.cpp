@@ -15,36 +15,36 @@ namespace {
 /// Sums of the same counts in different orders differ by less, relative to the sum.
 constexpr double kCountRounding = 1e-9;
 
-[[noreturn]] void refuse(const std::string& what) {
+[[noreturn]] void reject(const std::string& what) {
   throw std::invalid_argument("model: " + what);
 }
 
 void check_primitive(std::size_t index, const MotionPrimitive& primitive) {
   const std::string name = "primitive " + std::to_string(index);
-  if (primitive.cells.empty()) refuse(name + " has no cell");
+  if (primitive.cells.empty()) reject(name + " has no cell");
   if (!(primitive.weight > 0.0) || !std::isfinite(primitive.weight))
-    refuse(name + " has a weight that is not positive");
-  if (primitive.support < 0) refuse(name + " has a support below zero");
+    reject(name + " has a weight that is not positive");
+  if (primitive.support < 0) reject(name + " has a support below zero");
   for (std::size_t c = 0; c < primitive.cells.size(); ++c) {
-    if (c > 0 && !(primitive.cells[c - 1].cell < primitive.cells[c].cell)) refuse(name + ": cells are not sorted");
+    if (c > 0 && !(primitive.cells[c - 1].cell < primitive.cells[c].cell)) reject(name + ": cells are not sorted");
     const CellKey& cell = primitive.cells[c].cell;
     if (std::abs(static_cast<double>(cell.x)) > kFarthestCell || std::abs(static_cast<double>(cell.y)) > kFarthestCell)
-      refuse(name + " has a cell over 1e9 cells away");
+      reject(name + " has a cell over 1e9 cells away");
     const double length = primitive.cells[c].velocity.norm();
-    if (!(length > 0.0 && length <= 1.0 + 1e-9)) refuse(name + ": the length of an arrow is outside (0, 1]");
+    if (!(length > 0.0 && length <= 1.0 + 1e-9)) reject(name + ": the length of an arrow is outside (0, 1]");
   }
 }
 
 /// Prediction and fusion index where each field may be evaluated; the keys of that index must not overflow.
 void check_extent(const Grid& grid, const std::string& name, const FlowField& field) {
   Eigen::AlignedBox2d reach = field.extent;
-  if (!reach.min().allFinite() || !reach.max().allFinite()) refuse(name + ": the extent is not finite");
+  if (!reach.min().allFinite() || !reach.max().allFinite()) reject(name + ": the extent is not finite");
   for (Eigen::Index m = 0; m < field.gp.pseudo_inputs.cols(); ++m) reach.extend(Vector2(field.gp.pseudo_inputs.col(m)));
   if (reach.isEmpty()) return;
   const Vector2 lengths = field.gp.kernel.length_scales;
   const Vector2 low = reach.min() - lengths, high = reach.max() + lengths;
   if (!(std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff()) <= kFarthestCell * grid.cell))
-    refuse(name + ": the field is over 1e9 cells away");
+    reject(name + ": the field is over 1e9 cells away");
 }
 
 void check_residual(const Model& model, const std::string& name, const SparseGp& residual) {
@@ -52,10 +52,10 @@ void check_residual(const Model& model, const std::string& name, const SparseGp&
   try {
     validate(residual);
   } catch (const std::invalid_argument& error) {
-    refuse(name + ": residual GP: " + error.what());
+    reject(name + ": residual GP: " + error.what());
   }
   if (residual.pseudo_inputs.rows() != kResidualInputs || residual.mean.size() != 2 * model.settings.residual_knots) {
-    refuse(name + ": the residual GP is not a map from " + std::to_string(kResidualInputs) +
+    reject(name + ": the residual GP is not a map from " + std::to_string(kResidualInputs) +
            " inputs to 2 outputs for each of " + std::to_string(model.settings.residual_knots) + " knots");
   }
 }
@@ -70,7 +70,7 @@ void check_settings(const ModelSettings& settings) {
   require("residual_horizon_s", settings.residual_horizon_s, {0.0, 3600.0});
   require("residual_knots", settings.residual_knots, {0, 1000});
   if ((settings.residual_knots > 0) != (settings.residual_horizon_s > 0.0))
-    refuse("residual GPs have knots without a horizon, or none until theirs");
+    reject("residual GPs have knots without a horizon, or none until theirs");
 }
 
 void check_global_residual(const Model& model, const SparseGp& global_residual) {
@@ -78,7 +78,7 @@ void check_global_residual(const Model& model, const SparseGp& global_residual) 
   validate(global_residual);
   if (global_residual.pseudo_inputs.rows() != kGlobalResidualInputs ||
       global_residual.mean.size() != 2 * model.settings.residual_knots)
-    refuse("the global residual GP is not a map from " + std::to_string(kGlobalResidualInputs) +
+    reject("the global residual GP is not a map from " + std::to_string(kGlobalResidualInputs) +
            " inputs to 2 outputs for each knot");
 }
 
@@ -86,18 +86,18 @@ void check_site_counts(const Model& model, const std::string& name, const Transi
   int before = -1;
   for (const auto& [site, count, last_episode] : transition.sites) {
     if (site <= before || site >= static_cast<int>(model.sites.size()))
-      refuse(name + ": sites are out of order, or there are only " + std::to_string(model.sites.size()));
-    if (!(count > 0.0) || !std::isfinite(count)) refuse(name + ": the count of a site is not positive");
+      reject(name + ": sites are out of order, or there are only " + std::to_string(model.sites.size()));
+    if (!(count > 0.0) || !std::isfinite(count)) reject(name + ": the count of a site is not positive");
     const int episodes = model.sites[static_cast<std::size_t>(site)].episodes;
     if (last_episode < 0 || last_episode > episodes) {
-      refuse(name + ": last seen in episode " + std::to_string(last_episode) + " of " + std::to_string(episodes));
+      reject(name + ": last seen in episode " + std::to_string(last_episode) + " of " + std::to_string(episodes));
     }
     before = site;
   }
   if (!(std::abs(total_count(transition.sites) - transition.count) <= kCountRounding * transition.count))
-    refuse(name + ": the counts of its sites do not add up to its count");
+    reject(name + ": the counts of its sites do not add up to its count");
   if (model.sharing == SiteSharing::apart && transition.sites.size() > 1)
-    refuse(name + ": it is of several sites, which are apart");
+    reject(name + ": it is of several sites, which are apart");
 }
 
 void check_site(const Model& model, std::size_t index) {
@@ -105,7 +105,7 @@ void check_site(const Model& model, std::size_t index) {
   validate(site.frame);
   check_global_residual(model, site.global_residual);
   if (site.episodes < 0 || site.tracks < 0)
-    refuse("site " + std::to_string(index) + " has fewer than no episodes or tracks");
+    reject("site " + std::to_string(index) + " has fewer than no episodes or tracks");
   validate(site.error_statistics);
 }
 
@@ -116,10 +116,10 @@ void check_field(const std::string& name, const FlowField& field) {
     try {
       validate(*gp);
     } catch (const std::invalid_argument& error) {
-      refuse(name + ": " + error.what());
+      reject(name + ": " + error.what());
     }
     if (gp->pseudo_inputs.rows() != 2 || gp->mean.size() != outputs)
-      refuse(name + ": the field is not a map from 2 inputs to 2 outputs");
+      reject(name + ": the field is not a map from 2 inputs to 2 outputs");
   }
 }
 
@@ -128,20 +128,20 @@ void check_transition(const Model& model, std::size_t index) {
   const std::string name = "transition " + std::to_string(transition.from) + " -> " + std::to_string(transition.to);
   const int primitives = static_cast<int>(model.primitives.size());
   if (transition.from < 0 || transition.to < 0 || transition.from >= primitives || transition.to >= primitives) {
-    refuse(name + ": there are only " + std::to_string(primitives) + " primitives");
+    reject(name + ": there are only " + std::to_string(primitives) + " primitives");
   }
-  if (!(transition.count > 0.0) || !std::isfinite(transition.count)) refuse(name + ": the count is not positive");
-  if (transition.support < 0) refuse(name + " has a support below zero");
+  if (!(transition.count > 0.0) || !std::isfinite(transition.count)) reject(name + ": the count is not positive");
+  if (transition.support < 0) reject(name + " has a support below zero");
   check_site_counts(model, name, transition);
   if (index > 0) {
     const Transition& before = model.transitions[index - 1];
     if (std::pair(before.from, before.to) >= std::pair(transition.from, transition.to)) {
-      refuse(name + " is out of order or stands twice");
+      reject(name + " is out of order or stands twice");
     }
   }
   check_field(name, transition.field);
   if (transition.field.independent() != model.transitions.front().field.independent())
-    refuse(name + ": its outputs are independent or shared, unlike those of the first transition");
+    reject(name + ": its outputs are independent or shared, unlike those of the first transition");
   check_extent(model.settings.grid, name, transition.field);
   check_residual(model, name, transition.residual);
 }
@@ -167,14 +167,14 @@ void require_separable(const std::string& function, const Model& model, SiteShar
 
 void check(const Model& model) {
   check_settings(model.settings);
-  if (model.episodes < 0 || model.tracks < 0) refuse("it has fewer than no episodes or tracks");
+  if (model.episodes < 0 || model.tracks < 0) reject("it has fewer than no episodes or tracks");
   for (std::size_t i = 0; i < model.sites.size(); ++i) check_site(model, i);
   require_one_shape(model.sites);
   for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
   check_global_residual(model, model.global_residual);
   for (std::size_t i = 1; i < model.episode_ids.size(); ++i) {
-    if (!(model.episode_ids[i - 1] < model.episode_ids[i])) refuse("episode_ids are out of order or stand twice");
+    if (!(model.episode_ids[i - 1] < model.episode_ids[i])) reject("episode_ids are out of order or stand twice");
   }
 }
 

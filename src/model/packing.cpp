@@ -11,7 +11,7 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void refuse_blob(const std::string& what) {
+[[noreturn]] void reject_blob(const std::string& what) {
   throw std::invalid_argument("unpack: " + what);
 }
 
@@ -46,25 +46,25 @@ class Unpacker {
     const double value = number();
     const double largest = std::min(9.0e15, static_cast<double>(std::numeric_limits<Count>::max()));
     if (!(value >= 0.0 && value <= largest) || std::trunc(value) != value || std::signbit(value))
-      refuse_blob(std::to_string(value) + " is no size");
+      reject_blob(std::to_string(value) + " is no size");
     return static_cast<Count>(value);
   }
   Eigen::MatrixXd matrix() {
     const auto rows = count<Eigen::Index>();
     const auto columns = count<Eigen::Index>();
-    if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) refuse_blob("a matrix goes over the end");
+    if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) reject_blob("a matrix goes over the end");
     const std::span<const double> entries = take(static_cast<std::size_t>(rows * columns));
     return Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
   }
   Eigen::VectorXd vector() {
     const Eigen::MatrixXd column = matrix();
-    if (column.cols() != 1) refuse_blob("a vector has " + std::to_string(column.cols()) + " columns");
+    if (column.cols() != 1) reject_blob("a vector has " + std::to_string(column.cols()) + " columns");
     return column;
   }
   template <class Element, class Read>
   std::vector<Element> list(Read&& read) {
     const auto length = count<std::size_t>();
-    if (length > rest_.size()) refuse_blob("a list goes over the end");  // an element has a number at least
+    if (length > rest_.size()) reject_blob("a list goes over the end");  // an element has a number at least
     std::vector<Element> elements;
     elements.reserve(length);
     for (std::size_t i = 0; i < length; ++i) elements.push_back(read());
@@ -72,12 +72,12 @@ class Unpacker {
   }
   bool empty() const { return rest_.empty(); }
   void finish() const {
-    if (!empty()) refuse_blob(std::to_string(rest_.size()) + " numbers are left over");
+    if (!empty()) reject_blob(std::to_string(rest_.size()) + " numbers are left over");
   }
 
  private:
   std::span<const double> take(std::size_t length) {
-    if (length > rest_.size()) refuse_blob("the numbers end too early");
+    if (length > rest_.size()) reject_blob("the numbers end too early");
     const std::span<const double> taken = rest_.first(length);
     rest_ = rest_.subspan(length);
     return taken;
@@ -228,7 +228,7 @@ FlowField unpack_flow_field(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
   const auto corner = [&] {
     const Eigen::VectorXd point = unpacker.vector();
-    if (point.size() != 2) refuse_blob("a corner of the extent has " + std::to_string(point.size()) + " coordinates");
+    if (point.size() != 2) reject_blob("a corner of the extent has " + std::to_string(point.size()) + " coordinates");
     return Vector2(point);
   };
   FlowField field;
@@ -237,7 +237,7 @@ FlowField unpack_flow_field(std::span<const double> numbers) {
   field.extent.max() = corner();
   if (!unpacker.empty()) {
     field.gp_y = read_gp(unpacker);
-    if (!field.independent()) refuse_blob("the second GP of a field has no output");
+    if (!field.independent()) reject_blob("the second GP of a field has no output");
   }
   unpacker.finish();
   return field;
@@ -269,12 +269,12 @@ CurbFrame unpack_frame(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
   const auto pair = [&] {
     const Eigen::VectorXd point = unpacker.vector();
-    if (point.size() != 2) refuse_blob("a frame has a point with " + std::to_string(point.size()) + " coordinates");
+    if (point.size() != 2) reject_blob("a frame has a point with " + std::to_string(point.size()) + " coordinates");
     return Vector2(point);
   };
   CurbFrame frame{pair(), pair(), pair(), pair(), unpacker.number()};  // braces: the reads happen in this order
   if (!unpacker.empty()) frame.from_tracks = unpacker.number() == 1.0;
-  if (pack(frame).size() != numbers.size()) refuse_blob("a frame ends with a mark that is not 1");
+  if (pack(frame).size() != numbers.size()) reject_blob("a frame ends with a mark that is not 1");
   unpacker.finish();
   return frame;
 }
@@ -319,12 +319,12 @@ ModelSettings unpack_settings(std::span<const double> numbers) {
   ModelSettings settings;
   settings.grid.cell = unpacker.number();
   const Eigen::VectorXd origin = unpacker.vector();
-  if (origin.size() != 2) refuse_blob("the grid's origin has " + std::to_string(origin.size()) + " coordinates");
+  if (origin.size() != 2) reject_blob("the grid's origin has " + std::to_string(origin.size()) + " coordinates");
   settings.grid.origin = origin;
   settings.grid.tile_cells = unpacker.count<int>();
   const int scaling = unpacker.count<int>();
   if (scaling > static_cast<int>(CurbScaling::strip_widths))
-    refuse_blob(std::to_string(scaling) + " is no curb scaling");
+    reject_blob(std::to_string(scaling) + " is no curb scaling");
   settings.scaling = static_cast<CurbScaling>(scaling);
   settings.sample_interval_s = unpacker.number();
   settings.reference_width_m = unpacker.number();

@@ -1,4 +1,4 @@
-#include "sila/report/model_data.hpp"
+#include "report/model_data.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -5,12 +5,12 @@
 #include <set>
 #include <stdexcept>
 
+#include "report/model_data.hpp"
+#include "report/scored.hpp"
 #include "round.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/evaluation_report.hpp"
 #include "sila/io/scene_tracks.hpp"
-#include "sila/report/model_data.hpp"
-#include "sila/report/scored.hpp"
 #include "sila/version.hpp"
 
 namespace sila {

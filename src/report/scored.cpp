@@ -1,4 +1,4 @@
-#include "sila/report/scored.hpp"
+#include "report/scored.hpp"
 
 #include <tbb/parallel_for.h>
 

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <utility>
 
-#include "sila/core/track_frame.hpp"
+#include "core/track_frame.hpp"
 #include "sila/io/model_scene.hpp"
 
 namespace sila {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "embedded_live.hpp"
+#include "report/model_data.hpp"
 #include "sila/io/model_scene.hpp"
-#include "sila/report/model_data.hpp"
 #include "sila/version.hpp"
 
 namespace sila {

@@ -138,10 +138,11 @@ SiteErrorStatistics calibrate(const Partition& partition, Model known, const Sit
   return fitted;
 }
 
+/// Models that were learnt in parallel meet once, so that what stays apart stays apart, and count by their batches.
 FuseConfig fusing(const EpisodeConfig& config) {
   FuseConfig fuse = config.fuse;
-  fuse.case_3_fuses_stronger = config.fleet.case_3_fuses_stronger;
-  fuse.mean = config.fleet.mean;
+  fuse.case_3_fuses_stronger = true;
+  fuse.mean = PrimitiveMean::count;
   return fuse;
 }
 
@@ -241,7 +242,7 @@ Plan plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
   int error_statistics = kFleetNothing;
   if (config.error_statistics.enabled) {
     const int models[2] = {with_start(plan, goes_on, halves[1]), with_start(plan, goes_on, halves[0])};
-    error_statistics = add_rounds(plan, models, partitions, middle, config.fleet.warm_up_rounds);
+    error_statistics = add_rounds(plan, models, partitions, middle, kFleetWarmUpRounds);
   }
   const int whole =
       halves[1] == kFleetNothing ? halves[0] : add_task(plan, {FleetStep::fuse, -1, {halves[0], halves[1]}});

@@ -44,9 +44,9 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   const std::string predict = "predict tracks.csv --scene tracks.scene.json --model ";
   EXPECT_EQ(run(predict + "m.sila").out, run(predict + "three.sila").out);
   ASSERT_EQ(run("rollback m.sila --to 2 --keep 1").code, 0);
-  expect_refused("rollback m.sila --to 5", {"m.sila", "its last 2"});
-  expect_refused("rollback m.sila", {"--to or --keep"});
-  expect_refused("rollback none.sila --to 1", {"no such file"});
+  expect_rejected("rollback m.sila --to 5", {"m.sila", "its last 2"});
+  expect_rejected("rollback m.sila", {"--to or --keep"});
+  expect_rejected("rollback none.sila --to 1", {"no such file"});
 }
 
 TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
@@ -100,9 +100,9 @@ TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {
   std::string bytes = read(folder_ / "m.sila");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   write(folder_ / "m.sila", bytes);
-  expect_refused("verify m.sila", {"m.sila", "damaged"});
+  expect_rejected("verify m.sila", {"m.sila", "damaged"});
   write(folder_ / "m.sila", "no model");
-  expect_refused("verify m.sila", {"m.sila", "another kind"});
+  expect_rejected("verify m.sila", {"m.sila", "another kind"});
 }
 
 TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
@@ -123,8 +123,8 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
   EXPECT_EQ(none.code, 0);
   EXPECT_NE(none.err.find("not written"), std::string::npos) << none.err;
   EXPECT_FALSE(fs::exists(folder_ / "t.sila"));
-  expect_refused(learning, {"--min-people and --share"});
-  expect_refused("learn tracks.csv --scene tracks.scene.json --model m.sila --min-people 5", {"--share"});
+  expect_rejected(learning, {"--min-people and --share"});
+  expect_rejected("learn tracks.csv --scene tracks.scene.json --model m.sila --min-people 5", {"--share"});
 }
 
 }  // namespace

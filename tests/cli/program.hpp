@@ -51,7 +51,7 @@ class Program : public ::testing::Test {
   }
 
   /// Runs something wrong: the exit code is 1 or 2, one sentence on stderr has each of `words`.
-  void expect_refused(const std::string& arguments, const std::vector<std::string>& words) const {
+  void expect_rejected(const std::string& arguments, const std::vector<std::string>& words) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = run(arguments);
     EXPECT_TRUE(outcome.code == 1 || outcome.code == 2) << "exit code " << outcome.code << "\n" << outcome.err;

@@ -36,8 +36,8 @@ TEST_F(Program, LearnsAndPredictsWithoutAScene) {
   EXPECT_EQ(run("learn tracks.csv --model m.sila").out, run("learn tracks.csv --scene shown.json --model m.sila").out);
   EXPECT_EQ(run("scene show m.sila").out, shown.out);
   for (const char* verb : {"learn", "predict", "evaluate"}) {
-    expect_refused(std::string(verb) + " tracks.csv --scene tracks.scene.json --model m.sila",
-                   {"tracks.scene.json", "leave the scene out"});
+    expect_rejected(std::string(verb) + " tracks.csv --scene tracks.scene.json --model m.sila",
+                    {"tracks.scene.json", "leave the scene out"});
   }
 }
 
@@ -61,8 +61,8 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
   EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
   write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
-  expect_refused("predict metres.csv --model m.sila --image", {"--image", "--camera"});
-  expect_refused("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
+  expect_rejected("predict metres.csv --model m.sila --image", {"--image", "--camera"});
+  expect_rejected("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
 }
 
 TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
@@ -131,15 +131,15 @@ TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
   EXPECT_NE(outcome.err.find("over the limit, evicted"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Program, RefusesCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLeavesTheFileAlone) {
+TEST_F(Program, RejectsCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLeavesTheFileAlone) {
   learn();
   const std::string model = read(folder_ / "m.sila");
   for (const std::string field :
        {"budget.max_bytes=1000", "budget.max_bytes=0", "budget.max_bytes=-5", "budget.max_primitives=0",
         "budget.max_primitives=nan", "prune.half_life_episodes=0", "prune.half_life_episodes=-2"}) {
-    const std::string refused = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
-    expect_refused(refused, {field.substr(0, field.find('='))});
-    EXPECT_EQ(run(refused).code, 2) << field;
+    const std::string rejected = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
+    expect_rejected(rejected, {field.substr(0, field.find('='))});
+    EXPECT_EQ(run(rejected).code, 2) << field;
     EXPECT_EQ(read(folder_ / "m.sila"), model) << field;
   }
 }
@@ -175,12 +175,12 @@ TEST_F(Program, LearnsNoBatchTwice) {
   EXPECT_EQ(again.code, 0);
   EXPECT_NE(again.err.find("3 of 3 batches are in m.sila already"), std::string::npos) << again.err;
   EXPECT_EQ(read(folder_ / "m.sila"), model);
-  expect_refused("fuse m.sila m.sila --out twice.sila", {"shares 3 episodes"});
+  expect_rejected("fuse m.sila m.sila --out twice.sila", {"shares 3 episodes"});
 }
 
 TEST_F(Program, SaysWhereTheFleetIs) {
-  expect_refused("fleet sites --model m.sila", {"pip install"});
-  expect_refused("experiment e.json --out out", {"pip install"});
+  expect_rejected("fleet sites --model m.sila", {"pip install"});
+  expect_rejected("experiment e.json --out out", {"pip install"});
 }
 
 TEST_F(Program, RunsCasesAndSaysWhichFail) {
@@ -197,7 +197,7 @@ TEST_F(Program, RunsCasesAndSaysWhichFail) {
   EXPECT_NE(failed.out.find("FAIL"), std::string::npos);
 }
 
-TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
+TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   learn();
   const std::string before = read(folder_ / "m.sila");
   write(folder_ / "empty.csv", "");
@@ -207,9 +207,9 @@ TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   write(folder_ / "absurd.csv", "track_id,t,x,y\na,0,1e300,1\na,1,1e300,1\n");
   write(folder_ / "prose.txt", "It was a dark and stormy night.\nNobody walked.\n");
   const std::string learn_with = " --scene tracks.scene.json --model m.sila";
-  expect_refused("learn missing.csv" + learn_with, {"missing.csv"});
+  expect_rejected("learn missing.csv" + learn_with, {"missing.csv"});
   for (const char* file : {"empty.csv", "binary.csv", "header.csv", "nan.csv", "absurd.csv", "prose.txt"}) {
-    expect_refused(std::string("learn ") + file + learn_with, {file, "expected"});
+    expect_rejected(std::string("learn ") + file + learn_with, {file, "expected"});
   }
   const auto scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
   const auto spoilt = [&](const char* name, auto change) {
@@ -223,26 +223,26 @@ TEST_F(Program, RefusesBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   spoilt("no_width.json", [](auto& s) { s["sidewalk_width_m"] = 0; });
   spoilt("no_file.json", [](auto& s) { s["files"][0]["path"] = "nowhere.csv"; });
   const std::string model = " --model m.sila";
-  expect_refused("learn tracks.csv --scene no_axes.json" + model, {"no_axes.json", "axis_1"});
-  expect_refused("learn tracks.csv --scene parallel.json" + model, {"parallel.json", "axis"});
-  expect_refused("learn tracks.csv --scene no_width.json" + model, {"no_width.json", "sidewalk_width_m"});
-  expect_refused("learn --scene no_file.json" + model, {"nowhere.csv"});
-  expect_refused("learn --scene missing.json" + model, {"missing.json"});
-  expect_refused("learn tracks.csv --scene tracks.scene.json --model no/such/folder/m.sila", {"no/such/folder"});
-  expect_refused("learn tracks.csv --scene tracks.scene.json --model tracks.csv", {"tracks.csv"});
+  expect_rejected("learn tracks.csv --scene no_axes.json" + model, {"no_axes.json", "axis_1"});
+  expect_rejected("learn tracks.csv --scene parallel.json" + model, {"parallel.json", "axis"});
+  expect_rejected("learn tracks.csv --scene no_width.json" + model, {"no_width.json", "sidewalk_width_m"});
+  expect_rejected("learn --scene no_file.json" + model, {"nowhere.csv"});
+  expect_rejected("learn --scene missing.json" + model, {"missing.json"});
+  expect_rejected("learn tracks.csv --scene tracks.scene.json --model no/such/folder/m.sila", {"no/such/folder"});
+  expect_rejected("learn tracks.csv --scene tracks.scene.json --model tracks.csv", {"tracks.csv"});
   const std::string predict_with = "predict tracks.csv --scene tracks.scene.json --model m.sila ";
-  expect_refused(predict_with + "--horizon 0", {"horizon"});
-  expect_refused(predict_with + "--horizon -3", {"horizon"});
-  expect_refused(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
-  expect_refused(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
-  expect_refused("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
-  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7",
-                 {"similarity_threshold", "1.7"});
-  expect_refused("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
-                 {"similarity_treshold", "fuse.similarity_threshold"});
-  expect_refused("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
-  expect_refused("lern", {"sila: expected a verb (`sila --help` lists them), found lern"});
-  expect_refused("fuse m.sila", {"--out"});
+  expect_rejected(predict_with + "--horizon 0", {"horizon"});
+  expect_rejected(predict_with + "--horizon -3", {"horizon"});
+  expect_rejected(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
+  expect_rejected(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
+  expect_rejected("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
+  expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7",
+                  {"similarity_threshold", "1.7"});
+  expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
+                  {"similarity_treshold", "fuse.similarity_threshold"});
+  expect_rejected("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
+  expect_rejected("lern", {"sila: expected a verb (`sila --help` lists them), found lern"});
+  expect_rejected("fuse m.sila", {"--out"});
   EXPECT_EQ(read(folder_ / "m.sila"), before);
 }
 
@@ -274,7 +274,7 @@ TEST_F(Program, TakesAProfileFromTheCommandLineOrAFile) {
   nlohmann::json usual = configured("");
   usual["predict"]["max_modes"] = 3;
   EXPECT_EQ(configured("--profile default --config paper.json"), usual);
-  expect_refused("config --profile papr", {"papr", "the nearest is paper"});
+  expect_rejected("config --profile papr", {"papr", "the nearest is paper"});
 }
 
 /// The JSON inside a report.
@@ -302,12 +302,12 @@ TEST_F(Program, ReportsAModelItsEpisodesAndItsPredictions) {
   EXPECT_EQ(run("report m.sila tracks.csv --scene tracks.scene.json --threads 1").out, read(folder_ / "r.html"));
 }
 
-TEST_F(Program, ReportsAnExperimentAndRefusesWhatIsNone) {
+TEST_F(Program, ReportsAnExperimentAndRejectsWhatIsNone) {
   write(folder_ / "results.json", R"({"version": "0", "curves": []})");
   EXPECT_TRUE(data_of(run("report results.json").out).contains("results"));
   write(folder_ / "other.json", "{}");
-  expect_refused("report other.json", {"other.json", "sila experiment"});
-  expect_refused("report missing.sila", {"missing.sila"});
+  expect_rejected("report other.json", {"other.json", "sila experiment"});
+  expect_rejected("report missing.sila", {"missing.sila"});
   learn();
 }
 

@@ -56,7 +56,7 @@ TEST(Camera, ReportsTheResidualsOfManyPairsInMetres) {
   EXPECT_LT(fit.residuals_m[4], 2.0);
 }
 
-TEST(Camera, RefusesFewCollinearRepeatedAndContradictingPairs) {
+TEST(Camera, RejectsFewCollinearRepeatedAndContradictingPairs) {
   const Camera camera = oblique();
   EXPECT_NE(rejection(pairs_of(camera, {{0, 0}, {8, 1}, {-3, 20}})).find("at least 4"), std::string::npos);
   EXPECT_NE(rejection(pairs_of(camera, {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}})).find("collinear"), std::string::npos);

@@ -8,7 +8,7 @@
 #include <map>
 #include <random>
 
-#include "sila/core/unit_warnings.hpp"
+#include "core/unit_warnings.hpp"
 
 namespace sila {
 namespace {
@@ -106,7 +106,7 @@ TEST(Clean, SortsRowsThatAreOutOfOrder) {
   EXPECT_EQ(tracks.report.rows_kept, 4U);
 }
 
-TEST(Clean, DropsRepeatedRowsAveragesNearOnesAndRefusesContradictions) {
+TEST(Clean, DropsRepeatedRowsAveragesNearOnesAndRejectsContradictions) {
   std::vector<Detection> rows = walk("17", 0.0, 6);
   rows.push_back(rows[1]);
   rows.push_back({"17", rows[2].t_s, rows[2].position_m + Vector2(0.0, 0.2)});
@@ -171,7 +171,7 @@ TEST(Clean, MakesIdsUniqueAcrossSourcesAndTracklets) {
   EXPECT_EQ(ids_of(taken), (std::vector<std::string>{"7", "7#3", "7#2"}));
 }
 
-TEST(Clean, RefusesAConfigurationOutOfRange) {
+TEST(Clean, RejectsAConfigurationOutOfRange) {
   CleanConfig config;
   config.max_gap_s = 0.0;
   EXPECT_THROW(clean({}, config), std::invalid_argument);

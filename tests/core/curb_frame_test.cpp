@@ -67,7 +67,7 @@ TEST(CurbFrame, ComesBackToTheWorldAndIsUnmovedByRotatingCornerAndPoint) {
   }
 }
 
-TEST(CurbFrame, RefusesCurbsAndWidthsThatGiveNoFrame) {
+TEST(CurbFrame, RejectsCurbsAndWidthsThatGiveNoFrame) {
   EXPECT_THROW(frame_of({0, 0}, 0, 15), std::invalid_argument);
   EXPECT_THROW(frame_of({0, 0}, 0, 170), std::invalid_argument);
   EXPECT_THROW(frame_of({0, 0}, 0, 170, 2.0, CurbScaling::strip_widths), std::invalid_argument);

@@ -1,4 +1,4 @@
-#include "sila/core/track_frame.hpp"
+#include "core/track_frame.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST(TrackFrame, MovesAndTurnsWithTheTracks) {
   EXPECT_NEAR(std::abs(after.axis_1.dot(Vector2(-before.axis_1.y(), before.axis_1.x()))), 1.0, 1e-9);
 }
 
-TEST(TrackFrame, OfAPointHasTheAxesOfTheWorldAndOfNothingIsRefused) {
+TEST(TrackFrame, OfAPointHasTheAxesOfTheWorldAndOfNothingIsRejected) {
   const FramedTrajectory point{{"1", {0.0, 1.0}, {{4, 5}, {4, 5}}}, {}};
   const CurbFrame frame = frame_of_tracks(std::span(&point, 1), CurbScaling::metres);
   EXPECT_EQ(frame.origin_m, Vector2(4, 5));

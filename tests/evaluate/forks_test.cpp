@@ -15,7 +15,7 @@ Window window_to(const Vector2& end_m) {
   return window;
 }
 
-/// People who come along alike and go on in these directions [degrees], or stay.
+/// People who come along in the same way and go on in these directions [degrees], or stay.
 std::vector<Passage> passages(const std::vector<double>& directions_deg, int staying = 0) {
   std::vector<Passage> result;
   for (std::size_t i = 0; i < directions_deg.size() + static_cast<std::size_t>(staying); ++i) {

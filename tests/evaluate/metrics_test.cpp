@@ -70,7 +70,7 @@ TEST(Metrics, TheLikelihoodIsAveragedOverSteps) {
   EXPECT_NEAR(metrics.nll, std::log(2.0 * std::numbers::pi) + 5.0 / 25.0 * 2.0, 1e-12);
 }
 
-TEST(Metrics, RefuseATruthThatIsTooShort) {
+TEST(Metrics, RejectATruthThatIsTooShort) {
   EXPECT_THROW(measure(prediction_of({{1.0, 0.0}}), Path(10, Vector2::Zero()), 25), std::invalid_argument);
 }
 

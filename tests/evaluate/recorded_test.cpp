@@ -22,7 +22,7 @@ void expect_scored_as_the_model(const LineFormat& format, double tolerance_m) {
   const EvaluateConfig evaluate_config;
   const Model model = run_episode(Model{}, std::span(tracks).first(15), config).model;
   const std::span<const FramedTrajectory> unseen = std::span(tracks).subspan(15);
-  std::string text = "{\"refused\":\"late\",\"count\":3}\n";
+  std::string text = "{\"rejected\":\"late\",\"count\":3}\n";
   const Predictor predictor(model, config.predict);
   for (const Window& window : windows_of(unseen, config.sampling, config.predict, evaluate_config.stride_s))
     text += prediction_line(window.observed.id, predictor.predict(window.observed), nullptr, nullptr, format) + "\n";

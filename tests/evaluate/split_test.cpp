@@ -106,10 +106,10 @@ TEST(Split, KeepsTrackletsTogetherAndIsTheSeeds) {
   EXPECT_THROW(split_tracks(pairs(4, 20.0), 1.0, 1, SplitBy::track), std::invalid_argument);
 }
 
-TEST(Split, RefusesTracksWithoutACommonClock) {
+TEST(Split, RejectsTracksWithoutACommonClock) {
   try {
     split_tracks(pairs(20, 0.0), 0.15, 1, SplitBy::time);
-    FAIL() << "must be refused";
+    FAIL() << "must be rejected";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("split=track"), std::string::npos) << error.what();
   }

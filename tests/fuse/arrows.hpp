@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sila/model/motion_primitive.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 

@@ -44,7 +44,7 @@ FusionCase own_case(const std::string& name) {
   return read_fusion_case((kOwnCases / (name + ".json")).string());
 }
 
-/// The message with which a case file is refused.
+/// The message with which a case file is rejected.
 std::string rejection(const std::string& text) {
   const tests::ScratchFolder folder;
   const fs::path path = folder.write("case.json", text);
@@ -130,14 +130,14 @@ TEST(FusionCases, ExplanationNamesTheReasonOfEachComponent) {
   EXPECT_EQ(reasons[2]["relaxed"].dump(), "[[5,13,0.71]]");
 }
 
-TEST(FusionCases, BrokenFilesAreRefusedWithThePlace) {
+TEST(FusionCases, BrokenFilesAreRejectedWithThePlace) {
   EXPECT_NE(rejection("").find("found an empty file"), std::string::npos);
   EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:3: expected a fusion case"), std::string::npos);
   EXPECT_NE(rejection("[1]").find("found JSON of type array"), std::string::npos);
   EXPECT_NE(rejection("{\"similarity_threshold\": 0.7}").find("the key 'previous_primitives'"), std::string::npos);
 }
 
-TEST(FusionCases, SenselessContentIsRefused) {
+TEST(FusionCases, SenselessContentIsRejected) {
   const auto with = [](const std::string& similarity, const std::string& transitions, const std::string& more) {
     return rejection(
         R"({"similarity_threshold": 0.7, "previous_primitives": 2, "incoming_primitives": 2, "similarity": )" +

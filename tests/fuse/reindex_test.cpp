@@ -256,7 +256,7 @@ TEST(Reindexing, OfAThresholdThatNothingReachesIsTheIdentity) {
   });
 }
 
-TEST(Reindexing, RefusesAThresholdThatIsNotPositive) {
+TEST(Reindexing, RejectsAThresholdThatIsNotPositive) {
   for (const double threshold : {0.0, -0.5, std::numeric_limits<double>::quiet_NaN()}) {
     FusionProblem problem;
     problem.similarity_threshold = threshold;

@@ -97,7 +97,7 @@ TEST(SimilarityGraph, MatchesAtTheThresholdDespiteRounding) {
   EXPECT_EQ(similarity_graph(model_of({uneven}), model_of({uneven}), 1.0).edges.size(), 1u);
 }
 
-TEST(SimilarityGraph, RefusesAThresholdThatIsNotPositive) {
+TEST(SimilarityGraph, RejectsAThresholdThatIsNotPositive) {
   EXPECT_THROW(similarity_graph(model_of({kA}), model_of({kB}), 0.0), std::invalid_argument);
 }
 
@@ -153,7 +153,7 @@ TEST(MeanPrimitive, DropsFadedArrowsButNotTheLongest) {
   EXPECT_EQ(mean({&faint, &faint}).cells.size(), 3u);
 }
 
-TEST(MeanPrimitive, RefusesNobodyAndThoseThatCancelOut) {
+TEST(MeanPrimitive, RejectsNobodyAndThoseThatCancelOut) {
   const MotionPrimitive opposite = row_of_arrows(1, 4, -1.0);
   EXPECT_THROW(mean({}), std::invalid_argument);
   EXPECT_THROW(mean({&kA, &opposite}), std::invalid_argument);

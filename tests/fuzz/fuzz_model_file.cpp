@@ -46,7 +46,7 @@ std::string sound_bytes() {
   return in_small_pages(model_bytes(stored(model)));
 }
 
-/// The file after some SQL; as it was if SQLite refuses it.
+/// The file after some SQL; as it was if SQLite rejects it.
 std::string after(const std::string& bytes, const std::string& sql) {
   sqlite3* opened = nullptr;
   if (sqlite3_open(":memory:", &opened) != SQLITE_OK) return bytes;

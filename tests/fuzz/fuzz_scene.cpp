@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require_good_rejection(error, path, lines_in(bytes));
     const bool no_text =
         bytes.find('\0') != std::string::npos || bytes.starts_with("\x1f\x8b") || error.expected == "a file with rows";
-    require(is_json || no_text || error.line > 0, "what is no JSON is refused with its line", error.what());
+    require(is_json || no_text || error.line > 0, "what is no JSON is rejected with its line", error.what());
     return 0;
   }
   require(!scene.corners.empty() && scene.primary < scene.corners.size(), "a scene has its primary corner");

@@ -56,7 +56,7 @@ TEST(FlowPosterior, LeavesUnexplainedWhatTheLessKnownComponentDoes) {
   EXPECT_NEAR(FlowPosterior(x, &nothing).unexplained_share(FlowPosterior(x, &nothing).predict(place)), 1.0, 1e-9);
 }
 
-TEST(FlowPosterior, RefusesGpsWithAnotherNumberOfOutputs) {
+TEST(FlowPosterior, RejectsGpsWithAnotherNumberOfOutputs) {
   Generator random(4);
   const GpData data = random.data(2, 20, 2);
   const SparseGp both = fit_sparse_gp(data, random.hyperparameters(2));

@@ -92,7 +92,7 @@ TEST(ConfigJson, DottedKeysAreGroups) {
   EXPECT_EQ(apply_json(OuterConfig{}, {{"fuse.rounds", 4}}, "c.json").fuse.rounds, 4);
 }
 
-TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
+TEST(ConfigJson, RejectsAnEarlierNameWithThePresentOne) {
   const auto said = [](const nlohmann::json& given) {
     try {
       apply_json(Config{}, given, "c.json");
@@ -115,9 +115,11 @@ TEST(ConfigJson, RefusesAnEarlierNameWithThePresentOne) {
             "c.json: expected evaluate.stride_s (the new name of this field), found \"evaluate.every_s\"");
   EXPECT_EQ(said({{"predict", {{"leave_ratio", 0.5}}}}),
             "c.json: expected a field that can be set (this one is a constant now), found \"predict.leave_ratio\"");
+  EXPECT_EQ(said({{"fleet.mean", "plain"}}),
+            "c.json: expected a field that can be set (this one is a constant now), found \"fleet.mean\"");
 }
 
-TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {
+TEST(ConfigJson, RejectsAnUnknownKeyWithTheNearest) {
   EXPECT_EQ(
       rejection({{"fuse", {{"similarity_treshold", 0.5}}}}),
       "c.json: expected a known field (the nearest is fuse.similarity_threshold), found \"fuse.similarity_treshold\"");
@@ -126,7 +128,7 @@ TEST(ConfigJson, RefusesAnUnknownKeyWithTheNearest) {
   EXPECT_TRUE(says(rejection({{"", 5}}), "), found \"\""));
 }
 
-TEST(ConfigJson, RefusesValuesOfAnotherType) {
+TEST(ConfigJson, RejectsValuesOfAnotherType) {
   EXPECT_EQ(rejection({{"horizon", "long"}}), "c.json: expected horizon to be a number, found \"long\"");
   EXPECT_EQ(rejection({{"fuse", {{"rounds", 2.5}}}}), "c.json: expected fuse.rounds to be a whole number, found 2.5");
   EXPECT_TRUE(says(rejection({{"stacking", 1}}), "stacking to be true or false, found 1"));
@@ -138,7 +140,7 @@ TEST(ConfigJson, RefusesValuesOfAnotherType) {
   EXPECT_TRUE(says(rejection(json::array({1})), "a JSON object, found array"));
 }
 
-TEST(ConfigJson, RefusesValuesOutOfRange) {
+TEST(ConfigJson, RejectsValuesOutOfRange) {
   EXPECT_EQ(rejection({{"fuse", {{"similarity_threshold", 1.7}}}}),
             "c.json: expected fuse.similarity_threshold in (0, 1], found 1.7");
   EXPECT_TRUE(says(rejection({{"fuse", {{"similarity_threshold", 0.0}}}}), "in (0, 1], found 0"));
@@ -155,7 +157,7 @@ TEST(ConfigJson, SetsOneFieldFromTheCommandLine) {
   EXPECT_EQ(set_field(OuterConfig{}, "limit=1e3").limit, 1000.0);
 }
 
-TEST(ConfigJson, RefusesBadAssignments) {
+TEST(ConfigJson, RejectsBadAssignments) {
   EXPECT_TRUE(says(rejection_to_set("horizon"), "expected path=value, found horizon"));
   EXPECT_TRUE(says(rejection_to_set("horizont=1"), "the nearest is horizon), found \"horizont\""));
   EXPECT_TRUE(says(rejection_to_set("horizon="), "horizon to be a number, found \"\""));

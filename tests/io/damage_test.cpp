@@ -7,7 +7,7 @@
 #include "sila/io/scene.hpp"
 #include "sila/io/track_files.hpp"
 
-// Files damaged at random must be read or refused as bad files; nothing else may come out, and what is read must be
+// Files damaged at random must be read or rejected as bad files; nothing else may come out, and what is read must be
 // sound.
 
 namespace sila {
@@ -40,10 +40,10 @@ const std::vector<std::string>& sound_files() {
   return files;
 }
 
-TEST(DamagedTrackFiles, AreReadSoundlyOrRefused) {
+TEST(DamagedTrackFiles, AreReadSoundlyOrRejected) {
   const TempFolder folder;
   std::size_t read = 0;
-  std::size_t refused = 0;
+  std::size_t rejected = 0;
   for (unsigned seed = 1; seed <= 1600; ++seed) {
     std::mt19937 random(seed);
     const std::string text = damaged(sound_files()[seed % sound_files().size()], random);
@@ -59,14 +59,14 @@ TEST(DamagedTrackFiles, AreReadSoundlyOrRefused) {
       ++read;
     } catch (const FormatError& error) {
       EXPECT_EQ(error.path, path.string());
-      ++refused;
+      ++rejected;
     }
   }
   EXPECT_GT(read, 100U);
-  EXPECT_GT(refused, 10U);
+  EXPECT_GT(rejected, 10U);
 }
 
-TEST(DamagedSceneFiles, AreReadSoundlyOrRefused) {
+TEST(DamagedSceneFiles, AreReadSoundlyOrRejected) {
   const TempFolder folder;
   const std::string sound =
       "{\"origin\": [1, 2], \"axis_1\": [1, 0], \"axis_2\": [0.5, 0.8], \"sidewalk_width_m\": 2.5, \"corners\": "

@@ -1,4 +1,4 @@
-// Input that is meant to harm, or that fuzzing found to: refused in one sentence, in bounded time and memory.
+// Input that is meant to harm, or that fuzzing found to: rejected in one sentence, in bounded time and memory.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -24,7 +24,7 @@ std::string repeated(std::size_t count, std::string_view text) {
 }
 
 // Nested JSON is printed and copied by recursion: a million brackets exhausted the stack.
-TEST(HarmfulJson, IsRefusedIfItIsNestedTooDeep) {
+TEST(HarmfulJson, IsRejectedIfItIsNestedTooDeep) {
   const TempFolder folder;
   for (const std::string& opening : {std::string("["), std::string("{\"a\":"), std::string("/* \" */["),
                                      std::string("/**//*\"*/["), std::string("[\"\\\"\",")}) {
@@ -44,7 +44,7 @@ TEST(HarmfulJson, BracketsInTextsAndCommentsAreNoNesting) {
   EXPECT_EQ(read_json(folder.write("a.json", text))["b"][0], 1);
 }
 
-TEST(HarmfulJson, ANumberBeyondAllNumbersIsRefusedWithItsLine) {
+TEST(HarmfulJson, ANumberBeyondAllNumbersIsRejectedWithItsLine) {
   const TempFolder folder;
   const auto error = format_error_of([&] { read_json(folder.write("a.json", "{\n\"x\": 1,\n\"y\": -1e999}")); });
   ASSERT_TRUE(error);
@@ -91,7 +91,7 @@ std::filesystem::path changed_model(const ScratchFolder& folder, const std::stri
 }
 
 // SQL inside a file is run by its readers: a view that never ends would keep a reader for ever.
-TEST(HarmfulModel, IsRefusedIfItHasMoreThanPlainTables) {
+TEST(HarmfulModel, IsRejectedIfItHasMoreThanPlainTables) {
   const ScratchFolder folder;
   const std::string endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS ";
   for (const std::string& sql : {
@@ -109,7 +109,7 @@ TEST(HarmfulModel, IsRefusedIfItHasMoreThanPlainTables) {
 }
 
 // Both are parsed by all that use a model; other text ended the program with another error than that of a bad file.
-TEST(HarmfulModel, IsRefusedIfItsTextsAreNoJsonObjects) {
+TEST(HarmfulModel, IsRejectedIfItsTextsAreNoJsonObjects) {
   const ScratchFolder folder;
   for (const std::string& text :
        {std::string("{"), std::string("[1]"), repeated(3000, "{\"a\":") + "1" + repeated(3000, "}")}) {

@@ -74,7 +74,7 @@ TEST(ModelFileDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
   EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "does not agree"));
 }
 
-TEST(ModelFileDamage, RefusesWhatIsNoModelAndSaysSo) {
+TEST(ModelFileDamage, RejectsWhatIsNoModelAndSaysSo) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(rejection_to_load(folder / "none.sila"), "none.sila: expected a sila model, found no such file"));
   EXPECT_TRUE(says(rejection_to_load(folder.path()), "found a folder"));
@@ -98,7 +98,7 @@ TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
 
-TEST(ModelFileDamage, RefusesNewerAndOlderSchemas) {
+TEST(ModelFileDamage, RejectsNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
   run_sql(folder / "m.sila", "PRAGMA user_version = 7");
@@ -108,7 +108,7 @@ TEST(ModelFileDamage, RefusesNewerAndOlderSchemas) {
   EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 1 of an older sila"));
 }
 
-TEST_F(ModelFileProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
+TEST_F(ModelFileProcesses, RejectsUnwritablePlacesBeforeAnyLearning) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(rejection_to_learn(folder / "absent/m.sila"), "absent does not exist"));
   save_model(folder / "m.sila", stored(random_model(1)));
@@ -128,7 +128,7 @@ TEST_F(ModelFileProcesses, RefusesUnwritablePlacesBeforeAnyLearning) {
   EXPECT_EQ(status, 0);
 }
 
-TEST(ModelFileDamage, RefusesEveryTruncation) {
+TEST(ModelFileDamage, RejectsEveryTruncation) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(5)));
   const std::string whole = content_of(folder / "m.sila");
@@ -145,7 +145,7 @@ TEST(ModelFileDamage, NeverReadsAFlippedBitAsAnotherModel) {
   save_model(folder / "m.sila", stored(model));
   const std::string whole = content_of(folder / "m.sila");
   std::mt19937_64 random(7);
-  int refused = 0;
+  int rejected = 0;
   for (int trial = 0; trial < 300; ++trial) {
     const std::size_t place = random() % whole.size();
     const auto bit = static_cast<unsigned char>(1U << (random() % 8));
@@ -156,13 +156,13 @@ TEST(ModelFileDamage, NeverReadsAFlippedBitAsAnotherModel) {
     try {
       EXPECT_TRUE(identical(load_model(folder / "flipped.sila").model, model));  // unused bytes: no harm
     } catch (const FormatError&) {
-      ++refused;
+      ++rejected;
     }
   }
-  EXPECT_GT(refused, 0);
+  EXPECT_GT(rejected, 0);
 }
 
-TEST(ModelFileDamage, RefusesEveryFlippedBitOfANumber) {
+TEST(ModelFileDamage, RejectsEveryFlippedBitOfANumber) {
   const ScratchFolder folder;
   const Model model = random_model(6);
   save_model(folder / "m.sila", stored(model));
@@ -181,7 +181,7 @@ TEST(ModelFileDamage, RefusesEveryFlippedBitOfANumber) {
   }
 }
 
-TEST(ModelFileDamage, RefusesGarbageInPages) {
+TEST(ModelFileDamage, RejectsGarbageInPages) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(6)));
   const std::string whole = content_of(folder / "m.sila");
@@ -199,7 +199,7 @@ TEST(ModelFileDamage, RefusesGarbageInPages) {
   }
 }
 
-TEST(ModelFileDamage, RefusesPartsAndColumnsThatMakeNoModel) {
+TEST(ModelFileDamage, RejectsPartsAndColumnsThatMakeNoModel) {
   const char* const spoilers[] = {
       "UPDATE parts SET content = substr(content, 1, 80) WHERE length(content) > 80",
       "UPDATE parts SET content = substr(content, 1, length(content) - 3) WHERE length(content) > 1000",

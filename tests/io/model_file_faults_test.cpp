@@ -39,7 +39,8 @@ void make(const fs::path& path, int episodes) {
   if (episodes > 0) fs::copy_file(made, path);
 }
 
-/// Opens the file and learns episodes up to `until`; how many of them were said to be kept, and by whom it was refused.
+/// Opens the file and learns episodes up to `until`; how many of them were said to be kept, and by whom it was
+/// rejected.
 struct Attempt {
   int kept = 0;
   std::string rejection;

@@ -133,7 +133,7 @@ TEST(ModelFile, OpeningAloneMakesNoFile) {
   EXPECT_FALSE(std::filesystem::exists(folder / "m.sila"));
 }
 
-TEST(ModelFile, RefusesAModelThatBreaksAnInvariantAndKeepsTheFile) {
+TEST(ModelFile, RejectsAModelThatBreaksAnInvariantAndKeepsTheFile) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   file.commit(random_model(1), record(1), "{}");
@@ -143,7 +143,7 @@ TEST(ModelFile, RefusesAModelThatBreaksAnInvariantAndKeepsTheFile) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
 
-TEST(ModelFile, RefusesAnEpisodeTwice) {
+TEST(ModelFile, RejectsAnEpisodeTwice) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   file.commit(random_model(1), record(1), "{}");
@@ -153,7 +153,7 @@ TEST(ModelFile, RefusesAnEpisodeTwice) {
   EXPECT_TRUE(identical(file.read().model, random_model(2)));
 }
 
-TEST(ModelFile, RefusesToLoseTheEpisodeOfAnotherProcess) {
+TEST(ModelFile, DoesNotLoseTheEpisodeOfAnotherProcess) {
   const ScratchFolder folder;
   ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
   ModelFile other = ModelFile::open_or_create(folder / "m.sila");

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/track_frame.hpp"
 #include "io/files.hpp"
-#include "sila/core/track_frame.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

@@ -1,4 +1,4 @@
-// No bit of a model file flips unnoticed; files of an older schema are refused.
+// No bit of a model file flips unnoticed; files of an older schema are rejected.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -55,7 +55,7 @@ class Flipped {
 };
 
 struct Outcome {
-  int refused = 0;   ///< could not be loaded
+  int rejected = 0;  ///< could not be loaded
   int noticed = 0;   ///< could, but verify reported it
   int harmless = 0;  ///< bits that nothing depends on
 };
@@ -69,7 +69,7 @@ void try_flip(const fs::path& path, const StoredModel& original, const Model& ea
     ModelFile::open(path).verify();
     ++outcome.harmless;
   } catch (const FormatError&) {
-    ++(loaded ? outcome.noticed : outcome.refused);
+    ++(loaded ? outcome.noticed : outcome.rejected);
     return;
   }
   if (outcome.harmless % 100 != 0) return;  // copying takes time
@@ -113,9 +113,9 @@ TEST(Verify, NoticesAFlippedBitAnywhereInASmallFile) {
     file.mend(place);
   }
   EXPECT_TRUE(same(load_model(path), original));
-  EXPECT_GT(outcome.refused, 100);
+  EXPECT_GT(outcome.rejected, 100);
   EXPECT_GT(outcome.noticed, 10);
-  RecordProperty("refused", outcome.refused);
+  RecordProperty("rejected", outcome.rejected);
   RecordProperty("noticed", outcome.noticed);
   RecordProperty("harmless", outcome.harmless);
 }
@@ -145,7 +145,7 @@ TEST(Verify, NoticesFlippedBitsAnywhereInALargeFile) {
     try_flip(path, original, earlier, outcome);
     file.mend(place);
   }
-  EXPECT_GT(outcome.refused, 20);
+  EXPECT_GT(outcome.rejected, 20);
   EXPECT_GT(outcome.noticed, 200);  // most of the file is undo
 }
 
@@ -213,7 +213,7 @@ TEST(Verify, AnEpisodeMendsDamagedPartsThatItsModelHas) {
   EXPECT_EQ(file.verify().undone, 1u);
 }
 
-TEST(OlderSchema, IsRefusedWithWhatHelps) {
+TEST(OlderSchema, IsRejectedWithWhatHelps) {
   const ScratchFolder folder;
   const fs::path path = folder / "m.sila";
   save_model(path, stored(random_model(1)));

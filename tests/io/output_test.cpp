@@ -57,7 +57,7 @@ TEST(Output, DevicesAreWrittenToAndStayDevices) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-TEST(Output, RefusesInOneSentenceThatNamesTheFile) {
+TEST(Output, RejectsInOneSentenceThatNamesTheFile) {
   const ScratchFolder folder;
   const auto rejection = [](const fs::path& path) { return message_of<FormatError>([&] { write_file(path, "x"); }); };
   EXPECT_TRUE(says(rejection(folder.path()), "expected a file that can be written, found a folder"));

@@ -36,8 +36,8 @@ TEST(Profile, LeavesOtherFieldsAndYieldsToThoseBesideIt) {
   EXPECT_TRUE(config.episode.predict.own_deviation);
 }
 
-TEST(Profile, AnUnknownOneIsRefusedWithTheNearestName) {
-  const auto expect_refused = [](const json& name, const std::string& nearest) {
+TEST(Profile, AnUnknownOneIsRejectedWithTheNearestName) {
+  const auto expect_rejected = [](const json& name, const std::string& nearest) {
     try {
       read_config({}, {{"profile", name}}, "c.json");
       FAIL() << name;
@@ -45,9 +45,9 @@ TEST(Profile, AnUnknownOneIsRefusedWithTheNearestName) {
       EXPECT_NE(std::string(error.what()).find("the nearest is " + nearest + ")"), std::string::npos) << error.what();
     }
   };
-  expect_refused("papr", "paper");
-  expect_refused("paper_literal", "paper-literal");
-  expect_refused(3, "paper");
+  expect_rejected("papr", "paper");
+  expect_rejected("paper_literal", "paper-literal");
+  expect_rejected(3, "paper");
   EXPECT_THROW(profile("fast"), std::invalid_argument);
 }
 

@@ -73,7 +73,7 @@ TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
   const auto file = read_detections(
       folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n1,oops,1,2\n1,1\n1,1,,2\n,1,1,2\n1,2,nan,2\n1,3,1,2,9\n"));
   EXPECT_EQ(file.detections.rows_read, 7U);
-  EXPECT_EQ(file.detections.rows.size(), 3U);  // NaN is a number to the reader; `clean` refuses it
+  EXPECT_EQ(file.detections.rows.size(), 3U);  // NaN is a number to the reader; `clean` rejects it
   EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 2U);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 2U);
   for (const DroppedRows& entry : file.detections.dropped) {
@@ -156,7 +156,7 @@ TEST_F(IndRecording, JoinsClassesAndFrameRateFromTheMetaFiles) {
   EXPECT_EQ(file.detections.rows[1].label, "car");
 }
 
-TEST_F(IndRecording, IsRefusedWithoutTheClasses) {
+TEST_F(IndRecording, IsRejectedWithoutTheClasses) {
   const auto error = tests::format_error_of([&] { read_detections(tracks); });
   EXPECT_TRUE(contains(error->expected, "NN_tracksMeta.csv"));
 }
@@ -264,7 +264,7 @@ TEST(ReadDetections, KnowsEveryFormatByItsName) {
   EXPECT_EQ(track_format("parquet"), std::nullopt);
 }
 
-TEST(ReadDetections, RefusesOptionsThatAreNotPositive) {
+TEST(ReadDetections, RejectsOptionsThatAreNotPositive) {
   const TempFolder folder;
   const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");
   EXPECT_THROW(read_detections(path, {.frames_per_second = 0.0}), std::invalid_argument);
@@ -280,7 +280,7 @@ struct BadFile {
   std::size_t line;
 };
 
-TEST(BadTrackFile, IsRefusedWithPathLineExpectedAndFound) {
+TEST(BadTrackFile, IsRejectedWithPathLineExpectedAndFound) {
   const TempFolder folder;
   const std::vector<BadFile> cases = {
       {"empty.csv", "", "rows", "empty", 0},
@@ -308,7 +308,7 @@ TEST(BadTrackFile, IsRefusedWithPathLineExpectedAndFound) {
   }
 }
 
-TEST(BadTrackFile, IsRefusedIfTheGzipIsTruncatedAnywhere) {
+TEST(BadTrackFile, IsRejectedIfTheGzipIsTruncatedAnywhere) {
   const TempFolder folder;
   std::string text = "track_id,t,x,y\n";
   for (int i = 0; i < 2000; ++i) text += "1," + std::to_string(i) + "," + std::to_string(i * i % 977) + ",2\n";
@@ -325,7 +325,7 @@ TEST(BadTrackFile, IsRefusedIfTheGzipIsTruncatedAnywhere) {
   EXPECT_THROW(read_detections(folder.write("damaged.gz", damaged)), FormatError);
 }
 
-TEST(BadTrackFile, IsRefusedIfMissingOrAFolderWithoutTracks) {
+TEST(BadTrackFile, IsRejectedIfMissingOrAFolderWithoutTracks) {
   const TempFolder folder;
   EXPECT_TRUE(
       contains(tests::format_error_of([&] { read_detections(folder.path() / "no.csv"); })->found, "no such file"));

@@ -87,7 +87,7 @@ struct BadField {
   const char* found;
 };
 
-TEST(BadScene, IsRefusedNamingFileFieldExpectedAndFound) {
+TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
   const TempFolder folder;
   const std::vector<BadField> cases = {
       {R"({"origin": null})", "origin", "null"},
@@ -122,7 +122,7 @@ TEST(BadScene, IsRefusedNamingFileFieldExpectedAndFound) {
   }
 }
 
-TEST(BadScene, IsRefusedWithTheLineIfItIsNotJson) {
+TEST(BadScene, IsRejectedWithTheLineIfItIsNotJson) {
   const TempFolder folder;
   const auto path = folder.write("s.json", "{\"origin\": [1, 2],\n\"axis_1\": oops}\n");
   EXPECT_EQ(tests::format_error_of([&] { read_scene(path, kMean); })->line, 2U);
@@ -160,7 +160,7 @@ TEST_F(SceneFiles, AreFoundBesideTheSceneInItsParentAndInTheDataFolder) {
   EXPECT_TRUE(contains(error->expected, "files[3].path")) << error->what();
 }
 
-TEST_F(SceneFiles, ThatAreNowhereAreRefusedNamingTheEntryAndTheFolders) {
+TEST_F(SceneFiles, ThatAreNowhereAreRejectedNamingTheEntryAndTheFolders) {
   json["files"] = {{{"path", "gone.csv"}}};
   const auto error = tests::format_error_of([&] { read_scene_tracks(read(), {}); });
   EXPECT_TRUE(contains(error->expected, "files[0].path"));
@@ -211,7 +211,7 @@ TEST_F(SceneFiles, OfEqualNamesAreToldApartByTheirFolders) {
   EXPECT_EQ(matching_entry(scene, "b.csv"), nullptr);
 }
 
-TEST_F(SceneFiles, WithoutOneUsableTrackAreRefusedWithTheCounts) {
+TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   folder.write("data/a.csv", "track_id,t,x,y,label\n1,0,0,0,car\n1,0.5,1,0,car\n");
   json["files"] = {{{"path", "a.csv"}}};
   const auto error = tests::format_error_of([&] { read_scene_tracks(read(), {}); });

@@ -125,7 +125,7 @@ TEST(TrackStream, ReadsFormatsWithAFrameRateInPartsAndOthersWhole) {
   expect_same(whole.tracks, read_tracks({{annotated}}, {}, {}, {}));
 }
 
-TEST(TrackStream, RefusesEveryFileBeforeTheFirstTrackIsGiven) {
+TEST(TrackStream, RejectsEveryFileBeforeTheFirstTrackIsGiven) {
   const TempFolder folder;
   const auto good = folder.write("a.csv", rows_text(Order::by_time, 1, "\n"));
   const std::vector<std::filesystem::path> second_is_none{good, folder.write("b.csv", "a,b\n1,2\n")};
@@ -134,7 +134,7 @@ TEST(TrackStream, RefusesEveryFileBeforeTheFirstTrackIsGiven) {
   EXPECT_THROW(TrackStream(second_is_missing, {}, {}, {}), FormatError);
 }
 
-TEST(TrackStream, RefusesALineLongerThanABlockWithItsNumber) {
+TEST(TrackStream, RejectsALineLongerThanABlockWithItsNumber) {
   const TempFolder folder;
   const std::string text = "track_id,t,x,y\n1,0,0,0\n1,0.1,0,0\n" + std::string(300, 'x') + "\n";
   try {
@@ -145,7 +145,7 @@ TEST(TrackStream, RefusesALineLongerThanABlockWithItsNumber) {
   }
 }
 
-TEST(TrackStream, RefusesFilesWithoutOneTrack) {
+TEST(TrackStream, RejectsFilesWithoutOneTrack) {
   const TempFolder folder;
   const auto path = folder.write("a.csv", "track_id,t,x,y\n1,0,0,0\n2,0.1,0,0\n" + std::string(40, '\n'));
   EXPECT_THROW(all_of(TrackStream({{path}}, {}, {}, {}, kTiny)), FormatError);

@@ -157,7 +157,7 @@ TEST(SumoFcd, GivesPersonsAndCountsTheRest) {
   EXPECT_EQ(file.detections.rows_read, 5U);
 }
 
-TEST(SumoFcd, RefusesOtherAndDamagedXml) {
+TEST(SumoFcd, RejectsOtherAndDamagedXml) {
   const TempFolder folder;
   const auto cut = format_error_of([&] {
     read_detections(folder.write("cut.xml", "<fcd-export>\n<timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>\n"));

@@ -142,7 +142,7 @@ TEST(Undo, NothingCanBeTakenBackOfWhatReplacedAModel) {
   EXPECT_EQ(file.verify().undone, 0u);
 }
 
-TEST(Undo, ARivalsEpisodeIsRefusedAfterARollback) {
+TEST(Undo, ARivalsEpisodeIsRejectedAfterARollback) {
   const ScratchFolder folder;
   learn_into(folder, 3, 12);
   ModelFile learning = ModelFile::open_or_create(folder / "m.sila");

@@ -78,14 +78,14 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
   EXPECT_NEAR(settings.grid.cell * 2.5, 1.0, 1e-12);
 }
 
-TEST(Learn, RefusesAConfigurationOutOfRangeByName) {
+TEST(Learn, RejectsAConfigurationOutOfRangeByName) {
   LearnConfig config;
-  config.dictionary.sparsity = -1.0;
+  config.dictionary.run_m = -1.0;
   try {
     learn({}, {}, config);
-    FAIL() << "accepted a negative sparsity";
+    FAIL() << "accepted a negative length";
   } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("dictionary.sparsity = -1"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("dictionary.run_m = -1"), std::string::npos) << error.what();
   }
 }
 

@@ -18,7 +18,7 @@ struct Harm {
   std::function<void(Model&)> doing;
 };
 
-void expect_refused(const std::vector<Harm>& harms) {
+void expect_rejected(const std::vector<Harm>& harms) {
   ASSERT_NO_THROW(check(random_model(3)));
   for (const Harm& harm : harms) {
     Model model = random_model(3);
@@ -28,7 +28,7 @@ void expect_refused(const std::vector<Harm>& harms) {
 }
 
 TEST(CheckModel, RejectsInvalidSettings) {
-  expect_refused({
+  expect_rejected({
       {"no interval", [](Model& m) { m.settings.sample_interval_s = 0.0; }},
       {"an interval that makes 10^300 steps", [](Model& m) { m.settings.sample_interval_s = 1e-300; }},
       {"an interval that is no number", [](Model& m) { m.settings.sample_interval_s = kNan; }},
@@ -43,8 +43,8 @@ TEST(CheckModel, RejectsInvalidSettings) {
   });
 }
 
-TEST(CheckModel, RefusesErrorStatisticsOfAnotherShape) {
-  expect_refused({
+TEST(CheckModel, RejectsErrorStatisticsOfAnotherShape) {
+  expect_rejected({
       {"more steps than rows", [](Model& m) { m.sites[0].error_statistics.steps = 1000; }},
       {"steps whose product overflows", [](Model& m) { m.sites[0].error_statistics.steps = 2000000000; }},
       {"other speed classes", [](Model& m) { m.sites[0].error_statistics.classes = 1; }},
@@ -77,8 +77,8 @@ TEST(CheckModel, TakesSumsOfSquaresThatRoundingLeftBelowZero) {
   EXPECT_NO_THROW(check(model));
 }
 
-TEST(CheckModel, RefusesWhatIsBeyondTheGrid) {
-  expect_refused({
+TEST(CheckModel, RejectsWhatIsBeyondTheGrid) {
+  expect_rejected({
       {"an infinite weight", [](Model& m) { m.primitives[0].weight = kInf; }},
       {"a cell whose tile overflows", [](Model& m) { m.primitives[0].cells[0].cell.x = -2147483648; }},
       {"a field beyond all places", [](Model& m) { m.transitions[0].field.gp.pseudo_inputs(0, 0) = 1e300; }},
@@ -90,8 +90,8 @@ TEST(CheckModel, RefusesWhatIsBeyondTheGrid) {
   });
 }
 
-TEST(CheckModel, RefusesCountsBySiteThatDoNotAddUp) {
-  expect_refused({
+TEST(CheckModel, RejectsCountsBySiteThatDoNotAddUp) {
+  expect_rejected({
       {"a site that does not exist", [](Model& m) { m.transitions[1].sites[1].site = 2; }},
       {"a site twice", [](Model& m) { m.transitions[1].sites[1].site = 0; }},
       {"sites out of order", [](Model& m) { std::swap(m.transitions[1].sites[0], m.transitions[1].sites[1]); }},

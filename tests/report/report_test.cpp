@@ -6,9 +6,9 @@
 #include <iterator>
 #include <set>
 
+#include "report/scored.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/episode_json.hpp"
-#include "sila/report/scored.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
 

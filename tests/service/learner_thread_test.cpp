@@ -10,8 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/track_frame.hpp"
 #include "service/streams.hpp"
-#include "sila/core/track_frame.hpp"
 #include "sila/io/model_scene.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/training.hpp"

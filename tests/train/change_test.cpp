@@ -126,7 +126,7 @@ TEST(Change, OfOneFusionAndOneSplitIsWhatThePlanSays) {
   EXPECT_EQ(change.split[0].second, 2);
 }
 
-TEST(Change, RefusesAPlanOfOtherModels) {
+TEST(Change, RejectsAPlanOfOtherModels) {
   Model two;
   two.primitives.resize(2);
   EXPECT_THROW(change_by(FusionPlan{}, two, two), std::invalid_argument);

@@ -80,7 +80,7 @@ TEST(Episode, ThatTheModelHasLearntBeforeChangesNothing) {
   EXPECT_TRUE(identical(resumed.model, whole.model));
 }
 
-TEST(FuseModels, RefusesToCountAnEpisodeTwice) {
+TEST(FuseModels, DoesNotCountAnEpisodeTwice) {
   const Tracks tracks = testing::corner_walks(60, 4);
   const Model all = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
   const Model last = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
@@ -228,7 +228,7 @@ TEST(FleetPlan, ScoresNoModelOnTracksThatItHasLearnt) {
           EXPECT_FALSE(knows[static_cast<std::size_t>(scored)].contains(task.partition)) << partitions << " partitions";
         }
       }
-      for (const int rounds : fitted) EXPECT_EQ(rounds, kConfig.fleet.warm_up_rounds);
+      for (const int rounds : fitted) EXPECT_EQ(rounds, kFleetWarmUpRounds);
       EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(partitions)) << "every partition counts";
     }
   }

@@ -207,7 +207,7 @@ CurbTrajectory random_window(HostileTracks& hostile) {
   return window;
 }
 
-TEST(Hostile, NumbersOfAnySizeArePredictedOrRefused) {
+TEST(Hostile, NumbersOfAnySizeArePredictedOrRejected) {
   const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
   const Predictor predictor(model, kConfig.predict);
   RefineConfig plain = kConfig.predict;
@@ -226,15 +226,15 @@ TEST(Hostile, NumbersOfAnySizeArePredictedOrRefused) {
   EXPECT_THROW(predictor.predict(absurd), std::invalid_argument);
 }
 
-TEST(Hostile, TracksThatLastForeverOrAreNowhereAreRefusedAtOnce) {
-  const auto refused = [](double start_s, double step_s, double place_m) {
+TEST(Hostile, TracksThatLastForeverOrAreNowhereAreRejectedAtOnce) {
+  const auto rejected = [](double start_s, double step_s, double place_m) {
     FramedTrajectory placed{{"a", {start_s, start_s + step_s}, {{place_m, 0.0}, {place_m, 1.0}}},
                             testing::square_frame()};
     EXPECT_THROW(run_episode({}, std::span(&placed, 1), kConfig), std::invalid_argument) << start_s << " " << step_s;
   };
-  refused(0.0, 1e11, 0.0);   // as many states as fit in no memory
-  refused(1e17, 1e5, 0.0);   // a clock on which a second passes unseen
-  refused(0.0, 1.0, 1e200);  // a square is infinite
+  rejected(0.0, 1e11, 0.0);   // as many states as fit in no memory
+  rejected(1e17, 1e5, 0.0);   // a clock on which a second passes unseen
+  rejected(0.0, 1.0, 1e200);  // a square is infinite
 }
 
 }  // namespace

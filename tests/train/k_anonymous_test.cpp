@@ -93,7 +93,7 @@ TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
   EXPECT_GT(alone_at_home, alone_away);
 }
 
-TEST(Share, RefusesFewerThanOne) {
+TEST(Share, RejectsFewerThanOne) {
   EXPECT_THROW(k_anonymous({}, 0), std::invalid_argument);
 }
 

@@ -200,7 +200,7 @@ TEST(Sites, AreTheSameInMetresAndInWidths) {
   EXPECT_LT(distance_m, 1e-3);
 }
 
-TEST(Sites, RefuseAUnitThatIsNotThatOfTheScaling) {
+TEST(Sites, RejectAUnitThatIsNotThatOfTheScaling) {
   EpisodeConfig config = kConfig;
   config.reference_width_m = 3.0;
   EXPECT_THROW(run_episode({}, here(5, 1), config), std::invalid_argument);

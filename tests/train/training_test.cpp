@@ -56,7 +56,7 @@ TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
   EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.sites.at(0).error_statistics.empty());
 }
 
-TEST(Episode, RefusesAnotherGridOrIntervalThanTheModels) {
+TEST(Episode, RejectsAnotherGridOrIntervalThanTheModels) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 8);
   const Model model = run_episode({}, tracks, kConfig).model;
   EpisodeConfig other = kConfig;

@@ -11,7 +11,7 @@
 
 namespace sila {
 
-/// A primitive of each of two models, the most alike that are left.
+/// A primitive of each of two models, the most similar that are left.
 struct PrimitivePair {
   int a = 0;
   int b = 0;

@@ -25,12 +25,12 @@ std::vector<Passage> passages_of(std::span<const Window* const> windows, double 
 struct Way {
   bool stays = false;
   double direction_rad = 0.0;
-  double share = 0.0;  ///< of the people who came along alike
+  double share = 0.0;  ///< of the people who came along in the same way
 };
 
-/// The ways that people took who came along alike: within 2 m and 0.5 m/s. People who went less than 1 m stay; the
-/// directions of the others are parted where they leave a gap of at least 20 degrees. Only ways that at least 15 %
-/// took; none unless at least 12 people came along alike.
+/// The ways that people took who came along in the same way: within 2 m and 0.5 m/s. People who went less than 1 m
+/// stay; the directions of the others are parted where they leave a gap of at least 20 degrees. Only ways that at least
+/// 15 % took; none unless at least 12 people came along in the same way.
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s);
 
 /// At a fork, which is where `ways` are two or more: the probability that a prediction gives, at the whole horizon, to

@@ -114,7 +114,8 @@ StoredModel load_model(const std::filesystem::path& path);
 std::string model_bytes(const StoredModel& stored);
 StoredModel model_of_bytes(std::string_view bytes);
 
-/// Writes a model file, in the place of a model that is there already; refuses to overwrite what is not a model.
+/// Writes a model file, in the place of a model that is there already; throws rather than overwrite what is not a
+/// model.
 void save_model(const std::filesystem::path& path, const StoredModel& stored);
 
 }  // namespace sila

@@ -10,7 +10,8 @@ namespace sila {
 /// Lengths in metres become curb units when a model begins (see ModelSettings).
 struct GridConfig {
   double cell_m = 1.0;
-  int tile_cells = 8;
+  /// Side of a tile, at whose borders aligned primitives are cut [cells].
+  static constexpr int tile_cells = 8;
 };
 
 template <class Config, class Visitor>
@@ -18,8 +19,6 @@ requires std::same_as<std::remove_const_t<Config>, GridConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("cell_m", config.cell_m, Range{0.05, 20.0}, "m",
                "side of a grid cell at the place where the model begins");
-  visit.number("tile_cells", config.tile_cells, Range{1, 1000}, "cells",
-               "side of a tile; aligned primitives are cut at its border");
 }
 
 /// Where a path is cut into the support of a new primitive.
@@ -35,7 +34,8 @@ struct DictionaryConfig {
   static constexpr double min_speed_mps = 0.2;
   /// Weight of the activeness channel (gamma).
   static constexpr double activeness_weight = 1.0;
-  double sparsity = 1.0;
+  /// Using a primitive must pay for this number of cell visits (lambda).
+  static constexpr double sparsity = 1.0;
   /// Minimum path length that a new primitive must explain (tau) [m].
   static constexpr double gain_m = 6.0;
   bool support_mask = true;
@@ -49,8 +49,6 @@ struct DictionaryConfig {
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
 void fields(Config& config, Visitor&& visit) {
-  visit.number("sparsity", config.sparsity, Range{0.0, 100.0}, "cells",
-               "using a primitive must pay for so many cell visits (lambda)");
   visit.flag("support_mask", config.support_mask,
              "limit each primitive to its own cells; off: one primitive swallows a whole route");
   visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
@@ -70,9 +68,11 @@ inline constexpr const char* kFieldOutputs[] = {"shared", "independent"};
 struct FieldConfig {
   FieldOutputs outputs = FieldOutputs::shared;
   double stride_s = 0.0;
-  double signal_std_mps = 0.8;
+  /// Prior deviation of a field from its mean (sigma_f) [m/s].
+  static constexpr double signal_std_mps = 0.8;
   double length_scale_m = 2.0;
-  double noise_std_mps = 0.3;
+  /// Spread of people around a field (sigma_n) [m/s].
+  static constexpr double noise_std_mps = 0.3;
   GpConfig gp;
 };
 
@@ -84,12 +84,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.number(
       "stride_s", config.stride_s, Range{0.0, 60.0}, "s",
       "between the samples of a track that a field is fitted to, as neighbours are correlated; 0: all samples");
-  visit.number("signal_std_mps", config.signal_std_mps, Range{0.01, 20.0}, "m/s",
-               "prior deviation of a field from its mean (sigma_f)");
   visit.number("length_scale_m", config.length_scale_m, Range{0.05, 100.0}, "m",
                "distance over which velocities agree (l)");
-  visit.number("noise_std_mps", config.noise_std_mps, Range{0.01, 20.0}, "m/s",
-               "spread of people around a field (sigma_n)");
   visit.choice("pseudo_inputs", config.gp.pseudo_inputs, pseudo_input_choice_names,
                "pseudo-inputs Z: chosen from the data, or moved by gradient as in the paper");
   visit.choice(

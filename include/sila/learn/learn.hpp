@@ -7,7 +7,6 @@
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/config.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/model/batch.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {

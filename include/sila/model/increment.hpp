@@ -3,10 +3,17 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "sila/core/trajectory.hpp"
 #include "sila/model/model.hpp"
 #include "sila/model/residual.hpp"
 
 namespace sila {
+
+/// The tracks of one episode as they are learnt from. Invariant: `residuals` is empty, or has a list for each track.
+struct Batch {
+  std::vector<CurbTrajectory> tracks;  ///< curb coordinates, at the interval of the settings
+  std::vector<std::vector<ResidualSample>> residuals;
+};
 
 /// The samples of one transition in this batch, d_2 of the paper.
 struct TransitionSamples {

@@ -1,16 +1,70 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <string>
+#include <type_traits>
 #include <vector>
 
+#include "sila/core/grid.hpp"
+#include "sila/gp/sparse_gp.hpp"
 #include "sila/model/episode_id.hpp"
-#include "sila/model/motion_primitive.hpp"
 #include "sila/model/settings.hpp"
 #include "sila/model/site.hpp"
-#include "sila/model/transition.hpp"
 
 namespace sila {
+
+/// The arrow of a motion primitive in one cell.
+struct CellVelocity {
+  CellKey cell;
+  Vector2 velocity = Vector2::Zero();  ///< length <= 1: a direction, shortened where the members of a fusion disagree
+};
+
+/// A motion primitive: a local pattern of normalised velocities on the grid.
+/// Invariant: cells sorted, each once; lengths in (0, 1].
+struct MotionPrimitive {
+  std::vector<CellVelocity> cells;
+  double weight = 1.0;  ///< how many primitives of how many batches were fused into it
+  int support = 0;      ///< lower bound of the number of different tracks that showed it
+};
+
+/// Eigen's box, but copying it is known not to throw. Otherwise a list of fields that grows would copy all their
+/// matrices instead of moving them.
+struct Extent : Eigen::AlignedBox2d {
+  using Eigen::AlignedBox2d::AlignedBox2d;
+  Extent() = default;
+  Extent(const Eigen::AlignedBox2d& box) : Eigen::AlignedBox2d(box) {}
+  Extent(const Extent& other) noexcept : Eigen::AlignedBox2d(other) {}
+  Extent& operator=(const Extent& other) noexcept {
+    Eigen::AlignedBox2d::operator=(other);
+    return *this;
+  }
+};
+
+/// Position -> velocity, both in curb coordinates: one sparse GP with two inputs and two outputs, or one for each
+/// component of the velocity; and the box of its data. All fields of a model are of one of the two kinds.
+struct FlowField {
+  SparseGp gp;         ///< of both components, or of that along axis 1
+  Extent extent;       ///< of the positions that it was fitted to [curb units]
+  SparseGp gp_y = {};  ///< of the component along axis 2; no output: `gp` has both
+
+  bool independent() const { return gp_y.mean.size() > 0; }
+  const SparseGp* second() const { return independent() ? &gp_y : nullptr; }
+};
+
+/// A transition between two primitives (or from one to itself): how often it was seen and how people move along it.
+/// Count and field stand together so that the paper's R_edges and R_GP cannot disagree.
+struct Transition {
+  int from = 0;  ///< index of a primitive of the same model, 0-based
+  int to = 0;
+  double count = 0.0;  ///< trajectories that showed it, T(from, to)
+  FlowField field;
+  SparseGp residual = {};             ///< of the paths that led here (see residual GP.hpp); no points: nothing known
+  std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
+  int support = 0;  ///< lower bound of the number of different tracks; is not discounted, counts no track twice
+};
+
+static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");
 
 /// What was learnt of one or several sites: M = {D, R}, and what past errors show. It holds no raw track.
 /// Invariant: `check(model)` passes.

@@ -15,7 +15,8 @@ struct ServiceConfig {
   /// A time stamp that is newer than the clock by more is off the clock [s].
   static constexpr double clock_jump_s = 10.0;
   int clock_patience = 10;
-  double silence_s = 5.0;
+  /// Without a detection, by the clock of the machine, after which all tracks of a stream end [s].
+  static constexpr double silence_s = 5.0;
   int max_ids = 2000;
   int max_track_samples = 6000;
   int max_pending_scores = 20000;
@@ -30,7 +31,8 @@ struct ServiceConfig {
   double max_rate_hz = 20000.0;
   int max_connections = 64;
   int max_queued_lines = 20000;
-  double max_send_queue_mb = 16.0;
+  /// Predictions that a connection has not read yet; beyond it the oldest are dropped [MB].
+  static constexpr double max_send_queue_mb = 16.0;
   /// Time between updates of the live page [s].
   static constexpr double page_interval_s = 0.2;
 };
@@ -45,8 +47,6 @@ void fields(Config& config, Visitor&& visit) {
                "a detection may be this much older than the newest of its stream; a track stays open as long");
   visit.number("clock_patience", config.clock_patience, Range{1, 100000}, "detections",
                "consecutive detections that agree with each other but not with the clock of the stream reset it");
-  visit.number("silence_s", config.silence_s, Range{0.0, 3600.0, true}, "s",
-               "without a detection, by the clock of the machine, after which all tracks of a stream end");
   visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
   visit.number("max_track_samples", config.max_track_samples, Range{100, 10000000}, "samples",
                "a longer track ends, and a new one begins");
@@ -65,8 +65,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_connections", config.max_connections, Range{1, 10000}, "connections", "at a time");
   visit.number("max_queued_lines", config.max_queued_lines, Range{1, 10000000}, "lines",
                "read and not yet ingested; beyond it a connection with more than its share is rejected");
-  visit.number("max_send_queue_mb", config.max_send_queue_mb, Range{0.01, 1e4}, "MB",
-               "that a connection has not read yet; beyond it its oldest predictions are dropped");
 }
 
 }  // namespace sila

@@ -25,18 +25,20 @@ struct SimulationConfig {
   double sample_interval_s = 0.1;
   double view_radius_m = 15.0;
   double sidewalk_width_m = 3.0;
-  double road_width_m = 8.0;
+  /// From curb to curb [m].
+  static constexpr double road_width_m = 8.0;
   double construction_length_m = 0.0;
 
-  double arrivals_per_s = 0.25;
+  /// Walkers or groups that enter the scene [1/s].
+  static constexpr double arrivals_per_s = 0.25;
   double group_share = 0.2;
   double turn_share = 0.45;
   double jaywalk_share = 0.08;
   double stop_share = 0.05;
-  double mean_speed_mps = 1.34;
-  double speed_std_mps = 0.26;
-  double signal_cycle_s = 40.0;
-  double walk_phase_s = 16.0;
+  /// Mean and spread of the personal free walking speeds [m/s].
+  static constexpr double mean_speed_mps = 1.34, speed_std_mps = 0.26;
+  /// Period of the pedestrian signals, and green for each street in it [s].
+  static constexpr double signal_cycle_s = 40.0, walk_phase_s = 16.0;
 
   double noise_std_m = 0.03;
   double occlusions_per_min = 1.0;
@@ -54,22 +56,15 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("view_radius_m", config.view_radius_m, R{8.0, 40.0}, "m",
                "the tracker sees this far round the primary corner");
   visit.number("sidewalk_width_m", config.sidewalk_width_m, R{2.0, 6.0}, "m", "from the curb to the building");
-  visit.number("road_width_m", config.road_width_m, R{4.0, 20.0}, "m", "from curb to curb");
   visit.number(
       "construction_length_m", config.construction_length_m, R{0.0, 10.0}, "m",
       "closed part of the sidewalk along axis_1 of the primary corner, from 4 m off; people pass it on the roadway");
-  visit.number("arrivals_per_s", config.arrivals_per_s, R{0.01, 1.5}, "1/s", "walkers or groups that enter the scene");
   visit.number("group_share", config.group_share, share, "", "arrivals of two or three people who walk together");
   visit.number("turn_share", config.turn_share, share, "",
                "at a corner, those who stay on the sidewalk; the rest cross");
   visit.number("jaywalk_share", config.jaywalk_share, share, "",
                "those who ignore the red light or cross away from the crosswalk");
   visit.number("stop_share", config.stop_share, share, "", "walkers that stop for a while on the sidewalk");
-  visit.number("mean_speed_mps", config.mean_speed_mps, R{0.6, 2.2}, "m/s", "mean of the personal free walking speeds");
-  visit.number("speed_std_mps", config.speed_std_mps, R{0.0, 0.6}, "m/s", "spread of the personal free walking speeds");
-  visit.number("signal_cycle_s", config.signal_cycle_s, R{10.0, 180.0}, "s", "period of the pedestrian signals");
-  visit.number("walk_phase_s", config.walk_phase_s, R{4.0, 90.0}, "s",
-               "green for each street in a cycle; at most half of it");
   visit.number("noise_std_m", config.noise_std_m, R{0.0, 0.5}, "m",
                "error of a reported position per axis, partly correlated in time");
   visit.number("occlusions_per_min", config.occlusions_per_min, R{0.0, 30.0}, "1/min",
@@ -77,7 +72,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("cut_share", config.cut_share, share, "", "walkers lost or found in mid view, or given a second id");
 }
 
-/// Throws: std::invalid_argument for a field out of its range, or walk phases that do not fit into the cycle.
+/// Throws: std::invalid_argument for a field out of its range.
 void validate(const SimulationConfig& config);
 
 }  // namespace sila

@@ -22,7 +22,7 @@ struct NamedCorner {
 struct IntersectionScene {
   std::string name;                  ///< as the layout
   std::vector<NamedCorner> corners;  ///< first the primary one
-  double sidewalk_width_m = 0.0;     ///< perpendicular to the curb, all sidewalks alike
+  double sidewalk_width_m = 0.0;     ///< perpendicular to the curb, the same for all sidewalks
   double view_radius_m = 0.0;        ///< the tracker sees this far round the primary corner
   std::vector<Polygon> sidewalks;    ///< to draw; the curb is rounded here, the frames use the straight curbs
   std::vector<Polygon> crosswalks;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <concepts>
-#include <limits>
 
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/config.hpp"
@@ -18,6 +17,7 @@ struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Time between two windows of a track [s].
   double stride_s = 1.6;
+  /// After this number of newer windows an error counts 1/e; no setting, but a fleet forgets nothing.
   double memory_windows = 5000.0;
 };
 
@@ -25,25 +25,6 @@ template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and calibrate by the errors");
-  visit.number("memory_windows", config.memory_windows, Range{1.0, std::numeric_limits<double>::infinity()}, "windows",
-               "after so many newer ones an error counts 1/e");
-}
-
-/// How models that were learnt in parallel are fused, where it differs from one batch after another.
-struct FleetConfig {
-  bool case_3_fuses_stronger = true;
-  PrimitiveMean mean = PrimitiveMean::count;
-  /// Rounds in which each half is predicted by the other half; the last round calibrates.
-  static constexpr int warm_up_rounds = 2;
-};
-
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, FleetConfig>
-void fields(Config& config, Visitor&& visit) {
-  visit.flag("case_3_fuses_stronger", config.case_3_fuses_stronger,
-             "case 3 fuses the stronger pair: halves meet once, what stays apart stays apart (paper: off)");
-  visit.choice("mean", config.mean, primitive_mean_names,
-               "mean of fused primitives: plain (paper), by count, over active cells");
 }
 
 struct EpisodeConfig {
@@ -56,7 +37,6 @@ struct EpisodeConfig {
   PruneConfig prune;
   ModelBudget budget;
   ErrorStatisticsConfig error_statistics;
-  FleetConfig fleet;
   RefineConfig predict;
 };
 
@@ -76,7 +56,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("prune", config.prune);
   visit.group("budget", config.budget);
   visit.group("error_statistics", config.error_statistics);
-  visit.group("fleet", config.fleet);
   visit.group("predict", config.predict);
 }
 

@@ -54,6 +54,9 @@ enum class FleetStep {
 };
 inline constexpr const char* kFleetSteps[] = {"learn", "fuse", "warm_up", "calibrate", "add", "finalise"};
 
+/// Rounds in which each half is predicted by the other half; the last round calibrates.
+inline constexpr int kFleetWarmUpRounds = 2;
+
 /// Inputs are numbers of earlier tasks, or one of these.
 inline constexpr int kFleetStart = -1;    ///< the model that the fleet goes on with
 inline constexpr int kFleetNothing = -2;  ///< no model, or no error statistics yet

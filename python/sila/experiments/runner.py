@@ -139,7 +139,7 @@ _NAMES = {
 
 
 def kept_result(path: Path, key: Json, redo: bool) -> Json | None:
-    """The result of an earlier run, if it is there and was made alike. Raises ValueError if it was not, unless `redo`."""
+    """The result of an earlier run, if there is one. Raises ValueError if it was made otherwise, unless `redo`."""
     if not path.exists():
         return None
     try:
