@@ -72,13 +72,16 @@ void predict_tracks(const PredictOptions& options) {
   std::optional<OutputFile> file;
   if (!options.out.empty()) file.emplace(options.out);
   std::ostream& out = file ? file->stream() : std::cout;
-  std::size_t count = 0;
+  std::size_t count = 0, too_short = 0;
   for (const TrackLines& of_track : lines) {
     out << of_track.text;
     count += of_track.count;
+    too_short += of_track.count == 0 ? 1 : 0;
   }
   if (file) file->commit();
-  std::cerr << count << " predictions for " << input.tracks.size() << " tracks\n";
+  std::cerr << count << " predictions for " << input.tracks.size() - too_short << " tracks";
+  if (too_short > 0) std::cerr << "; " << too_short << " tracks are shorter than predict.min_observe_s";
+  std::cerr << '\n';
 }
 
 }  // namespace

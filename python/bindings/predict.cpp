@@ -109,7 +109,7 @@ auto all_weights(const Prediction& prediction) {
 
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
 using RegionState = std::pair<double, std::vector<double>>;
-using PredictionState = std::tuple<std::string, std::string, double, std::vector<double>, bool, double,
+using PredictionState = std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double,
                                    std::vector<ModeState>, std::vector<RegionState>>;
 
 PredictionState state_of(const TrackPrediction& prediction) {
@@ -124,13 +124,13 @@ PredictionState state_of(const TrackPrediction& prediction) {
   const Prediction& content = prediction.content;
   std::vector<RegionState> regions;
   for (const Region& region : content.regions) regions.push_back({region.probability, region.levels});
-  return {prediction.track, prediction.tracklet, content.t0_s, content.times_s,
-          content.fallback, content.novelty,     modes,        regions};
+  return {prediction.track, prediction.tracklet, content.t0_s, content.times_s, content.fallback,
+          content.novelty,  content.observed_s,  modes,        regions};
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {
-  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, modes, regions] = state;
-  TrackPrediction prediction{track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty}};
+  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions] = state;
+  TrackPrediction prediction{track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s}};
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
   for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
     Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
@@ -181,6 +181,9 @@ void bind_prediction(nb::module_& module) {
       .def_prop_ro(
           "novelty", [](const TrackPrediction& p) { return p.content.novelty; },
           "In [0, 1]: share of the people seen so far whose path was better known than this one.")
+      .def_prop_ro(
+          "observed_s", [](const TrackPrediction& p) { return p.content.observed_s; },
+          "Seconds between the first and the last sample that it rests on.")
       .def_prop_ro(
           "regions",
           [](const TrackPrediction& p) {

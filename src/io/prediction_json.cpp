@@ -104,6 +104,7 @@ Prediction prediction_of(const json& object) {
   prediction.times_s = timed.at("t").get<std::vector<double>>();
   prediction.fallback = object.at("fallback").get<bool>();
   prediction.novelty = object.at("novelty").get<double>();
+  prediction.observed_s = object.value("observed_s", 0.0);
   for (const json& mode : object.at("modes")) prediction.modes.push_back(mode_of(mode));
   if (!object.contains("regions")) return prediction;
   for (const json& region : object.at("regions"))
@@ -257,6 +258,7 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   if (format.v1) return line_v1(track, prediction, explanation, camera);
   std::string text = "{\"track\":" + dumped(track);
   add(text += ",\"t0\":", prediction.t0_s, kFull);
+  add(text += "\"observed_s\":", prediction.observed_s, digits);
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
   add(text += "\"novelty\":", prediction.novelty, digits + 1);
   add_list(text, "t", prediction.times_s.size(), [&](std::size_t j) { add(text, prediction.times_s[j], digits); });

@@ -65,6 +65,7 @@ Prediction& begin_prediction(const CurbTrajectory& observed, std::size_t steps, 
   for (Mode& mode : prediction.modes) workspace.spare.push_back(std::move(mode));
   prediction.modes.clear();
   prediction.t0_s = observed.times_s.back();
+  prediction.observed_s = observed.times_s.back() - observed.times_s.front();
   prediction.times_s.resize(steps);
   for (std::size_t j = 0; j < steps; ++j) prediction.times_s[j] = static_cast<double>(j + 1) * interval_s;
   return prediction;

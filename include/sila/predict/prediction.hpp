@@ -35,7 +35,8 @@ struct Prediction {
   std::vector<Mode> modes;
   std::vector<Region> regions;  ///< by rising probability
   bool fallback = false;        ///< no transition matched: kinematics alone
-  double novelty = 0.0;  ///< in [0, 1]: share of the people seen so far whose path was better known than this one
+  double novelty = 0.0;     ///< in [0, 1]: share of the people seen so far whose path was better known than this one
+  double observed_s = 0.0;  ///< between the first and the last sample that it rests on
 };
 
 }  // namespace sila
