@@ -143,7 +143,8 @@ ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<co
   tbb::parallel_for(std::size_t{0}, windows.size(),
                     [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
   ErrorStatistics sum =
-      zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s);  // in the order of the windows, whatever the threads did
+      zero_error_statistics(steps, predictor.interval_s(),
+                            predictor.config().observe_s);  // in the order of the windows, whatever the threads did
   const Stacking unseen(sum, predictor.config());
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking = predictor.stacking(predictor.map().site(windows[i].observed.frame));

@@ -31,7 +31,7 @@ Prediction two_modes() {
   Prediction prediction;
   prediction.t0_s = 1700000000.1234567;
   prediction.times_s = {0.2, 0.6000000000000001};
-  prediction.novelty = 1.0 / 3.0;
+  prediction.novelty = 1.0 / 3.0, prediction.observed_s = 0.6;
   Matrix2 round = 0.25 * Matrix2::Identity(), flat;
   flat << 2.00004, -0.00012, -0.00012, 0.000123456;
   prediction.modes.push_back({2.0 / 3.0, {{1.00049, -0.0004}, {-12.3456, 0.05}}, {round, flat}, {3, 7}});
@@ -69,7 +69,7 @@ Prediction read_back(const std::string& line) {
 
 TEST(PredictionLine, HasTheTimesOnceAndRoundedNumbers) {
   EXPECT_EQ(prediction_line("a\"b", two_modes()),
-            R"({"track":"a\"b","t0":1700000000.1234567,"fallback":false,"novelty":0.3333,"t":[0.2,0.6],"modes":[)"
+            R"({"track":"a\"b","t0":1700000000.1234567,"observed_s":0.6,"fallback":false,"novelty":0.3333,"t":[0.2,0.6],"modes":[)"
             R"({"weight":0.6667,"x":[1,-12.346],"y":[0,0.05],"cov":[[0.25,0,0.25],[2.00004,-0.00012,0.000123]],)"
             R"("primitives":[3,7],"variant":"expected"},)"
             R"({"weight":0.3333,"x":[1,3],"y":[2,4],"cov":[[0.25,0,0.25],[0.25,0,0.25]],)"

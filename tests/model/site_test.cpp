@@ -39,7 +39,8 @@ TEST(Site, JoinsThoseOfTwoModelsByCorner) {
   EXPECT_EQ(joined.sites[0].tracks, 100);
   EXPECT_EQ(joined.sites[0].error_statistics.novelties[0], 3.0);
   EXPECT_EQ(joined.sites[2].error_statistics.novelties[0], 2.0);
-  EXPECT_THROW(join_sites(first, {{frame_at(7), 1, 20, zero_error_statistics(2, 0.2, 3.2), {}}}), std::invalid_argument);
+  EXPECT_THROW(join_sites(first, {{frame_at(7), 1, 20, zero_error_statistics(2, 0.2, 3.2), {}}}),
+               std::invalid_argument);
 }
 
 TEST(Site, CountsStaySortedAndAddUp) {
