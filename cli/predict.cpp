@@ -28,7 +28,7 @@ struct PredictOptions {
 
 Config predict_config(const PredictOptions& options, const StoredModel& stored) {
   Config config = configured(options.common, stored, options.model);
-  if (options.observe_s) config.episode.predict.observe_s = *options.observe_s;
+  if (options.observe_s) config.episode.predict.observe_s = config.episode.predict.min_observe_s = *options.observe_s;
   if (options.horizon_s) config.episode.predict.horizon_s = *options.horizon_s;
   validate_fields("predict", config.episode.predict);
   return config;
@@ -94,8 +94,9 @@ void add_predict(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");
-  verb->add_option("--observe", options->observe_s,
-                   "use at most so much of the past, in seconds [predict.observe_s of the model]");
+  verb->add_option(
+      "--observe", options->observe_s,
+      "observed seconds before each prediction [all there are, from predict.min_observe_s to predict.observe_s]");
   verb->add_option("--horizon", options->horizon_s, "predicted seconds [5]");
   verb->add_option("--every", options->stride_s, "seconds between predictions of a track [1]")->check(positive_number);
   add_lines(*verb, options->lines);

@@ -73,7 +73,7 @@ def test_prediction(case):
         folder / "unseen.csv",
         scene=folder / "unseen.scene.json",
         stride_s=1.6,
-        config={"predict": {"horizon_s": 3.4, "observe_s": 2.0}},
+        config={"predict": {"horizon_s": 3.4, "observe_s": 2.0, "min_observe_s": 2.0}},
     )
     assert len(ours) > 10
     assert ours.to_ndjson() == lines

@@ -100,8 +100,7 @@ Mode mode_of(const json& object) {
 Prediction prediction_of(const json& object) {
   Prediction prediction;
   prediction.t0_s = object.at("t0").get<double>();
-  const json& timed = object.contains("t") ? object : object.at("modes").at(0);
-  prediction.times_s = timed.at("t").get<std::vector<double>>();
+  prediction.times_s = object.at("modes").at(0).at("t").get<std::vector<double>>();
   prediction.fallback = object.at("fallback").get<bool>();
   prediction.novelty = object.at("novelty").get<double>();
   prediction.observed_s = object.value("observed_s", 0.0);
@@ -235,9 +234,16 @@ void add_image(std::string& text, const Mode& mode, const Camera& camera, int di
   add_points("cov_uv", [&](const ImagePoint& point) { add_covariance(text, point.covariance_px2, digits + 1); });
 }
 
-void add_mode(std::string& text, const Mode& mode, double weight, const Camera* camera, int digits) {
+void add_times(std::string& text, const std::vector<double>& times_s, int digits) {
+  add_list(text, "t", times_s.size(), [&](std::size_t j) { add(text, times_s[j], digits); });
+}
+
+/// `times_s`: null but for the first mode.
+void add_mode(std::string& text, const Mode& mode, double weight, const std::vector<double>* times_s,
+              const Camera* camera, int digits) {
   const std::size_t steps = mode.path_m.size();
   add(text += "{\"weight\":", weight, digits + 1);
+  if (times_s != nullptr) add_times(text, *times_s, digits);
   add_list(text, "x", steps, [&](std::size_t j) { add(text, mode.path_m[j].x(), digits); });
   add_list(text, "y", steps, [&](std::size_t j) { add(text, mode.path_m[j].y(), digits); });
   add_list(text, "cov", steps, [&](std::size_t j) { add_covariance(text, mode.covariances_m2[j], digits + 1); });
@@ -261,10 +267,11 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   add(text += "\"observed_s\":", prediction.observed_s, digits);
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
   add(text += "\"novelty\":", prediction.novelty, digits + 1);
-  add_list(text, "t", prediction.times_s.size(), [&](std::size_t j) { add(text, prediction.times_s[j], digits); });
+  add_times(text, prediction.times_s, digits);
   const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
-  add_list(text, "modes", weights.size(),
-           [&](std::size_t m) { add_mode(text, prediction.modes[m], weights[m], camera, digits); });
+  add_list(text, "modes", weights.size(), [&](std::size_t m) {
+    add_mode(text, prediction.modes[m], weights[m], m == 0 ? &prediction.times_s : nullptr, camera, digits);
+  });
   if (!prediction.regions.empty()) {
     add_list(text, "regions", prediction.regions.size(), [&](std::size_t r) {
       const std::vector<double>& levels = prediction.regions[r].levels;
