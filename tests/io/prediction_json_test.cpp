@@ -68,12 +68,13 @@ Prediction read_back(const std::string& line) {
 }
 
 TEST(PredictionLine, HasTheTimesOnceAndRoundedNumbers) {
-  EXPECT_EQ(prediction_line("a\"b", two_modes()),
-            R"({"track":"a\"b","t0":1700000000.1234567,"observed_s":0.6,"fallback":false,"novelty":0.3333,"t":[0.2,0.6],"modes":[)"
-            R"({"weight":0.6667,"t":[0.2,0.6],"x":[1,-12.346],"y":[0,0.05],"cov":[[0.25,0,0.25],[2.00004,-0.00012,0.000123]],)"
-            R"("primitives":[3,7],"variant":"expected"},)"
-            R"({"weight":0.3333,"x":[1,3],"y":[2,4],"cov":[[0.25,0,0.25],[0.25,0,0.25]],)"
-            R"("primitives":[],"variant":"slower"}],"regions":[{"probability":0.9,"level":[2.3026,0]}]})");
+  EXPECT_EQ(
+      prediction_line("a\"b", two_modes()),
+      R"({"track":"a\"b","t0":1700000000.1234567,"observed_s":0.6,"fallback":false,"novelty":0.3333,"t":[0.2,0.6],"modes":[)"
+      R"({"weight":0.6667,"t":[0.2,0.6],"x":[1,-12.346],"y":[0,0.05],"cov":[[0.25,0,0.25],[2.00004,-0.00012,0.000123]],)"
+      R"("primitives":[3,7],"variant":"expected"},)"
+      R"({"weight":0.3333,"x":[1,3],"y":[2,4],"cov":[[0.25,0,0.25],[0.25,0,0.25]],)"
+      R"("primitives":[],"variant":"slower"}],"regions":[{"probability":0.9,"level":[2.3026,0]}]})");
 }
 
 TEST(PredictionLine, OfTheFirstFormHasTheTimesInEachModeAndEveryNumberInFull) {
