@@ -151,7 +151,8 @@ void Engine::ingest_queued() {
       if (monotonic_s() >= until_s) break;
     }
   }
-  end_silent_streams(monotonic_s());
+  // The result of a stepwise run must not depend on speed: while it learns no line arrives.
+  if (!stepwise_) end_silent_streams(monotonic_s());
 }
 
 void Engine::ingest_event(const StreamEvent& event) {

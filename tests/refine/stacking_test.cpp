@@ -21,6 +21,10 @@ Eigen::VectorXd coefficients(std::initializer_list<std::pair<int, double>> entri
   return all;
 }
 
+PersonClass of_class(int speed) {
+  return {speed, {}, 0};
+}
+
 ErrorStatistics nothing_fitted() {
   return zero_error_statistics(kSteps, kInterval_s, 3.2);
 }
@@ -52,7 +56,7 @@ double distance(const Stacking& stacking, int speed_class, const Eigen::VectorXd
   double largest = 0.0;
   for (std::size_t step = 0; step < kSteps; ++step) {
     const Features features = random_features(random, static_cast<int>(expected.size()));
-    const Vector2 difference = stacking.stacked_mps(features, step, {speed_class}) - features * expected;
+    const Vector2 difference = stacking.stacked_mps(features, step, of_class(speed_class)) - features * expected;
     largest = std::max(largest, difference.norm());
   }
   return largest;
@@ -104,8 +108,8 @@ TEST(Stacking, PeopleWhoStandDoNotMoveTheRegressionOfThoseWhoWalk) {
   const Stacking both(error_statistics, {});
   std::mt19937 random(8);
   const Features features = random_features(random, kStackedFeatures);
-  EXPECT_EQ(both.stacked_mps(features, 0, {kOtherClass}), alone.stacked_mps(features, 0, {kOtherClass}));
-  EXPECT_EQ(both.stacked_mps(features, 0, {kFittedClass}), alone.stacked_mps(features, 0, {kFittedClass}));
+  EXPECT_EQ(both.stacked_mps(features, 0, of_class(kOtherClass)), alone.stacked_mps(features, 0, of_class(kOtherClass)));
+  EXPECT_EQ(both.stacked_mps(features, 0, of_class(kFittedClass)), alone.stacked_mps(features, 0, of_class(kFittedClass)));
   EXPECT_NE(both.stacked_mps(features, 0, {}), alone.stacked_mps(features, 0, {}));
 }
 
