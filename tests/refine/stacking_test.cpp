@@ -108,8 +108,10 @@ TEST(Stacking, PeopleWhoStandDoNotMoveTheRegressionOfThoseWhoWalk) {
   const Stacking both(error_statistics, {});
   std::mt19937 random(8);
   const Features features = random_features(random, kStackedFeatures);
-  EXPECT_EQ(both.stacked_mps(features, 0, of_class(kOtherClass)), alone.stacked_mps(features, 0, of_class(kOtherClass)));
-  EXPECT_EQ(both.stacked_mps(features, 0, of_class(kFittedClass)), alone.stacked_mps(features, 0, of_class(kFittedClass)));
+  EXPECT_EQ(both.stacked_mps(features, 0, of_class(kOtherClass)),
+            alone.stacked_mps(features, 0, of_class(kOtherClass)));
+  EXPECT_EQ(both.stacked_mps(features, 0, of_class(kFittedClass)),
+            alone.stacked_mps(features, 0, of_class(kFittedClass)));
   EXPECT_NE(both.stacked_mps(features, 0, {}), alone.stacked_mps(features, 0, {}));
 }
 
