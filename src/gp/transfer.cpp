@@ -49,6 +49,7 @@ struct Link {
 /// Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.
 Eigen::MatrixXd hidden_factor(const SparseGp& from, const SparseGp& into, const std::vector<Eigen::Index>& dropped,
                               const Eigen::MatrixXd& explained, const Eigen::MatrixXd& own_lower) {
+  if (dropped.empty()) return {from.pseudo_inputs.cols(), 0};
   const Eigen::MatrixXd points = from.pseudo_inputs(Eigen::all, dropped);
   Eigen::MatrixXd residual = covariance(into.kernel, points, points);
   residual.selfadjointView<Eigen::Lower>().rankUpdate(explained(dropped, Eigen::all), -1.0);
