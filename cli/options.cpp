@@ -92,9 +92,8 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
 }
 
 void add_lines(CLI::App& verb, LineFormat& format) {
-  verb.add_option(
-          "--digits", format.digits,
-          "decimals of metres and seconds, one less than of shares, levels and covariances; 17: all in full [3]")
+  verb.add_option("--digits", format.digits,
+                  "decimals of metres and seconds; shares, levels and covariances have one more; 17: all in full [3]")
       ->check(CLI::Range(1, 17));
   verb.add_option("--lines", format.v1, "v1: the times in each mode, every number in full [v2]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"v1", true}, {"v2", false}}));

@@ -151,11 +151,13 @@ std::string line_v1(const std::string& track, const Prediction& prediction, cons
 
 constexpr int kMaxDigits = std::numeric_limits<double>::max_digits10;
 constexpr std::array kPowersOfTen{1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
-constexpr int kFull = static_cast<int>(kPowersOfTen.size());  ///< so many decimals, or more: a number in full
+constexpr int kFull =
+    static_cast<int>(kPowersOfTen.size());  ///< from this number of decimals on a number is written in full
 
 // In a text that is built here a comma follows each value; `close` puts a bracket in the place of the last one.
 
-/// Appends `value` rounded to so many decimals, without trailing zeros; in full where a double is coarser than that.
+/// Appends `value` rounded to `decimals`, without trailing zeros. Large values, whose last bit is coarser than that,
+/// are written in full.
 void add(std::string& text, double value, int decimals) {
   std::array<char, 32> buffer;
   const double scaled = decimals < kFull ? value * kPowersOfTen[static_cast<std::size_t>(decimals)] : HUGE_VAL;
@@ -191,8 +193,8 @@ void add_list(std::string& text, const char* key, std::size_t count, const auto&
   close(text, ']');
 }
 
-/// Appends [xx, xy, yy] with at least so many decimals, and as many as change no eigenvalue by more than a hundredth of
-/// the smaller one.
+/// Appends [xx, xy, yy] with at least `decimals`. It adds decimals until rounding changes each eigenvalue by at most a
+/// hundredth of the smaller one.
 void add_covariance(std::string& text, const Matrix2& c, int decimals) {
   // The smaller eigenvalue is at least determinant / trace; half a unit of error in each entry moves it by one at most.
   const double determinant = 0.01 * c.determinant(), trace = c.trace();
@@ -202,7 +204,7 @@ void add_covariance(std::string& text, const Matrix2& c, int decimals) {
   close(text, ']');
 }
 
-/// Weights rounded to so many decimals, by largest remainder: the sum is still 1 and the order is kept.
+/// Weights rounded to `decimals` by the method of largest remainders. The sum stays 1 and the order stays the same.
 std::vector<double> rounded_weights(const std::vector<Mode>& modes, int decimals) {
   const double unit = decimals < kFull ? kPowersOfTen[static_cast<std::size_t>(decimals)] : 0.0;
   std::vector<double> weights, remainders;

@@ -18,11 +18,11 @@ inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
 inline constexpr int kScaleFeatures = 8;
 /// Gaussians of the mixture that errors are spread by, from narrow to wide.
 inline constexpr int kMixtureComponents = 3;
-/// Errors of people who walk and of those who stand (the slowest speed class) differ so much that each have a density
-/// of their own.
+/// People who stand (the slowest speed class) have error densities of their own: their errors are much smaller than
+/// those of people who walk.
 inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;
-/// Classes by how much of a person was observed: the whole window (class 0), or at least so much; less than the last
-/// counts as the last.
+/// Classes of windows by the observed time. Class 0 is the whole window; class i > 0 has at least the time i - 1 of
+/// this list. The last class also has all shorter windows.
 inline constexpr double kShorterObserved_s[] = {1.6, 0.8, 0.4};
 inline constexpr std::size_t kObservedClasses = 1 + std::size(kShorterObserved_s);
 inline constexpr std::size_t kErrorDensities = kObservedClasses * kMotionStates;

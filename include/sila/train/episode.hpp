@@ -55,8 +55,8 @@ Update accumulate_update(const EpisodeConfig& config);
 Update retrain_update(const EpisodeConfig& config);
 
 /// The windows of tracks that were observed for predict.observe_s, `stride_s` apart: the observed part until t0, and
-/// the future as far as the track goes. `observed_s`: by turns, only so much is observed, as of a person who appeared
-/// then.
+/// the future as far as the track goes. `observed_s`: window i keeps only the last observed_s[i modulo size] seconds
+/// before t0, as if the person had appeared then; if it is empty, every window is whole.
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
                                const RefineConfig& predict, double stride_s, std::span<const double> observed_s = {});
 
