@@ -134,7 +134,8 @@ TEST(Server, AFastClientDoesNotSlowDownOthers) {
   config.max_rate_hz = 50.0;
   Running service(config);
   Client fast(service.server->tcp_port()), calm(service.server->tcp_port());
-  for (int k = 0; k < 500; ++k) fast.send(Detection{"a", 0.001 * k, {0.0, 0.0}});
+  // Together below min_observe_s, so that no prediction comes whichever of them are accepted.
+  for (int k = 0; k < 500; ++k) fast.send(Detection{"a", 0.0005 * k, {0.0, 0.0}});
   int rejected = 0;
   while (rejected < 400) {
     const auto message = fast.receive();
