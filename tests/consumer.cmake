@@ -1,5 +1,5 @@
 # Installs the library below the build folder, and builds and runs examples/03_consumer_cmake against it.
-# Needs: BUILD, EXAMPLE, COMPILER, FLAGS, BUILD_TYPE
+# Needs: BUILD, EXAMPLE, COMPILER, FLAGS, BUILD_TYPE; to cross-compile: TOOLCHAIN, EMULATOR
 function(run)
   execute_process(COMMAND ${ARGV} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT code EQUAL 0)
@@ -12,9 +12,10 @@ set(prefix ${BUILD}/consumer/installed)
 file(REMOVE_RECURSE ${BUILD}/consumer)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix} --component development)
 run(${CMAKE_COMMAND} -S ${EXAMPLE} -B ${BUILD}/consumer/build -G Ninja -DCMAKE_PREFIX_PATH=${prefix}
-  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=${BUILD_TYPE})
+  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
+  -DCMAKE_TOOLCHAIN_FILE=${TOOLCHAIN})
 run(${CMAKE_COMMAND} --build ${BUILD}/consumer/build)
-run(${BUILD}/consumer/build/consumer)
+run(${EMULATOR} ${BUILD}/consumer/build/consumer)
 if(NOT output MATCHES "after 5.0 s at 11.[0-9] m, 0.[0-9] m: [0-9]+ modes")
   message(FATAL_ERROR "the consumer said: ${output}")
 endif()
