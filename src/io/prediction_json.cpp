@@ -315,7 +315,9 @@ RecordedPredictions read_predictions(const std::filesystem::path& path) {
       const double t0_s = prediction.t0_s;
       recorded[{object.at("track").get<std::string>(), t0_s}] = std::move(prediction);
     } catch (const json::exception& error) {
-      throw FormatError(path.string(), number, "a prediction", error.what());
+      const std::string reason = error.what();  // "[json.exception.NAME.NUMBER] key 'track' not found"
+      throw FormatError(path.string(), number, "a prediction",
+                        object.is_object() ? reason.substr(reason.find("] ") + 2) : line.substr(0, 80));
     }
   }
   return recorded;

@@ -167,12 +167,14 @@ TEST(ReadPredictions, RefusesModesWithoutAPositionForEachTime) {
   json line = json::parse(prediction_line("1", two_modes()));
   line["modes"][0]["t"].push_back(0.8);
   for (const std::string& wrong :
-       {line.dump(), std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
+       {line.dump(), std::string("track_id,t,x,y"),
+        std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
     try {
       read_predictions(folder.write("lines.ndjson", prediction_line("1", two_modes()) + "\n" + wrong + "\n"));
       FAIL() << wrong;
     } catch (const FormatError& error) {
       EXPECT_EQ(error.line, 2u);
+      EXPECT_EQ(std::string(error.what()).find("json.exception"), std::string::npos);
     }
   }
 }
