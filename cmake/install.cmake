@@ -27,4 +27,4 @@ configure_package_config_file(cmake/silaConfig.cmake.in ${CMAKE_CURRENT_BINARY_D
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/silaConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/silaConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/silaConfigVersion.cmake
   DESTINATION ${sila_config_dir} COMPONENT development)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})  # a Debian package has its own form of it
