@@ -54,8 +54,8 @@ void add_diff(CLI::App& app) {
   auto options = std::make_shared<DiffOptions>();
   CLI::App* verb = add_verb(app, "diff", "Compare two models, and their predictions on tracks.",
                             "sila diff monday.sila tuesday.sila", options->common);
-  verb->add_option("a", options->a, "model file")->required()->type_name("A.sila");
-  verb->add_option("b", options->b, "model file")->required()->type_name("B.sila");
+  verb->add_option("A", options->a, "model file")->required()->type_name("A.sila");
+  verb->add_option("B", options->b, "model file")->required()->type_name("B.sila");
   add_tracks(*verb, options->tracks);
   verb->callback([options] { diff_models(*options); });
 }

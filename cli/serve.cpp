@@ -54,9 +54,7 @@ OpenModel open_model(const ServeVerb& options) {
 /// Stores an episode with the online calibration, and says so when it is safe.
 void commit(OpenModel& open, const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
   const int number = open.episodes + 1;
-  EpisodeRecord record = record_of(number, previous, episode);
-  record.statistics = with_calibration(record.statistics, calibration);
-  open.file.commit(episode.model, record, to_json(open.config).dump());
+  open.file.commit(episode.model, record_of(number, previous, episode, calibration), to_json(open.config).dump());
   open.episodes = number;
   print_message("episode " + std::to_string(number) + " is stored: " + std::to_string(episode.report.tracks) +
                 " tracks, size " + std::to_string(episode.report.size_before) + " -> " +
@@ -73,10 +71,10 @@ std::optional<Model> reload(OpenModel& open) {
   return std::move(stored.model);
 }
 
-/// The scene given, or that of the model; none for a new model, whose frame is made from its first batch.
-std::optional<Scene> scene_in(const ServeVerb& options, const OpenModel& open) {
+/// The scene given, or that of the model; without a corner for a new model, whose frame is made from its first batch.
+Scene scene_in(const ServeVerb& options, const OpenModel& open) {
   const Scene given = options.scene.empty() ? Scene{} : read_scene(options.scene, open.config.episode.scaling);
-  if (given.corners.empty() && open.stored.model.sites.empty()) return std::nullopt;
+  if (given.corners.empty() && open.stored.model.sites.empty()) return given;
   return scene_for(given, open.stored.model, {}, open.config.episode.scaling, open.config.corners);
 }
 
@@ -91,7 +89,7 @@ void serve(const ServeVerb& options) {
   const ThreadLimit limit(options.common.threads);
   std::signal(SIGPIPE, SIG_IGN);  // the service continues when a reader of its output ends
   OpenModel open = open_model(options);
-  const std::optional<Scene> scene = scene_in(options, open);
+  const Scene scene = scene_in(options, open);
   const OnlineCalibration calibration =
       open.stored.episodes.empty() ? OnlineCalibration{} : calibration_in(open.stored.episodes.back().statistics);
   LearnerThread learner(open.stored.model, calibration, open.config.episode, open.config.service,
@@ -100,13 +98,12 @@ void serve(const ServeVerb& options) {
                          },
                          [&] { return reload(open); }});
   const auto frame_of = [&](const Trajectory& track) {
-    return scene ? frame_for(*scene, track, open.config.corners)
-                 : frame_from_tracks(learner.snapshot()->model).value_or(provisional_frame());
+    return live_frame(scene, learner.snapshot()->model, track, open.config.corners);
   };
   const ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
                                  open.config.evaluate, frame_of,          options.lines};
   {
-    Server server(server_options(options), scene.value_or(Scene{}), settings, learner, print_message);
+    Server server(server_options(options), scene, settings, learner, print_message);
     print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
     if (server.run()) learner.drain();
   }

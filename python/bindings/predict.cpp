@@ -110,7 +110,7 @@ auto all_weights(const Prediction& prediction) {
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
 using RegionState = std::pair<double, std::vector<double>>;
 using PredictionState = std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double,
-                                   std::vector<ModeState>, std::vector<RegionState>>;
+                                   std::vector<ModeState>, std::vector<RegionState>, bool, std::vector<double>>;
 
 PredictionState state_of(const TrackPrediction& prediction) {
   std::vector<ModeState> modes;
@@ -124,13 +124,24 @@ PredictionState state_of(const TrackPrediction& prediction) {
   const Prediction& content = prediction.content;
   std::vector<RegionState> regions;
   for (const Region& region : content.regions) regions.push_back({region.probability, region.levels});
-  return {prediction.track, prediction.tracklet, content.t0_s, content.times_s, content.fallback,
-          content.novelty,  content.observed_s,  modes,        regions};
+  return {prediction.track,
+          prediction.tracklet,
+          content.t0_s,
+          content.times_s,
+          content.fallback,
+          content.novelty,
+          content.observed_s,
+          modes,
+          regions,
+          content.standing,
+          content.change_probabilities};
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {
-  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions] = state;
-  TrackPrediction prediction{track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s}};
+  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions, standing, changes] =
+      state;
+  TrackPrediction prediction{
+      track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s, standing, changes}};
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
   for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
     Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
@@ -184,6 +195,14 @@ void bind_prediction(nb::module_& module) {
       .def_prop_ro(
           "observed_s", [](const TrackPrediction& p) { return p.content.observed_s; },
           "Seconds between the first and the last sample that it rests on.")
+      .def_prop_ro(
+          "standing", [](const TrackPrediction& p) { return p.content.standing; },
+          "Whether the person's mean speed was below 0.3 m/s while observed.")
+      .def_prop_ro(
+          "change_probabilities", [](const TrackPrediction& p) { return view_of(p.content.change_probabilities); },
+          nb::rv_policy::reference_internal,
+          "Shape (t,): that the person has changed their motion by each time: one who stands has started (is 0.5 m "
+          "away), one who walks has stopped (slower than 0.3 m/s over 0.8 s). Shape (0,) before errors are known.")
       .def_prop_ro(
           "regions",
           [](const TrackPrediction& p) {

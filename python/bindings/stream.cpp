@@ -29,8 +29,9 @@ class LiveStream {
       : config_(config_of(config_json)),
         stored_(start),
         scene_(scene.as(config_.episode.scaling)),
-        settings_{config_.service, config_.clean, config_.episode, config_.evaluate,
-                  [this](const Trajectory& track) { return frame_of(track); }} {
+        settings_{config_.service, config_.clean, config_.episode, config_.evaluate, [this](const Trajectory& track) {
+                    return live_frame(scene_, learner_->snapshot()->model, track, config_.corners);
+                  }} {
     if (file) file_ = ModelFile::open_or_create(*file);
     if (file_ && !file_->empty()) stored_ = file_->read();
     if (camera) camera_ = read_camera(*camera).camera;
@@ -124,11 +125,6 @@ class LiveStream {
   }
 
  private:
-  CurbFrame frame_of(const Trajectory& track) const {
-    if (!scene_.corners.empty()) return frame_for(scene_, track, config_.corners);
-    return frame_from_tracks(learner_->snapshot()->model).value_or(provisional_frame());
-  }
-
   std::optional<Rejection> ingest_row(Detection row) {
     if (row.track.empty() || row.track.size() > kLongestId) return Rejection::not_a_detection;
     if (camera_) {
@@ -166,8 +162,7 @@ class LiveStream {
   // The following two run on the learner's thread.
 
   void commit(const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
-    EpisodeRecord record = record_of(static_cast<int>(stored_.episodes.size()) + 1, previous, episode);
-    record.statistics = with_calibration(record.statistics, calibration);
+    EpisodeRecord record = record_of(static_cast<int>(stored_.episodes.size()) + 1, previous, episode, calibration);
     if (file_) file_->commit(episode.model, record, stored_.configuration);
     const std::lock_guard lock(stored_mutex_);
     stored_.model = episode.model;

@@ -16,6 +16,8 @@ class Evaluation:
     #: The JSON of `sila evaluate`: groups, each with windows, fallback_rate, modes and horizons; skipped tracks.
     groups: dict[str, Any]
     skipped: dict[str, int]
+    #: By "start" and "stop" a row a horizon: windows, rate, brier, base_brier and calibration_error.
+    changes: dict[str, Any]
     text: str
 
     @property

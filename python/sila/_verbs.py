@@ -132,7 +132,7 @@ def evaluate(
     given = list(as_tracks(tracks, config=json.loads(settings)))
     numbers, text = _sila.evaluate(model, given, _place(scene, model, given, settings), settings, _threads(threads))
     found = json.loads(numbers)
-    return Evaluation(found["groups"], found["skipped"], text)
+    return Evaluation(found["groups"], found["skipped"], found["changes"], text)
 
 
 @dataclass(frozen=True)

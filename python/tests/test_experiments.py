@@ -128,34 +128,25 @@ def test_transfer_learns_elsewhere_and_beside_it_here(tmp_path):
         assert [site.name for site in protocol.test_sites] == [run_.scene]
 
 
-BASELINE = """
-import numpy as np
-from sila.experiments import Forecast, Method
-from sila.experiments.method import constant_velocity
+CHECKED = """
 
-class Straight(Method):
-    parameters = {"deviation_m": 1.0}
-    learnt = 0
-
-    def partial_fit(self, tracks):
-        self.learnt += len(tracks)
-
+class Checked(Damped):
     def predict(self, windows):
         assert windows.future_m.shape[1] == 0  # hidden
-        path = constant_velocity(np.asarray(windows.past_m), windows.steps, windows.interval_s)[:, None]
-        covariance = np.tile(self.deviation_m**2 * np.eye(2), (*path.shape[:3], 1, 1))
-        return Forecast(np.ones((len(path), 1)), path, covariance)
+        return super().predict(windows)
 """
 
 
-def test_a_new_baseline_is_one_file(tmp_path):
-    (tmp_path / "straight.py").write_text(BASELINE)
+def test_the_new_baseline_of_the_page_runs(tmp_path):
+    page = (Path(__file__).parents[2] / "docs/experiments.md").read_text()
+    (tmp_path / "damped.py").write_text(page.split("```python\n")[1].split("```")[0] + CHECKED)
     (tmp_path / "gone.py").write_text("import no_such_package\n")
-    own = {"name": "own", "method": "straight.py:Straight", "parameters": {"deviation_m": 0.8}}
+    own = {"name": "own", "method": "damped.py:Checked", "parameters": {"ridge_m2": 0.5}}
     path = written(tmp_path, methods=["sila", own, {"name": "gone", "method": "gone.py:Gone"}])
     written_results = run_experiment(read_experiment(path), tmp_path / "out")
     table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
-    assert table.loc["own", "ratio"] == pytest.approx(1.0, abs=1e-12)
+    assert 0.5 < table.loc["own", "ratio"] < 1.05
+    assert table.loc["own", "nll"] < table.loc["own", "constant_nll"]
     assert "no_such_package" in written_results["not_run_here"]["gone"]
     assert "gone (not run here)" in (tmp_path / "out/table.md").read_text()
 

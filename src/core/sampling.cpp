@@ -141,9 +141,19 @@ std::vector<double> observed_times_s(const Trajectory& track, std::size_t last, 
   return times_s;
 }
 
+/// How long the track had stayed within 0.5 m of where it is at sample `last`, at most 60 s.
+double still_s(const Trajectory& track, std::size_t last) {
+  constexpr double reach_m = 0.5, most_s = 60.0;
+  std::size_t first = last;
+  while (first > 0 && track.times_s[last] - track.times_s[first - 1] <= most_s &&
+         (track.positions_m[first - 1] - track.positions_m[last]).squaredNorm() <= reach_m * reach_m)
+    --first;
+  return track.times_s[last] - track.times_s[first];
+}
+
 CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::vector<double> times_s,
                         const std::vector<MotionState>& states) {
-  CurbTrajectory result{track.id, frame, std::move(times_s), {}, {}};
+  CurbTrajectory result{track.id, frame, std::move(times_s), {}, {}, 0.0};
   result.positions.reserve(states.size());
   result.velocities.reserve(states.size());
   for (const MotionState& state : states) {
@@ -178,7 +188,9 @@ CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFram
                        const SamplingConfig& config) {
   std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
   const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
-  return in_frame(track, frame, std::move(times_s), states);
+  CurbTrajectory observed = in_frame(track, frame, std::move(times_s), states);
+  observed.still_s = still_s(track, last);
+  return observed;
 }
 
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config) {

@@ -117,6 +117,18 @@ void add_groups(Evaluation& evaluation, bool with_area) {
   add("outside", [](const WindowScore& w) { return w.moving && !w.inside; });
 }
 
+void add_changes(Evaluation& evaluation) {
+  for (const std::size_t state : {kStanding, kWalking}) {
+    for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h) {
+      std::vector<ChangeForecast> forecasts;
+      for (const WindowScore& window : evaluation.windows) {
+        if (window.motion_state == state && !window.changes.empty()) forecasts.push_back(window.changes[h]);
+      }
+      if (!forecasts.empty()) evaluation.changes.push_back(score_changes(state, evaluation.horizons_s[h], forecasts));
+    }
+  }
+}
+
 }  // namespace
 
 bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config) {
@@ -134,10 +146,14 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
   score.track = window.observed.id, score.t0_s = prediction.t0_s;
   score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
   const Prediction constant = references.front().predict(window.past_m, interval_s);
+  score.motion_state = prediction.standing ? kStanding : kWalking;
+  const std::optional<std::size_t> change = change_step(score.motion_state, window.past_m, window.future_m, interval_s);
   for (double horizon_s : horizons_until(config.predict.horizon_s)) {
     const auto count = static_cast<std::size_t>(steps_in(horizon_s, interval_s));
     score.model.push_back(measure(prediction, window.future_m, count));
     score.constant.push_back(measure(constant, window.future_m, count));
+    if (!prediction.change_probabilities.empty())
+      score.changes.push_back({prediction.change_probabilities.at(count - 1), change && *change < count});
   }
   const auto steps = static_cast<std::size_t>(steps_of(config));
   for (const LinearReference& reference : references)
@@ -193,6 +209,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, support != nullptr);
+  add_changes(evaluation);
   return evaluation;
 }
 

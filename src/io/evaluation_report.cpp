@@ -27,12 +27,26 @@ nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double
   return entry;
 }
 
+nlohmann::ordered_json to_json(const ChangeScore& score) {
+  return {
+      {"horizon_s", score.horizon_s}, {"windows", score.windows},       {"rate", score.rate},
+      {"brier", score.brier},         {"base_brier", score.base_brier}, {"calibration_error", score.calibration_error}};
+}
+
 std::string row(const GroupScore& group, double horizon_s, const Metrics& m, const Metrics& c) {
   char text[200];
   std::snprintf(text, sizeof text,
                 "%-8s %7zu %5.1f  %6.3f %6.3f %6.3f  %6.3f %6.3f %6.3f %6.3f %7.2f | %6.3f %6.3f %6.3f %7.2f\n",
                 group.name.c_str(), group.windows, horizon_s, m.weighted_mhd_m, m.most_likely_mhd_m, m.best_mhd_m,
                 m.ade_m, m.fde_m, m.best_ade_m, m.best_fde_m, m.nll, c.weighted_mhd_m, c.ade_m, c.fde_m, c.nll);
+  return text;
+}
+
+std::string row(const ChangeScore& score) {
+  char text[200];
+  std::snprintf(text, sizeof text, "%-8s %7zu %5.1f  %5.1f %%  %6.3f %6.3f %6.3f\n",
+                score.motion_state == kStanding ? "start" : "stop", score.windows, score.horizon_s, 100.0 * score.rate,
+                score.brier, score.base_brier, score.calibration_error);
   return text;
 }
 
@@ -68,6 +82,9 @@ nlohmann::ordered_json to_json(const Metrics& m) {
 nlohmann::ordered_json to_json(const Evaluation& evaluation) {
   nlohmann::ordered_json json;
   for (const GroupScore& group : evaluation.groups) json["groups"][group.name] = to_json(group, evaluation.horizons_s);
+  json["changes"] = nlohmann::ordered_json::object();
+  for (const ChangeScore& score : evaluation.changes)
+    json["changes"][score.motion_state == kStanding ? "start" : "stop"].push_back(to_json(score));
   json["skipped"] = nlohmann::ordered_json::object();
   for (const SkippedTracks& skipped : evaluation.skipped) json["skipped"][skipped.reason] = skipped.tracks;
   return json;
@@ -90,6 +107,8 @@ std::string to_text(const Evaluation& evaluation) {
                   100.0 * group.fallback_rate, group.modes);
     if (group.windows > 0) text += line + coverage_row(group);
   }
+  if (!evaluation.changes.empty()) text += "change   windows  to s     did   Brier  (base  rate)  ECE\n";
+  for (const ChangeScore& score : evaluation.changes) text += row(score);
   for (const SkippedTracks& skipped : evaluation.skipped)
     text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";
   return text;

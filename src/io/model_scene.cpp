@@ -45,10 +45,11 @@ std::optional<CurbFrame> frame_from_tracks(const Model& model) {
   return found->frame;
 }
 
-CurbFrame provisional_frame() {
-  CurbFrame frame;
-  frame.from_tracks = true;
-  return frame;
+CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners) {
+  if (!scene.corners.empty()) return frame_for(scene, track, corners);
+  CurbFrame provisional;
+  provisional.from_tracks = true;
+  return frame_from_tracks(model).value_or(provisional);
 }
 
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,

@@ -104,6 +104,9 @@ Prediction prediction_of(const json& object) {
   prediction.fallback = object.at("fallback").get<bool>();
   prediction.novelty = object.at("novelty").get<double>();
   prediction.observed_s = object.value("observed_s", 0.0);
+  prediction.standing = object.contains("p_start");
+  const char* change = prediction.standing ? "p_start" : "p_stop";
+  if (object.contains(change)) prediction.change_probabilities = object.at(change).get<std::vector<double>>();
   for (const json& mode : object.at("modes")) prediction.modes.push_back(mode_of(mode));
   if (!object.contains("regions")) return prediction;
   for (const json& region : object.at("regions"))
@@ -270,6 +273,10 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
   add(text += "\"novelty\":", prediction.novelty, digits + 1);
   add_times(text, prediction.times_s, digits);
+  if (!prediction.change_probabilities.empty()) {
+    add_list(text, prediction.standing ? "p_start" : "p_stop", prediction.change_probabilities.size(),
+             [&](std::size_t j) { add(text, prediction.change_probabilities[j], digits + 1); });
+  }
   const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
   add_list(text, "modes", weights.size(), [&](std::size_t m) {
     add_mode(text, prediction.modes[m], weights[m], m == 0 ? &prediction.times_s : nullptr, camera, digits);
@@ -301,10 +308,16 @@ RecordedPredictions read_predictions(const std::filesystem::path& path) {
       const auto as_long = [&](const Mode& mode) { return mode.path_m.size() == prediction.times_s.size(); };
       if (prediction.modes.empty() || !std::ranges::all_of(prediction.modes, as_long))
         throw FormatError(path.string(), number, "modes with a position for each time", line.substr(0, 80));
+      if (!prediction.change_probabilities.empty() &&
+          prediction.change_probabilities.size() != prediction.times_s.size())
+        throw FormatError(path.string(), number, "p_start or p_stop with a probability for each time",
+                          line.substr(0, 80));
       const double t0_s = prediction.t0_s;
       recorded[{object.at("track").get<std::string>(), t0_s}] = std::move(prediction);
     } catch (const json::exception& error) {
-      throw FormatError(path.string(), number, "a prediction", error.what());
+      const std::string reason = error.what();  // "[json.exception.NAME.NUMBER] key 'track' not found"
+      throw FormatError(path.string(), number, "a prediction",
+                        object.is_object() ? reason.substr(reason.find("] ") + 2) : line.substr(0, 80));
     }
   }
   return recorded;

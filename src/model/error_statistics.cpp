@@ -74,6 +74,7 @@ void add(ErrorStatistics& sum, const ErrorStatistics& more) {
     sum.density_place_free[d] += more.density_place_free[d];
   }
   accumulate_cells(sum.slow, more.slow);
+  for (std::size_t state = 0; state < kMotionStates; ++state) sum.changes[state] += more.changes[state];
   accumulate_bins(sum.novelties, more.novelties);
   for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) accumulate_bins(sum.scores[cell], more.scores[cell]);
 }
@@ -87,7 +88,6 @@ double windows_in(const Densities& densities) {
 ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s) {
   ErrorStatistics error_statistics;
   error_statistics.steps = steps;
-  error_statistics.classes = kSpeedClasses;
   error_statistics.interval_s = interval_s;
   error_statistics.observe_s = observe_s;
   const auto cells = static_cast<std::size_t>(steps * kSpeedClasses);
@@ -101,6 +101,7 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
   error_statistics.scores.assign(static_cast<std::size_t>(steps * kScoreClasses), std::vector<double>(kScoreBins, 0.0));
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
   error_statistics.slow.resize(kSlowClasses);
+  error_statistics.changes.fill(blank(kHazardFeatures, 1));
   return error_statistics;
 }
 
@@ -111,6 +112,7 @@ ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
     m.products *= share;
   };
   for (RegressionMoments& cell : error_statistics.stacking) discount(cell);
+  for (RegressionMoments& change : error_statistics.changes) discount(change);
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
     for (DensityMoments& density : *densities) {
       discount(density.scale);
@@ -134,8 +136,7 @@ ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
 
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
   if (a.empty() || b.empty()) return;
-  if (a.steps == b.steps && a.classes == b.classes && a.interval_s == b.interval_s && a.observe_s == b.observe_s)
-    return;
+  if (a.steps == b.steps && a.interval_s == b.interval_s && a.observe_s == b.observe_s) return;
   const auto text = [](const ErrorStatistics& of) {
     return std::to_string(of.steps) + " steps after " + std::to_string(of.observe_s) + " s";
   };
@@ -165,10 +166,7 @@ void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
 
 void validate(const ErrorStatistics& error_statistics) {
   const bool empty = error_statistics.empty();
-  if (error_statistics.steps < 0 || (!empty && error_statistics.classes != kSpeedClasses))
-    reject_statistics("steps = " + std::to_string(error_statistics.steps) +
-                      ", classes = " + std::to_string(error_statistics.classes) + ", there must be " +
-                      std::to_string(kSpeedClasses) + " classes");
+  if (error_statistics.steps < 0) reject_statistics("steps = " + std::to_string(error_statistics.steps));
   if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
     reject_statistics("interval_s must be positive");
   if (!(error_statistics.observe_s > 0.0) || !std::isfinite(error_statistics.observe_s))
@@ -180,6 +178,8 @@ void validate(const ErrorStatistics& error_statistics) {
   require_length("scores", error_statistics.scores.size(), cells / kSpeedClasses * kScoreClasses);
   for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
+  for (const RegressionMoments& change : error_statistics.changes)
+    require_regressions("changes", {change}, 1, empty ? 0 : kHazardFeatures, empty ? 0 : 1);
   require_length("slow", error_statistics.slow.size(), empty ? 0 : kSlowClasses);
   for (const SlowErrors& slow : error_statistics.slow) {
     require_sum("slow", slow.weight);

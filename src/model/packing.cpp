@@ -147,7 +147,7 @@ bool identical(const Site& a, const Site& b) {
 }  // namespace
 
 std::vector<double> pack(const ErrorStatistics& error_statistics) {
-  const auto& [steps, classes, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow] =
+  const auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes] =
       error_statistics;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
@@ -168,7 +168,6 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
     packer.add_list(components, add_errors);
   };
   packer.add(steps);
-  packer.add(classes);
   packer.add(interval_s);
   packer.add(observe_s);
   packer.add_list(stacking, add_moments);
@@ -183,6 +182,7 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
     packer.add(weight);
     for (const double error_m : errors_m) packer.add(error_m);
   });
+  for (const RegressionMoments& change : changes) add_moments(change);
   return std::move(packer).numbers();
 }
 
@@ -195,7 +195,6 @@ ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
   const auto density = [&] { return DensityMoments{moments(), unpacker.list<ErrorMoments>(error_moments)}; };
   ErrorStatistics error_statistics;
   error_statistics.steps = unpacker.count<int>();
-  error_statistics.classes = unpacker.count<int>();
   error_statistics.interval_s = unpacker.number();
   error_statistics.observe_s = unpacker.number();
   error_statistics.stacking = unpacker.list<RegressionMoments>(moments);
@@ -210,6 +209,7 @@ ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
     for (double& error_m : errors.errors_m) error_m = unpacker.number();
     return errors;
   });
+  for (RegressionMoments& change : error_statistics.changes) change = moments();
   unpacker.finish();
   return error_statistics;
 }

@@ -45,6 +45,8 @@ struct Example {
   std::vector<Vector2> truths_mps;                     ///< true mean velocities
   std::vector<Vector2> errors_m, errors_place_free_m;  ///< along and across the predicted ways
   std::vector<double> nonconformities;
+  HazardFeatures hazard;
+  std::optional<std::size_t> change;  ///< the step in which the motion changed
 };
 
 /// Mean displacement error of each choice of a person who hardly moves.
@@ -72,7 +74,8 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   // What other sites know would spoil the statistics of a new one: they begin as if it were the first.
   ObservedFeatures seen = merged.seen;
   if (!seen.site) seen.global_residual = {};
-  Example example{seen.person, merged.raw_novelty, seen.site && stacking.fitted(), {}, {}, {}, {}, {}, {}, {}, {}};
+  Example example{seen.person, merged.raw_novelty, seen.site && stacking.fitted(), {}, {}, {}, {}, {}, {}, {}, {}, {},
+                  {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
@@ -90,6 +93,8 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
   example.scale = scale_features(seen, seen.residuals, to_horizon);
   example.scale_place_free = scale_features(merged.seen, {}, place_free_mps(merged.seen, last, interval_s));
+  example.hazard = hazard_features(seen, to_horizon);
+  example.change = change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s);
   if (seen.person.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
   return example;
 }
@@ -105,8 +110,12 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
   return sum;
 }
 
-/// What shapes the predicted path: only from windows that were observed whole.
-void add_path(ErrorStatistics& error_statistics, const Example& example, const ErrorDensity& walking) {
+/// What shapes the predicted path, and when the motion changes: only from windows that were observed whole.
+void add_path(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
+  const ErrorDensity& walking = stacking.density(kWalking, true);
+  const std::size_t state = motion_state(example.person.speed);
+  stacking.change(state).add_window(error_statistics.changes[state], example.hazard, example.change,
+                                    example.features.size());
   if (example.person.slow) error_statistics.slow[*example.person.slow] += example.slow_errors;
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
   const Vector2 scale = walking.scale(example.scale);
@@ -120,7 +129,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const E
 
 void add(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
   const ErrorDensity& walking = stacking.density(kWalking, true);
-  if (example.person.observed == 0) add_path(error_statistics, example, walking);
+  if (example.person.observed == 0) add_path(error_statistics, example, stacking);
   const double known = std::min(1.0, walking.windows() / kWindowsToKnowDensity);
   for (std::size_t j = 0; example.fitted && j < example.features.size(); ++j) {
     error_statistics.scores[j * kScoreClasses + example.person.score()]
@@ -160,7 +169,7 @@ ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool pla
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
   free.scores = std::move(sum.scores), free.novelties = std::move(sum.novelties);
-  free.slow = std::move(sum.slow);
+  free.slow = std::move(sum.slow), free.changes = std::move(sum.changes);
   return free;
 }
 

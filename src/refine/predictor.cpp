@@ -113,11 +113,12 @@ const Prediction& Predictor::predict(const CurbTrajectory& observed, const Merge
   const ObservedFeatures& seen = merged.seen;
   const auto& [stacking, calibration] = fitted(seen.site);
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
+  prediction.standing = motion_state(seen.person.speed) == kStanding;
   prediction.novelty = calibration.novelty(merged.raw_novelty);
   const bool here = seen.site || !config_.trained_sites_only;
   prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
   if (!stacking.fitted()) {
-    prediction.regions.clear();
+    prediction.regions.clear(), prediction.change_probabilities.clear();
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
       Mode& mode = add_mode(workspace, 1.0, steps);
@@ -135,6 +136,10 @@ const Prediction& Predictor::predict(const CurbTrajectory& observed, const Merge
   add_stacked_modes(observed, merged, prediction.fallback, here, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());
+  prediction.change_probabilities.resize(steps);
+  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, here, stacking.last_step(), interval_s_);
+  stacking.change(motion_state(seen.person.speed))
+      .probabilities(hazard_features(seen, to_horizon), prediction.change_probabilities);
   return prediction;
 }
 

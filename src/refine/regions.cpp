@@ -99,8 +99,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
     }
     const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
     for (int c = 0; c < kScoreClasses; ++c) {
-      const bool stands =
-          c == 0 || (c > kSpeedClasses && static_cast<std::size_t>(c - kSpeedClasses) % kMotionStates == kStanding);
+      const bool stands = motion_state_of_score_class(static_cast<std::size_t>(c)) == kStanding;
       const std::vector<double> shares = shrunk(cell(c), stands ? standing : all, kPooledWindows);
       auto& levels = levels_.emplace_back();
       for (std::size_t r = 0; r < levels.size(); ++r) levels[r] = quantile(shares, kRegionProbabilities[r]);

@@ -27,10 +27,10 @@ static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityW
 using Coefficients = Eigen::Matrix<double, kStackedFeatures, 1>;
 
 /// The classes of each step together, but for those who stand: their small errors would outweigh all others.
-std::vector<RegressionMoments> over_walking_classes(const std::vector<RegressionMoments>& moments, int classes) {
+std::vector<RegressionMoments> over_walking_classes(const std::vector<RegressionMoments>& moments) {
   std::vector<RegressionMoments> sums;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const auto speed = static_cast<int>(cell) % classes;
+    const auto speed = static_cast<int>(cell) % kSpeedClasses;
     if (motion_state(speed) == kStanding) continue;
     if (speed == 1)
       sums.push_back(moments[cell]);
@@ -74,7 +74,7 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
     return Coefficients::Unit(kResidualFeature);
   });
   return solve(error_statistics.stacking, observed_class, kClassRidge,
-               [&](std::size_t cell) { return walking[cell / static_cast<std::size_t>(error_statistics.classes)]; });
+               [&](std::size_t cell) { return walking[cell / kSpeedClasses]; });
 }
 
 /// A person who hardly moves is believed, before more windows than these were seen, to stay, to go on half as fast, or
@@ -147,7 +147,9 @@ ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int
                                predict_experts(index, near, observed, scratch),
                                {},
                                site,
-                               {speed_class(observed), slow_class(observed), observed_class(observed, observe_s)}};
+                               {speed_class(observed), slow_class(observed), observed_class(observed, observe_s)},
+                               mean_speed_mps(observed),
+                               observed.still_s};
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
   return observation;
 }
@@ -174,15 +176,22 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
   return scale_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, residuals.effective_samples);
 }
 
+HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps) {
+  const KinematicFeatures& v = observation.kinematics;
+  return hazard_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, observation.mean_speed_mps,
+                         observation.still_s);
+}
+
 Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)
     : steps_(config.stacking ? error_statistics.steps : 0),
       observe_s_(error_statistics.empty() ? config.observe_s : error_statistics.observe_s),
       density_(densities_of(error_statistics.density, error_statistics)),
-      density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)) {
+      density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)),
+      changes_{MotionChange(error_statistics.changes[kWalking], kWalking, error_statistics.interval_s),
+               MotionChange(error_statistics.changes[kStanding], kStanding, error_statistics.interval_s)} {
   if (steps_ == 0) return;
   slow_choices_ = choices_of(error_statistics);
-  const std::vector<RegressionMoments> walking =
-      over_walking_classes(error_statistics.stacking, error_statistics.classes);
+  const std::vector<RegressionMoments> walking = over_walking_classes(error_statistics.stacking);
   for (std::size_t observed = 0; observed < kObservedClasses; ++observed)
     coefficients_[observed] = solve(error_statistics, walking, observed);
 }

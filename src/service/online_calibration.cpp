@@ -56,11 +56,14 @@ OnlineCalibration fitted(OnlineCalibration online_calibration, const PedestrianS
   return online_calibration;
 }
 
-std::string with_calibration(const std::string& statistics, const OnlineCalibration& online_calibration) {
-  nlohmann::ordered_json object = nlohmann::ordered_json::parse(statistics);
-  object["online_calibration"] = {{"horizons_s", online_calibration.horizons_s},
-                                  {"log_factors", online_calibration.log_factors}};
-  return object.dump();
+EpisodeRecord record_of(int number, const Model& previous, const Episode& episode,
+                        const OnlineCalibration& online_calibration) {
+  EpisodeRecord record = record_of(number, previous, episode);
+  nlohmann::ordered_json statistics = nlohmann::ordered_json::parse(record.statistics);
+  statistics["online_calibration"] = {{"horizons_s", online_calibration.horizons_s},
+                                      {"log_factors", online_calibration.log_factors}};
+  record.statistics = statistics.dump();
+  return record;
 }
 
 OnlineCalibration calibration_in(const std::string& statistics) {

@@ -29,6 +29,18 @@ TEST(Sampling, KeepsPositionAndVelocityOfAStraightWalk) {
   }
 }
 
+TEST(Sampling, SaysHowLongAPersonHasStayedWhereTheyAre) {
+  Trajectory track = walk("a", {{0, 0}, {10, 0}}, 1.0);
+  const std::size_t arrived = track.times_s.size() - 1;
+  EXPECT_NEAR(observe(track, arrived, square_frame(), 3.2, {}).still_s, 0.5, 0.11);
+  for (int i = 0; i < 800; ++i) {
+    track.times_s.push_back(track.times_s.back() + 0.1);
+    track.positions_m.push_back(track.positions_m[arrived]);
+  }
+  EXPECT_NEAR(observe(track, arrived + 100, square_frame(), 3.2, {}).still_s, 10.5, 0.11);
+  EXPECT_NEAR(observe(track, arrived + 800, square_frame(), 3.2, {}).still_s, 60.0, 0.11);  // at most
+}
+
 /// The positions of a pedestrian who turns on a circle, with tracker noise.
 Trajectory circling(double interval_s, double noise_m, unsigned seed) {
   std::mt19937 random(seed);

@@ -68,7 +68,6 @@ inline FlowField random_field(std::mt19937_64& random) {
 inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   ErrorStatistics error_statistics;
   error_statistics.steps = 2;
-  error_statistics.classes = kSpeedClasses;
   error_statistics.interval_s = 0.4, error_statistics.observe_s = 1.6;
   const auto regression = [&](double weight, int features, int outputs) {
     return RegressionMoments{weight, random_matrix(random, features, features),
@@ -82,7 +81,8 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   };
   error_statistics.density.fill(density(1.5)), error_statistics.density[kWalking] = density(2.5);
   error_statistics.density_place_free.fill(density(0.25));
-  for (int i = 0; i < error_statistics.steps * error_statistics.classes; ++i) {
+  error_statistics.changes = {regression(3.0, kHazardFeatures, 1), regression(0.5, kHazardFeatures, 1)};
+  for (int i = 0; i < error_statistics.steps * kSpeedClasses; ++i) {
     error_statistics.stacking.push_back(regression(0.1 * i, kStackedFeatures, 1));
   }
   for (int i = 0; i < error_statistics.steps * kScoreClasses; ++i)
@@ -142,9 +142,8 @@ inline void set_count(Transition& transition, double count) {
 }
 
 inline ErrorStatistics of_one_step(ErrorStatistics error_statistics) {
-  const auto cells = static_cast<std::size_t>(error_statistics.classes);
   error_statistics.steps = 1;
-  error_statistics.stacking.resize(cells);
+  error_statistics.stacking.resize(kSpeedClasses);
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
     for (DensityMoments& density : *densities) density.components.resize(kMixtureComponents);
   }

@@ -77,6 +77,20 @@ TEST(PredictionLine, HasTheTimesOnceAndRoundedNumbers) {
       R"("primitives":[],"variant":"slower"}],"regions":[{"probability":0.9,"level":[2.3026,0]}]})");
 }
 
+TEST(PredictionLine, HasTheProbabilityToStartOrToStopByEachTime) {
+  Prediction prediction = two_modes();
+  prediction.change_probabilities = {0.1, 1.0 / 3.0};
+  const std::string walks = prediction_line("1", prediction);
+  EXPECT_EQ(json::parse(walks).at("p_stop"), json::parse("[0.1,0.3333]"));
+  prediction.standing = true;
+  const std::string stands = prediction_line("1", prediction);
+  EXPECT_FALSE(json::parse(stands).contains("p_stop"));
+  EXPECT_FALSE(read_back(walks).standing);
+  EXPECT_TRUE(read_back(stands).standing);
+  EXPECT_EQ(read_back(stands).change_probabilities, (std::vector<double>{0.1, 0.3333}));
+  EXPECT_FALSE(json::parse(prediction_line("1", prediction, nullptr, nullptr, {.v1 = true})).contains("p_start"));
+}
+
 TEST(PredictionLine, OfTheFirstFormHasTheTimesInEachModeAndEveryNumberInFull) {
   const json line = json::parse(prediction_line("1", two_modes(), nullptr, nullptr, {.v1 = true}));
   EXPECT_FALSE(line.contains("t"));
@@ -153,12 +167,14 @@ TEST(ReadPredictions, RefusesModesWithoutAPositionForEachTime) {
   json line = json::parse(prediction_line("1", two_modes()));
   line["modes"][0]["t"].push_back(0.8);
   for (const std::string& wrong :
-       {line.dump(), std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
+       {line.dump(), std::string("track_id,t,x,y"),
+        std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
     try {
       read_predictions(folder.write("lines.ndjson", prediction_line("1", two_modes()) + "\n" + wrong + "\n"));
       FAIL() << wrong;
     } catch (const FormatError& error) {
       EXPECT_EQ(error.line, 2u);
+      EXPECT_EQ(std::string(error.what()).find("json.exception"), std::string::npos);
     }
   }
 }

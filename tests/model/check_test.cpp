@@ -47,8 +47,9 @@ TEST(CheckModel, RejectsErrorStatisticsOfAnotherShape) {
   expect_rejected({
       {"more steps than rows", [](Model& m) { m.sites[0].error_statistics.steps = 1000; }},
       {"steps whose product overflows", [](Model& m) { m.sites[0].error_statistics.steps = 2000000000; }},
-      {"other speed classes", [](Model& m) { m.sites[0].error_statistics.classes = 1; }},
-      {"no speed classes", [](Model& m) { m.sites[0].error_statistics.classes = 0; }},
+      {"negative steps", [](Model& m) { m.sites[0].error_statistics.steps = -1; }},
+      {"fewer features of a change",
+       [](Model& m) { m.sites[0].error_statistics.changes[kStanding].features.resize(2, 2); }},
       {"no interval", [](Model& m) { m.sites[0].error_statistics.interval_s = 0.0; }},
       {"a regression less", [](Model& m) { m.sites[0].error_statistics.stacking.pop_back(); }},
       {"a component less",

@@ -43,7 +43,7 @@ TEST(Calibration, WithoutErrorStatisticsSpeaksOfAGaussian) {
 
 ErrorStatistics error_statistics_with(int surprising_bin, double windows) {
   ErrorStatistics error_statistics;
-  error_statistics.steps = 1, error_statistics.classes = kSpeedClasses;
+  error_statistics.steps = 1;
   error_statistics.scores.assign(kScoreClasses, std::vector<double>(kScoreBins, 0.0));
   error_statistics.scores[3][static_cast<std::size_t>(surprising_bin)] = windows;
   error_statistics.novelties.assign(kNoveltyBins, 0.0);

@@ -67,7 +67,7 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
 
 TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   std::vector<FramedTrajectory> tracks = corner_walks(20, 5);
-  for (FramedTrajectory& entry : tracks) entry.frame = provisional_frame();
+  for (FramedTrajectory& entry : tracks) entry.frame = live_frame({}, {}, entry.track, CornerChoice::primary);
   LearnerThread learner = started(small_batches(10), [](const Episode&) {});
   learner.add(tracks, {});
   learner.drain();

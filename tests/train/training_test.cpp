@@ -127,6 +127,34 @@ TEST(Episode, ShortWindowsHaveDensitiesOfTheirOwn) {
   EXPECT_NEAR(shorter, 0.5 * windows_in(densities), 0.1 * windows_in(densities));  // every other window once more
 }
 
+/// Stands for `still_s`, then walks away.
+FramedTrajectory starts_after(const std::string& id, double still_s, unsigned seed) {
+  Trajectory track = testing::walk(id, {{2, 1}, {14, 1}}, 1.3, 0.1, 0.01, seed);
+  for (double& time_s : track.times_s) time_s += still_s;
+  const auto samples = static_cast<std::size_t>(std::lround(still_s / 0.1));
+  std::vector<double> times_s;
+  for (std::size_t i = 0; i < samples; ++i) times_s.push_back(0.1 * static_cast<double>(i));
+  track.times_s.insert(track.times_s.begin(), times_s.begin(), times_s.end());
+  track.positions_m.insert(track.positions_m.begin(), samples, track.positions_m.front());
+  return {std::move(track), testing::square_frame()};
+}
+
+TEST(Evaluate, ScoresWhenPeopleStart) {
+  std::vector<FramedTrajectory> tracks;
+  for (unsigned i = 0; i < 100; ++i)  // half of the people start after 5 to 6 s, the others much later
+    tracks.push_back(starts_after("s" + std::to_string(i), i % 2 == 0 ? 5.0 + 0.02 * i : 40.0, i));
+  const Model model = run_episodes({}, std::span(tracks).first(60), 20, kConfig, sila_update(kConfig)).model;
+  const std::vector<ChangeScore> changes = evaluate(model, std::span(tracks).subspan(60), kConfig, {}).changes;
+  ASSERT_FALSE(changes.empty());
+  EXPECT_EQ(changes.front().motion_state, kStanding);
+  EXPECT_GT(changes.front().windows, 50);
+  for (const ChangeScore& score : changes) {
+    if (score.motion_state != kStanding) continue;
+    EXPECT_LT(score.brier, score.base_brier) << score.horizon_s;
+    EXPECT_LT(score.calibration_error, 0.15) << score.horizon_s;
+  }
+}
+
 TEST(Evaluate, ShowsTheModelLessOfTheSameWindows) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 3);
   const Model model = run_episodes({}, std::span(tracks).first(60), 20, kConfig, sila_update(kConfig)).model;

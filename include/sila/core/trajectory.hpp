@@ -26,6 +26,7 @@ struct CurbTrajectory {
   std::vector<double> times_s;      ///< on the clock of the input
   std::vector<Vector2> positions;   ///< curb units
   std::vector<Vector2> velocities;  ///< curb units per second
+  double still_s = 0.0;  ///< how long the whole track had stayed within 0.5 m of its last position; at most 60
 };
 
 /// Throws std::invalid_argument, naming the track and the sample, if the invariant does not hold.

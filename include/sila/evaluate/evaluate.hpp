@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sila/evaluate/changes.hpp"
 #include "sila/evaluate/covered_area.hpp"
 #include "sila/evaluate/forks.hpp"
 #include "sila/evaluate/metrics.hpp"
@@ -45,6 +46,8 @@ struct WindowScore {
   std::vector<Metrics> model;       ///< at each horizon
   std::vector<Metrics> constant;    ///< constant velocity on the same window
   std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without training support the first two
+  std::size_t motion_state = kWalking;        ///< by the prediction
+  std::vector<ChangeForecast> changes;        ///< at each horizon; empty if the prediction says nothing of them
   std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (forks.hpp)
 };
 
@@ -68,6 +71,7 @@ struct SkippedTracks {
 struct Evaluation {
   std::vector<double> horizons_s;  ///< 1, 2, ... and the whole horizon
   std::vector<GroupScore> groups;
+  std::vector<ChangeScore> changes;  ///< of starting, then of stopping, at each horizon; none without such windows
   std::vector<WindowScore> windows;
   std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
 };

@@ -17,8 +17,9 @@ Scene scene_of(const Model& model);
 /// The frame that a model without a scene file began with; null for an empty model and one with scene files alone.
 std::optional<CurbFrame> frame_from_tracks(const Model& model);
 
-/// Stands for the frame of a new model until its first batch is complete; `from_tracks` is set.
-CurbFrame provisional_frame();
+/// The frame of a track of a live stream: of the scene, if it has a corner; else the one that the model began with.
+/// Until the first batch of a new model is complete another one stands for it, in which `from_tracks` is set.
+CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners);
 
 /// The scene by which tracks are looked at, for every verb that takes a model: `given` if there is one (it has a
 /// corner; its camera is kept in any case); else that of the model; for an empty model one whose frame is made of

@@ -6,10 +6,10 @@
 #include <iterator>
 #include <vector>
 
+#include "sila/model/person_class.hpp"
+
 namespace sila {
 
-/// Speed classes that error statistics are kept for.
-inline constexpr int kSpeedClasses = 5;
 /// Mean velocities over seven windows, the velocity at the end, and the direction of walking.
 inline constexpr int kKinematicFeatures = 9;
 /// The same, the global residual GP and the residual GPs.
@@ -18,19 +18,11 @@ inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
 inline constexpr int kScaleFeatures = 8;
 /// Gaussians of the mixture that errors are spread by, from narrow to wide.
 inline constexpr int kMixtureComponents = 3;
-/// People who stand (the slowest speed class) have error densities of their own: their errors are much smaller than
-/// those of people who walk.
-inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;
-/// Classes of windows by the observed time. Class 0 is the whole window; class i > 0 has at least the time i - 1 of
-/// this list. The last class also has all shorter windows.
-inline constexpr double kShorterObserved_s[] = {1.6, 0.8, 0.4};
-inline constexpr std::size_t kObservedClasses = 1 + std::size(kShorterObserved_s);
-inline constexpr std::size_t kErrorDensities = kObservedClasses * kMotionStates;
-/// Nonconformity scores are kept for each speed class and, where less was observed, for each motion state.
-inline constexpr int kScoreClasses = kSpeedClasses + static_cast<int>((kObservedClasses - 1) * kMotionStates);
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
+/// What the hazards of starting and of stopping depend on (refine/motion_change.hpp).
+inline constexpr int kHazardFeatures = 12;
 
 /// Sums over weighted examples from which a linear regression of P outputs on F features is solved; the size does not
 /// grow with the examples.
@@ -103,11 +95,10 @@ struct SlowErrors {
 };
 
 /// What the prediction errors of past episodes show, gathered on tracks that the model had not learnt yet: how to stack
-/// velocities with residual GPs, and how errors are spread. Cell (step, speed class) of a table is at step * classes +
-/// class.
+/// velocities with residual GPs, and how errors are spread. Cell (step, speed class) of a table is at step *
+/// kSpeedClasses + class.
 struct ErrorStatistics {
   int steps = 0;
-  int classes = 0;
   double interval_s = 0.2;                  ///< between steps
   double observe_s = 3.2;                   ///< length of a whole window
   std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
@@ -116,6 +107,8 @@ struct ErrorStatistics {
   std::vector<std::vector<double>> scores;  ///< counts of nonconformity scores: bins at step * kScoreClasses + class
   std::vector<double> novelties;            ///< how often a path was so little known: bins
   std::vector<SlowErrors> slow;             ///< of each slow class
+  /// Of each motion state, when it changes: kStanding when people start, kWalking when they stop.
+  std::array<RegressionMoments, kMotionStates> changes;
 
   bool empty() const { return steps == 0; }
 };

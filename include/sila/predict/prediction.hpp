@@ -37,6 +37,10 @@ struct Prediction {
   bool fallback = false;        ///< no transition matched: kinematics alone
   double novelty = 0.0;     ///< in [0, 1]: share of the people seen so far whose path was better known than this one
   double observed_s = 0.0;  ///< between the first and the last sample that it rests on
+  bool standing = false;    ///< mean speed below 0.3 m/s while observed
+  /// Probability that the motion has changed by each time: that a standing person has started (is 0.5 m away), that a
+  /// walking one has stopped (slower than 0.3 m/s over 0.8 s). Empty before errors are known.
+  std::vector<double> change_probabilities;
 };
 
 }  // namespace sila

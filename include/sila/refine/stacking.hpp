@@ -12,6 +12,7 @@
 #include "sila/model/error_statistics.hpp"
 #include "sila/refine/config.hpp"
 #include "sila/refine/error_density.hpp"
+#include "sila/refine/motion_change.hpp"
 #include "sila/refine/residuals.hpp"
 
 namespace sila {
@@ -21,11 +22,6 @@ inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
 static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
 
 int speed_class(const CurbTrajectory& observed);
-/// kStanding for the slowest class.
-constexpr std::size_t motion_state(int speed_class) {
-  return speed_class == 0 ? kStanding : kWalking;
-}
-
 /// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
 /// two samples were seen.
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed);
@@ -42,18 +38,6 @@ using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
 /// Those of any step.
 KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
-/// The classes that error statistics are kept for.
-struct PersonClass {
-  int speed = 0;                    ///< see speed_class
-  std::optional<std::size_t> slow;  ///< of a person who hardly moves: see slow_class
-  std::size_t observed = 0;         ///< see observed_class
-
-  std::size_t density() const { return observed * kMotionStates + motion_state(speed); }
-  std::size_t score() const {
-    return observed == 0 ? static_cast<std::size_t>(speed) : kSpeedClasses - kMotionStates + density();
-  }
-};
-
 /// What is known of a pedestrian before any roll-out.
 struct ObservedFeatures {
   KinematicFeatures kinematics = KinematicFeatures::Zero();
@@ -62,6 +46,8 @@ struct ObservedFeatures {
   ResidualPrediction residuals;  ///< all experts together
   std::optional<int> site;       ///< none: at an untrained one
   PersonClass person;
+  double mean_speed_mps = 0.0;
+  double still_s = 0.0;  ///< see CurbTrajectory
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
                                    const CurbTrajectory& observed, double observe_s, Scratch& scratch);
@@ -74,6 +60,9 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
 /// What the spread of errors depends on; `predicted_mps`: mean velocity until the horizon.
 ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
                              const Vector2& predicted_mps);
+
+/// What the hazards of starting and stopping depend on.
+HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
 
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
 /// solved once from the error statistics. Ridge regression towards what the residual GPs say (constant velocity where
@@ -100,6 +89,8 @@ class Stacking {
   const ErrorDensity& density(std::size_t number, bool here) const {
     return here ? density_[number] : density_place_free_[number];
   }
+  /// Of starting for kStanding, of stopping for kWalking.
+  const MotionChange& change(std::size_t state) const { return changes_[state]; }
 
  private:
   std::size_t cell(std::size_t step, int speed_class) const;
@@ -108,6 +99,7 @@ class Stacking {
   double observe_s_;
   std::array<std::vector<Eigen::Matrix<double, kStackedFeatures, 1>>, kObservedClasses> coefficients_;
   std::vector<ErrorDensity> density_, density_place_free_;
+  std::array<MotionChange, kMotionStates> changes_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
 };
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sila/io/episode_json.hpp"
 #include "sila/service/scores.hpp"
 
 namespace sila {
@@ -25,8 +26,9 @@ Prediction calibrated(Prediction prediction, const OnlineCalibration& online_cal
 OnlineCalibration fitted(OnlineCalibration online_calibration, const PedestrianScore& pedestrian,
                          const std::vector<double>& horizons_s, double step);
 
-/// The statistics of an episode, a JSON object, with the calibration added.
-std::string with_calibration(const std::string& statistics, const OnlineCalibration& online_calibration);
+/// What the model file keeps of an episode of a service: the calibration is among the statistics.
+EpisodeRecord record_of(int number, const Model& previous, const Episode& episode,
+                        const OnlineCalibration& online_calibration);
 
 /// The calibration in the statistics of an episode; empty if there is none or it is invalid.
 OnlineCalibration calibration_in(const std::string& statistics);

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <iterator>
+#include <optional>
+
+namespace sila {
+
+/// Speed classes that error statistics are kept for.
+inline constexpr int kSpeedClasses = 5;
+/// People who stand (the slowest speed class) have error densities of their own: their errors are much smaller than
+/// those of people who walk.
+inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;
+/// Classes of windows by the observed time. Class 0 is the whole window; class i > 0 has at least the time i - 1 of
+/// this list. The last class also has all shorter windows.
+inline constexpr double kShorterObserved_s[] = {1.6, 0.8, 0.4};
+inline constexpr std::size_t kObservedClasses = 1 + std::size(kShorterObserved_s);
+inline constexpr std::size_t kErrorDensities = kObservedClasses * kMotionStates;
+/// Nonconformity scores are kept for each speed class and, where less was observed, for each motion state.
+inline constexpr int kScoreClasses = kSpeedClasses + static_cast<int>((kObservedClasses - 1) * kMotionStates);
+/// kStanding for the slowest speed class.
+constexpr std::size_t motion_state(int speed_class) {
+  return speed_class == 0 ? kStanding : kWalking;
+}
+/// The motion state of a class of scores: of the speed class, or beside the observed class.
+constexpr std::size_t motion_state_of_score_class(std::size_t score_class) {
+  return score_class < kSpeedClasses ? motion_state(static_cast<int>(score_class))
+                                     : (score_class - kSpeedClasses) % kMotionStates;
+}
+
+/// The classes that error statistics are kept for.
+struct PersonClass {
+  int speed = 0;                    ///< see speed_class (refine/stacking.hpp)
+  std::optional<std::size_t> slow;  ///< of a person who hardly moves: see slow_class
+  std::size_t observed = 0;         ///< see observed_class
+
+  std::size_t density() const { return observed * kMotionStates + motion_state(speed); }
+  std::size_t score() const {
+    return observed == 0 ? static_cast<std::size_t>(speed) : kSpeedClasses - kMotionStates + density();
+  }
+};
+
+}  // namespace sila

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sila/core/curb_frame.hpp"
+#include "sila/model/error_statistics.hpp"
+
+namespace sila {
+
+using HazardFeatures = Eigen::Matrix<double, kHazardFeatures, 1>;
+
+/// What the hazard of a change of motion depends on, apart from the time ahead.
+/// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
+/// until the horizon, the mean speed while observed, and the time that the person has stayed where they are.
+HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
+                               const Vector2& predicted_mps, double mean_speed_mps, double still_s);
+
+/// The step after t0, from 0, in which a person changes their motion; none if they do not while they are seen. One who
+/// stands starts when they are 0.5 m from where they were at t0. One who walks stops when the displacement of the last
+/// 0.8 s is below 0.3 m/s. Units: raw positions [m], `interval_s` apart; the last of `past_m` is at t0.
+std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector2> past_m,
+                                       std::span<const Vector2> future_m, double interval_s);
+
+/// When a person who stands starts, or one who walks stops: a hazard for each step, given that the change did not come
+/// before, by logistic regression (discrete-time survival, Cox 1972; Allison 1982). The regression is learnt online:
+/// each episode adds the moments of one Newton step about the estimate before it (assumed-density filtering,
+/// Spiegelhalter and Lauritzen 1990), so that its sums have a constant size and add exactly. Source: none in the paper;
+/// docs/decisions/0113-starting-and-stopping.md.
+class MotionChange {
+ public:
+  /// `state`: kStanding for the hazard of starting, kWalking for that of stopping.
+  MotionChange(const RegressionMoments& moments, std::size_t state, double interval_s);
+
+  /// Of the step with this number, from 0.
+  double hazard(const HazardFeatures& features, std::size_t step) const;
+  /// Probability that the change has come by the end of each step: non-decreasing.
+  void probabilities(const HazardFeatures& features, std::span<double> by_step) const;
+  /// Adds what a window shows: `change`, and `steps` that were seen of its future.
+  void add_window(RegressionMoments& moments, const HazardFeatures& features, std::optional<std::size_t> change,
+                  std::size_t steps) const;
+
+ private:
+  HazardFeatures at(HazardFeatures features, std::size_t step) const;
+
+  double interval_s_;
+  HazardFeatures coefficients_;
+};
+
+}  // namespace sila

@@ -1,0 +1,102 @@
+#include "sila/refine/motion_change.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace sila {
+namespace {
+
+constexpr double kStarted_m = 0.5;
+constexpr double kStopped_mps = 0.3;
+constexpr double kStopWindow_s = 0.8;
+/// Added to speeds and times before their logarithm is taken.
+constexpr double kLeastSpeed_mps = 0.05, kLeastStill_s = 0.3;
+/// Ridge towards the coefficients to begin with.
+constexpr double kHazardRidge = 10.0;
+constexpr double kNominalInterval_s = 0.2;
+/// Longest step of one example in log odds: where a hazard is far too low Newton's step is far too long.
+constexpr double kLongestStep = 3.0;
+
+/// Order of the features: 1; logarithms of five velocities, the mean speed and the time stood still; log time ahead,
+/// its square, and its products with the log velocities of the last 0.4 s and of the prediction.
+constexpr Eigen::Index kRecent = 1, kPredicted = 5, kAhead = 8;
+
+/// Fitted to vru, students03, zara01 and the simulator together, for steps of 0.2 s.
+constexpr double kStarting[kHazardFeatures] = {0.19, 0.82,  0.11,  -0.16, -0.11, 0.46,
+                                               0.17, -0.71, -0.31, -0.94, -0.35, -0.31};
+constexpr double kStopping[kHazardFeatures] = {-5.18, -1.01, -1.03, 0.28, 0.68, -1.97,
+                                               -0.39, -0.8,  0.5,   -0.4, 1.98, -0.04};
+
+double log_speed(double speed_mps) {
+  return std::log(speed_mps + kLeastSpeed_mps);
+}
+
+}  // namespace
+
+HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
+                               const Vector2& predicted_mps, double mean_speed_mps, double still_s) {
+  HazardFeatures features = HazardFeatures::Zero();
+  features.head<kAhead>() << 1.0, log_speed(v04.norm()), log_speed(v08.norm()), log_speed(v16.norm()),
+      log_speed(v_all.norm()), log_speed(predicted_mps.norm()), log_speed(mean_speed_mps),
+      std::log(still_s + kLeastStill_s);
+  return features;
+}
+
+std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector2> past_m,
+                                       std::span<const Vector2> future_m, double interval_s) {
+  const auto lag = static_cast<std::size_t>(std::max(1L, std::lround(kStopWindow_s / interval_s)));
+  const double stopped_m = kStopped_mps * static_cast<double>(lag) * interval_s;
+  for (std::size_t j = 0; j < future_m.size(); ++j) {
+    if (state == kStanding) {
+      if ((future_m[j] - past_m.back()).norm() > kStarted_m) return j;
+    } else if (j + past_m.size() >= lag) {
+      const Vector2& before_m = j >= lag ? future_m[j - lag] : past_m[j + past_m.size() - lag];
+      if ((future_m[j] - before_m).norm() < stopped_m) return j;
+    }
+  }
+  return std::nullopt;
+}
+
+MotionChange::MotionChange(const RegressionMoments& moments, std::size_t state, double interval_s)
+    : interval_s_(interval_s), coefficients_(state == kStanding ? kStarting : kStopping) {
+  coefficients_(0) += std::log(interval_s / kNominalInterval_s);
+  if (moments.weight <= 0.0) return;
+  using Matrix = Eigen::Matrix<double, kHazardFeatures, kHazardFeatures>;
+  const Matrix precision = moments.features + kHazardRidge * Matrix::Identity();
+  const HazardFeatures solved = precision.ldlt().solve(moments.products + kHazardRidge * coefficients_);
+  if (solved.allFinite()) coefficients_ = solved;
+}
+
+HazardFeatures MotionChange::at(HazardFeatures features, std::size_t step) const {
+  const double ahead = std::log(static_cast<double>(step + 1) * interval_s_);
+  features.tail<4>() << ahead, ahead * ahead, ahead * features(kRecent), ahead * features(kPredicted);
+  return features;
+}
+
+double MotionChange::hazard(const HazardFeatures& features, std::size_t step) const {
+  return 1.0 / (1.0 + std::exp(-std::clamp(coefficients_.dot(at(features, step)), -8.0, 4.0)));
+}
+
+void MotionChange::probabilities(const HazardFeatures& features, std::span<double> by_step) const {
+  double unchanged = 1.0;
+  for (std::size_t j = 0; j < by_step.size(); ++j) {
+    unchanged *= 1.0 - hazard(features, j);
+    by_step[j] = 1.0 - unchanged;
+  }
+}
+
+void MotionChange::add_window(RegressionMoments& moments, const HazardFeatures& features,
+                              std::optional<std::size_t> change, std::size_t steps) const {
+  for (std::size_t j = 0; j < std::min(steps, change.value_or(steps) + 1); ++j) {
+    const HazardFeatures x = at(features, j);
+    const double p = hazard(features, j), error = (change == j ? 1.0 : 0.0) - p;
+    const double information = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
+    const double target = information * std::log(p / (1.0 - p)) + error;
+    moments.weight += 1.0;
+    moments.features.noalias() += information * x * x.transpose();
+    moments.products.noalias() += target * x;
+  }
+}
+
+}  // namespace sila
