@@ -308,8 +308,10 @@ RecordedPredictions read_predictions(const std::filesystem::path& path) {
       const auto as_long = [&](const Mode& mode) { return mode.path_m.size() == prediction.times_s.size(); };
       if (prediction.modes.empty() || !std::ranges::all_of(prediction.modes, as_long))
         throw FormatError(path.string(), number, "modes with a position for each time", line.substr(0, 80));
-      if (!prediction.change_probabilities.empty() &&
-          prediction.change_probabilities.size() != prediction.times_s.size())
+      const std::vector<double>& changes = prediction.change_probabilities;
+      const auto is_probability = [](double p) { return p >= 0.0 && p <= 1.0; };
+      if ((!changes.empty() && changes.size() != prediction.times_s.size()) ||
+          !std::ranges::all_of(changes, is_probability))
         throw FormatError(path.string(), number, "p_start or p_stop with a probability for each time",
                           line.substr(0, 80));
       const double t0_s = prediction.t0_s;

@@ -162,12 +162,19 @@ TEST(PredictionLine, RefusesDigitsThatADoubleHasNot) {
     EXPECT_THROW(prediction_line("1", two_modes(), nullptr, nullptr, {.digits = digits}), std::invalid_argument);
 }
 
+/// A line of two times.
+std::string with_changes(const std::vector<double>& p_stop) {
+  json line = json::parse(prediction_line("1", two_modes()));
+  line["p_stop"] = p_stop;
+  return line.dump();
+}
+
 TEST(ReadPredictions, RefusesModesWithoutAPositionForEachTime) {
   const tests::ScratchFolder folder;
   json line = json::parse(prediction_line("1", two_modes()));
   line["modes"][0]["t"].push_back(0.8);
   for (const std::string& wrong :
-       {line.dump(), std::string("track_id,t,x,y"),
+       {line.dump(), with_changes({0.5}), with_changes({0.5, 1e300}), std::string("track_id,t,x,y"),
         std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
     try {
       read_predictions(folder.write("lines.ndjson", prediction_line("1", two_modes()) + "\n" + wrong + "\n"));
