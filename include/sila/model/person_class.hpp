@@ -8,6 +8,9 @@ namespace sila {
 
 /// Speed classes that error statistics are kept for.
 inline constexpr int kSpeedClasses = 5;
+/// Mean observed speeds that part the classes [m/s]: standing, strolling, slow, normal, fast.
+inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
+static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
 /// People who stand (the slowest speed class) have error densities of their own: their errors are much smaller than
 /// those of people who walk.
 inline constexpr std::size_t kWalking = 0, kStanding = 1, kMotionStates = 2;

@@ -19,17 +19,18 @@ using HazardFeatures = Eigen::Matrix<double, kHazardFeatures, 1>;
 HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
                                const Vector2& predicted_mps, double mean_speed_mps, double still_s);
 
-/// The step after t0, from 0, in which a person changes their motion; none if they do not while they are seen. One who
-/// stands starts when they are 0.5 m from where they were at t0. One who walks stops when the displacement of the last
-/// 0.8 s is below 0.3 m/s. Units: raw positions [m], `interval_s` apart; the last of `past_m` is at t0.
+/// The step after t0, from 0, in which a person changes their motion; none if the recorded future has no change. A
+/// standing person starts in the first step that ends more than 0.5 m from the position at t0. A walking person stops
+/// in the first step at whose end the displacement of the last 0.8 s is slower than 0.3 m/s. Units: raw positions [m],
+/// `interval_s` apart; the last of `past_m` is at t0.
 std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector2> past_m,
                                        std::span<const Vector2> future_m, double interval_s);
 
-/// When a person who stands starts, or one who walks stops: a hazard for each step, given that the change did not come
-/// before, by logistic regression (discrete-time survival, Cox 1972; Allison 1982). The regression is learnt online:
-/// each episode adds the moments of one Newton step about the estimate before it (assumed-density filtering,
-/// Spiegelhalter and Lauritzen 1990), so that its sums have a constant size and add exactly. Source: none in the paper;
-/// docs/decisions/0113-starting-and-stopping.md.
+/// When a standing person starts, or a walking person stops. The hazard of a step is the probability of the change in
+/// that step if there was none before. It is a logistic regression (discrete-time survival model, Cox 1972; Allison
+/// 1982). The regression is learnt online: each episode adds the moments of one Newton step about the estimate before
+/// it (assumed-density filtering, Spiegelhalter and Lauritzen 1990), so that its sums have a constant size and add
+/// exactly. Source: none in the paper; docs/decisions/0113-starting-and-stopping.md.
 class MotionChange {
  public:
   /// `state`: kStanding for the hazard of starting, kWalking for that of stopping.

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <optional>
 #include <span>
 #include <vector>
@@ -16,10 +15,6 @@
 #include "sila/refine/residuals.hpp"
 
 namespace sila {
-
-/// Mean observed speeds that part the classes [m/s]: standing, strolling, slow, normal, fast.
-inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
-static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
 
 int speed_class(const CurbTrajectory& observed);
 /// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
