@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "gp/fit.hpp"
+#include "gp/fuse_gps.hpp"
+#include "gp/posterior.hpp"
 #include "gp_data.hpp"
-#include "sila/gp/fit.hpp"
-#include "sila/gp/fuse_gps.hpp"
-#include "sila/gp/posterior.hpp"
 
 namespace {
 

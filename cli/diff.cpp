@@ -5,7 +5,7 @@
 
 #include "options.hpp"
 #include "sila/core/thread_limit.hpp"
-#include "sila/io/model_report.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"
 #include "verbs.hpp"
 

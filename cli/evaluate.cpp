@@ -5,12 +5,11 @@
 
 #include "options.hpp"
 #include "sila/core/thread_limit.hpp"
-#include "sila/evaluate/recorded.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/evaluation_report.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "verbs.hpp"
 

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "options.hpp"
-#include "sila/io/model_report.hpp"
+#include "sila/io/reports.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

@@ -14,9 +14,9 @@
 #include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/episode_json.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/refine/k_anonymous.hpp"
+#include "sila/io/reports.hpp"
+#include "sila/refine/prune.hpp"
 #include "sila/train/training.hpp"
 #include "verbs.hpp"
 

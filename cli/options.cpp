@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
-#include "sila/profile.hpp"
 
 namespace sila::cli {
 namespace {

@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "sila/config.hpp"
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/model_scene.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "sila/io/model_file.hpp"
-#include "sila/io/model_scene.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

@@ -7,8 +7,8 @@
 #include "options.hpp"
 #include "sila/core/thread_limit.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/episode_json.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/service/server.hpp"
 #include "verbs.hpp"
 

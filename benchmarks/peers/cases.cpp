@@ -13,11 +13,11 @@
 #include <string>
 
 #include "../gp_data.hpp"
+#include "gp/fit.hpp"
 #include "gp/greedy.hpp"
 #include "learn/dictionary.hpp"
 #include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/gp/fit.hpp"
 #include "sila/learn/learn.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"

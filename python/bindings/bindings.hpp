@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "sila/config.hpp"
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/predict/prediction.hpp"
 

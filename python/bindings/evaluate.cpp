@@ -4,9 +4,9 @@
 
 #include "arrays.hpp"
 #include "sila/core/thread_limit.hpp"
-#include "sila/evaluate/mhd.hpp"
-#include "sila/io/evaluation_report.hpp"
+#include "sila/evaluate/metrics.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/io/reports.hpp"
 
 namespace sila::python {
 namespace {

@@ -9,12 +9,12 @@
 
 #include "arrays.hpp"
 #include "sila/core/clean.hpp"
-#include "sila/core/steps.hpp"
+#include "sila/core/sampling.hpp"
 #include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/split.hpp"
-#include "sila/io/evaluation_report.hpp"
-#include "sila/io/model_scene.hpp"
+#include "sila/io/reports.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/sim/simulate.hpp"
 
 // What the experiments in Python are computed with: splits, windows, the library's own methods, scores.

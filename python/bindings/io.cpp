@@ -2,10 +2,10 @@
 #include <stdexcept>
 
 #include "bindings.hpp"
+#include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_files.hpp"
-#include "sila/profile.hpp"
 
 namespace sila::python {
 namespace {

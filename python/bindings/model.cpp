@@ -4,7 +4,7 @@
 
 #include "arrays.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/model_report.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila::python {

@@ -5,7 +5,6 @@
 
 #include "arrays.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/model_scene.hpp"
 
 namespace sila::python {
 namespace {

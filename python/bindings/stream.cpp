@@ -6,9 +6,9 @@
 
 #include "arrays.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/episode_json.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/model_scene.hpp"
+#include "sila/io/reports.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/service/learner_thread.hpp"
 #include "sila/service/metrics.hpp"
 

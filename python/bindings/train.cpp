@@ -4,8 +4,8 @@
 #include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/episode_json.hpp"
 #include "sila/io/fusion_case.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
 

@@ -1,4 +1,4 @@
-#include "sila/core/kinematics.hpp"
+#include "core/kinematics.hpp"
 
 #include <algorithm>
 #include <cmath>

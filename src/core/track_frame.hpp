@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 

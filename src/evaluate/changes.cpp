@@ -1,8 +1,8 @@
-#include "sila/evaluate/changes.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "sila/evaluate/metrics.hpp"
 
 namespace sila {
 

@@ -8,10 +8,10 @@
 #include <stdexcept>
 
 #include "fuse/similarity.hpp"
-#include "sila/core/steps.hpp"
+#include "gp/flow_posterior.hpp"
+#include "sila/core/sampling.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/metrics.hpp"
-#include "sila/gp/flow_posterior.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

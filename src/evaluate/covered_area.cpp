@@ -1,10 +1,10 @@
-#include "sila/evaluate/covered_area.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
+
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <map>
 
-#include "sila/core/steps.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "predict/constant_velocity.hpp"
+#include "refine/error_statistics.hpp"
+#include "refine/motion_change.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
 namespace {

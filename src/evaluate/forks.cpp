@@ -1,5 +1,3 @@
-#include "sila/evaluate/forks.hpp"
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -7,8 +5,9 @@
 #include <numbers>
 #include <set>
 
+#include "predict/constant_velocity.hpp"
 #include "sila/evaluate/split.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sila/evaluate/mhd.hpp"
+#include "refine/regions.hpp"
 
 namespace sila {
 namespace {

@@ -1,9 +1,9 @@
-#include "sila/evaluate/mhd.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "sila/evaluate/metrics.hpp"
 
 namespace sila {
 namespace {

@@ -1,5 +1,4 @@
-#include "sila/evaluate/recorded.hpp"
-
+#include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/split.hpp"
 
 namespace sila {

@@ -1,5 +1,3 @@
-#include "sila/evaluate/references.hpp"
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
@@ -8,8 +6,9 @@
 #include <map>
 #include <string>
 
+#include "predict/constant_velocity.hpp"
 #include "sila/evaluate/split.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {

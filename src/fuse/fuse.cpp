@@ -10,8 +10,8 @@
 
 #include "fuse/fuse_fields.hpp"
 #include "fuse/mean.hpp"
+#include "fuse/reindex.hpp"
 #include "fuse/similarity.hpp"
-#include "sila/fuse/reindex.hpp"
 
 namespace sila {
 namespace {

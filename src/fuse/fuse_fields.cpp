@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "sila/gp/fit.hpp"
-#include "sila/gp/fuse_gps.hpp"
+#include "gp/fit.hpp"
+#include "gp/fuse_gps.hpp"
 
 namespace sila {
 namespace {

@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include "gp/fit.hpp"
 #include "sila/gp/config.hpp"
-#include "sila/gp/fit.hpp"
 #include "sila/model/fusion_problem.hpp"
 #include "sila/model/increment.hpp"
 

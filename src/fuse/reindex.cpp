@@ -1,9 +1,11 @@
-#include "sila/fuse/reindex.hpp"
+#include "fuse/reindex.hpp"
 
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <tuple>
+
+#include "sila/fuse/fuse.hpp"
 
 namespace sila {
 namespace {

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "sila/fuse/reindex.hpp"
+#include "fuse/reindex.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {

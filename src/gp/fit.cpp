@@ -1,4 +1,4 @@
-#include "sila/gp/fit.hpp"
+#include "gp/fit.hpp"
 
 #include <algorithm>
 #include <cmath>

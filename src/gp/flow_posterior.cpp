@@ -1,4 +1,4 @@
-#include "sila/gp/flow_posterior.hpp"
+#include "gp/flow_posterior.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "sila/gp/fuse_gps.hpp"
+#include "gp/fuse_gps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "gp/posterior.hpp"
 #include "greedy.hpp"
-#include "sila/gp/posterior.hpp"
 #include "statistics.hpp"
 #include "transfer.hpp"
 

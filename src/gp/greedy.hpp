@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "sila/gp/kernel.hpp"
+#include "sila/gp/sparse_gp.hpp"
 
 namespace sila {
 

@@ -1,10 +1,9 @@
-#include "sila/gp/kernel.hpp"
-
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "posterior_simd.hpp"
+#include "sila/gp/sparse_gp.hpp"
 
 namespace sila {
 namespace {

@@ -1,4 +1,4 @@
-#include "sila/gp/posterior.hpp"
+#include "gp/posterior.hpp"
 
 #include <algorithm>
 #include <array>

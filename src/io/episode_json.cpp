@@ -1,5 +1,3 @@
-#include "sila/io/episode_json.hpp"
-
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -8,6 +6,8 @@
 #include <set>
 #include <utility>
 #include <vector>
+
+#include "sila/io/reports.hpp"
 
 namespace sila {
 namespace {

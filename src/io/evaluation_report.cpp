@@ -1,6 +1,6 @@
-#include "sila/io/evaluation_report.hpp"
-
 #include <cstdio>
+
+#include "sila/io/reports.hpp"
 
 namespace sila {
 namespace {

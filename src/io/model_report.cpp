@@ -1,5 +1,3 @@
-#include "sila/io/model_report.hpp"
-
 #include <algorithm>
 #include <ctime>
 #include <iomanip>
@@ -8,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

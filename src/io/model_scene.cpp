@@ -1,10 +1,9 @@
-#include "sila/io/model_scene.hpp"
-
 #include <algorithm>
 #include <stdexcept>
 #include <string>
 
 #include "core/track_frame.hpp"
+#include "sila/io/scene.hpp"
 
 namespace sila {
 namespace {

@@ -9,12 +9,12 @@
 #include <set>
 #include <utility>
 
+#include "gp/fit.hpp"
+#include "gp/fuse_gps.hpp"
 #include "learn/dictionary.hpp"
 #include "learn/grid_vectors.hpp"
 #include "learn/segmentation.hpp"
 #include "learn/transitions.hpp"
-#include "sila/gp/fit.hpp"
-#include "sila/gp/fuse_gps.hpp"
 
 namespace sila {
 namespace {

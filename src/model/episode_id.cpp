@@ -1,5 +1,3 @@
-#include "sila/model/episode_id.hpp"
-
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "model/hash.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 namespace {

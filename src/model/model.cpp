@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "sila/core/fields.hpp"
-#include "sila/model/residual.hpp"
+#include "sila/model/increment.hpp"
 
 namespace sila {
 namespace {

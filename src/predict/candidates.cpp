@@ -1,4 +1,4 @@
-#include "sila/predict/candidates.hpp"
+#include "predict/candidates.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "sila/predict/constant_velocity.hpp"
+#include "predict/constant_velocity.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "sila/core/kinematics.hpp"
+#include "core/kinematics.hpp"
 
 namespace sila {
 namespace {

@@ -1,4 +1,4 @@
-#include "sila/predict/flow_field_index.hpp"
+#include "predict/flow_field_index.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "gp/earlier_gps.hpp"
 #include "predict/buckets.hpp"
-#include "sila/gp/earlier_gps.hpp"
 
 namespace sila {
 namespace {

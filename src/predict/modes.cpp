@@ -1,4 +1,4 @@
-#include "sila/predict/modes.hpp"
+#include "predict/modes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sila/predict/predict.hpp"
+#include "predict/predict.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sila/core/steps.hpp"
-#include "sila/predict/candidates.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "predict/candidates.hpp"
+#include "predict/constant_velocity.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
 namespace {

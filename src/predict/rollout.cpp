@@ -1,10 +1,10 @@
-#include "sila/predict/rollout.hpp"
+#include "predict/rollout.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "sila/core/kinematics.hpp"
-#include "sila/core/steps.hpp"
+#include "core/kinematics.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
 namespace {

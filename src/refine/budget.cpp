@@ -1,5 +1,3 @@
-#include "sila/refine/budget.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,9 +6,10 @@
 #include <tuple>
 #include <utility>
 
+#include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
-#include "sila/gp/fuse_gps.hpp"
 #include "sila/model/packing.hpp"
+#include "sila/refine/prune.hpp"
 
 namespace sila {
 namespace {

@@ -1,4 +1,4 @@
-#include "sila/refine/error_density.hpp"
+#include "refine/error_density.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

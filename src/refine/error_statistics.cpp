@@ -1,4 +1,4 @@
-#include "sila/refine/error_statistics.hpp"
+#include "refine/error_statistics.hpp"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -8,7 +8,8 @@
 #include <functional>
 #include <numeric>
 
-#include "sila/core/steps.hpp"
+#include "refine/prepared_model.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
 namespace {
@@ -68,9 +69,9 @@ SlowErrors slow_errors_of(const Example& example, const Stacking& stacking, doub
 Example example_of(const Predictor& predictor, const Window& window, int steps, Workspace& workspace) {
   workspace.scratch.reset();
   const double interval_s = predictor.interval_s();
-  const MergedRollouts merged = predictor.merged_rollouts(window.observed, steps, workspace.scratch);
-  const Prediction& prediction = predictor.predict(window.observed, merged, workspace);
-  const Stacking& stacking = predictor.stacking(merged.seen.site);
+  const MergedRollouts merged = predictor.prepared().merged_rollouts(window.observed, steps, workspace.scratch);
+  const Prediction& prediction = predictor.prepared().predict(window.observed, merged, workspace);
+  const Stacking& stacking = predictor.prepared().stacking(merged.seen.site);
   // What other sites know would spoil the statistics of a new one: they begin as if it were the first.
   ObservedFeatures seen = merged.seen;
   if (!seen.site) seen.global_residual = {};
@@ -156,7 +157,8 @@ ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<co
                             predictor.config().observe_s);  // in the order of the windows, whatever the threads did
   const Stacking unseen(sum, predictor.config());
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    const Stacking& stacking = predictor.stacking(predictor.map().site(windows[i].observed.frame));
+    const Stacking& stacking =
+        predictor.prepared().stacking(predictor.prepared().map().site(windows[i].observed.frame));
     add(sum, each[i], stacking.fitted() ? stacking : unseen);
   }
   return sum;

@@ -1,4 +1,4 @@
-#include "sila/refine/forgetting.hpp"
+#include "refine/forgetting.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,11 +1,11 @@
-#include "sila/refine/global_residual.hpp"
+#include "refine/global_residual.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-#include "sila/core/kinematics.hpp"
-#include "sila/gp/fuse_gps.hpp"
+#include "core/kinematics.hpp"
+#include "gp/fuse_gps.hpp"
 
 namespace sila {
 namespace {

@@ -1,10 +1,9 @@
-#include "sila/refine/k_anonymous.hpp"
-
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "overlap.hpp"
+#include "sila/refine/prune.hpp"
 
 namespace sila {
 

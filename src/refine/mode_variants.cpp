@@ -1,4 +1,4 @@
-#include "sila/refine/mode_variants.hpp"
+#include "refine/mode_variants.hpp"
 
 #include <algorithm>
 #include <cmath>

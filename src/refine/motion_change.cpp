@@ -1,4 +1,4 @@
-#include "sila/refine/motion_change.hpp"
+#include "refine/motion_change.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

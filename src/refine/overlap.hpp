@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "sila/gp/flow_posterior.hpp"
+#include "gp/flow_posterior.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila::detail {

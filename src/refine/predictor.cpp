@@ -1,174 +1,30 @@
 #include "sila/refine/predictor.hpp"
 
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <span>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
-#include "sila/core/steps.hpp"
-#include "sila/predict/constant_velocity.hpp"
-#include "sila/refine/error_statistics.hpp"
-#include "sila/refine/mode_variants.hpp"
-#include "sila/refine/snapshot.hpp"
+#include "refine/prepared_model.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
-namespace {
 
-Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
-                     bool here, std::size_t step, double interval_s) {
-  return here ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
-              : place_free_mps(seen, step, interval_s);
+Predictor::Predictor(const Model& model, const RefineConfig& config)
+    : Predictor(std::make_shared<const PreparedModel>(model, config, nullptr, nullptr)) {}
+
+Predictor::Predictor(std::shared_ptr<const PreparedModel> prepared) : prepared_(std::move(prepared)) {}
+
+const RefineConfig& Predictor::config() const {
+  return prepared_->config();
 }
 
-/// Fills the path of a mode; the scale of its errors. `here`: the residual GPs of the place count.
-Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
-                  const ResidualPrediction& residuals, bool here, const Vector2& start_m, double interval_s) {
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j)
-    mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s *
-                                   velocity_mps(stacking, seen, residuals, here, j, interval_s);
-  const ErrorDensity& density = stacking.density(seen.person.density(), here);
-  return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{},
-                                      velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
-}
-
-/// Transitions with which roll-outs of other modes began, and none of this mode.
-std::span<const int> rivals_of(const RolloutSet& set, std::size_t mode, Scratch& scratch) {
-  const auto first_of = [&](std::size_t member) { return set.rollouts[member].origin.transition; };
-  const RolloutGroup own = set.groups[mode];
-  const auto rivals = scratch.array<int>(set.rollouts.size());
-  std::size_t count = 0;
-  for (std::size_t group = 0; group < set.groups.size(); ++group) {
-    if (group == mode) continue;
-    for (const std::size_t rival : set.groups[group]) {
-      const bool shared =
-          std::any_of(own.begin(), own.end(), [&](std::size_t member) { return first_of(member) == first_of(rival); });
-      if (!shared) rivals[count++] = first_of(rival);
-    }
-  }
-  return rivals.first(count);
-}
-
-void add_regions(Prediction& prediction, const Calibration& calibration, std::size_t score_class) {
-  prediction.regions.resize(kRegionProbabilities.size());
-  for (std::size_t r = 0; r < kRegionProbabilities.size(); ++r) {
-    Region& region = prediction.regions[r];
-    region.probability = kRegionProbabilities[r];
-    region.levels.resize(prediction.times_s.size());
-    for (std::size_t j = 0; j < region.levels.size(); ++j) region.levels[j] = calibration.level(j, score_class, r);
-  }
-}
-
-}  // namespace
-
-Predictor::Predictor(const Model& model, const RefineConfig& config) : Predictor(model, config, nullptr) {}
-
-Predictor::Predictor(const Model& model, const RefineConfig& config, const Snapshot* earlier)
-    : config_(config),
-      rollout_config_(rollout_config(config)),
-      interval_s_(model.settings.sample_interval_s),
-      map_(model, config, earlier ? &earlier->model : nullptr, earlier ? &earlier->predictor.map_ : nullptr),
-      residuals_(model, config, earlier ? &earlier->model : nullptr,
-                 earlier ? &earlier->predictor.residuals_ : nullptr),
-      elsewhere_(fitted_to(pooled_error_statistics(model.sites, config.trained_sites_only))) {
-  validate_fields("predict", config);
-  if (config.observe_s > elsewhere_.stacking.observe_s() + 1e-9)
-    throw std::invalid_argument("predict.observe_s = " + std::to_string(config.observe_s) +
-                                ", the model uses at most " + std::to_string(elsewhere_.stacking.observe_s()) + " s");
-  by_site_.resize(model.sites.size(), fitted_to({}));
-  tbb::parallel_for(std::size_t{0}, by_site_.size(),
-                    [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site)); });
-}
-
-Predictor::Fitted Predictor::fitted_to(const ErrorStatistics& error_statistics) const {
-  return {Stacking(error_statistics, config_), Calibration(config_.stacking ? error_statistics : ErrorStatistics{})};
-}
-
-RolloutSet Predictor::rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
-  const bool with_covariances = !stacking(map_.site(observed.frame)).fitted();
-  return roll_out_near(map_, observed, steps, interval_s_, with_covariances, rollout_config_, scratch);
-}
-
-ObservedFeatures Predictor::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
-  return observed_features(residuals_, set.site, set.near, observed, stacking(set.site).observe_s(), scratch);
-}
-
-MergedRollouts Predictor::merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
-  const RolloutSet set = rollouts(observed, steps, scratch);
-  const ObservedFeatures seen = observe(observed, set, scratch);
-  const std::span<Rollout> modes = merge_rollouts(set.rollouts, set.groups, scratch);
-  const auto residuals = scratch.array<ResidualPrediction>(modes.size());
-  for (std::size_t m = 0; m < modes.size(); ++m) {
-    const std::span<const int> rivals = rivals_of(set, m, scratch);
-    residuals[m] = rivals.empty() ? seen.residuals : combine(residuals_, observed, seen.experts, rivals, scratch);
-  }
-  return {modes, residuals, seen, set.raw_novelty};
-}
-
-const Prediction& Predictor::predict(const CurbTrajectory& observed, const MergedRollouts& merged,
-                                     Workspace& workspace) const {
-  const auto steps = static_cast<std::size_t>(steps_in(config_.horizon_s, interval_s_));
-  const ObservedFeatures& seen = merged.seen;
-  const auto& [stacking, calibration] = fitted(seen.site);
-  Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
-  prediction.standing = motion_state(seen.person.speed) == kStanding;
-  prediction.novelty = calibration.novelty(merged.raw_novelty);
-  const bool here = seen.site || !config_.trained_sites_only;
-  prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
-  if (!stacking.fitted()) {
-    prediction.regions.clear(), prediction.change_probabilities.clear();
-    // Before errors are known the residual GPs alone are better than constant velocity.
-    if (prediction.fallback) {
-      Mode& mode = add_mode(workspace, 1.0, steps);
-      fill_path(mode, stacking, seen, seen.residuals, true, to_world(observed.frame, observed.positions.back()),
-                interval_s_);
-      for (std::size_t j = 0; j < steps; ++j) {
-        const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
-        mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
-      }
-    } else {
-      add_rollout_modes(map_, merged.rollouts, observed, interval_s_, workspace);
-    }
-    return prediction;
-  }
-  add_stacked_modes(observed, merged, prediction.fallback, here, workspace);
-  sort_by_weight(prediction.modes);
-  add_regions(prediction, calibration, seen.person.score());
-  prediction.change_probabilities.resize(steps);
-  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, here, stacking.last_step(), interval_s_);
-  stacking.change(motion_state(seen.person.speed))
-      .probabilities(hazard_features(seen, to_horizon), prediction.change_probabilities);
-  return prediction;
-}
-
-void Predictor::add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback,
-                                  bool here, Workspace& workspace) const {
-  const auto steps = workspace.prediction.times_s.size();
-  const ObservedFeatures& seen = merged.seen;
-  const Stacking& stacking = fitted(seen.site).stacking;
-  const ErrorDensity& density = stacking.density(seen.person.density(), here);
-  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
-  Vector2 scale = Vector2::Ones();
-  for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
-    Mode& mode = add_mode(workspace, density.weight(0) * (fallback ? 1.0 : merged.rollouts[m].weight), steps);
-    if (!fallback) visit_primitives(map_, merged.rollouts[m].transitions, mode.primitives);
-    const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const Vector2 own = fill_path(mode, stacking, seen, residuals, here, start_m, interval_s_);
-    fill_covariances(mode, density, 0, own, start_m);
-    if (m == 0) scale = own;
-  }
-  // A standing pedestrian has no variants.
-  if (!seen.person.slow) add_variants(workspace, density, scale, start_m, config_);
-  add_wide_modes(workspace, density, scale, start_m);
+double Predictor::interval_s() const {
+  return prepared_->interval_s();
 }
 
 const Prediction& Predictor::predict(const CurbTrajectory& observed, Workspace& workspace) const {
-  require_observed(observed, interval_s_);
+  require_observed(observed, interval_s());
   workspace.scratch.reset();
-  return predict(observed, merged_rollouts(observed, steps_in(config_.horizon_s, interval_s_), workspace.scratch),
-                 workspace);
+  const int steps = steps_in(config().horizon_s, interval_s());
+  return prepared_->predict(observed, prepared_->merged_rollouts(observed, steps, workspace.scratch), workspace);
 }
 
 Prediction Predictor::predict(const CurbTrajectory& observed) const {
@@ -180,5 +36,12 @@ Prediction Predictor::predict(const CurbTrajectory& observed) const {
 Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config) {
   return Predictor(model, config).predict(observed);
 }
+
+Snapshot::Snapshot(Model given, const RefineConfig& config) : model(std::move(given)), predictor(model, config) {}
+
+Snapshot::Snapshot(Model given, const RefineConfig& config, const Snapshot& earlier)
+    : model(std::move(given)),
+      predictor(
+          std::make_shared<const PreparedModel>(model, config, &earlier.model, earlier.predictor.prepared_.get())) {}
 
 }  // namespace sila

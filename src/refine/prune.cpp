@@ -7,7 +7,7 @@
 
 #include "fuse/fuse_fields.hpp"
 #include "overlap.hpp"
-#include "sila/refine/refine.hpp"
+#include "refine/refine.hpp"
 
 namespace sila {
 namespace {

@@ -1,4 +1,4 @@
-#include "sila/refine/refine.hpp"
+#include "refine/refine.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "fuse/fuse_fields.hpp"
+#include "gp/fuse_gps.hpp"
 #include "learn/transitions.hpp"
-#include "sila/gp/fuse_gps.hpp"
-#include "sila/refine/global_residual.hpp"
+#include "refine/global_residual.hpp"
 
 namespace sila {
 namespace {

@@ -1,4 +1,4 @@
-#include "sila/refine/regions.hpp"
+#include "refine/regions.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>

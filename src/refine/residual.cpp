@@ -1,10 +1,10 @@
-#include "sila/refine/residual.hpp"
+#include "refine/residual.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "sila/core/kinematics.hpp"
-#include "sila/refine/global_residual.hpp"
+#include "core/kinematics.hpp"
+#include "refine/global_residual.hpp"
 
 namespace sila {
 namespace {

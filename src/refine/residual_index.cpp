@@ -1,9 +1,9 @@
-#include "sila/refine/residual_index.hpp"
+#include "refine/residual_index.hpp"
 
 #include <tbb/parallel_for.h>
 
-#include "sila/gp/earlier_gps.hpp"
-#include "sila/refine/global_residual.hpp"
+#include "gp/earlier_gps.hpp"
+#include "refine/global_residual.hpp"
 
 namespace sila {
 namespace {

@@ -1,10 +1,10 @@
-#include "sila/refine/residuals.hpp"
+#include "refine/residuals.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "sila/refine/global_residual.hpp"
-#include "sila/refine/residual.hpp"
+#include "refine/global_residual.hpp"
+#include "refine/residual.hpp"
 
 namespace sila {
 namespace {

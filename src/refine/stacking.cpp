@@ -1,11 +1,11 @@
-#include "sila/refine/stacking.hpp"
+#include "refine/stacking.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "sila/core/kinematics.hpp"
-#include "sila/refine/residual.hpp"
+#include "core/kinematics.hpp"
+#include "refine/residual.hpp"
 
 namespace sila {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "sila/core/steps.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "predict/constant_velocity.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
 namespace {

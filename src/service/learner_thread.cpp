@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/track_frame.hpp"
-#include "sila/io/model_scene.hpp"
+#include "sila/io/scene.hpp"
 
 namespace sila {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "embedded_live.hpp"
 #include "report/model_data.hpp"
-#include "sila/io/model_scene.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/version.hpp"
 
 namespace sila {

@@ -1,8 +1,8 @@
-#include "sila/service/online_calibration.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "sila/service/scores.hpp"
 
 namespace sila {
 namespace {

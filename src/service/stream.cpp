@@ -7,7 +7,7 @@
 
 #include "clock.hpp"
 #include "open_track.hpp"
-#include "sila/core/steps.hpp"
+#include "sila/core/sampling.hpp"
 
 namespace sila {
 namespace {

@@ -1,5 +1,4 @@
-#include "sila/sim/scene.hpp"
-
+#include "sila/sim/simulate.hpp"
 #include "street_plan.hpp"
 
 namespace sila {

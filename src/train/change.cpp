@@ -1,4 +1,4 @@
-#include "sila/train/change.hpp"
+#include "train/change.hpp"
 
 #include <algorithm>
 #include <set>

@@ -10,8 +10,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sila/core/steps.hpp"
-#include "sila/refine/forgetting.hpp"
+#include "refine/error_statistics.hpp"
+#include "refine/forgetting.hpp"
+#include "refine/refine.hpp"
+#include "refine/residual.hpp"
+#include "sila/core/sampling.hpp"
+#include "train/change.hpp"
 
 namespace sila {
 namespace {

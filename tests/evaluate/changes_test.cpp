@@ -1,9 +1,9 @@
 // How stated probabilities of a change of motion are scored.
-#include "sila/evaluate/changes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "sila/evaluate/metrics.hpp"
 
 namespace sila {
 namespace {

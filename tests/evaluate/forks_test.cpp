@@ -1,8 +1,8 @@
-#include "sila/evaluate/forks.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "sila/evaluate/mhd.hpp"
-
 namespace sila {
 namespace {
 

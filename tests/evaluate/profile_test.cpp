@@ -1,9 +1,8 @@
 // The figures of the profiles on simulated tracks, within bands.
 
-#include "sila/profile.hpp"
-
 #include <gtest/gtest.h>
 
+#include "sila/config.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/sim/simulate.hpp"

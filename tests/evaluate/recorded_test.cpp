@@ -1,8 +1,7 @@
-#include "sila/evaluate/recorded.hpp"
-
 #include <gtest/gtest.h>
 
 #include "sila/core/errors.hpp"
+#include "sila/evaluate/evaluate.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"

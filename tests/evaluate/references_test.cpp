@@ -1,9 +1,8 @@
-#include "sila/evaluate/references.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "sila/evaluate/training_support.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"
 

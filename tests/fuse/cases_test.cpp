@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "fuse/reindex.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/fuse/reindex.hpp"
+#include "sila/fuse/fuse.hpp"
 #include "sila/io/fusion_case.hpp"
 #include "support/scratch.hpp"
 

@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "arrows.hpp"
+#include "fuse/reindex.hpp"
 #include "fuse/similarity.hpp"
-#include "sila/fuse/reindex.hpp"
-#include "sila/gp/fuse_gps.hpp"
+#include "gp/fuse_gps.hpp"
 #include "sila/io/fusion_case.hpp"
 #include "support/random_models.hpp"
 

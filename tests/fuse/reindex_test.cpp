@@ -1,4 +1,4 @@
-#include "sila/fuse/reindex.hpp"
+#include "fuse/reindex.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,8 @@
 #include <random>
 #include <set>
 #include <stdexcept>
+
+#include "sila/fuse/fuse.hpp"
 
 namespace sila {
 namespace {

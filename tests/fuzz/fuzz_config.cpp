@@ -7,7 +7,6 @@
 #include "promises.hpp"
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/profile.hpp"
 #include "text_file.hpp"
 
 namespace sila::fuzz {

@@ -7,7 +7,7 @@
 #include "io/made_up_model.hpp"
 #include "numbers.hpp"
 #include "promises.hpp"
-#include "sila/io/model_report.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 

@@ -1,12 +1,11 @@
-#include "sila/gp/flow_posterior.hpp"
+#include "gp/flow_posterior.hpp"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
 #include "example.hpp"
-#include "sila/gp/fit.hpp"
-#include "sila/gp/flow_posterior.hpp"
+#include "gp/fit.hpp"
 
 namespace sila::gp_tests {
 namespace {

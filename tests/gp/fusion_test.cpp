@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "example.hpp"
+#include "gp/fit.hpp"
+#include "gp/fuse_gps.hpp"
 #include "gp/greedy.hpp"
+#include "gp/posterior.hpp"
 #include "gp/transfer.hpp"
-#include "sila/gp/fit.hpp"
-#include "sila/gp/fuse_gps.hpp"
-#include "sila/gp/posterior.hpp"
 
 namespace sila::gp_tests {
 namespace {

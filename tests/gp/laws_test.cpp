@@ -8,11 +8,11 @@
 #include <limits>
 
 #include "example.hpp"
+#include "gp/fit.hpp"
 #include "gp/greedy.hpp"
 #include "gp/marginal_likelihood.hpp"
+#include "gp/posterior.hpp"
 #include "gp/transfer.hpp"
-#include "sila/gp/fit.hpp"
-#include "sila/gp/posterior.hpp"
 
 namespace sila::gp_tests {
 namespace {

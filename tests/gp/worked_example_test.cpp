@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "example.hpp"
+#include "gp/fuse_gps.hpp"
 #include "gp/marginal_likelihood.hpp"
+#include "gp/posterior.hpp"
 #include "gp/transfer.hpp"
-#include "sila/gp/fuse_gps.hpp"
-#include "sila/gp/posterior.hpp"
 
 // The numbers were computed by an independent implementation and are given to ten digits.
 namespace sila::gp_tests {

@@ -11,8 +11,8 @@
 #include <sstream>
 #include <string>
 
+#include "refine/global_residual.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/refine/global_residual.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {

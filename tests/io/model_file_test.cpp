@@ -2,7 +2,7 @@
 
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/model_report.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

@@ -1,5 +1,3 @@
-#include "sila/io/model_scene.hpp"
-
 #include <gtest/gtest.h>
 
 #include <stdexcept>
@@ -7,6 +5,7 @@
 
 #include "core/track_frame.hpp"
 #include "io/files.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

@@ -12,7 +12,7 @@
 
 #include "io/files.hpp"
 #include "made_up_model.hpp"
-#include "sila/io/episode_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/sim/simulate.hpp"

@@ -1,7 +1,6 @@
-#include "sila/profile.hpp"
-
 #include <gtest/gtest.h>
 
+#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 

@@ -7,7 +7,8 @@
 
 #include <cstdlib>
 
-#include "sila/profile.hpp"
+#include "predict/flow_field_index.hpp"
+#include "sila/config.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"

@@ -1,11 +1,14 @@
-#include "sila/refine/explanation.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sila/gp/posterior.hpp"
-#include "sila/predict/constant_velocity.hpp"
+#include "gp/posterior.hpp"
+#include "predict/constant_velocity.hpp"
+#include "predict/flow_field_index.hpp"
+#include "refine/regions.hpp"
+#include "refine/residual.hpp"
+#include "refine/residuals.hpp"
+#include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"

@@ -1,5 +1,5 @@
 // When people who stand start, and people who walk stop.
-#include "sila/refine/motion_change.hpp"
+#include "refine/motion_change.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sila/profile.hpp"
+#include "sila/config.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/training.hpp"
 

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "sila/predict/constant_velocity.hpp"
-#include "sila/predict/flow_field_index.hpp"
-#include "sila/predict/modes.hpp"
-#include "sila/profile.hpp"
-#include "sila/refine/snapshot.hpp"
+#include "predict/constant_velocity.hpp"
+#include "predict/flow_field_index.hpp"
+#include "predict/modes.hpp"
+#include "sila/config.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"

@@ -8,10 +8,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "refine/forgetting.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/refine/budget.hpp"
-#include "sila/refine/forgetting.hpp"
 #include "support/random_models.hpp"
 
 namespace sila {

@@ -1,11 +1,11 @@
-#include "sila/refine/regions.hpp"
+#include "refine/regions.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sila/refine/mode_variants.hpp"
-#include "sila/refine/stacking.hpp"
+#include "refine/mode_variants.hpp"
+#include "refine/stacking.hpp"
 
 namespace sila {
 namespace {

@@ -1,12 +1,12 @@
-#include "sila/refine/residual.hpp"
+#include "refine/residual.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "gp/posterior.hpp"
+#include "refine/global_residual.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/gp/posterior.hpp"
-#include "sila/refine/global_residual.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

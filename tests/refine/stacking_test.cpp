@@ -1,4 +1,4 @@
-#include "sila/refine/stacking.hpp"
+#include "refine/stacking.hpp"
 
 #include <gtest/gtest.h>
 

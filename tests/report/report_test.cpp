@@ -8,7 +8,7 @@
 
 #include "report/scored.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/episode_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "core/track_frame.hpp"
 #include "service/streams.hpp"
-#include "sila/io/model_scene.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/training.hpp"
 

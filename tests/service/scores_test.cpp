@@ -4,8 +4,6 @@
 
 #include <random>
 
-#include "sila/service/online_calibration.hpp"
-
 namespace sila {
 namespace {
 

@@ -1,8 +1,8 @@
-#include "sila/sim/scene.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "sila/sim/simulate.hpp"
 
 namespace sila {
 namespace {

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "predict/predict.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
-#include "sila/predict/predict.hpp"
 #include "support/walks.hpp"
 
 namespace sila::testing {

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "sila/gp/fit.hpp"
+#include "gp/fit.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {

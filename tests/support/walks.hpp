@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila::testing {
 

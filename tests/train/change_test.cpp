@@ -1,4 +1,4 @@
-#include "sila/train/change.hpp"
+#include "train/change.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "sila/io/episode_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
 

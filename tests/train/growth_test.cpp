@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <ranges>
 
+#include "refine/refine.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"
+#include "train/change.hpp"
 
 namespace sila {
 namespace {

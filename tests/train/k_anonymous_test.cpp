@@ -1,8 +1,7 @@
 // What may be given away: support counts different tracks, never too many.
-#include "sila/refine/k_anonymous.hpp"
-
 #include <gtest/gtest.h>
 
+#include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"
 #include "support/walks.hpp"

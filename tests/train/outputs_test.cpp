@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "refine/forgetting.hpp"
+#include "sila/config.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/profile.hpp"
-#include "sila/refine/forgetting.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/training.hpp"

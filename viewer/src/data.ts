@@ -39,7 +39,7 @@ export interface ModelData {
   transitions: Transition[];
 }
 
-/** What an episode did; see include/sila/io/episode_json.hpp. */
+/** What an episode did; see include/sila/io/reports.hpp. */
 export interface Change {
   before: number;
   after: number;

@@ -33,4 +33,17 @@ struct CurbTrajectory {
 void validate(const Trajectory& track);
 void validate(const CurbTrajectory& track);
 
+/// A track in the world frame and the corner by which it is looked at.
+struct FramedTrajectory {
+  Trajectory track;
+  CurbFrame frame;
+};
+
+/// An observed path and what came after it.
+struct Window {
+  CurbTrajectory observed;
+  std::vector<Vector2> past_m;    ///< the raw positions at the times of `observed`
+  std::vector<Vector2> future_m;  ///< at the predictor's interval; may end before the horizon
+};
+
 }  // namespace sila

@@ -1,16 +1,15 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "sila/evaluate/changes.hpp"
-#include "sila/evaluate/covered_area.hpp"
-#include "sila/evaluate/forks.hpp"
 #include "sila/evaluate/metrics.hpp"
-#include "sila/evaluate/references.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/train/episode.hpp"
 
 namespace sila {
@@ -48,7 +47,7 @@ struct WindowScore {
   std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without training support the first two
   std::size_t motion_state = kWalking;        ///< by the prediction
   std::vector<ChangeForecast> changes;        ///< at each horizon; empty if the prediction says nothing of them
-  std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (forks.hpp)
+  std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (training_support.hpp)
 };
 
 /// Means over a group of windows.
@@ -79,14 +78,6 @@ struct Evaluation {
 /// Whatever predicts: a model made ready, a baseline, or a recording. No mode means no prediction: such windows are
 /// left out. Called from many threads.
 using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
-
-/// What the evaluation knows of the training tracks.
-struct TrainingSupport {
-  CoveredArea area;
-  std::vector<LinearReference> moving;  ///< fitted to their moving windows
-  std::vector<LinearReference> standing;
-  std::vector<Passage> passages;  ///< where its windows led
-};
 
 /// Windows are taken from the training tracks with the same stride as from the test tracks.
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
@@ -120,5 +111,11 @@ std::vector<double> horizons_until(double horizon_s);
 /// Change of heading from the first to the last part of a path [rad], in [0, pi]; 0 if either part is shorter than 0.2
 /// m.
 double heading_change_rad(std::span<const Vector2> path_m);
+
+/// Predictions by track and t0.
+using RecordedPredictions = std::map<std::pair<std::string, double>, Prediction>;
+
+/// The recorded prediction of a track (by its id, or the id before "#") at the end of what was observed.
+Forecast forecast_of(const RecordedPredictions& recorded);
 
 }  // namespace sila

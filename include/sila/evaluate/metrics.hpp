@@ -1,11 +1,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
+#include "sila/core/curb_frame.hpp"
 #include "sila/predict/prediction.hpp"
-#include "sila/refine/regions.hpp"
 
 namespace sila {
 
@@ -39,5 +40,30 @@ Metrics operator*(double factor, const Metrics& a);
 
 /// -log density of the mixture at one step. Never infinite: densities below 1e-300 count as that.
 double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m);
+
+/// Modified Hausdorff distance: the larger of the two mean nearest distances [m].
+/// Throws: std::invalid_argument if a path is empty.
+/// Source: Dubuisson & Jain 1994. It ignores order and time: a reversed path scores 0.
+double modified_hausdorff_m(std::span<const Vector2> a, std::span<const Vector2> b);
+
+/// The stated probability that a person changes their motion until a horizon, and whether they did.
+struct ChangeForecast {
+  double probability = 0.0;
+  bool changed = false;
+};
+
+/// How stated probabilities of starting (kStanding) or stopping (kWalking) agree with what happened.
+struct ChangeScore {
+  std::size_t motion_state = 0;
+  double horizon_s = 0.0;
+  std::size_t windows = 0;
+  double rate = 0.0;               ///< share that changed
+  double brier = 0.0;              ///< mean squared error of the probabilities (Brier 1950)
+  double base_brier = 0.0;         ///< the same of `rate`, which is fitted to these very windows
+  double calibration_error = 0.0;  ///< expected, over ten bins of equal width (Naeini et al. 2015)
+};
+
+/// Precondition: not empty.
+ChangeScore score_changes(std::size_t motion_state, double horizon_s, std::span<const ChangeForecast> forecasts);
 
 }  // namespace sila

@@ -42,4 +42,10 @@ FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConf
 /// that nothing reaches. Throws: as fuse. Source: SILA paper, second baseline.
 FuseResult accumulate(const Model& previous, const Increment& incoming);
 
+/// How the previous and the incoming model become one: which primitives are fused, which are replaced by two others,
+/// where each transition then begins and ends. The result does not depend on the order of the lists in the problem.
+/// Throws: std::invalid_argument if validate(problem) does.
+/// Source: SILA paper, Alg. 1 and the edges of Alg. 2. Differs: docs/decisions/0040 to 0043.
+FusionPlan plan_fusion(const FusionProblem& problem, const FusionRules& rules = {});
+
 }  // namespace sila

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "sila/core/fields.hpp"
-#include "sila/gp/kernel.hpp"
+#include "sila/gp/sparse_gp.hpp"
 
 namespace sila {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "sila/core/camera.hpp"
-#include "sila/evaluate/recorded.hpp"
-#include "sila/refine/explanation.hpp"
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 

@@ -5,9 +5,35 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/model/model.hpp"
-#include "sila/model/residual.hpp"
 
 namespace sila {
+
+/// Position, velocity of the last 0.8 s, mean velocity of the last 3 s: curb coordinates.
+inline constexpr int kResidualInputs = 6;
+using ResidualInput = Eigen::Matrix<double, kResidualInputs, 1>;
+
+/// Inputs of a global residual GP: velocities [m/s] of the last 0.4, 0.8, 1.6 and 3 s in the heading frame, ahead and
+/// left; the leftward part of the last 0.8 s is zero and left out.
+inline constexpr int kGlobalResidualInputs = 7;
+using GlobalResidualInput = Eigen::Matrix<double, kGlobalResidualInputs, 1>;
+
+/// One moment of a track, and what came after it.
+struct ResidualSample {
+  double t0_s = 0.0;
+  ResidualInput state = ResidualInput::Zero();
+  /// Mean velocity from t0 to each knot minus constant velocity [widths/s]: x, y of the first knot, of the second, ...
+  Eigen::VectorXd residuals;
+  /// The same in the heading frame: inputs, and residuals ahead and left [m/s].
+  GlobalResidualInput global_residual = GlobalResidualInput::Zero();
+  Eigen::VectorXd global_residuals_mps;
+};
+
+/// Samples of a global residual GP: how a pedestrian walked, and how the path parted from constant velocity, each also
+/// mirrored. Shapes: inputs kGlobalResidualInputs x n, outputs n x 2 per knot [m/s], ahead and left.
+struct GlobalResidualSamples {
+  Eigen::MatrixXd inputs;
+  Eigen::MatrixXd outputs;
+};
 
 /// The tracks of one episode as they are learnt from. Invariant: `residuals` is empty, or has a list for each track.
 struct Batch {

@@ -1,18 +1,49 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <compare>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "sila/core/curb_frame.hpp"
 #include "sila/core/grid.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/gp/sparse_gp.hpp"
-#include "sila/model/episode_id.hpp"
-#include "sila/model/settings.hpp"
 #include "sila/model/site.hpp"
 
 namespace sila {
+
+/// What must stay the same for the life of a model, or its parts could not be compared: fixed by its first episode.
+struct ModelSettings {
+  Grid grid;
+  CurbScaling scaling = CurbScaling::metres;
+  double sample_interval_s = 0.2;
+  double reference_width_m = 1.0;   ///< [m] of one curb unit, by which configured metres became units
+  double residual_horizon_s = 0.0;  ///< how far residual GPs reach; 0 if the model has none
+  int residual_knots = 0;           ///< evenly spaced times until then
+};
+
+bool operator==(const ModelSettings& a, const ModelSettings& b);
+
+/// 128 bits that stand for what an episode was learnt from.
+struct EpisodeId {
+  std::uint64_t high = 0;
+  std::uint64_t low = 0;
+  auto operator<=>(const EpisodeId&) const = default;
+};
+
+/// The same tracks at the same corners have the same id, whatever they are called and in whatever order they come; a
+/// bit that differs makes another one. The same on every machine.
+EpisodeId episode_id(std::span<const FramedTrajectory> batch);
+
+/// 32 hexadecimal digits; they sort as the ids do.
+std::string to_text(const EpisodeId& id);
+/// Throws: std::invalid_argument for anything but 32 hexadecimal digits.
+EpisodeId episode_id_of(const std::string& text);
 
 /// The arrow of a motion primitive in one cell.
 struct CellVelocity {
@@ -59,7 +90,7 @@ struct Transition {
   int to = 0;
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;
-  SparseGp residual = {};             ///< of the paths that led here (see residual GP.hpp); no points: nothing known
+  SparseGp residual = {};             ///< of the paths that led here (refine/residual.hpp); no points: nothing known
   std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
   int support = 0;  ///< lower bound of the number of different tracks; is not discounted, counts no track twice
 };
@@ -74,7 +105,7 @@ struct Model {
   std::vector<Transition> transitions;      ///< R, sorted by (from, to), each pair once
   std::vector<Site> sites;                  ///< where it was trained, in the order of training
   SiteSharing sharing = SiteSharing::apart;
-  SparseGp global_residual;  ///< how walking goes on at all sites together, for others (global residual GP.hpp);
+  SparseGp global_residual;  ///< how walking goes on at all sites together, for others (refine/global_residual.hpp);
                              ///< constant size
   int episodes = 0;
   long tracks = 0;                     ///< trajectories learnt from

@@ -16,8 +16,8 @@ struct Site {
   int episodes = 0;                  ///< batches that had tracks of this site
   long tracks = 0;                   ///< of this site learnt from
   ErrorStatistics error_statistics;  ///< error statistics of predictions at this site; constant size
-  SparseGp
-      global_residual;  ///< how walking goes on at this site, wherever at it (global residual GP.hpp); constant size
+  /// How walking goes on at this site, wherever at it (refine/global_residual.hpp); constant size.
+  SparseGp global_residual;
 };
 
 /// What the sites of a model have in common.

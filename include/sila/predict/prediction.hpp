@@ -1,6 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <memory>
+#include <memory_resource>
+#include <optional>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 #include "sila/core/curb_frame.hpp"
@@ -22,11 +28,14 @@ struct Mode {
 };
 
 /// Where the person will be with a nominal probability: wherever the density of the modes is at least exp(-level) of
-/// its peak (`nonconformity` at most `level`, regions.hpp). The levels were learnt from past errors.
+/// its peak (`nonconformity` at most `level`, refine/regions.hpp). The levels were learnt from past errors.
 struct Region {
   double probability = 0.0;
   std::vector<double> levels;  ///< at each time of the prediction
 };
+
+/// Probabilities of the regions that every fitted prediction states.
+inline constexpr std::array<double, 4> kRegionProbabilities = {0.25, 0.5, 0.75, 0.9};
 
 /// Invariant: at least one mode; weights >= 0, sum 1, in falling order; every path as long as `times_s`.
 struct Prediction {
@@ -41,6 +50,45 @@ struct Prediction {
   /// Probability that the motion has changed by each time: that a standing person has started (is 0.5 m away), that a
   /// walking one has stopped (slower than 0.3 m/s over 0.8 s). Empty before errors are known.
   std::vector<double> change_probabilities;
+};
+
+/// Memory for the intermediate arrays of a prediction, released all at once. One for each thread; an array lives until
+/// `reset`. Once the buffer is large enough, a prediction allocates nothing.
+class Scratch {
+ public:
+  /// Numbers in it are not set; members of structs have their defaults.
+  template <class T>
+  std::span<T> array(std::size_t count) {
+    static_assert(std::is_trivially_destructible_v<T>);
+    used_ += count * sizeof(T) + alignof(T);
+    T* first = std::pmr::polymorphic_allocator<T>(&*memory_).allocate(count);
+    std::uninitialized_default_construct_n(first, count);
+    return {first, count};
+  }
+
+  /// Releases every array; the buffer grows to what was used.
+  void reset() {
+    memory_.reset();
+    if (used_ > size_) {
+      size_ = 2 * used_;
+      buffer_ = std::make_unique_for_overwrite<std::byte[]>(size_);
+    }
+    used_ = 0;
+    memory_.emplace(buffer_.get(), size_);
+  }
+
+ private:
+  std::size_t size_ = std::size_t{1} << 16;
+  std::size_t used_ = 0;  ///< at most, with alignment
+  std::unique_ptr<std::byte[]> buffer_ = std::make_unique_for_overwrite<std::byte[]>(size_);
+  std::optional<std::pmr::monotonic_buffer_resource> memory_{std::in_place, buffer_.get(), size_};
+};
+
+/// Memory that is kept from one prediction to the next, so that the next need not allocate; one for each thread.
+struct Workspace {
+  Scratch scratch;
+  Prediction prediction;    ///< the last one
+  std::vector<Mode> spare;  ///< modes that it did not need
 };
 
 }  // namespace sila

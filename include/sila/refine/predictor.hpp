@@ -1,27 +1,20 @@
 #pragma once
 
-#include <optional>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "sila/core/trajectory.hpp"
 #include "sila/model/model.hpp"
-#include "sila/predict/flow_field_index.hpp"
-#include "sila/predict/predict.hpp"
+#include "sila/predict/prediction.hpp"
 #include "sila/refine/config.hpp"
-#include "sila/refine/regions.hpp"
-#include "sila/refine/stacking.hpp"
 
 namespace sila {
+
+class PreparedModel;
 struct Snapshot;
 
-/// Merged and normalised roll-outs, and what is known without one. They live in the scratch memory.
-struct MergedRollouts {
-  std::span<const Rollout> rollouts;
-  std::span<const ResidualPrediction> residuals;  ///< for each, of the transitions that do not support another mode
-  ObservedFeatures seen;
-  double raw_novelty = 1.0;
-};
-
-/// A model made ready to predict thousands of tracks; immutable, may be used from many threads.
+/// A model made ready to predict thousands of tracks; immutable, may be used from many threads; copies are cheap.
 class Predictor {
  public:
   /// Throws: std::invalid_argument for a configuration out of range.
@@ -35,43 +28,64 @@ class Predictor {
   /// The same, and once the workspace is as large as it has to be without allocating; valid until it is used again.
   const Prediction& predict(const CurbTrajectory& observed, Workspace& workspace) const;
 
-  /// Steps towards a prediction, over at least `steps` steps; error statistics and explanations are made from them.
-  RolloutSet rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
-  ObservedFeatures observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const;
-  MergedRollouts merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
-  const Prediction& predict(const CurbTrajectory& observed, const MergedRollouts& merged, Workspace& workspace) const;
-
-  const RefineConfig& config() const { return config_; }
-  double interval_s() const { return interval_s_; }
-  const FlowFieldIndex& map() const { return map_; }
-  /// What past errors fitted of a trained site, or of all sites together.
-  const Stacking& stacking(std::optional<int> site) const { return fitted(site).stacking; }
+  const RefineConfig& config() const;
+  double interval_s() const;
+  /// The steps towards a prediction, for error statistics and explanations.
+  const PreparedModel& prepared() const { return *prepared_; }
 
  private:
   friend struct Snapshot;
-  Predictor(const Model& model, const RefineConfig& config, const Snapshot* earlier);
+  explicit Predictor(std::shared_ptr<const PreparedModel> prepared);
 
-  struct Fitted {
-    Stacking stacking;
-    Calibration calibration;
-  };
-  const Fitted& fitted(std::optional<int> site) const {
-    return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
-  }
-  void add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback, bool here,
-                         Workspace& workspace) const;
-  Fitted fitted_to(const ErrorStatistics& error_statistics) const;
-
-  RefineConfig config_;
-  PredictConfig rollout_config_;
-  double interval_s_;
-  FlowFieldIndex map_;
-  ResidualIndex residuals_;
-  Fitted elsewhere_;             ///< by the error statistics of all sites together
-  std::vector<Fitted> by_site_;  ///< by those of each site, shrunk to the others
+  std::shared_ptr<const PreparedModel> prepared_;
 };
 
 /// One prediction; for many tracks make a Predictor.
 Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config);
+
+/// A model and its predictor, immutable, so that threads can share them.
+struct Snapshot {
+  Model model;
+  Predictor predictor;
+
+  /// Throws: std::invalid_argument for a configuration out of range.
+  Snapshot(Model model, const RefineConfig& config);
+  /// The same result with less work: posteriors of GPs that are equal in the earlier model are not factorised again.
+  Snapshot(Model model, const RefineConfig& config, const Snapshot& earlier);
+};
+
+/// A transition that a mode uses.
+struct TransitionUse {
+  int from = 0, to = 0;
+  double tracks = 0.0;  ///< that showed it, T(from, to)
+};
+
+/// One roll-out of a mode, and the terms of its weight: exp(likelihood_power * log_likelihood + log_prior) *
+/// chain_probability, relative to the best.
+struct RolloutExplanation {
+  double weight = 0.0;  ///< relative to all roll-outs that were kept
+  double log_likelihood = 0.0;
+  double log_prior = 0.0;
+  double chain_probability = 1.0;  ///< product of P(k | j) where it branched
+  std::vector<TransitionUse> transitions;
+};
+
+struct ModeExplanation {
+  double weight = 0.0;
+  VariantKind variant = VariantKind::expected;
+  std::vector<int> primitives;
+  std::vector<RolloutExplanation> rollouts;  ///< heaviest first
+};
+
+/// Why a prediction is what it is.
+struct Explanation {
+  std::vector<ModeExplanation> modes;  ///< in the order of the prediction's
+  double likelihood_power = 1.0;
+  double effective_samples = 0.0;  ///< that the residual GPs rest on
+  double raw_novelty = 0.0;  ///< mean over the scored samples of var / sigma_f^2 of the field that knows each best
+  double at_least_as_novel = 0.0;  ///< share of the people seen so far who were at least as surprising
+};
+
+Explanation explain(const Predictor& predictor, const CurbTrajectory& observed);
 
 }  // namespace sila

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sila/core/clean.hpp"
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"

@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "sila/refine/snapshot.hpp"
-#include "sila/service/online_calibration.hpp"
+#include "sila/refine/predictor.hpp"
+#include "sila/service/scores.hpp"
 #include "sila/train/episode.hpp"
 
 namespace sila {

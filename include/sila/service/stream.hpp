@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "sila/core/clean.hpp"
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/io/prediction_json.hpp"
-#include "sila/service/online_calibration.hpp"
 #include "sila/service/rejection.hpp"
 #include "sila/service/scores.hpp"
 

@@ -5,10 +5,8 @@
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/config.hpp"
 #include "sila/learn/config.hpp"
-#include "sila/refine/budget.hpp"
 #include "sila/refine/config.hpp"
 #include "sila/refine/prune.hpp"
-#include "sila/refine/residual.hpp"
 
 namespace sila {
 

@@ -4,18 +4,41 @@
 #include <span>
 #include <vector>
 
-#include "sila/core/framed_trajectory.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
-#include "sila/refine/budget.hpp"
-#include "sila/refine/error_statistics.hpp"
+#include "sila/model/model.hpp"
+#include "sila/refine/predictor.hpp"
 #include "sila/refine/prune.hpp"
-#include "sila/refine/refine.hpp"
-#include "sila/refine/snapshot.hpp"
-#include "sila/train/change.hpp"
 #include "sila/train/config.hpp"
 
 namespace sila {
+
+/// A primitive of the updated model that was made from others.
+struct FusedPrimitive {
+  int primitive = 0;          ///< index in the updated model
+  std::vector<int> previous;  ///< of the previous model, sorted
+  int incoming = 0;           ///< how many of the increment
+};
+
+/// A previous primitive that was replaced by two of the updated model, one after the other.
+struct ReplacedPrimitive {
+  int previous = 0;  ///< index in the previous model
+  int first = 0;     ///< indices in the updated model
+  int second = 0;
+};
+
+/// What one episode did to the primitives: the history of a model from its first episode on.
+/// Invariant: the previous primitives that are not in `gone` keep their order, those of the increment follow.
+struct ModelChange {
+  int primitives_before = 0;
+  int primitives_after = 0;
+  std::vector<int> gone;   ///< previous primitives that are no more: fused into another one, or split
+  std::vector<int> added;  ///< updated primitives that come from the increment alone
+  std::vector<FusedPrimitive> fused;
+  std::vector<ReplacedPrimitive> split;
+  int incoming_split = 0;  ///< primitives of the increment that were replaced by two
+};
 
 /// What one episode did.
 struct EpisodeReport {

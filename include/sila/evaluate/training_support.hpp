@@ -1,0 +1,94 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sila/core/trajectory.hpp"
+#include "sila/predict/prediction.hpp"
+
+namespace sila {
+
+/// The ground that tracks cover: square cells of the world, sorted, each once.
+struct CoveredArea {
+  double cell_m = 1.0;
+  std::vector<std::pair<int, int>> cells;
+};
+
+/// The cells of `cell_m` that the tracks touch, and all cells that border on one of them.
+/// Throws: std::invalid_argument if `cell_m` is not positive.
+CoveredArea covered_area(std::span<const FramedTrajectory> tracks, double cell_m = 1.0);
+
+bool contains(const CoveredArea& area, const Vector2& position_m);
+
+/// The simple predictors beside which every other one is scored. All begin at the last raw position.
+enum class Reference {
+  constant_velocity,  ///< mean velocity of the last 0.8 s
+  stays,              ///< at the last position
+  damped_velocity,    ///< constant velocity, of which each step takes the share that suits the training windows best
+  linear,             ///< ridge regression on all observed positions in the heading frame
+};
+inline constexpr const char* kReferences[] = {"constant_velocity", "stays", "damped_velocity", "linear"};
+inline constexpr std::size_t kReferenceCount = std::size(kReferences);
+
+/// A predictor that is linear in the past, with a Gaussian error of its own for each step.
+struct LinearReference {
+  Reference kind = Reference::constant_velocity;
+  Eigen::MatrixXd weights;              ///< (inputs x 2 steps): displacements that are added to constant velocity
+  std::vector<double> shares;           ///< of constant velocity, for each step; none: all of it
+  std::vector<Matrix2> covariances_m2;  ///< of the error at each step, in the heading frame
+
+  /// The prediction for a path of the past, sampled as those that it was fitted to. Shapes: as many steps as fitted.
+  Prediction predict(std::span<const Vector2> past_m, double interval_s) const;
+};
+
+/// All references, fitted to windows with their whole future. Without windows errors of a metre a second are assumed,
+/// and `linear` is constant velocity. The ridge is the one of the least error over five folds of tracks, and the errors
+/// are those of the held-back folds. Shapes: `steps` steps of `interval_s`.
+/// Source: Schoeller et al., "What the constant velocity model can teach us about pedestrian motion prediction", 2020,
+/// on why such baselines are needed; ridge regression: Hastie, Tibshirani, Friedman, section 3.4.
+std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,
+                                            double interval_s);
+
+/// How a training window came along and where it led, in the world frame.
+struct Passage {
+  std::string person;
+  Vector2 position_m = Vector2::Zero();
+  Vector2 velocity_mps = Vector2::Zero();  ///< of the last 0.8 s
+  Vector2 way_m = Vector2::Zero();         ///< displacement from t0 to the horizon
+};
+
+/// Where windows with their whole future led.
+std::vector<Passage> passages_of(std::span<const Window* const> windows, double interval_s);
+
+/// A way on from one place: to stay, or a direction.
+struct Way {
+  bool stays = false;
+  double direction_rad = 0.0;
+  double share = 0.0;  ///< of the people who came along in the same way
+};
+
+/// The ways that people took who came along in the same way: within 2 m and 0.5 m/s. People who went less than 1 m
+/// stay; the directions of the others are parted where they leave a gap of at least 20 degrees. Only ways that at least
+/// 15 % took; none unless at least 12 people came along in the same way.
+std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s);
+
+/// At a fork, which is where `ways` are two or more: the probability that a prediction gives, at the whole horizon, to
+/// the way that the window took. Every place belongs to the way it is nearest to: within 1 m of the start to staying,
+/// else to the nearest direction. At least 1e-4. Nothing elsewhere.
+/// Differs from a likelihood: only the choice of the way counts, not how far along it the person went.
+std::optional<double> probability_of_way_taken(const Prediction& prediction, const Window& window,
+                                               std::span<const Way> ways);
+
+/// What the evaluation knows of the training tracks.
+struct TrainingSupport {
+  CoveredArea area;
+  std::vector<LinearReference> moving;  ///< fitted to their moving windows
+  std::vector<LinearReference> standing;
+  std::vector<Passage> passages;  ///< where its windows led
+};
+
+}  // namespace sila

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sila/evaluate/compare.hpp"
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/io/model_file.hpp"
+#include "sila/train/episode.hpp"
+
+namespace sila {
+
+nlohmann::ordered_json to_json(const BudgetReport& report);
+
+/// The change as a model file keeps it: the shapes of the primitives that are new or fused, and the transitions whose
+/// count is another one. Its length depends on what changed, not on the size of the model.
+/// Shapes: `cells` is x, y and direction [whole degrees] of each cell, one after the other.
+nlohmann::ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated);
+
+/// The record in the model file of an episode that began with `previous`; numbers count from 1. Its time is now.
+EpisodeRecord record_of(int number, const Model& previous, const Episode& episode);
+
+/// The episodes of both, renumbered in this order: those of a model that was fused from two.
+std::vector<EpisodeRecord> joined(std::vector<EpisodeRecord> first, const std::vector<EpisodeRecord>& second);
+
+/// A stored model in about a dozen lines for people.
+std::string describe(const StoredModel& stored);
+
+/// The same for programs: primitives, transitions, size, episodes, tracks, bytes and more.
+nlohmann::ordered_json inspect_json(const StoredModel& stored);
+
+/// The episodes of a model as a table, one a line: number, when, tracks, seconds, sizes, and how many primitives were
+/// added, fused, split and lost ("-" where the record has no `change`). `oldest`: the earliest possible rollback.
+std::string describe_log(const StoredModel& stored, int oldest);
+
+/// The same for programs.
+nlohmann::ordered_json log_json(const StoredModel& stored, int oldest);
+
+/// How two models and their predictions on `windows` observed paths differ, for people.
+std::string describe(const ModelComparison& difference, std::span<const HorizonDifference> predictions,
+                     std::size_t windows);
+
+/// The same for programs.
+nlohmann::ordered_json to_json(const ModelComparison& difference, std::span<const HorizonDifference> predictions,
+                               std::size_t windows);
+
+/// Every metric under its name.
+nlohmann::ordered_json to_json(const Metrics& metrics);
+
+/// The means of each group at each horizon, the skipped tracks by reason; every metric under its name in `Metrics`.
+nlohmann::ordered_json to_json(const Evaluation& evaluation);
+
+/// The same for people: one line a group and horizon, the model beside constant velocity.
+std::string to_text(const Evaluation& evaluation);
+
+}  // namespace sila

@@ -1,0 +1,103 @@
+#include "sila/config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <stdexcept>
+
+#include "sila/core/errors.hpp"
+#include "sila/io/config_json.hpp"
+
+namespace sila {
+namespace {
+
+constexpr std::array<const char*, 3> kNames = {"default", "paper", "paper-literal"};
+
+/// A field that a profile sets.
+struct Setting {
+  const char* path;
+  std::array<const char*, 2> values;  ///< of `paper` and `paper-literal`; none: the default
+};
+
+// Off in both: what we added to the paper. The reasons of the others and what each is worth: docs/decisions/0100.
+constexpr Setting kSettings[] = {
+    {"residual.enabled", {"false", "false"}},
+    {"error_statistics.enabled", {"false", "false"}},
+    {"predict.stacking", {"false", "false"}},
+    {"prune.enabled", {"false", "false"}},
+    {"scaling", {"mean_width", "mean_width"}},
+    {"sampling.acceleration_density", {"0.05", "0.05"}},
+    {"fuse.sites", {"shared", "shared"}},
+    {"fuse.split_credit", {"false", "false"}},
+    {"learn.dictionary.cut", {"first_unexplained", "first_unexplained"}},
+    {"learn.dictionary.support_mask", {nullptr, "false"}},
+    {"learn.field.outputs", {nullptr, "independent"}},
+    {"learn.field.stride_s", {"0.8", nullptr}},
+    {"learn.field.pseudo_inputs", {nullptr, "optimised"}},
+    {"learn.field.hyperparameters", {nullptr, "optimised"}},
+    {"learn.field.max_pseudo_inputs", {nullptr, "20"}},
+    {"fuse.strict_relax", {nullptr, "true"}},
+    {"fuse.both_directions", {nullptr, "false"}},
+    {"fuse.literal_self_transitions", {nullptr, "true"}},
+    {"fuse.gp_fusion", {nullptr, "pseudo_data"}},
+    {"predict.evidence_s", {"3.2", "3.2"}},
+    {"predict.likelihood_power", {"0.25", "1"}},
+    {"predict.prior", {"none", "transition_probability"}},
+    {"predict.max_shortlisted", {"32", "32"}},
+    {"predict.max_candidates", {"8", "8"}},
+    {"predict.merge_radius_m", {"2", "0"}},
+    {"predict.own_deviation", {"true", nullptr}},
+};
+
+std::optional<std::size_t> number_of(std::string_view name) {
+  const auto found = std::ranges::find(kNames, name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - kNames.begin());
+}
+
+std::string expected_instead(std::string_view name) {
+  return "a known profile (the nearest is " + nearest_name(name, profile_names()) + ")";
+}
+
+}  // namespace
+
+std::vector<std::string> profile_names() {
+  return {kNames.begin(), kNames.end()};
+}
+
+Config with_profile(Config config, std::string_view name) {
+  const std::optional<std::size_t> number = number_of(name);
+  if (!number)
+    throw std::invalid_argument("profile: expected " + expected_instead(name) + ", found " + std::string(name));
+  Config defaults;
+  const std::vector<Field> from = collect_fields(defaults);
+  const std::vector<Field> to = collect_fields(config);
+  for (const auto& [path, values] : kSettings) {
+    const auto field = static_cast<std::size_t>(std::ranges::find(to, path, &Field::path) - to.begin());
+    const char* const value = *number == 0 ? nullptr : values[*number - 1];
+    if (value)
+      field_from_assignment(to, std::string(path) + "=" + value);
+    else
+      to.at(field).write(from.at(field).read());
+  }
+  return config;
+}
+
+Config profile(std::string_view name) {
+  return with_profile(Config{}, name);
+}
+
+Config read_config(Config config, const nlohmann::json& json, std::string_view source) {
+  if (!json.is_object() || !json.contains("profile")) return apply_json(std::move(config), json, source);
+  const nlohmann::json& name = json.at("profile");
+  const bool known = name.is_string() && number_of(name.get<std::string>());
+  if (!known) {
+    throw FormatError(std::string(source), 0, expected_instead(name.is_string() ? name.get<std::string>() : ""),
+                      name.dump());
+  }
+  nlohmann::json fields = json;
+  fields.erase("profile");
+  return apply_json(with_profile(std::move(config), name.get<std::string>()), fields, source);
+}
+
+}  // namespace sila

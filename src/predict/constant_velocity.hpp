@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/kinematics.hpp"
+#include "sila/core/trajectory.hpp"
+
+namespace sila {
+
+/// How the error of constant velocity grows where nothing is known about it [m/s].
+inline constexpr double kConstantVelocitySpread_mps = 0.3;
+
+/// The baseline: the last position goes on with the mean velocity of the last `window_s` of a path that was sampled by
+/// `interval_s` (less where it is shorter). Returns `steps` positions [m] at steps of `interval_s`.
+/// Throws: std::invalid_argument for an empty path.
+std::vector<Vector2> constant_velocity(std::span<const Vector2> past_m, int steps, double interval_s,
+                                       double window_s = kConstantVelocityWindow_s);
+
+/// The same for an observed path as a predictor sees it, smoothed.
+std::vector<Vector2> constant_velocity(const CurbTrajectory& observed, int steps, double interval_s,
+                                       double window_s = kConstantVelocityWindow_s);
+
+}  // namespace sila

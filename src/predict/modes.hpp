@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "predict/rollout.hpp"
+
+namespace sila {
+
+/// Numbers of the roll-outs that become one mode.
+using RolloutGroup = std::span<const std::size_t>;
+
+/// Which roll-outs become one mode: those that stay within `merge_radius_m` of a heavier one (mean distance over the
+/// first `decision_steps`). Heaviest group first, at most `max_modes`; the
+/// heaviest member of each comes first.
+std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, const CurbFrame& frame,
+                                             int decision_steps, const PredictConfig& config, Scratch& scratch);
+
+/// The weighted mean of each group, weights normalised. The spread of the members is added to the covariances.
+std::span<Rollout> merge_rollouts(std::span<const Rollout> rollouts, std::span<const RolloutGroup> groups,
+                                  Scratch& scratch);
+
+}  // namespace sila

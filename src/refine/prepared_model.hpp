@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "predict/flow_field_index.hpp"
+#include "predict/predict.hpp"
+#include "refine/regions.hpp"
+#include "refine/stacking.hpp"
+#include "sila/model/model.hpp"
+#include "sila/refine/config.hpp"
+
+namespace sila {
+
+/// Merged and normalised roll-outs, and what is known without one. They live in the scratch memory.
+struct MergedRollouts {
+  std::span<const Rollout> rollouts;
+  std::span<const ResidualPrediction> residuals;  ///< for each, of the transitions that do not support another mode
+  ObservedFeatures seen;
+  double raw_novelty = 1.0;
+};
+
+/// What a Predictor makes of a model, once, and the steps towards a prediction. Immutable.
+class PreparedModel {
+ public:
+  /// Posteriors of GPs that are equal in the earlier model are taken from what was made of it; null: there is none.
+  /// Throws: std::invalid_argument for a configuration out of range.
+  PreparedModel(const Model& model, const RefineConfig& config, const Model* earlier, const PreparedModel* of_earlier);
+
+  /// Over at least `steps` steps.
+  RolloutSet rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
+  ObservedFeatures observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const;
+  MergedRollouts merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
+  const Prediction& predict(const CurbTrajectory& observed, const MergedRollouts& merged, Workspace& workspace) const;
+
+  const RefineConfig& config() const { return config_; }
+  double interval_s() const { return interval_s_; }
+  const FlowFieldIndex& map() const { return map_; }
+  /// What past errors fitted of a trained site, or of all sites together.
+  const Stacking& stacking(std::optional<int> site) const { return fitted(site).stacking; }
+
+ private:
+  struct Fitted {
+    Stacking stacking;
+    Calibration calibration;
+  };
+  const Fitted& fitted(std::optional<int> site) const {
+    return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
+  }
+  void add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback, bool here,
+                         Workspace& workspace) const;
+  Fitted fitted_to(const ErrorStatistics& error_statistics) const;
+
+  RefineConfig config_;
+  PredictConfig rollout_config_;
+  double interval_s_;
+  FlowFieldIndex map_;
+  ResidualIndex residuals_;
+  Fitted elsewhere_;             ///< by the error statistics of all sites together
+  std::vector<Fitted> by_site_;  ///< by those of each site, shrunk to the others
+};
+
+}  // namespace sila

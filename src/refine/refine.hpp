@@ -1,0 +1,26 @@
+#pragma once
+
+#include "refine/residual.hpp"
+#include "sila/fuse/fuse.hpp"
+#include "sila/learn/learn.hpp"
+
+// SILA's verbs with the refinement beside them: the same names with one argument more. The paper's part of the result
+// is that of the verb alone; residual GPs are learnt and merged by what it returns (segments, fusion plan).
+
+namespace sila {
+
+/// The settings of a model that learns residual GPs until `horizon_s`.
+ModelSettings with_residuals(ModelSettings settings, double horizon_s, const ResidualConfig& config);
+
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                  const ResidualConfig& residual);
+LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                        const ResidualConfig& residual);
+FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,
+                const ResidualConfig& residual);
+FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);
+
+/// One residual GP of two; without points if neither has any.
+SparseGp merge_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config);
+
+}  // namespace sila

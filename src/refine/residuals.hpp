@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+
+#include "refine/residual_index.hpp"
+#include "sila/core/trajectory.hpp"
+#include "sila/predict/prediction.hpp"
+
+namespace sila {
+
+/// How a path is expected to part from constant velocity.
+struct ResidualPrediction {
+  std::span<const Vector2> residuals_mps;  ///< world frame, at each knot; none if the model has no residual GPs
+  double knot_interval_s = 1.0;
+  double effective_samples = 0.0;  ///< effective number of samples that it rests on
+
+  /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s]; between knots along a line, before the
+  /// first and after the last as there.
+  Vector2 residual_mps(double seconds) const;
+};
+
+/// What one transition's residual GP says to a pedestrian, ready to be added to what others say.
+struct ExpertPrediction {
+  int transition = 0;
+  double gain = 0.0;                      ///< of precision, relative to the prior's
+  double effective_samples = 0.0;         ///< effective number of samples
+  std::span<const double> weighted_mean;  ///< mean times relative precision, curb coordinates
+};
+/// Of the transitions nearby.
+std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, std::span<const int> near,
+                                                  const CurbTrajectory& observed, Scratch& scratch);
+
+/// Each transition nearby is an expert that saw other people: their precisions beyond the prior's add up, and each mean
+/// counts by its precision. Experts in `excluded` are left out: they belong to another hypothesis.
+/// Source: Tresp 2000, Bayesian committee machine; docs/decisions/0070-residuals.md.
+ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& observed,
+                           std::span<const ExpertPrediction> experts, std::span<const int> excluded, Scratch& scratch);
+
+/// What the global residual GP of a site says, or at an untrained one that of all sites.
+ResidualPrediction predict_global_residual(const ResidualIndex& index, std::optional<int> site,
+                                           const CurbTrajectory& observed, Scratch& scratch);
+
+}  // namespace sila

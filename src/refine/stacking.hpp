@@ -1,0 +1,101 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "refine/error_density.hpp"
+#include "refine/motion_change.hpp"
+#include "refine/residuals.hpp"
+#include "sila/core/trajectory.hpp"
+#include "sila/model/error_statistics.hpp"
+#include "sila/refine/config.hpp"
+
+namespace sila {
+
+int speed_class(const CurbTrajectory& observed);
+/// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
+/// two samples were seen.
+std::optional<std::size_t> slow_class(const CurbTrajectory& observed);
+
+/// The class of kShorterObserved_s, 0 for a whole window of `observe_s`.
+std::size_t observed_class(const CurbTrajectory& observed, double observe_s);
+
+/// Candidate mean velocities from t0 to a step [m/s], one a column.
+using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures>;
+/// The column of constant velocity among all features.
+inline constexpr int kConstantVelocityFeature = 1;
+using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
+
+/// Those of any step.
+KinematicFeatures kinematic_features(const CurbTrajectory& observed);
+
+/// What is known of a pedestrian before any roll-out.
+struct ObservedFeatures {
+  KinematicFeatures kinematics = KinematicFeatures::Zero();
+  ResidualPrediction global_residual;
+  std::span<const ExpertPrediction> experts;
+  ResidualPrediction residuals;  ///< all experts together
+  std::optional<int> site;       ///< none: at an untrained one
+  PersonClass person;
+  double mean_speed_mps = 0.0;
+  double still_s = 0.0;  ///< see CurbTrajectory
+};
+ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
+                                   const CurbTrajectory& observed, double observe_s, Scratch& scratch);
+
+/// Mean velocity from t0 to `step` (counted from 0) by the global residual GP alone.
+Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
+/// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
+Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
+                          double interval_s);
+/// What the spread of errors depends on; `predicted_mps`: mean velocity until the horizon.
+ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
+                             const Vector2& predicted_mps);
+
+/// What the hazards of starting and stopping depend on.
+HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
+
+/// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
+/// solved once from the error statistics. Ridge regression towards what the residual GPs say (constant velocity where
+/// they know nothing). At an untrained place the global residual GP alone counts: coefficients learnt at some places
+/// made it worse at others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_residual.md.
+class Stacking {
+ public:
+  Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config);
+
+  bool fitted() const { return steps_ > 0; }
+  /// Length of the whole windows that it was fitted to.
+  double observe_s() const { return observe_s_; }
+  /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who
+  /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
+  /// halves of them.
+  Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
+  /// The stacked prediction, whoever it is. Where less was observed, the regression on the features that there are: it
+  /// follows from the same sums.
+  Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
+  /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
+  std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
+  /// Of the errors of stacked predictions (`here`), or of those of the global residual GP alone. `number`: that of
+  /// PersonClass.
+  const ErrorDensity& density(std::size_t number, bool here) const {
+    return here ? density_[number] : density_place_free_[number];
+  }
+  /// Of starting for kStanding, of stopping for kWalking.
+  const MotionChange& change(std::size_t state) const { return changes_[state]; }
+
+ private:
+  std::size_t cell(std::size_t step, int speed_class) const;
+
+  int steps_ = 0;
+  double observe_s_;
+  std::array<std::vector<Eigen::Matrix<double, kStackedFeatures, 1>>, kObservedClasses> coefficients_;
+  std::vector<ErrorDensity> density_, density_place_free_;
+  std::array<MotionChange, kMotionStates> changes_;
+  std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
+};
+
+}  // namespace sila
