@@ -139,7 +139,6 @@ TEST(MeanPrimitive, AddsWeightsAndCountsThemIfAsked) {
   EXPECT_EQ(mean({&heavy, &light}).weight, 4.0);
   EXPECT_EQ(lengths(mean({&heavy, &light}, PrimitiveMean::plain)).back(), 0.5);
   EXPECT_EQ(lengths(mean({&heavy, &light}, PrimitiveMean::count)).back(), 0.75);
-  EXPECT_EQ(lengths(mean({&heavy, &light}, PrimitiveMean::active)).back(), 1.0);
 }
 
 TEST(MeanPrimitive, DropsFadedArrowsButNotTheLongest) {

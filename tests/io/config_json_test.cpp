@@ -117,6 +117,11 @@ TEST(ConfigJson, RejectsAnEarlierNameWithThePresentOne) {
             "c.json: expected a field that can be set (this one is a constant now), found \"predict.leave_ratio\"");
   EXPECT_EQ(said({{"fleet.mean", "plain"}}),
             "c.json: expected a field that can be set (this one is a constant now), found \"fleet.mean\"");
+  EXPECT_EQ(said({{"prune", {{"known_ratio", 0.5}}}}),
+            "c.json: expected a field that can be set (this one is a constant now), found \"prune.known_ratio\"");
+  EXPECT_EQ(said({{"predict", {{"alternative_weight", 0.01}}}}),
+            "c.json: expected a field that can be set (this one is a constant now), found "
+            "\"predict.alternative_weight\"");
 }
 
 TEST(ConfigJson, RejectsAnUnknownKeyWithTheNearest) {

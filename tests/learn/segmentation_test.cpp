@@ -80,12 +80,12 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
 
 TEST(Learn, RejectsAConfigurationOutOfRangeByName) {
   LearnConfig config;
-  config.dictionary.run_m = -1.0;
+  config.field.length_scale_m = -1.0;
   try {
     learn({}, {}, config);
     FAIL() << "accepted a negative length";
   } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("dictionary.run_m = -1"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("field.length_scale_m = -1"), std::string::npos) << error.what();
   }
 }
 

@@ -56,7 +56,7 @@ Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
 
 TEST(Prune, RejectsValuesOutOfRange) {
   PruneConfig config;
-  config.known_ratio = 1.5;
+  config.expire_after_episodes = 0.5;
   EXPECT_THROW(prune({}, config), std::invalid_argument);
   config = {};
   config.half_life_episodes = 0.0;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <type_traits>
 
@@ -13,18 +12,16 @@ namespace sila {
 
 /// How the arrows of fused primitives are averaged, cell by cell.
 enum class PrimitiveMean {
-  plain,   ///< every primitive counts the same, no arrow counts as zero (paper): where they disagree they fade
-  count,   ///< as plain, weighted by how many primitives each was made of
-  active,  ///< over those that have an arrow in the cell
+  plain,  ///< every primitive counts the same, no arrow counts as zero (paper): where they disagree they fade
+  count,  ///< as plain, weighted by how many primitives each was made of
 };
-
-inline constexpr std::array<const char*, 3> primitive_mean_names = {"plain", "count", "active"};
 
 /// How a model and an increment are fused.
 struct FuseConfig : FusionRules {
   FuseConfig() { split_credit = true; }
 
   double similarity_threshold = 0.7;
+  /// No setting, but a fleet takes the mean by count.
   PrimitiveMean mean = PrimitiveMean::plain;
   /// Arrows shorter than this after a mean are dropped.
   static constexpr double drop_below = 0.05;
@@ -43,9 +40,6 @@ void fields(Config& config, Visitor&& visit) {
              "count those who walked through a split primitive between its two parts");
   visit.flag("literal_self_transitions", config.literal_self_transitions,
              "Alg. 2 literally: the self transition of a split primitive leads back");
-  visit.flag("case_3_fuses_stronger", config.case_3_fuses_stronger, "case 3 fuses the stronger pair, not nothing");
-  visit.choice("mean", config.mean, primitive_mean_names,
-               "mean of fused primitives: plain, by count, over active cells");
   visit.choice("sites", config.sites, kSiteSharings,
                "apart: only what sites have in common fuses, a site predicts by what was seen there; shared: all "
                "sites are laid over each other (paper)");

@@ -42,6 +42,7 @@ struct DictionaryConfig {
   /// How far the support reaches beyond the path (delta) [cells].
   static constexpr int dilation_cells = 1;
   CutRule cut = CutRule::aligned;
+  /// Longest path of a primitive under first_unexplained [m]; no setting.
   double run_m = 10.0;
   int max_primitives = 2000;
 };
@@ -52,7 +53,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.flag("support_mask", config.support_mask,
              "limit each primitive to its own cells; off: one primitive swallows a whole route");
   visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
-  visit.number("run_m", config.run_m, Range{0.5, 1000.0}, "m", "longest path of a primitive under first_unexplained");
   visit.number("max_primitives", config.max_primitives, Range{1, 100000}, "-",
                "most primitives learnt from one batch (L_max)");
 }

@@ -31,6 +31,7 @@ struct ResidualConfig {
   static constexpr double selection_stop = 0.1;
   /// Length scale of the velocities of the global residual GP [m/s].
   static constexpr double global_scale_mps = 0.9;
+  /// Maximum number of pseudo-inputs of the global residual GP; no setting.
   int global_pseudo_inputs = 60;
 };
 
@@ -45,15 +46,15 @@ void fields(Config& config, Visitor&& visit) {
                "length scale of the velocity of the last 3 s");
   visit.number("max_pseudo_inputs", config.max_pseudo_inputs, Range{1, 1000}, "-",
                "maximum number of pseudo-inputs of a residual GP");
-  visit.number("global_pseudo_inputs", config.global_pseudo_inputs, Range{1, 1000}, "-",
-               "maximum number of pseudo-inputs of the global residual GP");
 }
 
 /// Prediction with the refinement: the paper's settings, and those of what is added to it.
 struct RefineConfig : PredictConfig {
   bool stacking = true;
   int mode_variants = 4;
-  double variant_weight = 0.002;
+  /// Weight of a variant [of its mode], so small that the weighted error hardly changes
+  /// (docs/decisions/0072-mode_variants.md).
+  static constexpr double variant_weight = 0.002;
   /// Distance of a variant from its mode [standard deviations].
   static constexpr double variant_reach = 0.9;
   /// Maximum effective sample size of the global residual GP at an untrained site.
@@ -69,8 +70,6 @@ void fields(Config& config, Visitor&& visit) {
              "stack kinematics and residual GPs by ridge regression on past errors (paper: off)");
   visit.number("mode_variants", config.mode_variants, Range{0, 4}, "-",
                "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
-  visit.number("variant_weight", config.variant_weight, Range{0.0, 0.1, true}, "-",
-               "share of its mode's weight that each variant gets");
 }
 
 /// What the roll-outs are made with: where there will be variants, one pair of them finds room beside the modes.

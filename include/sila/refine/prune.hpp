@@ -20,9 +20,11 @@ struct PruneConfig {
   static constexpr double max_count = 3.0;
   /// Of its pseudo-inputs, which the other field must know.
   static constexpr double agreement_share = 0.8;
-  double known_ratio = 0.4;
+  /// A field knows a position where its variance is below this [of the signal variance].
+  static constexpr double known_ratio = 0.4;
   /// Fields whose root mean square difference there is below this agree [m/s].
   static constexpr double agreement_mps = 0.3;
+  /// A transition seen at most this often expires where another one knows its place [trajectories]; no setting.
   double expire_count = 3.0;
   double expire_after_episodes = 10.0;
   double half_life_episodes = std::numeric_limits<double>::infinity();
@@ -34,12 +36,8 @@ void fields(Config& config, Visitor&& visit) {
   const double none = std::numeric_limits<double>::infinity();
   visit.flag("enabled", config.enabled,
              "remove rare transitions that others represent, after each episode (paper: off)");
-  visit.number("known_ratio", config.known_ratio, Range{0.0, 1.0, true}, "of the signal variance",
-               "a field knows a position where its variance is below this");
-  visit.number("expire_count", config.expire_count, Range{0.0, none}, "trajectories",
-               "a transition seen at most this often expires where another one knows its place");
   visit.number("expire_after_episodes", config.expire_after_episodes, Range{1.0, none}, "episodes",
-               "without an observation, counted at its site, after which such a transition expires");
+               "without an observation, counted at its site, after which a rare transition expires");
   visit.number("half_life_episodes", config.half_life_episodes, Range{0.0, none, true}, "episodes",
                "after which all observations count half, also with `enabled` false");
 }

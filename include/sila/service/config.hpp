@@ -14,6 +14,7 @@ struct ServiceConfig {
   double late_s = 0.5;
   /// A time stamp that is newer than the clock by more is off the clock [s].
   static constexpr double clock_jump_s = 10.0;
+  /// Consecutive detections that agree with each other but not with the clock of the stream reset it; no setting.
   int clock_patience = 10;
   /// Without a detection, by the clock of the machine, after which all tracks of a stream end [s].
   static constexpr double silence_s = 5.0;
@@ -45,8 +46,6 @@ void fields(Config& config, Visitor&& visit) {
                "between the predictions of a pedestrian; 0: one for each detection");
   visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",
                "a detection may be this much older than the newest of its stream; a track stays open as long");
-  visit.number("clock_patience", config.clock_patience, Range{1, 100000}, "detections",
-               "consecutive detections that agree with each other but not with the clock of the stream reset it");
   visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
   visit.number("max_track_samples", config.max_track_samples, Range{100, 10000000}, "samples",
                "a longer track ends, and a new one begins");

@@ -31,10 +31,10 @@ struct SimulationConfig {
 
   /// Walkers or groups that enter the scene [1/s].
   static constexpr double arrivals_per_s = 0.25;
-  double group_share = 0.2;
-  double turn_share = 0.45;
-  double jaywalk_share = 0.08;
-  double stop_share = 0.05;
+  /// How people walk; no settings, but tests vary them. Arrivals of two or three people who walk together; at a corner,
+  /// those who stay on the sidewalk (the rest cross); those who ignore the red light or cross away from the crosswalk;
+  /// those who stop for a while on the sidewalk.
+  double group_share = 0.2, turn_share = 0.45, jaywalk_share = 0.08, stop_share = 0.05;
   /// Mean and spread of the personal free walking speeds [m/s].
   static constexpr double mean_speed_mps = 1.34, speed_std_mps = 0.26;
   /// Period of the pedestrian signals, and green for each street in it [s].
@@ -59,12 +59,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.number(
       "construction_length_m", config.construction_length_m, R{0.0, 10.0}, "m",
       "closed part of the sidewalk along axis_1 of the primary corner, from 4 m off; people pass it on the roadway");
-  visit.number("group_share", config.group_share, share, "", "arrivals of two or three people who walk together");
-  visit.number("turn_share", config.turn_share, share, "",
-               "at a corner, those who stay on the sidewalk; the rest cross");
-  visit.number("jaywalk_share", config.jaywalk_share, share, "",
-               "those who ignore the red light or cross away from the crosswalk");
-  visit.number("stop_share", config.stop_share, share, "", "walkers that stop for a while on the sidewalk");
   visit.number("noise_std_m", config.noise_std_m, R{0.0, 0.5}, "m",
                "error of a reported position per axis, partly correlated in time");
   visit.number("occlusions_per_min", config.occlusions_per_min, R{0.0, 30.0}, "1/min",
