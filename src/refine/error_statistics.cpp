@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <numeric>
 
 #include "refine/prepared_model.hpp"
 #include "sila/core/sampling.hpp"
@@ -16,8 +14,8 @@ namespace {
 
 /// A window that was predicted before anything was learnt says little of how large errors will be.
 constexpr double kUnfittedWeight = 0.2;
-/// What all other sites together weigh in a cell of a site's nonconformity scores, at the most.
-constexpr double kOtherSitesWindows = 20.0;
+/// Windows that all sites together count as in the error statistics of one, at the most.
+constexpr double kOtherSitesWindows = 30.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
   moments.weight += weight;
@@ -72,9 +70,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const MergedRollouts merged = predictor.prepared().merged_rollouts(window.observed, steps, workspace.scratch);
   const Prediction& prediction = predictor.prepared().predict(window.observed, merged, workspace);
   const Stacking& stacking = predictor.prepared().stacking(merged.seen.site);
-  // What other sites know would spoil the statistics of a new one: they begin as if it were the first.
-  ObservedFeatures seen = merged.seen;
-  if (!seen.site) seen.global_residual = {};
+  const ObservedFeatures& seen = merged.seen;
   Example example{seen.person, merged.raw_novelty, seen.site && stacking.fitted(), {}, {}, {}, {}, {}, {}, {}, {}, {},
                   {}};
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
@@ -85,7 +81,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
     example.features.push_back(stacked_features(seen, seen.residuals, j, interval_s));
     example.truths_mps.push_back(truth / seconds);
     const Vector2 way = seconds * stacking.velocity_mps(example.features.back(), j, seen);
-    const Vector2 place_free_way = seconds * place_free_mps(merged.seen, j, interval_s);
+    const Vector2 place_free_way = seconds * place_free_mps(seen, j, interval_s);
     example.errors_m.push_back(oriented(way, truth - way));
     example.errors_place_free_m.push_back(oriented(place_free_way, truth - place_free_way));
     example.nonconformities.push_back(nonconformity(prediction, j, window.future_m[j]));
@@ -93,7 +89,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const Vector2 to_horizon =
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
   example.scale = scale_features(seen, seen.residuals, to_horizon);
-  example.scale_place_free = scale_features(merged.seen, {}, place_free_mps(merged.seen, last, interval_s));
+  example.scale_place_free = scale_features(seen, {}, place_free_mps(seen, last, interval_s));
   example.hazard = hazard_features(seen, to_horizon);
   example.change = change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s);
   if (seen.person.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
@@ -175,19 +171,11 @@ ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool pla
   return free;
 }
 
-ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site) {
+ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site,
+                                        const ErrorStatistics& of_all) {
   ErrorStatistics own = sites[site].error_statistics;
-  for (std::size_t cell = 0; cell < own.scores.size(); ++cell) {
-    std::vector<double> others(kScoreBins, 0.0);
-    for (std::size_t s = 0; s < sites.size(); ++s) {
-      if (s == site || sites[s].error_statistics.empty()) continue;
-      std::ranges::transform(others, sites[s].error_statistics.scores[cell], others.begin(), std::plus<>{});
-    }
-    const double windows = std::accumulate(others.begin(), others.end(), 0.0);
-    if (windows <= 0.0) continue;
-    const double share = std::min(1.0, kOtherSitesWindows / windows);
-    for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
-  }
+  if (sites.size() == 1 || own.empty()) return own;
+  accumulate(own, discounted(of_all, std::min(1.0, kOtherSitesWindows / windows_in(of_all.density))));
   return own;
 }
 

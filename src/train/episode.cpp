@@ -247,6 +247,33 @@ EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model
   return report;
 }
 
+/// A site's first batch has no model that could predict it. Its error statistics are gathered as if it had come in so
+/// many parts: each is predicted by a model of those before.
+constexpr std::size_t kFirstParts = 4;
+constexpr std::size_t kLeastPartTracks = 2;
+
+std::vector<Site> first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config) {
+  if (batch.size() < kFirstParts * kLeastPartTracks) return error_statistics_on({}, batch, config);
+  Model model;
+  for (std::size_t part = 0; part < kFirstParts; ++part) {
+    const std::size_t begin = batch.size() * part / kFirstParts, end = batch.size() * (part + 1) / kFirstParts;
+    model = run_episode(model, batch.subspan(begin, end - begin), config).model;
+  }
+  return std::move(model.sites);
+}
+
+/// The error statistics of a batch, by site. `predictor`: of `previous`, null if there is none yet.
+std::vector<Site> recent_statistics(const Model& previous, std::span<const FramedTrajectory> batch,
+                                    const EpisodeConfig& config, const Predictor* predictor) {
+  std::vector<FramedTrajectory> known, first;
+  for (const FramedTrajectory& track : batch)
+    (find_site(previous.sites, track.frame) ? known : first).push_back(track);
+  std::vector<Site> recent = predictor ? error_statistics_by(*predictor, known, config)
+                                       : error_statistics_on(previous, known, config);
+  std::ranges::move(first_statistics(first, config), std::back_inserter(recent));
+  return recent;
+}
+
 /// One episode without the discount before it. `predictor`: of `previous`, null if there is none yet.
 Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update, const Predictor* predictor) {
@@ -262,10 +289,8 @@ Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> bat
     return known;
   }
   std::vector<Site> recent;
-  if (config.error_statistics.enabled) {
-    recent = predictor && settings == previous.settings ? error_statistics_by(*predictor, batch, config)
-                                                        : error_statistics_on(previous, batch, config);
-  }
+  if (config.error_statistics.enabled)
+    recent = recent_statistics(previous, batch, config, settings == previous.settings ? predictor : nullptr);
   UpdateResult updated = update(previous, prepared(batch, settings, config), settings);
   set_error_statistics(updated.model.sites, previous.sites, recent, config.error_statistics.memory_windows);
   updated.model.sharing = config.fuse.sites;
