@@ -6,6 +6,7 @@
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "sila/refine/predictor.hpp"
+#include "sila/refine/regions.hpp"
 
 namespace sila::python {
 namespace {

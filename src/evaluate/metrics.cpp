@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "refine/regions.hpp"
+#include "sila/refine/regions.hpp"
 
 namespace sila {
 namespace {

@@ -1,4 +1,4 @@
-#include "refine/regions.hpp"
+#include "sila/refine/regions.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
