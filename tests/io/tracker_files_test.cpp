@@ -285,6 +285,7 @@ TEST(OtvisionTracks, ThatAreCutOrPackedAreRefused) {
   const auto packed = format_error_of([&] { read_detections(folder.write("packed.ottrk", "BZh91AY&SY etc.")); });
   ASSERT_TRUE(packed);
   EXPECT_TRUE(contains(packed->what(), "bunzip2")) << packed->what();
+  EXPECT_TRUE(format_error_of([&] { read_detections(folder.write("start.ottrk", "BZh")); }));
 }
 
 TEST(OpenDataCamHistory, GivesTheFootOfEachObject) {
