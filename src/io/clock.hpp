@@ -15,6 +15,10 @@ struct FrameClock {
   std::optional<double> sample_interval_s;  ///< between the annotations of one person
 };
 
+/// Seconds since 1970 of an ISO 8601 date, `2024-05-03T12:00:00.25Z`: with a blank for the T, a fraction, an offset
+/// such as +02:00 or none (UTC). Null for any other text.
+std::optional<double> seconds_of_date(std::string_view text);
+
 /// Detections whose `t_s` still is a frame number become detections in seconds: by the frame rate of the options, else
 /// by their sample interval, else by what the format says. An interval is the time of the commonest step of a person's
 /// frames. Throws: FormatError if the rate is not known.

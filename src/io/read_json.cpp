@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
 
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
@@ -8,18 +10,21 @@
 namespace sila {
 namespace {
 
-/// The elements of a JSON array, each with the line on which it begins. Throws: FormatError if the array does not end,
-/// or ends before the text.
-std::vector<TextLine> elements_of(const std::string& path, std::string_view text) {
+using Json = nlohmann::json;
+
+/// The elements of the JSON array that begins at `at`, each with the line on which it begins. Throws: FormatError if
+/// the array does not end, or if it is the whole text (`at` = 0) and ends before the text.
+std::vector<TextLine> elements_of(const std::string& path, std::string_view text, std::size_t at = 0) {
   std::vector<TextLine> elements;
-  std::size_t line = 1, begin = 0, begin_line = 0, depth = 0;  // begin_line 0: only blanks since `begin`
+  std::size_t line = 1 + static_cast<std::size_t>(std::ranges::count(text.substr(0, at), '\n'));
+  std::size_t begin = at, begin_line = 0, depth = 0;  // begin_line 0: only blanks since `begin`
   bool quoted = false;
   const auto end_element = [&](std::size_t end) {
     if (begin_line > 0) elements.push_back({trimmed(text.substr(begin, end - begin)), begin_line});
     begin = end + 1;
     begin_line = 0;
   };
-  for (std::size_t i = 0; i < text.size(); ++i) {
+  for (std::size_t i = at; i < text.size(); ++i) {
     const char c = text[i];
     if (c == '\n') ++line;
     const bool ends = !quoted && ((c == ',' && depth == 1) || ((c == ']' || c == '}') && --depth == 0));
@@ -30,7 +35,7 @@ std::vector<TextLine> elements_of(const std::string& path, std::string_view text
     }
     if (ends && depth == 0) {
       const std::string_view rest = trimmed(text.substr(c == ']' ? i + 1 : i));
-      if (rest.empty()) return elements;
+      if (rest.empty() || at > 0) return elements;
       throw FormatError(path, line, "the end of the file after a JSON array", excerpt(rest));
     }
     if (quoted && c == '\\') ++i;
@@ -41,12 +46,147 @@ std::vector<TextLine> elements_of(const std::string& path, std::string_view text
 }
 
 /// A value as the cell of a table; arrays, objects and null are empty.
-std::string json_cell(const nlohmann::json& value) {
+std::string json_cell(const Json& value) {
   if (value.is_number() || value.is_boolean()) return value.dump();
   std::string text = value.is_string() ? value.get<std::string>() : std::string();
   std::ranges::replace_if(
       text, [](unsigned char c) { return c < 0x20 || c == '"'; }, ' ');
   return text;
+}
+
+/// The rows of a table made of JSON objects, each with the line of its object, and what is no such object.
+struct JsonTable {
+  std::string path, rows = {};
+  std::vector<std::size_t> lines = {};
+  BadRows bad = {};
+  std::size_t bad_rows = 0;
+
+  void add(const std::vector<Json>& values, std::size_t line) {
+    rows += '0';  // neither blank nor a comment, whatever the first value is
+    for (const Json& value : values) rows += '\t' + json_cell(value);
+    rows += '\n';
+    lines.push_back(line);
+  }
+  void reject(const TextLine& element) {
+    bad.count(DropReason::not_json, path, element.number, element.text);
+    ++bad_rows;
+  }
+  TextTable table() const {
+    TextTable result{path, lines_of(rows), {}};
+    for (std::size_t i = 0; i < lines.size(); ++i) result.rows[i].number = lines[i];
+    return result;
+  }
+  TrackFile with_bad_rows(TrackFile file) const {
+    file.detections.rows_read += bad_rows;
+    for (DroppedRows& entry : bad.by_reason()) file.detections.dropped.push_back(std::move(entry));
+    return file;
+  }
+};
+
+/// Where the value of a key begins, if it begins with `opener`; npos if there is no such key.
+std::size_t value_of_key(std::string_view text, const std::string& key, char opener) {
+  const std::string quoted = '"' + key + '"';
+  for (std::size_t at = text.find(quoted); at != std::string_view::npos; at = text.find(quoted, at + 1)) {
+    const std::size_t colon = text.find_first_not_of(" \t\r\n", at + quoted.size());
+    if (colon == std::string_view::npos || text[colon] != ':') continue;
+    const std::size_t value = text.find_first_not_of(" \t\r\n", colon + 1);
+    if (value != std::string_view::npos && text[value] == opener) return value;
+  }
+  return std::string_view::npos;
+}
+
+bool has_key(std::string_view text, const std::string& key, char opener) {
+  return value_of_key(text, key, opener) != std::string_view::npos;
+}
+
+/// A member of an object; null if it is not there.
+const Json& member(const Json& object, const char* key) {
+  static const Json none;
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return found == object.end() ? none : *found;
+}
+
+/// A coordinate plus `share` of a length; null if one is not a number.
+Json shifted(const Json& coordinate, const Json& length, double share) {
+  if (!coordinate.is_number() || !length.is_number()) return {};
+  return coordinate.get<double>() + share * length.get<double>();
+}
+
+/// Track, time, left, top, right and bottom edge, class: the cells of box_columns. Null for JSON of another structure.
+using BoxRows = std::optional<std::vector<std::vector<Json>>>;
+
+BoxRows frigate_rows(const Json& event) {
+  const Json& after = member(event, "after");
+  const Json& box = member(after, "box");
+  if (!after.is_object() || !box.is_array() || box.size() != 4) return std::nullopt;
+  return {{{member(after, "id"), member(after, "frame_time"), box[0], box[1], box[2], box[3], member(after, "label")}}};
+}
+
+BoxRows axis_rows(const Json& message) {
+  const Json& frame = member(message.contains("data") ? member(message, "data") : message, "frame");
+  const Json& observations = member(frame, "observations");
+  if (!observations.is_array()) return std::nullopt;
+  BoxRows rows(std::in_place);
+  for (const Json& seen : observations) {
+    const Json& box = member(seen, "bounding_box");
+    const Json& type = member(member(seen, "class"), "type");
+    rows->push_back({member(seen, "track_id"), member(frame, "timestamp"), member(box, "left"), member(box, "top"),
+                     member(box, "right"), member(box, "bottom"), type.is_string() ? type : Json("unknown")});
+  }
+  return rows;
+}
+
+BoxRows ottrk_rows(const Json& seen) {
+  const Json &x = member(seen, "x"), &y = member(seen, "y");
+  if (!seen.is_object()) return std::nullopt;
+  return {{{member(seen, "track-id"), member(seen, "occurrence"), x, y, shifted(x, member(seen, "w"), 1.0),
+            shifted(y, member(seen, "h"), 1.0), member(seen, "class")}}};
+}
+
+BoxRows opendatacam_rows(const Json& frame) {
+  const Json& objects = member(frame, "objects");
+  if (!objects.is_array()) return std::nullopt;
+  BoxRows rows(std::in_place);
+  for (const Json& seen : objects) {
+    const Json &x = member(seen, "x"), &y = member(seen, "y"), &w = member(seen, "w"), &h = member(seen, "h");
+    rows->push_back({member(seen, "id"), member(frame, "timestamp"), shifted(x, w, -0.5), shifted(y, h, -0.5),
+                     shifted(x, w, 0.5), shifted(y, h, 0.5), member(seen, "name")});
+  }
+  return rows;
+}
+
+BoxRows box_rows(TrackFormat format, const Json& json) {
+  if (format == TrackFormat::frigate) return frigate_rows(json);
+  if (format == TrackFormat::axis) return axis_rows(json);
+  return format == TrackFormat::ottrk ? ottrk_rows(json) : opendatacam_rows(json);
+}
+
+TrackColumns box_columns(TrackFormat format) {
+  return {.format = format,
+          .separator = '\t',
+          .id = 1,
+          .time = 2,
+          .time_name = format == TrackFormat::frigate ? "frame_time"
+                       : format == TrackFormat::ottrk ? "occurrence"
+                                                      : "timestamp",
+          .x = 3,
+          .y = 4,
+          .x2 = 5,
+          .y2 = 6,
+          .foot = true,
+          .pixels = true,
+          .label = 7,
+          .cells = 8};
+}
+
+/// The objects of a file of tracked boxes: lines, or the elements of the array that has them.
+std::vector<TextLine> box_elements(const std::string& path, std::string_view text, TrackFormat format) {
+  if (format == TrackFormat::frigate || format == TrackFormat::axis) return table_of(path, text).rows;
+  if (format == TrackFormat::opendatacam && is_json_array(text)) return elements_of(path, text);
+  const std::size_t detections = value_of_key(text, "detections", '[');
+  if (format == TrackFormat::ottrk && detections != std::string_view::npos) return elements_of(path, text, detections);
+  throw FormatError(path, 1, std::string(track_formats()[static_cast<std::size_t>(format)].columns),
+                    excerpt(trimmed(text.substr(0, 4096))));
 }
 
 }  // namespace
@@ -55,41 +195,68 @@ bool is_json_array(std::string_view text) {
   return trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096))).starts_with('[');
 }
 
+std::optional<TrackFormat> json_boxes_format(std::string_view text, std::optional<TrackFormat> forced) {
+  using enum TrackFormat;
+  if (forced)
+    return *forced == frigate || *forced == axis || *forced == ottrk || *forced == opendatacam ? forced : std::nullopt;
+  const std::string_view head = trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096)));
+  const std::string_view line = head.substr(0, head.find('\n'));
+  if (head.starts_with('[')) return has_key(head, "objects", '[') ? std::optional(opendatacam) : std::nullopt;
+  if (!head.starts_with('{')) return std::nullopt;
+  if (trimmed(head.substr(1)).starts_with("\"metadata\"")) return ottrk;
+  if (has_key(line, "before", '{') || has_key(line, "after", '{')) return frigate;
+  return has_key(line, "frame", '{') && has_key(line, "observations", '[') ? std::optional(axis) : std::nullopt;
+}
+
+TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackFormat format,
+                          const ReadOptions& options) {
+  JsonTable table{.path = path};
+  std::set<std::string> cameras;
+  for (const TextLine& element : box_elements(path, text, format)) {
+    const Json json = Json::parse(element.text, nullptr, false);
+    const BoxRows rows = json.is_object() ? box_rows(format, json) : std::nullopt;
+    if (!rows) {
+      table.reject(element);
+      continue;
+    }
+    if (format == TrackFormat::frigate) cameras.insert(json_cell(member(json["after"], "camera")));
+    for (const std::vector<Json>& row : *rows) table.add(row, element.number);
+  }
+  TrackFile file = table.with_bad_rows(read_table(table.table(), {box_columns(format), options, {}, 1.0, {}}, {}));
+  if (cameras.size() > 1)
+    file.detections.warnings.push_back(path + ": events of " + std::to_string(cameras.size()) +
+                                       " cameras, taken as one picture; give those of one camera");
+  return file;
+}
+
 TrackFile read_json_array(const std::string& path, std::string_view text, const ReadOptions& options,
                           const std::string& only_track) {
   std::vector<std::string> names;
-  std::vector<std::size_t> lines;
-  std::string rows;
-  BadRows bad;
-  std::size_t bad_rows = 0;
+  JsonTable objects{.path = path};
   for (const TextLine& element : elements_of(path, text)) {
-    const auto object = nlohmann::json::parse(element.text, nullptr, false);
+    const Json object = Json::parse(element.text, nullptr, false);
     if (!object.is_object()) {
-      bad.count(DropReason::not_json, path, element.number, element.text);
-      ++bad_rows;
+      objects.reject(element);
       continue;
     }
-    if (lines.empty()) {
-      rows = "object";
-      for (const auto& [name, value] : object.items()) rows += '\t' + json_cell(names.emplace_back(name));
+    if (objects.lines.empty()) {
+      objects.rows = "object";
+      for (const auto& [name, value] : object.items()) objects.rows += '\t' + json_cell(names.emplace_back(name));
       std::ranges::replace_if(
-          rows, [](char c) { return c == ',' || c == ';'; }, ' ');  // tabs separate
-      lines.push_back(element.number);
+          objects.rows, [](char c) { return c == ',' || c == ';'; }, ' ');  // tabs separate
+      objects.rows += '\n';
+      objects.lines.push_back(element.number);
     }
-    rows += "\n0";  // neither blank nor a comment, whatever the first value is
-    for (const std::string& name : names) rows += '\t' + json_cell(object.value(name, nlohmann::json()));
-    lines.push_back(element.number);
+    std::vector<Json> values;
+    for (const std::string& name : names) values.push_back(member(object, name.c_str()));
+    objects.add(values, element.number);
   }
-  if (lines.empty()) throw FormatError(path, 1, "a JSON array of objects, one a detection", "none");
-  TextTable table{path, lines_of(rows), {}};
-  for (std::size_t i = 0; i < lines.size(); ++i) table.rows[i].number = lines[i];
+  if (objects.lines.empty()) throw FormatError(path, 1, "a JSON array of objects, one a detection", "none");
+  const TextTable table = objects.table();
   const auto reader = table_reader(table, options);
   if (!reader)
     throw FormatError(path, 1, std::string("lines of format ") + std::string(name_of(*options.format)), "a JSON array");
-  TrackFile file = read_table(table, *reader, only_track);
-  file.detections.rows_read += bad_rows;
-  for (DroppedRows& entry : bad.by_reason()) file.detections.dropped.push_back(std::move(entry));
-  return file;
+  return objects.with_bad_rows(read_table(table, *reader, only_track));
 }
 
 }  // namespace sila

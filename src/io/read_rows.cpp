@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "clock.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {
@@ -44,8 +45,9 @@ class RowReader {
   }
 
   double stamp() {
-    return columns_.time == TrackColumns::kNone ? number(columns_.frame)
-                                                : number(columns_.time) * columns_.seconds_per_time;
+    if (columns_.time == TrackColumns::kNone) return number(columns_.frame);
+    const auto date_s = columns_.time < cells_.size() ? seconds_of_date(cells_[columns_.time]) : std::nullopt;
+    return date_s && !fault_ ? *date_s : number(columns_.time) * columns_.seconds_per_time;
   }
 
   std::string track(const std::string& only_track) {

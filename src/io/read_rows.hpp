@@ -53,6 +53,14 @@ bool is_json_array(std::string_view text);
 TrackFile read_json_array(const std::string& path, std::string_view text, const ReadOptions& options,
                           const std::string& only_track);
 
+/// The format of tracked boxes as JSON (Frigate, Axis, OTVision, OpenDataCam) that a text shows, or `forced`; null if
+/// it is another one.
+std::optional<TrackFormat> json_boxes_format(std::string_view text, std::optional<TrackFormat> forced);
+/// A file of such a format. Units: pixels, or parts of the picture's width and height (Axis), unless the options have a
+/// camera or scale. Throws: FormatError for a text of another structure or an array that does not end.
+TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackFormat format,
+                          const ReadOptions& options);
+
 /// Two columns of a CSV with header, by name in lower case. Throws: FormatError for a column or a cell that is missing.
 std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
                                                              const char* first, const char* second);

@@ -105,6 +105,8 @@ TrackFile tracks_of_text(const std::string& path, std::string_view text, const R
                          const std::string& only_track) {
   if (options.format.value_or(is_xml(text) ? TrackFormat::sumo_fcd : TrackFormat::csv) == TrackFormat::sumo_fcd)
     return require_rows(in_metres(read_sumo_fcd(path, text), options, 1.0));
+  if (const auto boxes = json_boxes_format(text, options.format))
+    return require_rows(read_json_boxes(path, text, *boxes, options));
   if (is_json_array(text)) return require_rows(read_json_array(path, text, options, only_track));
   const TextTable table = table_of(path, text);
   if (const auto reader = table_reader(table, options)) return require_rows(read_table(table, *reader, only_track));

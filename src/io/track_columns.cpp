@@ -12,7 +12,7 @@ namespace {
 
 using Names = std::initializer_list<std::string_view>;
 
-constexpr std::array<TrackFormatText, 15> kFormats{{
+constexpr std::array<TrackFormatText, 19> kFormats{{
     {TrackFormat::csv, "csv", "a header line with track_id,t,x,y"},
     {TrackFormat::obsmat, "obsmat", "8 columns: frame id x z y vx vz vy"},
     {TrackFormat::frame_id_x_y, "frame-id-x-y", "4 columns: frame id x y"},
@@ -28,6 +28,11 @@ constexpr std::array<TrackFormatText, 15> kFormats{{
     {TrackFormat::kitti, "kitti", "17 or 18 columns: frame id type truncated occluded alpha left top right bottom ..."},
     {TrackFormat::sumo_fcd, "sumo-fcd", "XML like <fcd-export><timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>"},
     {TrackFormat::boxes, "boxes", "a header line with x_min,y_min,x_max,y_max,tracker_id and a frame or time"},
+    {TrackFormat::frigate, "frigate",
+     "lines like {\"after\": {\"id\": \"a\", \"frame_time\": 1.5, \"box\": [1, 2, 3, 4]}}"},
+    {TrackFormat::axis, "axis", "lines like {\"frame\": {\"timestamp\": ..., \"observations\": [...]}}"},
+    {TrackFormat::ottrk, "ottrk", "JSON like {\"metadata\": ..., \"data\": {\"detections\": [...]}}"},
+    {TrackFormat::opendatacam, "opendatacam", "a JSON array of {\"timestamp\": ..., \"objects\": [...]}"},
 }};
 
 std::size_t column(const std::vector<std::string>& names, Names aliases) {

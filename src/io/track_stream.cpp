@@ -130,10 +130,14 @@ std::optional<TableReader> reader_in_parts(const TrackSource& source, const Stre
   std::error_code unknown;
   if (std::filesystem::is_directory(source.path, unknown)) return std::nullopt;
   validate(source.options);
+  std::string start(4096, '\0');  // formats that are read whole may have one line longer than a block
+  start.resize(GzipFile(source.path.string()).read(start));
+  if (start.starts_with(kByteOrderMark)) start.erase(0, kByteOrderMark.size());
+  if (source.options.format == TrackFormat::sumo_fcd || is_xml(start) || is_json_array(start) ||
+      json_boxes_format(start, source.options.format))
+    return std::nullopt;
   const std::optional<TextBlock> head = TextBlocks(source.path, limits.block_bytes).read(0);
   if (!head || trimmed(head->text).empty()) return std::nullopt;
-  if (source.options.format == TrackFormat::sumo_fcd || is_xml(head->text) || is_json_array(head->text))
-    return std::nullopt;
   auto reader = table_reader(table_of(source.path.string(), head->text), source.options);
   const bool is_large = std::filesystem::file_size(source.path, unknown) > limits.whole_bytes && !unknown;
   if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))

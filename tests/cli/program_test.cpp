@@ -41,6 +41,24 @@ TEST_F(Program, LearnsAndPredictsWithoutAScene) {
   }
 }
 
+TEST_F(Program, ProposesASceneFromTracks) {
+  simulate();
+  const Outcome made = run("scene make tracks.csv");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.err.find("corner at x = 4"), std::string::npos) << made.err;
+  const auto scene = nlohmann::json::parse(made.out);
+  EXPECT_NEAR(scene["origin"][0].get<double>(), 4.0, 1.5);
+  EXPECT_GT(scene["corners"][0]["origin_uncertainty_m"].get<double>(), 0.0);
+  write(folder_ / "made.json", made.out);
+  EXPECT_EQ(run("learn tracks.csv --scene made.json --model m.sila").code, 0);
+  const Outcome quiet = run("scene make tracks.csv --json");
+  EXPECT_EQ(quiet.out, made.out);
+  EXPECT_EQ(quiet.err.find("corner at"), std::string::npos) << quiet.err;
+  write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
+  expect_rejected("scene make few.csv", {"1 tracks move 3 m", "at least 10"});
+  expect_rejected("scene make", {"tracks"});
+}
+
 TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   std::string rows;
   for (int id = 0; id < 6; ++id) {

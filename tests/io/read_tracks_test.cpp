@@ -256,7 +256,7 @@ TEST(ReadDetections, ObeysAForcedFormat) {
 }
 
 TEST(ReadDetections, KnowsEveryFormatByItsName) {
-  ASSERT_EQ(track_formats().size(), 15U);
+  ASSERT_EQ(track_formats().size(), 19U);
   for (const TrackFormatText& format : track_formats()) {
     EXPECT_EQ(track_format(format.name), format.format);
     EXPECT_EQ(name_of(format.format), format.name);

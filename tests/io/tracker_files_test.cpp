@@ -187,6 +187,156 @@ TEST(BoxTables, ReadTheColumnsOfSupervision) {
 const char* const kCamera =
     R"({"image_points": [[0, 1000], [1000, 1000], [400, 500], [600, 500]], "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})";
 
+const std::string kFrigateEvent =
+    R"({"type": "update", "before": {"id": "a.1", "box": [0, 0, 1, 1]}, "after": {"id": "a.1", "camera": "yard",
+        "frame_time": 1700000000.25, "label": "person", "box": [100, 50, 140, 170]}})";
+
+std::string in_one_line(std::string json) {
+  std::erase(json, '\n');
+  return json;
+}
+
+TEST(FrigateEvents, GiveTheFootOfTheBoxAfterEachChange) {
+  const TempFolder folder;
+  const std::string good = in_one_line(kFrigateEvent);
+  const auto file = read_detections(folder.write(
+      "events.jsonl",
+      good + "\n" +
+          R"({"type": "end", "after": {"id": "b", "camera": "yard", "frame_time": 1700000001, "label": "car", "box": [1, 2, 3, 4]}})" +
+          "\n{\"after\": {\"box\": 3}}\nnot JSON\n" +
+          R"({"after": {"id": "a", "frame_time": "soon", "label": "person", "box": [1, 2, 3, 4]}})" + "\n" +
+          R"({"after": {"id": "a", "frame_time": 3, "label": "person", "box": [3, 2, 3, 4]}})" + "\n" +
+          R"({"after": {"frame_time": 3, "label": "person", "box": [1, 2, 3, 4]}})" + "\n"));
+  EXPECT_EQ(file.format, TrackFormat::frigate);
+  EXPECT_TRUE(file.pixels);
+  ASSERT_GE(file.detections.rows.size(), 1U);
+  expect_row(file.detections.rows[0], "a.1", 1700000000.25, 120.0, 170.0);
+  EXPECT_EQ(file.detections.rows[0].line, 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::bad_box), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
+  EXPECT_EQ(file.detections.rows_read,
+            file.detections.rows.size() + 3 + rows_of(file.detections, DropReason::not_json));
+}
+
+TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
+  const TempFolder folder;
+  const std::string yard = in_one_line(kFrigateEvent);
+  std::string side = yard;
+  side.replace(side.find("yard"), 4, "side");
+  const auto file = read_detections(folder.write("events.jsonl", yard + "\n" + side + "\n"));
+  ASSERT_EQ(file.detections.warnings.size(), 2U);  // the other one is of pixels
+  EXPECT_TRUE(contains(file.detections.warnings[1], "2 cameras")) << file.detections.warnings[1];
+}
+
+TEST(AxisFrames, GiveTheFootOfEachObservation) {
+  const TempFolder folder;
+  const std::string frame = R"("observations": [{"track_id": "4", "class": {"type": "Human"},)"
+                            R"("bounding_box": {"left": 0.25, "top": 0.5, "right": 0.75, "bottom": 0.875}},)"
+                            R"({"track_id": "5", "bounding_box": {"left": 0, "top": 0, "right": 1, "bottom": 1}},)"
+                            R"({"track_id": "6", "class": {"type": "Human"}}]}})";
+  const auto file =
+      read_detections(folder.write("scene.jsonl", R"({"frame": {"timestamp": "1970-01-01T00:00:10.500000Z", )" + frame +
+                                                      R"(
+{"frame": {"timestamp": "1970-01-01T00:00:10.6Z", "observations": []}}
+{"frame": {"timestamp": "yesterday", )" + frame + "\n{\"data\": " +
+                                                      R"({"frame": {"timestamp": "1970-01-01T01:00:11+01:00", )" +
+                                                      frame + "}\n{\"frame\": 1}\n"));
+  EXPECT_EQ(file.format, TrackFormat::axis);
+  EXPECT_TRUE(file.pixels);
+  ASSERT_EQ(file.detections.rows.size(), 4U);
+  expect_row(file.detections.rows[0], "4", 10.5, 0.5, 0.875);
+  EXPECT_EQ(file.detections.rows[1].label, "unknown");  // not classified yet
+  expect_row(file.detections.rows[2], "4", 11.0, 0.5, 0.875);
+  EXPECT_EQ(file.detections.rows[2].line, 4U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 5U);  // three without a time, two without a box
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
+}
+
+TEST(OtvisionTracks, GiveTheFootOfEachDetection) {
+  const TempFolder folder;
+  const std::string text = R"({"metadata": {"detections": 4, "video": {"width": 800}},
+ "data": {"detections": [
+  {"class": "person", "x": 100.5, "y": 50, "w": 40, "h": 120, "frame": 1, "occurrence": 10.5, "track-id": 3},
+  {"class": "car", "x": 1, "y": 1, "w": 1, "h": 1, "occurrence": "1970-01-01 00:00:11.250000", "track-id": 4},
+  {"class": "person", "x": 1, "y": 1, "w": -1, "h": 1, "occurrence": 12, "track-id": 3},
+  {"class": "person", "x": 1, "y": 1, "h": 1, "occurrence": 12, "track-id": 3}, 5]}})";
+  const auto file = read_detections(folder.write("video.ottrk", text));
+  EXPECT_EQ(file.format, TrackFormat::ottrk);
+  EXPECT_TRUE(file.pixels);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "3", 10.5, 120.5, 170.0);
+  EXPECT_EQ(file.detections.rows[0].line, 3U);
+  expect_row(file.detections.rows[1], "4", 11.25, 1.5, 2.0);
+  EXPECT_EQ(rows_of(file.detections, DropReason::bad_box), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
+}
+
+TEST(OtvisionTracks, ThatAreCutOrPackedAreRefused) {
+  const TempFolder folder;
+  const auto cut = format_error_of(
+      [&] { read_detections(folder.write("cut.ottrk", "{\"metadata\": {}, \"data\": {\"detections\": [{\"x\": 1}")); });
+  ASSERT_TRUE(cut);
+  EXPECT_TRUE(contains(cut->what(), "whole")) << cut->what();
+  const auto none = format_error_of([&] { read_detections(folder.write("none.ottrk", R"({"metadata": {}})")); });
+  ASSERT_TRUE(none);
+  EXPECT_TRUE(contains(none->what(), "\"detections\"")) << none->what();
+  const auto packed = format_error_of([&] { read_detections(folder.write("packed.ottrk", "BZh91AY&SY etc.")); });
+  ASSERT_TRUE(packed);
+  EXPECT_TRUE(contains(packed->what(), "bunzip2")) << packed->what();
+  EXPECT_TRUE(format_error_of([&] { read_detections(folder.write("start.ottrk", "BZh")); }));
+}
+
+TEST(OpenDataCamHistory, GivesTheFootOfEachObject) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write("tracker.json", R"([
+{"recordingId": "r", "timestamp": "1970-01-01T00:00:01.500Z", "objects": [
+  {"id": 5, "x": 120, "y": 110, "w": 40, "h": 120, "bearing": 9, "name": "person"}, {"id": 6, "name": "car"}]},
+{"timestamp": "1970-01-01T00:00:02.000Z", "objects": [{"id": 5, "x": 121, "y": 110, "w": 40, "h": 120, "name": "person"}]},
+{"timestamp": "1970-01-01T00:00:02.500Z", "objects": []}, {"timestamp": "1970-01-01T00:00:03.000Z"}])"));
+  EXPECT_EQ(file.format, TrackFormat::opendatacam);
+  EXPECT_TRUE(file.pixels);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  expect_row(file.detections.rows[0], "5", 1.5, 120.0, 170.0);
+  expect_row(file.detections.rows[1], "5", 2.0, 121.0, 170.0);
+  EXPECT_EQ(file.detections.rows[1].line, 4U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
+}
+
+TEST(TrackersInJson, AreTakenThroughACameraAndReadWholeByAStream) {
+  const TempFolder folder;
+  std::string text = "[";  // one line that is longer than a block
+  for (int i = 0; i < 200; ++i)
+    text += std::string(i > 0 ? "," : "") + R"({"timestamp": "2024-01-01T00:00:)" + std::to_string(10 + i / 10) + "." +
+            std::to_string(i % 10) + R"(Z", "objects": [{"id": 5, "x": 500, "y": )" + std::to_string(600 + i) +
+            R"(, "w": 20, "h": 60, "name": "person"}]})";
+  const auto path = folder.write("tracker.json", text + "]");
+  Scene scene;
+  scene.camera = read_camera(folder.write("camera.json", kCamera)).camera;
+  TrackStream stream(std::vector{path}, scene, {}, CleanConfig{}, StreamLimits{1000, 4096, 100});
+  const auto tracks = stream.next();
+  ASSERT_TRUE(tracks);
+  ASSERT_EQ(tracks->trajectories.size(), 1U);
+  EXPECT_EQ(tracks->trajectories[0].times_s.size(), 200U);
+  EXPECT_NEAR(tracks->trajectories[0].positions_m[0].x(), 5.0, 1e-9);
+}
+
+TEST(TimeStamps, MayBeDates) {
+  const TempFolder folder;
+  const auto file = read_detections(folder.write("dates.csv",
+                                                 "track_id,timestamp,x,y\na,1970-01-02T00:00:00.5Z,1,2\n"
+                                                 "a,1970-01-02 02:00:01+0200,1,2\na,1970-01-02T00:00:02,1,2\n"
+                                                 "a,1970-13-02T00:00:02,1,2\na,1970-01-02T00:00:0x,1,2\n"
+                                                 "a,1970-01-02T00:00:02 Z,1,2\na,1970-01-02T00:00:02+2,1,2\n"));
+  ASSERT_EQ(file.detections.rows.size(), 3U);
+  EXPECT_DOUBLE_EQ(file.detections.rows[0].t_s, 86400.5);
+  EXPECT_DOUBLE_EQ(file.detections.rows[1].t_s, 86401.0);
+  EXPECT_DOUBLE_EQ(file.detections.rows[2].t_s, 86402.0);
+  EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 4U);
+}
+
 TEST(CameraFile, MakesMetresOfBoxesAndDropsThoseAboveTheHorizon) {
   const TempFolder folder;
   ReadOptions options = at_rate(10.0);

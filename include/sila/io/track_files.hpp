@@ -31,6 +31,10 @@ enum class TrackFormat {
   kitti,           ///< KITTI tracking, 17 or 18 columns
   sumo_fcd,        ///< SUMO floating car data, XML
   boxes,           ///< CSV with a header that names the edges of a box: Supervision, Ultralytics
+  frigate,         ///< events of Frigate, JSON lines as on its topic frigate/events
+  axis,            ///< Axis analytics scene description, JSON lines of frames
+  ottrk,           ///< tracks of OTVision, JSON
+  opendatacam,     ///< tracker history of OpenDataCam, JSON
 };
 
 struct TrackFormatText {
