@@ -20,6 +20,7 @@ from .. import _sila
 from .._sila import Prediction, WindowSet
 from .measures import measures_of, modes_of, stepwise_measures
 from .method import Forecast, Method
+from .neighbours import inputs_of
 from .protocol import Run, TestSite, batches_of, protocol_of, runs_of
 from .read import Experiment, ExperimentMethod, Overrides, read_experiment
 from .scores import sums_of
@@ -68,8 +69,9 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
     """The scores of a method at a scene, and what a checkpoint keeps of them."""
     stride_s = json.loads(config)["evaluate"]["stride_s"]
     windows = site.test.windows(config, stride_s)
+    inputs = inputs_of(method, windows, site.present)
     started = time.perf_counter()
-    found = method.predict(windows.without_future())
+    found = method.predict(*inputs)
     seconds = time.perf_counter() - started
     predictions = predictions_of(windows, found) if isinstance(found, Forecast) else found
     evaluation_json, windows_json = _sila.scores_of(predictions, site.test, site.support, config)
