@@ -16,7 +16,7 @@ from sila.experiments.methods import load_method
 from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.neighbours import Neighbours, neighbours_of
 from sila.experiments.program import run
-from sila.experiments.protocol import protocol_of, runs_of
+from sila.experiments.protocol import first_tracks, protocol_of, runs_of
 from sila.experiments.read import Overrides
 from sila.experiments.tables import compare
 
@@ -105,6 +105,10 @@ def test_workers_give_the_same_numbers(tmp_path):
         ({"kind": "transfer"}, ["at least two"]),
         ({"trials": 0}, ["trials", "1 to 10000"]),
         ({"split": "tracks"}, ["track"]),
+        ({"tracks": [20, 10]}, ["tracks", "growing", "[20, 10]"]),
+        ({"tracks": [0, 10]}, ["tracks", "from 1"]),
+        ({"tracks": 10}, ["tracks", "list"]),
+        ({"tracks": [10], "every_episode": True}, ["tracks", "every_episode"]),
     ],
 )
 def test_what_is_no_experiment_is_rejected(tmp_path, changes, words, capsys):
@@ -131,6 +135,36 @@ def test_transfer_learns_elsewhere_and_beside_it_here(tmp_path):
         protocol = protocol_of(experiment, run_)
         assert len(protocol.training) == (1 if run_.here else 2)
         assert [site.name for site in protocol.test_sites] == [run_.scene]
+
+
+def test_learning_curves_are_of_the_first_tracks_from_the_beginning(tmp_path):
+    ridge = {"name": "ridge", "method": f"{PEERS / 'ridge.py'}:Ridge"}
+    path = written(tmp_path, methods=["sila", ridge], tracks=[1, 20, 500])
+    assert run([str(path), "--out", str(tmp_path / "out"), "--plots"]) == 0
+    found = pd.read_csv(tmp_path / "out/curves.csv").set_index(["method", "tracks"])
+    whole = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
+    assert found.index.tolist() == [(m, n) for m in ("sila", "ridge") for n in (1, 20, 30)]  # there are no 500
+    assert found.loc[("sila", 30), "ratio"] == whole.loc["sila", "ratio"]
+    run_experiment(read_experiment(written(tmp_path, methods=["sila", ridge], train_tracks=20)), tmp_path / "few")
+    few = pd.read_csv(tmp_path / "few/results.csv").set_index("method")
+    for method in ("sila", "ridge"):
+        for name in ("ratio", "ade_ratio", "nll"):
+            assert found.loc[(method, 20), name] == pytest.approx(few.loc[method, name], rel=1e-9)
+    table = (tmp_path / "out/table.md").read_text()
+    assert "| place | method | 1 | 20 | 500 | all |" in table
+    assert "All: four-way 30 tracks." in table
+    assert (tmp_path / "out/curves_four-way.svg").exists()
+
+
+def test_a_learning_curve_of_places_goes_on_at_the_next_place(tmp_path):
+    scenes = [{**SCENE, "name": name, "simulate": {**SCENE["simulate"], "seed": n}} for n, name in enumerate("ab", 1)]
+    path = written(tmp_path, kind="places", scenes=scenes, tracks=[30, 40])
+    experiment = read_experiment(path)
+    training = protocol_of(experiment, runs_of(experiment)[0]).training
+    assert [len(tracks) for tracks in first_tracks(training, 40)] == [30, 10]
+    run_experiment(experiment, tmp_path / "out")
+    found = pd.read_csv(tmp_path / "out/curves.csv")
+    assert found[["tracks", "place"]].values.tolist() == [[n, place] for n in (30, 40, 60) for place in "ab"]
 
 
 CHECKED = """

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from .._sila import FramedTracks, WindowSet
-from .method import Array, Forecast, Method, constant_velocity
+from .method import Array, Forecast, Method, constant_fallback, constant_velocity
 from .scores import person_of
 
 STRIDE_S = 0.4  #: between the training windows of a track
@@ -20,6 +20,7 @@ class GaussianPath(Method):
     the Gaussian has the covariance of the errors on people who were left out."""
 
     at_once = True
+    covariance: Array | None = None  #: none: no window was learnt
 
     def learn(self, past_m: Array, deviation_m: Array, person: Array) -> tuple[Callable[[Array], Array], Array]:
         """past_m (n, p, 2) in the world; deviation_m (n, t, 2) in the heading frame; person (n,). Gives what predicts
@@ -28,12 +29,16 @@ class GaussianPath(Method):
 
     def fit(self, tracks: FramedTracks) -> None:
         past, future, person = training_windows(self, tracks)
+        if len(past) == 0:
+            return
         straight = constant_velocity(past, future.shape[1], self.interval_s)
         deviation = np.einsum("nab,ntb->nta", to_heading(past), future - straight)
         self.deviation_of, left_out = self.learn(past, deviation, person)
         self.covariance = covariance_of(deviation - left_out)
 
     def predict(self, windows: WindowSet) -> Forecast:
+        if self.covariance is None:
+            return constant_fallback(windows)
         past = np.asarray(windows.past_m)
         straight = constant_velocity(past, windows.steps, windows.interval_s)
         path = straight + np.einsum("nba,ntb->nta", to_heading(past), self.deviation_of(past))

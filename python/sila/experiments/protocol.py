@@ -137,6 +137,15 @@ def protocol_of(experiment: Experiment, run: Run) -> Protocol:
     return protocol
 
 
+def first_tracks(training: Sequence[FramedTracks], count: int) -> list[FramedTracks]:
+    """The first `count` tracks, scene after scene."""
+    first = []
+    for tracks in training:
+        first.append(tracks.take(list(range(min(count, len(tracks))))))
+        count -= len(first[-1])
+    return [tracks for tracks in first if len(tracks)]
+
+
 def batches_of(training: Sequence[FramedTracks], batch: int) -> Iterator[FramedTracks]:
     """Batches that are of one scene each."""
     for tracks in training:
