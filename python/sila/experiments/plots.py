@@ -85,30 +85,22 @@ def _curves(curves: pd.DataFrame, place: str, styles: Styles, by_tracks: bool) -
         return None
     figure, axes = _figure(12.5, 4.3, 1, 3)
     last_seconds = []
+    # Trials have different numbers of tracks in all.
+    x = rows.groupby(["method", "episode"])["tracks"].transform("mean") if by_tracks else rows["tracks"]
     for axis, (value, label) in zip(axes.flat, (ERROR_PANELS if by_tracks else PANELS).items()):
         for method, style in styles.items():
-            own = rows[rows["method"] == method].assign(x=rows["tracks"])
-            if by_tracks:  # trials have different numbers in all
-                own["x"] = own.groupby("episode")["tracks"].transform("mean")
-            points = own.groupby("x")[value].agg(["mean", "std", "count"]).dropna(subset="mean")
+            points = rows[rows["method"] == method].groupby(x)[value].agg(["mean", "std", "count"]).dropna(subset="mean")
             points = points[2 * points["count"] >= points["count"].max()]
             if len(points) == 0:
                 continue
-            line = "" if len(points) == 1 else "-"  # learnt at once
-            axis.plot(
-                points.index, points["mean"], ls=line, label=method, ms=4, markevery=max(1, len(points) // 6), **style
-            )
-            spread = points["std"].fillna(0)
-            low, high = points["mean"] - spread, points["mean"] + spread
-            axis.fill_between(points.index, low, high, color=style["color"], alpha=0.12, lw=0)
+            _with_spread(axis, points, method, style)
             if value == "seconds":
                 last_seconds.append(points["mean"].iloc[-1])
         axis.set_xlabel("tracks learnt")
         axis.set_title(label, loc="left", fontsize=10)
         if by_tracks:
-            ticks = sorted(rows.groupby("episode")["tracks"].mean())
             axis.set_xscale("log")
-            axis.set_xticks(ticks, [f"{tick:.0f}" for tick in ticks])
+            axis.set_xticks(sorted(set(x)), [f"{tick:.0f}" for tick in sorted(set(x))])
             axis.minorticks_off()
             continue
         axis.set_xlim(left=0)
@@ -122,6 +114,14 @@ def _curves(curves: pd.DataFrame, place: str, styles: Styles, by_tracks: bool) -
     _legend(figure, axes, ncol=min(6, len(styles)))
     figure.suptitle(place, x=0.01, ha="left", fontweight="bold")
     return figure
+
+
+def _with_spread(axis: Any, points: pd.DataFrame, method: str, style: dict[str, Any]) -> None:
+    line = "" if len(points) == 1 else "-"  # learnt at once
+    axis.plot(points.index, points["mean"], ls=line, label=method, ms=4, markevery=max(1, len(points) // 6), **style)
+    spread = points["std"].fillna(0)
+    low, high = points["mean"] - spread, points["mean"] + spread
+    axis.fill_between(points.index, low, high, color=style["color"], alpha=0.12, lw=0)
 
 
 def _errors(rows: pd.DataFrame, styles: Styles) -> Figure:
