@@ -288,6 +288,14 @@ void bind_framed_tracks(nb::module_& module) {
                        durations.push_back(track.times_s.back() - track.times_s.front());
                      return durations;
                    })
+      .def_prop_ro(
+          "recordings",
+          [](const FramedTracks& f) {
+            std::vector<std::size_t> recordings;
+            for (const FramedTrajectory& placed : f.tracks) recordings.push_back(placed.track.recording);
+            return recordings;
+          },
+          "Number of the recording of each track: only those of one recording have a common clock.")
       .def_prop_ro("hash", &hash_of)
       .def(
           "frame", [](const FramedTracks& f, std::size_t i) { return f.tracks.at(i).frame; }, "index"_a)

@@ -22,6 +22,7 @@ from .field_measures import collides, drawn_paths, mahalanobis_measures, path_me
 from .measures import modes_of
 from .method import Array, Method
 from .methods import load_method
+from .neighbours import inputs_of
 from .runner import build_hash, hash_of, write_text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler
 from .scores import person_of
@@ -87,9 +88,10 @@ def read_scene(name: str, files: Sequence[str], data: Path, config: str) -> Fiel
 
 
 def together(scene: FieldScene) -> Iterator[Array]:
-    """Indices of windows of the same moment in the same file."""
-    files = [track.partition("/")[0] if "/" in track else "" for track in scene.track_ids]
-    groups = pd.Series(range(len(files))).groupby([files, scene.frames])
+    """Indices of windows of the same moment in the same recording."""
+    of_track = dict(zip(scene.tracks.ids, scene.tracks.recordings))
+    recordings = [of_track[track] for track in scene.track_ids]
+    groups = pd.Series(range(len(recordings))).groupby([recordings, scene.frames])
     for _, group in groups:
         yield group.to_numpy()
 
@@ -105,7 +107,7 @@ def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: A
             yield group, samples.mean(1), samples
         return
     windows = tracks.windows(method.config, STEP_S)
-    modes = modes_of(method.predict(windows.without_future()))
+    modes = modes_of(method.predict(*inputs_of(method, windows, scene.tracks)))
     held = round(STEP_S / windows.interval_s)
     weights_of, paths, covariances = (part[:, :, held - 1 :: held] for part in modes)
     random = np.random.default_rng(seed)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from .._sila import FramedTracks, WindowSet
-from .method import Array, Forecast, Method, constant_velocity
+from .method import Array, Forecast, Method, constant_fallback, constant_velocity
 from .scores import person_of
 
 STRIDE_S = 0.4  #: between the training windows of a track
@@ -20,6 +20,7 @@ class GaussianPath(Method):
     the Gaussian has the covariance of the errors on people who were left out."""
 
     at_once = True
+    covariance: Array | None = None  #: none: no window was learnt
 
     def learn(self, past_m: Array, deviation_m: Array, person: Array) -> tuple[Callable[[Array], Array], Array]:
         """past_m (n, p, 2) in the world; deviation_m (n, t, 2) in the heading frame; person (n,). Gives what predicts
@@ -28,19 +29,32 @@ class GaussianPath(Method):
 
     def fit(self, tracks: FramedTracks) -> None:
         past, future, person = training_windows(self, tracks)
+        if len(past) == 0:
+            return
         straight = constant_velocity(past, future.shape[1], self.interval_s)
         deviation = np.einsum("nab,ntb->nta", to_heading(past), future - straight)
         self.deviation_of, left_out = self.learn(past, deviation, person)
-        error = deviation - left_out
-        self.covariance = np.einsum("nta,ntb->tab", error, error) / len(error) + 1e-6 * np.eye(2)
+        self.covariance = covariance_of(deviation - left_out)
 
     def predict(self, windows: WindowSet) -> Forecast:
+        if self.covariance is None:
+            return constant_fallback(windows)
         past = np.asarray(windows.past_m)
-        turn = to_heading(past)
         straight = constant_velocity(past, windows.steps, windows.interval_s)
-        path = straight + np.einsum("nba,ntb->nta", turn, self.deviation_of(past))
-        covariances = np.einsum("nba,tbc,ncd->ntad", turn, self.covariance, turn)
-        return Forecast(np.ones((len(past), 1)), path[:, None], np.ascontiguousarray(covariances[:, None]))
+        path = straight + np.einsum("nba,ntb->nta", to_heading(past), self.deviation_of(past))
+        return gaussian_forecast(past, path, self.covariance)
+
+
+def covariance_of(error_m: Array) -> Array:
+    """(t, 2, 2) of errors (n, t, 2) in the heading frame, around zero."""
+    return np.asarray(np.einsum("nta,ntb->tab", error_m, error_m) / len(error_m) + 1e-6 * np.eye(2))
+
+
+def gaussian_forecast(past_m: Array, path_m: Array, covariance_m2: Array) -> Forecast:
+    """One path (n, t, 2) in the world with the covariance (t, 2, 2) of the heading frame."""
+    turn = to_heading(past_m)
+    covariances = np.einsum("nba,tbc,ncd->ntad", turn, covariance_m2, turn)
+    return Forecast(np.ones((len(past_m), 1)), path_m[:, None], np.ascontiguousarray(covariances[:, None]))
 
 
 def training_windows(method: Method, tracks: FramedTracks) -> tuple[Array, Array, Array]:
@@ -48,9 +62,14 @@ def training_windows(method: Method, tracks: FramedTracks) -> tuple[Array, Array
     windows = method.windows(tracks, STRIDE_S)
     setattr(method, "interval_s", windows.interval_s)  # noqa: B010
     past = np.asarray(windows.past_m)
-    moving = np.linalg.norm(past[:, -1] - past[:, 0], axis=1) >= MOVING_M
+    moving = moves(past)
     person = np.unique([person_of(track) for track in windows.track_ids], return_inverse=True)[1]
     return past[moving], np.asarray(windows.future_m)[moving], person[moving]
+
+
+def moves(past_m: Array) -> Array:
+    """(n,): whether a person moved while observed."""
+    return np.asarray(np.linalg.norm(past_m[:, -1] - past_m[:, 0], axis=1) >= MOVING_M)
 
 
 def to_heading(past_m: Array) -> Array:

@@ -31,6 +31,7 @@ STYLE: Any = {
 TOLERANCE = {0.5: 0.05, 0.9: 0.03}  # what sila asks of itself: nominal coverage -> deviation
 RATIO = "weighted MHD / constant velocity"
 PANELS = {"error": RATIO, "size": "primitives and transitions", "seconds": "seconds an episode"}
+ERROR_PANELS = {"error": RATIO, "ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
 
 Styles = dict[str, dict[str, Any]]
 
@@ -41,6 +42,7 @@ def draw(folder: Path, *, png: bool = False, method: str | None = None) -> list[
     curves["error"] = curves["weighted_mhd_m"] / curves["constant_mhd_m"]
     methods = list(rows["method"].unique())
     styles = {m: {"color": COLOURS[i % 10], "marker": MARKERS[(i + i // 10) % 10]} for i, m in enumerate(methods)}
+    by_tracks = bool(json.loads((folder / "results.json").read_text(encoding="utf-8"))["experiment"]["tracks"])
     figures: dict[str, Figure | None] = {}
     with mpl.rc_context(STYLE):
         for split in rows["split"].unique():
@@ -48,7 +50,7 @@ def draw(folder: Path, *, png: bool = False, method: str | None = None) -> list[
             own, scored = rows[rows["split"] == split], curves[curves["split"] == split]
             for place in scored["place"].dropna().unique():
                 name = re.sub("[^A-Za-z0-9.-]+", "_", place)
-                figures[f"curves_{name}{suffix}"] = _curves(scored, place, styles)
+                figures[f"curves_{name}{suffix}"] = _curves(scored, place, styles, by_tracks)
             figures[f"errors{suffix}"] = _errors(own, styles)
             figures[f"tradeoff{suffix}"] = _tradeoff(own, styles)
             figures[f"cost{suffix}"] = _cost(own, styles)
@@ -75,35 +77,32 @@ def _legend(figure: Figure, axes: Any, **settings: Any) -> None:
     figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), **settings)
 
 
-def _curves(curves: pd.DataFrame, place: str, styles: Styles) -> Figure | None:
-    """Error, size and seconds after every episode: mean and deviation over trials and orders."""
+def _curves(curves: pd.DataFrame, place: str, styles: Styles, by_tracks: bool) -> Figure | None:
+    """Error, size and seconds after every episode, or errors by numbers of tracks: mean and deviation over trials and
+    orders."""
     rows = curves[(curves["place"] == place) | (curves["place"].isna() & curves["scene"].isin([place, "all"]))]
     if rows.groupby("method")["tracks"].nunique().max() < 2:
         return None
     figure, axes = _figure(12.5, 4.3, 1, 3)
     last_seconds = []
-    for axis, (value, label) in zip(axes.flat, PANELS.items()):
+    # Trials have different numbers of tracks in all.
+    x = rows.groupby(["method", "episode"])["tracks"].transform("mean") if by_tracks else rows["tracks"]
+    for axis, (value, label) in zip(axes.flat, (ERROR_PANELS if by_tracks else PANELS).items()):
         for method, style in styles.items():
-            points = (
-                rows[rows["method"] == method]
-                .groupby("tracks")[value]
-                .agg(["mean", "std", "count"])
-                .dropna(subset="mean")
-            )
+            points = rows[rows["method"] == method].groupby(x)[value].agg(["mean", "std", "count"]).dropna(subset="mean")
             points = points[2 * points["count"] >= points["count"].max()]
             if len(points) == 0:
                 continue
-            line = "" if len(points) == 1 else "-"  # learnt at once
-            axis.plot(
-                points.index, points["mean"], ls=line, label=method, ms=4, markevery=max(1, len(points) // 6), **style
-            )
-            spread = points["std"].fillna(0)
-            low, high = points["mean"] - spread, points["mean"] + spread
-            axis.fill_between(points.index, low, high, color=style["color"], alpha=0.12, lw=0)
+            _with_spread(axis, points, method, style)
             if value == "seconds":
                 last_seconds.append(points["mean"].iloc[-1])
         axis.set_xlabel("tracks learnt")
         axis.set_title(label, loc="left", fontsize=10)
+        if by_tracks:
+            axis.set_xscale("log")
+            axis.set_xticks(sorted(set(x)), [f"{tick:.0f}" for tick in sorted(set(x))])
+            axis.minorticks_off()
+            continue
         axis.set_xlim(left=0)
         if value != "error":
             axis.set_ylim(bottom=0)
@@ -115,6 +114,14 @@ def _curves(curves: pd.DataFrame, place: str, styles: Styles) -> Figure | None:
     _legend(figure, axes, ncol=min(6, len(styles)))
     figure.suptitle(place, x=0.01, ha="left", fontweight="bold")
     return figure
+
+
+def _with_spread(axis: Any, points: pd.DataFrame, method: str, style: dict[str, Any]) -> None:
+    line = "" if len(points) == 1 else "-"  # learnt at once
+    axis.plot(points.index, points["mean"], ls=line, label=method, ms=4, markevery=max(1, len(points) // 6), **style)
+    spread = points["std"].fillna(0)
+    low, high = points["mean"] - spread, points["mean"] + spread
+    axis.fill_between(points.index, low, high, color=style["color"], alpha=0.12, lw=0)
 
 
 def _errors(rows: pd.DataFrame, styles: Styles) -> Figure:

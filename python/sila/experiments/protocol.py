@@ -39,6 +39,7 @@ class TestSite:
     name: str
     test: FramedTracks
     support: TrainingSupport
+    present: FramedTracks  #: all of the scene, whose positions until t0 methods with interactions get
 
 
 @dataclass
@@ -126,13 +127,23 @@ def protocol_of(experiment: Experiment, run: Run) -> Protocol:
         for s in _sila.orders_of(len(scenes), settings.orders, settings.seed)[run.order - 1]:
             train, test = sides(scenes[s])
             protocol.training.append(train)
-            protocol.test_sites.append(TestSite(scenes[s].name, test, TrainingSupport(train, config)))
+            protocol.test_sites.append(TestSite(scenes[s].name, test, TrainingSupport(train, config), scenes[s].tracks))
         return protocol
-    train, test = sides(scenes[run.scene_index])
-    others = [scene for s, scene in enumerate(scenes) if s != run.scene_index]
-    protocol.training = [train] if run.here else [sides(scene)[0] for scene in others]
-    protocol.test_sites = [TestSite(scenes[run.scene_index].name, test, TrainingSupport(train, config))]
+    scene = scenes[run.scene_index]
+    train, test = sides(scene)
+    others = [other for s, other in enumerate(scenes) if s != run.scene_index]
+    protocol.training = [train] if run.here else [sides(other)[0] for other in others]
+    protocol.test_sites = [TestSite(scene.name, test, TrainingSupport(train, config), scene.tracks)]
     return protocol
+
+
+def first_tracks(training: Sequence[FramedTracks], count: int) -> list[FramedTracks]:
+    """The first `count` tracks, scene after scene."""
+    first = []
+    for tracks in training:
+        first.append(tracks.take(list(range(min(count, len(tracks))))))
+        count -= len(first[-1])
+    return [tracks for tracks in first if len(tracks)]
 
 
 def batches_of(training: Sequence[FramedTracks], batch: int) -> Iterator[FramedTracks]:

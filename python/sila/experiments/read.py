@@ -57,6 +57,7 @@ class Settings:
     batch: int = 20
     seed: int = 100
     every_episode: bool = False
+    tracks: tuple[int, ...] = ()
     orders: int = 1
     bootstraps: int = 2000
 
@@ -160,6 +161,8 @@ def _settings(file: str, given: dict[str, Any], overrides: Overrides) -> Setting
     for name in ("trials", "split", "seed"):
         if getattr(overrides, name) is not None:
             given[name] = getattr(overrides, name)
+    if "tracks" in given:
+        given["tracks"] = _counts(file, given["tracks"])
     for name, value in given.items():
         default = getattr(Settings, name)
         fits = isinstance(value, (int, float)) if isinstance(default, float) else type(value) is type(default)
@@ -175,6 +178,13 @@ def _settings(file: str, given: dict[str, Any], overrides: Overrides) -> Setting
                 file, 0, f"{name} to be one of {', '.join(known)} (the nearest is {nearest})", given[name]
             )
     return replace(Settings(), **given)
+
+
+def _counts(file: str, value: Any) -> tuple[int, ...]:
+    counts = value if isinstance(value, list) else []
+    if any(type(n) is not int or n < 1 for n in counts) or sorted(set(counts)) != counts or not counts:
+        raise FormatError(file, 0, "tracks as a list of growing numbers from 1", json.dumps(value))
+    return tuple(counts)
 
 
 def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) -> ExperimentScene:
@@ -263,6 +273,8 @@ def _check(experiment: Experiment) -> None:
     settings, scenes, methods = experiment.settings, experiment.scenes, experiment.methods
     if settings.train_tracks > 0 and settings.test_tracks == 0:
         raise ValueError("experiment: train_tracks needs test_tracks beside it")
+    if settings.tracks and (settings.every_episode or settings.kind == "transfer"):
+        raise ValueError("experiment: tracks goes neither with every_episode nor with the kind transfer")
     if settings.kind != "one_place" and len(scenes) < 2:
         raise ValueError("experiment: scenes = one, this kind needs at least two")
     for what, names in (("scenes", [s.name for s in scenes]), ("methods", [m.name for m in methods])):

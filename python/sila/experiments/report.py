@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from .. import _sila
-from .read import Experiment
+from .read import Experiment, Settings
 from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Comparison, compare, rows_of, summarise
 
 SPLITS = {"time": "by blocks of time with an embargo", "track": "by track (companions are learnt from)"}
@@ -41,6 +41,8 @@ BRIEF = {
 }
 #: By place, in tables of their own.
 BY_PLACE = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step", "energy_score_m": "energy score [m]"}
+#: Of learning curves.
+CURVES = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step"}
 LARGER_IS_BETTER = ("reliability_average", "reliability_least")
 GEOMETRIC = ("size", "training_s", "bytes", "us_per_prediction")  # places differ by orders of magnitude
 #: Means over places leave out places with fewer such windows in all trials.
@@ -78,7 +80,7 @@ def write_results(
     }
     write_text(folder / "results.json", _json(written))
     write_text(folder / "results.csv", rows.to_csv(index=False, lineterminator="\n"))
-    write_text(folder / "curves.csv", curves(results).to_csv(index=False, lineterminator="\n"))
+    write_text(folder / "curves.csv", curves_of(settings, results).to_csv(index=False, lineterminator="\n"))
     write_text(folder / "table.md", markdown(experiment, results, summary, comparisons, trials, written["made_with"]))
     return written
 
@@ -150,6 +152,23 @@ def _summary_json(summary: pd.DataFrame) -> list[dict[str, Any]]:
     return found
 
 
+def curves_of(settings: Settings, results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    return learning_curves(results) if settings.tracks else curves(results)
+
+
+def learning_curves(results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """A row a place and number of tracks, from which a method has learnt anew; `episode` is the number of the column."""
+    rows = []
+    for result in results:
+        for point in result["learning_curve"]:
+            row = {key: result[key] for key in ("scene", "method", "split", "trial", "order")}
+            row |= {key: point[key] for key in ("episode", "tracks", "size", "seconds")}
+            for place, groups in point["places"].items():
+                names = ("windows", "weighted_mhd_m", "constant_mhd_m", *CURVES)
+                rows.append({**row, "place": place, **{name: BY_NAME[name].of(groups) for name in names}})
+    return pd.DataFrame(rows)
+
+
 def curves(results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """A row a checkpoint and place that was scored."""
     rows = []
@@ -194,6 +213,8 @@ def markdown(
     text.append(_brief(experiment, summary))
     if len(places) > 1 and len(experiment.methods) > 1:
         text.append(_by_place(experiment, summary))
+    if settings.tracks:
+        text.append(_learning_curves(experiment, results))
     if any(len(result["checkpoints"]) > 1 for result in results):
         text.append(_growth(results))
     for split in settings.splits:
@@ -334,6 +355,33 @@ def _by_place(experiment: Experiment, summary: pd.DataFrame) -> str:
             lines = list(zip(methods, (list(row) for row in zip(*columns))))
             found.append(f"## {title}, split by {split}\n\n{_lines('method', places, lines)}")
     return "# By place\n\nBold: better than the method that the others are compared with.\n\n" + "\n".join(found)
+
+
+def _learning_curves(experiment: Experiment, results: Sequence[Mapping[str, Any]]) -> str:
+    """A table a split and measure: methods at each place by numbers of tracks."""
+    counts, found = experiment.settings.tracks, []
+    rows = learning_curves(results)
+    for split, own in rows.groupby("split", sort=False):
+        whole = own[own["episode"] > len(counts)].groupby("place", sort=False)["tracks"].mean()
+        for name, title in CURVES.items():
+            means = own.groupby(["place", "method", "episode"], sort=False)[name].mean().unstack()
+            lines = [line for place in whole.index for line in _curve_lines(experiment, place, means.loc[place], name)]
+            if experiment.settings.kind == "one_place" and len(whole) > 1:
+                mean = means.groupby("method", sort=False).agg(lambda column: column.mean(skipna=False))
+                lines += _curve_lines(experiment, "mean", mean, name)
+            titles = ["method", *map(str, counts), "all"]
+            found.append(f"## {title}, split by {split}\n\n{_lines('place', titles, lines)}")
+        found.append("All: " + ", ".join(f"{place} {count:.0f}" for place, count in whole.items()) + " tracks.\n")
+    about = "Each method learns the first tracks of the training part from the beginning, and is scored on the same windows."
+    return f"# Learning curves\n\n{about} Bold: better than {experiment.reference} from as many.\n\n" + "\n".join(found)
+
+
+def _curve_lines(experiment: Experiment, place: str, means: pd.DataFrame, name: str) -> list[tuple[str, list[str]]]:
+    means = means.reindex(columns=range(1, len(experiment.settings.tracks) + 2))
+    reference = list(means.index).index(experiment.reference) if experiment.reference in means.index else 0
+    columns = [list(means[point]) for point in means]
+    cells = [_marked([_number(v, _decimals(name)) for v in column], column, reference) for column in columns]
+    return [(place, [method, *row]) for method, row in zip(means.index, zip(*cells))]
 
 
 def _growth(results: Sequence[Mapping[str, Any]]) -> str:

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,8 @@ from .. import _sila
 from .._sila import Prediction, WindowSet
 from .measures import measures_of, modes_of, stepwise_measures
 from .method import Forecast, Method
-from .protocol import Run, TestSite, batches_of, protocol_of, runs_of
+from .neighbours import inputs_of
+from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
 from .read import Experiment, ExperimentMethod, Overrides, read_experiment
 from .scores import sums_of
 
@@ -29,10 +30,27 @@ NOTHING_ELSE = Overrides()
 
 
 def do_run(experiment: Experiment, run: Run) -> Json:
-    """The result of a run: a checkpoint an episode, and the scores after the last."""
+    """The result of a run: a checkpoint an episode, the scores after the last, and the learning curve if asked for."""
+    counts, protocol = experiment.settings.tracks, protocol_of(experiment, run)
+    entry = experiment.methods[run.method_index]
+    result: Json = {key: value for key, value in asdict(run).items() if key in ("trial", "order", "split", "scene")}
+    result |= {"method": run.method, "published": entry.cls is not None and entry.cls.published}
+    curve = []
+    for point, count in enumerate([*counts, None], 1):
+        training = protocol.training if count is None else first_tracks(protocol.training, count)
+        if count is not None and sum(map(len, training)) == sum(map(len, protocol.training)):
+            continue
+        checkpoints, places = learn(experiment, run, replace(protocol, training=training))
+        last = {key: checkpoints[-1][key] for key in ("tracks", "size")}
+        last |= {"episode": point, "seconds": sum(checkpoint["seconds"] for checkpoint in checkpoints)}
+        curve.append(last | {"places": {name: site["groups"] for name, site in places.items()}})
+    return result | {"checkpoints": checkpoints, "places": places, "learning_curve": curve if counts else []}
+
+
+def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Json], Json]:
+    """The checkpoints of a method that begins with nothing, and its scores after the last of them."""
     settings, entry = experiment.settings, experiment.methods[run.method_index]
     assert entry.cls is not None
-    protocol = protocol_of(experiment, run)
     config = entry.configs[run.scene_index]
     method = entry.cls(config, batch=settings.batch, seed=run.trial, scene=run.scene, **entry.parameters)
     if method.at_once:
@@ -42,8 +60,8 @@ def do_run(experiment: Experiment, run: Run) -> Json:
         batches = [whole]
     else:
         batches = list(batches_of(protocol.training, settings.batch))
-    result: Json = {key: value for key, value in asdict(run).items() if key in ("trial", "order", "split", "scene")}
-    result |= {"method": run.method, "published": method.published, "checkpoints": [], "places": {}}
+    checkpoints: list[Json] = []
+    places: Json = {}
     tracks = 0
     for episode, batch in enumerate(batches, 1):
         tracks += len(batch)
@@ -56,20 +74,21 @@ def do_run(experiment: Experiment, run: Run) -> Json:
             scores, brief = score(method, site, config, with_measures=last)
             checkpoint.setdefault("places", {})[site.name] = brief
             if last:
-                result["places"][site.name] = scores
+                places[site.name] = scores
         checkpoint["size"] = method.size
         if last:
             checkpoint["bytes"] = method.bytes
-        result["checkpoints"].append(checkpoint)
-    return result
+        checkpoints.append(checkpoint)
+    return checkpoints, places
 
 
 def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -> tuple[Json, Json]:
     """The scores of a method at a scene, and what a checkpoint keeps of them."""
     stride_s = json.loads(config)["evaluate"]["stride_s"]
     windows = site.test.windows(config, stride_s)
+    inputs = inputs_of(method, windows, site.present)
     started = time.perf_counter()
-    found = method.predict(windows.without_future())
+    found = method.predict(*inputs)
     seconds = time.perf_counter() - started
     predictions = predictions_of(windows, found) if isinstance(found, Forecast) else found
     evaluation_json, windows_json = _sila.scores_of(predictions, site.test, site.support, config)
