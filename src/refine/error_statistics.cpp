@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 #include "refine/prepared_model.hpp"
 #include "sila/core/sampling.hpp"
@@ -14,8 +16,8 @@ namespace {
 
 /// A window that was predicted before anything was learnt says little of how large errors will be.
 constexpr double kUnfittedWeight = 0.2;
-/// Windows that all sites together count as in the error statistics of one, at the most.
-constexpr double kOtherSitesWindows = 30.0;
+/// What all other sites together weigh in a cell of a site's nonconformity scores, at the most.
+constexpr double kOtherSitesWindows = 20.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
   moments.weight += weight;
@@ -171,11 +173,19 @@ ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool pla
   return free;
 }
 
-ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site,
-                                        const ErrorStatistics& of_all) {
+ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site) {
   ErrorStatistics own = sites[site].error_statistics;
-  if (sites.size() == 1 || own.empty()) return own;
-  accumulate(own, discounted(of_all, std::min(1.0, kOtherSitesWindows / windows_in(of_all.density))));
+  for (std::size_t cell = 0; cell < own.scores.size(); ++cell) {
+    std::vector<double> others(kScoreBins, 0.0);
+    for (std::size_t s = 0; s < sites.size(); ++s) {
+      if (s == site || sites[s].error_statistics.empty()) continue;
+      std::ranges::transform(others, sites[s].error_statistics.scores[cell], others.begin(), std::plus<>{});
+    }
+    const double windows = std::accumulate(others.begin(), others.end(), 0.0);
+    if (windows <= 0.0) continue;
+    const double share = std::min(1.0, kOtherSitesWindows / windows);
+    for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
+  }
   return own;
 }
 

@@ -14,9 +14,10 @@ ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<co
 /// site.
 ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool place_free);
 
-/// The error statistics of one site and, as a prior, those of all sites (`of_all`), which count as a few windows (power
-/// prior). A site alone keeps its own bit for bit. Source: none in the paper; docs/decisions/0097-sites.md.
-ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site,
-                                        const ErrorStatistics& of_all);
+/// The error statistics of one site, its nonconformity scores shrunk to those of the others: what these saw is a prior
+/// that counts as a few windows (power prior). The rest is the site's own, for regressions and variances of other sites
+/// made predictions worse. A site alone keeps its own bit for bit. Source: none in the paper;
+/// docs/decisions/0097-sites.md.
+ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site);
 
 }  // namespace sila

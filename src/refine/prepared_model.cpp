@@ -75,10 +75,8 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
     throw std::invalid_argument("predict.observe_s = " + std::to_string(config.observe_s) +
                                 ", the model uses at most " + std::to_string(elsewhere_.stacking.observe_s()) + " s");
   by_site_.resize(model.sites.size(), fitted_to({}));
-  const ErrorStatistics of_all = pooled_error_statistics(model.sites, false);
-  tbb::parallel_for(std::size_t{0}, by_site_.size(), [&](std::size_t site) {
-    by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site, of_all));
-  });
+  tbb::parallel_for(std::size_t{0}, by_site_.size(),
+                    [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site)); });
 }
 
 PreparedModel::Fitted PreparedModel::fitted_to(const ErrorStatistics& error_statistics) const {

@@ -56,6 +56,25 @@ TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
   EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.sites.at(0).error_statistics.empty());
 }
 
+TEST(Episode, TheFirstBatchHasStatisticsOfModelsOfItsParts) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 6);
+  const Model model = run_episode({}, tracks, kConfig).model;
+  const Model parts = run_episodes({}, tracks, 5, kConfig, sila_update(kConfig)).model;
+  const ErrorStatistics &of_batch = model.sites.at(0).error_statistics, &of_parts = parts.sites.at(0).error_statistics;
+  ASSERT_EQ(of_batch.stacking.size(), of_parts.stacking.size());
+  for (std::size_t c = 0; c < of_parts.stacking.size(); ++c)
+    EXPECT_EQ(of_batch.stacking[c].features, of_parts.stacking[c].features);
+  EXPECT_EQ(of_batch.scores, of_parts.scores);
+  EXPECT_EQ(model.sites[0].episodes, 1);
+  EpisodeConfig none = kConfig;
+  none.error_statistics.enabled = false;
+  EXPECT_EQ(size(model), size(run_episode({}, tracks, none).model)) << "what is learnt of the batch does not change";
+  // Too few for parts: nothing but constant velocity has predicted them.
+  const std::span<const FramedTrajectory> few = std::span(tracks).first(7);
+  for (const std::vector<double>& bins : run_episode({}, few, kConfig).model.sites.at(0).error_statistics.scores)
+    EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0.0), 0.0);
+}
+
 TEST(Episode, RejectsAnotherGridOrIntervalThanTheModels) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 8);
   const Model model = run_episode({}, tracks, kConfig).model;
