@@ -23,8 +23,6 @@ struct MakeOptions {
 };
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kLargeError_m = 1.5;
-constexpr std::size_t kFewTurns = 10;
 
 double heading_deg(const Vector2& axis) {
   return std::atan2(axis.y(), axis.x()) * kDegrees;
@@ -44,8 +42,7 @@ std::string describe(const CornerProposal& made) {
   axis(1, frame.axis_1, made.share_1, made.widths.width_1_m);
   axis(2, frame.axis_2, made.share_2, made.widths.width_2_m);
   text << "standard error of the headings: " << made.axis_error_rad * kDegrees << " degrees\n";
-  if (made.origin_error_m > kLargeError_m || made.turning_tracks < kFewTurns)
-    text << "warning: the tracks do not show one corner clearly; compare with a picture or a map before use\n";
+  text << "tracks show where people turn, not the curb: compare the corner with a picture or a map before use\n";
   return text.str();
 }
 
