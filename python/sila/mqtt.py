@@ -96,7 +96,7 @@ class _TopicStream:
         client.reconnect_delay_set(1, 30)
         client.on_connect, client.on_disconnect, client.on_connect_fail = self._connected, self._lost, self._lost
         client.on_subscribe, client.on_publish, client.on_message = self._subscribed, self._published, self._arrived
-        session = Properties(PacketTypes.CONNECT)
+        session = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
         session.SessionExpiryInterval = _SESSION_S
         client.connect_async(*_address(options.broker), clean_start=False, properties=session)
         return client
