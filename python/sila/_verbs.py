@@ -31,11 +31,12 @@ def learn(
 
     `scene` says where corners are. Without it a new model makes a frame from its first batch and keeps it for its life.
     As `sila learn`: each batch is predicted before it is learnt, and the errors calibrate it. `config` changes what `model`
-    was learnt with. `threads`: 0 means all. Raises ValueError for a configuration that the model did not begin with.
+    was learnt with. `threads`: 0 means all. Raises ValueError for a configuration that the model did not begin with, and
+    without tracks.
     """
     start = _model("model", model) if model is not None else Model()
     settings = merged(start.config_json, config)
-    given = as_tracks(tracks, config=json.loads(settings))
+    given = _some("learn", tracks, settings)
     if isinstance(batch, bool) or not isinstance(batch, int) or batch < 1:
         raise ValueError(f"learn: batch: expected a whole number of at least 1, found {batch!r}")
     with bar(progress, -(-len(given) // batch), "learning", "episode") as moving:
@@ -54,9 +55,16 @@ def train_batch(
     """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
     other half, so that no error is of a window that was learnt."""
     settings = merged("{}", config)
-    given = as_tracks(tracks, config=json.loads(settings))
+    given = _some("train_batch", tracks, settings)
     place = _place(scene, Model(), given, settings, len(given))
     return _sila.train_batch(list(given), place, settings, _threads(threads))
+
+
+def _some(verb: str, tracks: TracksLike, settings: str) -> Tracks:
+    given = as_tracks(tracks, config=json.loads(settings))
+    if len(given) == 0:
+        raise ValueError(f"{verb}: tracks: expected at least one, found none")
+    return given
 
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
