@@ -266,10 +266,9 @@ std::vector<Site> first_statistics(std::span<const FramedTrajectory> batch, cons
 std::vector<Site> recent_statistics(const Model& previous, std::span<const FramedTrajectory> batch,
                                     const EpisodeConfig& config, const Predictor* predictor) {
   std::vector<FramedTrajectory> known, first;
-  for (const FramedTrajectory& track : batch)
-    (find_site(previous.sites, track.frame) ? known : first).push_back(track);
-  std::vector<Site> recent = predictor ? error_statistics_by(*predictor, known, config)
-                                       : error_statistics_on(previous, known, config);
+  for (const FramedTrajectory& track : batch) (find_site(previous.sites, track.frame) ? known : first).push_back(track);
+  std::vector<Site> recent =
+      predictor ? error_statistics_by(*predictor, known, config) : error_statistics_on(previous, known, config);
   std::ranges::move(first_statistics(first, config), std::back_inserter(recent));
   return recent;
 }
