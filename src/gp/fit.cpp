@@ -53,8 +53,8 @@ Eigen::VectorXd gradient_of_vector(const MarginalLikelihoodGradient& gradient) {
   return v;
 }
 
-/// Bounds of theta for so many points of this extent and mean square; the start, if outside, is clamped to them. The
-/// log marginal likelihood is curved about as much as there are points.
+/// Bounds of theta for this number of points of this extent and mean square; the start, if outside, is clamped to them.
+/// The log marginal likelihood is curved about as much as there are points.
 detail::SearchBox theta_box(const Hyperparameters& start, double points, const Eigen::VectorXd& extent,
                             double mean_square, const GpConfig& config) {
   constexpr double max_noise_to_signal = 10.0;
@@ -93,7 +93,7 @@ Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vecto
     }
     return sum;
   };
-  return to_hyperparameters(detail::minimise_in_box(objective, box, stopping(config)).x);
+  return to_hyperparameters(detail::minimise_in_box(objective, box, stopping(config)));
 }
 
 /// Greedy Z under the theta so far, then theta under that Z, some rounds.
@@ -147,7 +147,7 @@ Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::Sear
     if (with_theta) result.gradient.tail(dimensions + 2) = gradient_of_vector(gradient);
     return result;
   };
-  return unpack(detail::minimise_in_box(objective, box, stopping(config)).x);
+  return unpack(detail::minimise_in_box(objective, box, stopping(config)));
 }
 
 Fit optimised_fit(const GpData& data, const Hyperparameters& start, const GpConfig& config) {

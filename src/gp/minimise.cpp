@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-// dlib is used from its headers alone. The distribution's configuration asks for BLAS and LAPACK, which vectors of some
+// dlib is used from its headers alone. The distribution's configuration requires BLAS and LAPACK, which vectors of some
 // ten numbers do not need, and for the link-time check that headers and a linked dlib agree, which there is nothing to
 // check with.
 #define DLIB_TEST_FOR_ODR_VIOLATIONS_H_
@@ -38,26 +38,26 @@ class Memo {
 
   const ValueAndGradient& at(const Column& column) {
     const Eigen::VectorXd steps = to_eigen(column);
-    if (evaluations_ > 0 && steps == steps_) return last_;
+    const bool first = steps_.size() == 0;
+    if (!first && steps == steps_) return last_;
     steps_ = steps;
     // Clamped, for the way to steps and back rounds.
     const Eigen::VectorXd x = steps.cwiseProduct(box_.typical_step).cwiseMax(box_.lower).cwiseMin(box_.upper);
     last_ = objective_(x);
-    if (evaluations_ == 0 || last_.value < best_.value) best_ = {x, last_.value, 0};
-    ++evaluations_;
+    if (first || last_.value < best_value_) best_ = x, best_value_ = last_.value;
     last_.gradient = last_.gradient.cwiseProduct(box_.typical_step).eval();
     return last_;
   }
 
-  Minimum best() const { return {best_.x, best_.value, evaluations_}; }
+  const Eigen::VectorXd& best() const { return best_; }
 
  private:
   const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective_;
   const SearchBox& box_;
   Eigen::VectorXd steps_;
   ValueAndGradient last_;
-  Minimum best_;
-  int evaluations_ = 0;
+  Eigen::VectorXd best_;
+  double best_value_ = 0.0;
 };
 
 /// A stop strategy in dlib's sense: relative decrease, and the gradient without the components that press against the
@@ -91,8 +91,8 @@ class StopRule {
 
 }  // namespace
 
-Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
-                        const Stopping& stopping) {
+Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
+                                const SearchBox& box, const Stopping& stopping) {
   Memo memo(objective, box);
   const auto in_steps = [&](const Eigen::VectorXd& x) { return to_dlib(x.cwiseQuotient(box.typical_step)); };
   const Column lower = in_steps(box.lower), upper = in_steps(box.upper);
