@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/concatenate.hpp"
+
 namespace sila {
 
 bool operator==(const Hyperparameters& a, const Hyperparameters& b) {
@@ -14,8 +16,8 @@ void validate(const Hyperparameters& hyperparameters) {
   validate(hyperparameters.kernel);
   const double noise = hyperparameters.noise_variance;
   if (noise > 0.0 && std::isfinite(noise)) return;
-  throw std::invalid_argument("hyperparameters: noise_variance = " + std::to_string(noise) +
-                              ", must be positive and finite");
+  throw std::invalid_argument(
+      concatenate("hyperparameters: noise_variance = ", noise, ", must be positive and finite"));
 }
 
 void validate(const GpConfig& config) {
