@@ -2,7 +2,6 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
-#include <string>
 
 #include "core/concatenate.hpp"
 #include "sila/evaluate/training_support.hpp"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 
 #include "predict/constant_velocity.hpp"
 #include "sila/evaluate/split.hpp"

@@ -93,7 +93,7 @@ Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vecto
     }
     return sum;
   };
-  return to_hyperparameters(detail::minimise_in_box(objective, box, stopping(config)));
+  return to_hyperparameters(detail::minimise_in_box(objective, box, stopping(config)).x);
 }
 
 /// Greedy Z under the theta so far, then theta under that Z, some rounds.
@@ -147,7 +147,7 @@ Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::Sear
     if (with_theta) result.gradient.tail(dimensions + 2) = gradient_of_vector(gradient);
     return result;
   };
-  return unpack(detail::minimise_in_box(objective, box, stopping(config)));
+  return unpack(detail::minimise_in_box(objective, box, stopping(config)).x);
 }
 
 Fit optimised_fit(const GpData& data, const Hyperparameters& start, const GpConfig& config) {

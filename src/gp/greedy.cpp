@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "core/concatenate.hpp"

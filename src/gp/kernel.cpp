@@ -1,6 +1,5 @@
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "core/concatenate.hpp"
 #include "posterior_simd.hpp"

@@ -38,26 +38,26 @@ class Memo {
 
   const ValueAndGradient& at(const Column& column) {
     const Eigen::VectorXd steps = to_eigen(column);
-    const bool first = steps_.size() == 0;
-    if (!first && steps == steps_) return last_;
+    if (evaluations_ > 0 && steps == steps_) return last_;
     steps_ = steps;
     // Clamped, for the way to steps and back rounds.
     const Eigen::VectorXd x = steps.cwiseProduct(box_.typical_step).cwiseMax(box_.lower).cwiseMin(box_.upper);
     last_ = objective_(x);
-    if (first || last_.value < best_value_) best_ = x, best_value_ = last_.value;
+    if (evaluations_ == 0 || last_.value < best_.value) best_ = {x, last_.value, 0};
+    ++evaluations_;
     last_.gradient = last_.gradient.cwiseProduct(box_.typical_step).eval();
     return last_;
   }
 
-  const Eigen::VectorXd& best() const { return best_; }
+  Minimum best() const { return {best_.x, best_.value, evaluations_}; }
 
  private:
   const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective_;
   const SearchBox& box_;
   Eigen::VectorXd steps_;
   ValueAndGradient last_;
-  Eigen::VectorXd best_;
-  double best_value_ = 0.0;
+  Minimum best_;
+  int evaluations_ = 0;
 };
 
 /// A stop strategy in dlib's sense: relative decrease, and the gradient without the components that press against the
@@ -91,8 +91,8 @@ class StopRule {
 
 }  // namespace
 
-Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
-                                const SearchBox& box, const Stopping& stopping) {
+Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
+                        const Stopping& stopping) {
   Memo memo(objective, box);
   const auto in_steps = [&](const Eigen::VectorXd& x) { return to_dlib(x.cwiseQuotient(box.typical_step)); };
   const Column lower = in_steps(box.lower), upper = in_steps(box.upper);

@@ -16,15 +16,21 @@ struct Stopping {
   double relative_tolerance = 1e-6;  ///< decrease in one iteration, relative to the value
 };
 
+struct Minimum {
+  Eigen::VectorXd x;
+  double value = 0.0;
+  int evaluations = 0;
+};
+
 /// Where the search begins and must stay. The optimiser sees the numbers in typical steps: so far does each have to go
 /// for about the same change of the objective.
 struct SearchBox {
   Eigen::VectorXd start, lower, upper, typical_step;
 };
 
-/// A local minimiser in the box [lower, upper], by dlib's box-constrained L-BFGS; never worse than the start, which is
+/// A local minimum in the box [lower, upper], by dlib's box-constrained L-BFGS; never worse than the start, which is
 /// clamped to the box. See docs/decisions/0010 for the choice.
-Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
-                                const SearchBox& box, const Stopping& stopping);
+Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
+                        const Stopping& stopping);
 
 }  // namespace sila::detail

@@ -1,8 +1,6 @@
 #include "statistics.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "core/concatenate.hpp"

@@ -1,6 +1,5 @@
 #include "sila/model/error_statistics.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>

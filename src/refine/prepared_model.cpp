@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <span>
 #include <stdexcept>
-#include <string>
-#include <utility>
 
 #include "core/concatenate.hpp"
 #include "predict/constant_velocity.hpp"

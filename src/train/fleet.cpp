@@ -1,7 +1,6 @@
 #include "sila/train/fleet.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <numeric>
