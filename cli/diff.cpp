@@ -1,7 +1,6 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "options.hpp"
 #include "sila/core/thread_limit.hpp"

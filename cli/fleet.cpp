@@ -4,7 +4,7 @@
 
 namespace sila::cli {
 
-/// The verb that a fleet is learnt by stands on Dask and therefore in the Python package, whose `sila` knows it.
+/// The verb needs Dask and is therefore in the Python package, whose `sila` has it.
 void add_fleet(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("fleet", "Learn many places side by side on Dask (in the Python package).");
   verb->prefix_command();

@@ -76,7 +76,7 @@ Config configured(const CommonOptions& common, Config base = {});
 /// The same with the configuration that a model was learnt with as its base; `path` is for messages.
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path);
 
-/// Reads tracks and tells what became of their rows on stderr.
+/// Reads tracks and reports their rows on stderr.
 ReadTracks read_clean(const TrackOptions& options, const Config& config);
 
 /// The first line of a file: a token is given by a file, so that it is in no list of processes.
@@ -92,7 +92,7 @@ OpenedTracks open_tracks(const TrackOptions& options, const Config& config);
 /// What became of the rows, on stderr.
 void tell(const TrackReport& report);
 
-/// Reads tracks, tells what became of their rows on stderr, and puts each in the frame of its corner: of the scene, or
+/// Reads tracks, reports their rows on stderr, and puts each in the frame of its corner: of the scene, or
 /// without one of the model.
 SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model);
 

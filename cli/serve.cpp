@@ -51,7 +51,7 @@ OpenModel open_model(const ServeVerb& options) {
   return open;
 }
 
-/// Stores an episode with the online calibration, and says so when it is safe.
+/// Stores an episode with the online calibration, then reports it.
 void commit(OpenModel& open, const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
   const int number = open.episodes + 1;
   open.file.commit(episode.model, record_of(number, previous, episode, calibration), to_json(open.config).dump());

@@ -146,7 +146,7 @@ bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
   return (to.position_m - from.position_m).norm() > reach;
 }
 
-/// Cuts at gaps and jumps; a single sample off a path that goes on without it is dropped.
+/// Cuts at gaps and jumps; a single sample off a path that continues without it is dropped.
 std::vector<Tracklet> tracklets_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
                                    Ledger& ledger) {
   const std::vector<Sample> samples = one_per_stamp(track, source, config, ledger);

@@ -2,8 +2,10 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <sstream>
+#include <numbers>
 #include <stdexcept>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -27,10 +29,7 @@ Vector2 unit_axis(const char* name, const Vector2& axis) {
 }
 
 void require_positive(const char* name, double value) {
-  if (value > 0.0 && std::isfinite(value)) return;
-  std::ostringstream text;
-  text << name << " = " << value << ", it must be positive";
-  reject(text.str());
+  if (!(value > 0.0 && std::isfinite(value))) reject(concatenate(name, " = ", value, ", it must be positive"));
 }
 
 }  // namespace
@@ -67,12 +66,11 @@ void validate(const CurbFrame& frame) {
   require_positive("sidewalk_width_m", frame.sidewalk_width_m);
   require_positive("unit_m of axis_1", frame.unit_m.x());
   require_positive("unit_m of axis_2", frame.unit_m.y());
-  const double sine = cross(frame.axis_1, frame.axis_2);
-  if (std::abs(sine) >= kSmallestSine) return;
-  std::ostringstream text;
-  text << "axis_1 and axis_2 are near parallel: |sin| of the angle between them is " << std::abs(sine) << ", at least "
-       << kSmallestSine << " is needed";
-  reject(text.str());
+  const double sine = std::abs(cross(frame.axis_1, frame.axis_2));
+  if (sine >= kSmallestSine) return;
+  const double angle_rad = std::atan2(sine, frame.axis_1.dot(frame.axis_2));
+  reject(concatenate("the angle between axis_1 and axis_2 is ", angle_rad * 180.0 / std::numbers::pi,
+                     " degrees, it must be 20.5 to 159.5"));
 }
 
 Matrix2 world_from_curb(const CurbFrame& frame) {

@@ -6,6 +6,8 @@ namespace sila {
 
 /// Constant velocity is the mean velocity over this last part of the observed window [s].
 inline constexpr double kConstantVelocityWindow_s = 0.8;
+/// A person stands as long as the distance from one position is at most this [m].
+inline constexpr double kStandingReach_m = 0.5;
 
 /// Mean velocity over the last `window_s` of the observed path, or over what there is; of a single sample its own
 /// velocity. Units: widths/s. Throws: std::invalid_argument for an empty path.

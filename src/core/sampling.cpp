@@ -6,15 +6,17 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/kinematics.hpp"
+
 namespace sila {
 namespace {
 
-/// What is believed of a tracker's noise before its samples are seen [m], with the weight of so many differences.
+/// Prior of a tracker's noise [m], with the weight of this number of differences.
 constexpr double kPriorNoise_m = 0.005, kPriorDifferences = 10.0;
 constexpr double kMinNoise_m = 1e-3;
 /// Before the first sample: the mean velocity of the samples, give or take [m/s].
 constexpr double kPriorSpeed_mps = 2.0;
-/// The filter begins so long before the first state that is asked for [s].
+/// Time from the beginning of the filter to the first requested state [s].
 constexpr double kRunIn_s = 1.0;
 /// Stamps are compared with this slack, far below any tracker's resolution.
 constexpr double kTimeSlack_s = 1e-6;
@@ -141,12 +143,12 @@ std::vector<double> observed_times_s(const Trajectory& track, std::size_t last, 
   return times_s;
 }
 
-/// How long the track had stayed within 0.5 m of where it is at sample `last`, at most 60 s.
+/// How long the track had stayed within kStandingReach_m of where it is at sample `last`, at most 60 s.
 double still_s(const Trajectory& track, std::size_t last) {
-  constexpr double reach_m = 0.5, most_s = 60.0;
+  constexpr double most_s = 60.0;
   std::size_t first = last;
   while (first > 0 && track.times_s[last] - track.times_s[first - 1] <= most_s &&
-         (track.positions_m[first - 1] - track.positions_m[last]).squaredNorm() <= reach_m * reach_m)
+         (track.positions_m[first - 1] - track.positions_m[last]).squaredNorm() <= kStandingReach_m * kStandingReach_m)
     --first;
   return track.times_s[last] - track.times_s[first];
 }

@@ -1,8 +1,9 @@
 #include "sila/core/trajectory.hpp"
 
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -16,9 +17,7 @@ bool is_far(const Vector2& value) {
 }
 
 [[noreturn]] void reject(const std::string& id, std::size_t sample, const char* what) {
-  std::ostringstream text;
-  text << "trajectory '" << id << "', sample " << sample << ": " << what;
-  throw std::invalid_argument(text.str());
+  throw std::invalid_argument(concatenate("trajectory '", id, "', sample ", sample, ": ", what));
 }
 
 void check(const std::string& id, const std::vector<double>& times_s, const std::vector<Vector2>& positions) {

@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <sstream>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -66,9 +66,7 @@ Impression impression_of(std::span<const Trajectory> tracks) {
 }
 
 std::string size_text(const Eigen::AlignedBox2d& box) {
-  std::ostringstream text;
-  text << box.sizes().x() << " x " << box.sizes().y();
-  return text.str();
+  return concatenate(box.sizes().x(), " x ", box.sizes().y());
 }
 
 }  // namespace
@@ -77,22 +75,18 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   const Impression seen = impression_of(tracks);
   std::vector<std::string> warnings;
   if (seen.rows < kFewRows) return warnings;
-  std::ostringstream text;
-  if (seen.interval_s > max_gap_s) {
-    text << "the samples of a track are " << seen.interval_s << " s apart; are the stamps frames or milliseconds?";
-    warnings.push_back(text.str());
-    text.str({});
-  }
+  if (seen.interval_s > max_gap_s)
+    warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
+                                   " s apart; are the stamps frames or milliseconds?"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.brisk_mps > kRunner_mps) {
-    text << "these look like pixels (or centimetres, or stamps that are not seconds): a quarter of the tracks is "
-            "faster than "
-         << seen.brisk_mps << " m/s, in a place of " << size_text(seen.box) << " m; give metres_per_unit";
-    warnings.push_back(text.str());
+    warnings.push_back(concatenate(
+        "these look like pixels (or centimetres, or stamps that are not seconds): a quarter of the tracks is faster "
+        "than ",
+        seen.brisk_mps, " m/s, in a place of ", size_text(seen.box), " m; give metres_per_unit"));
   } else if (seen.half_numbers && large) {
-    text << "these look like pixels: all coordinates are multiples of one half, in a place of " << size_text(seen.box)
-         << " m; give metres_per_unit";
-    warnings.push_back(text.str());
+    warnings.push_back("these look like pixels: all coordinates are multiples of one half, in a place of " +
+                       size_text(seen.box) + " m; give metres_per_unit");
   }
   return warnings;
 }

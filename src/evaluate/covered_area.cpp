@@ -2,8 +2,8 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
-#include <string>
 
+#include "core/concatenate.hpp"
 #include "sila/evaluate/training_support.hpp"
 
 namespace sila {
@@ -17,7 +17,7 @@ std::pair<int, int> cell_at(double cell_m, const Vector2& position_m) {
 
 CoveredArea covered_area(std::span<const FramedTrajectory> tracks, double cell_m) {
   if (!(cell_m > 0.0))
-    throw std::invalid_argument("covered_area: cell_m = " + std::to_string(cell_m) + ", must be positive");
+    throw std::invalid_argument(concatenate("covered_area: cell_m = ", cell_m, ", must be positive"));
   std::set<std::pair<int, int>> touched, covered;
   for (const FramedTrajectory& placed : tracks) {
     for (const Vector2& position_m : placed.track.positions_m) touched.insert(cell_at(cell_m, position_m));

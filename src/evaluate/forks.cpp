@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 
 #include "predict/constant_velocity.hpp"
 #include "sila/evaluate/split.hpp"
@@ -19,7 +18,7 @@ constexpr double kGap_rad = 20.0 * std::numbers::pi / 180.0;
 constexpr double kLeastShare = 0.15;
 constexpr std::size_t kLeastPeople = 12;
 constexpr double kLeastProbability = 1e-4;
-/// A Gaussian is taken at so many radii of equal probability, and directions.
+/// Numbers of radii of equal probability, and of directions, at which a Gaussian is evaluated.
 constexpr int kRadii = 8, kDirections = 16;
 
 double direction_of(const Vector2& way) {
@@ -34,7 +33,7 @@ Vector2 velocity_of(const Window& window, double interval_s) {
   return (constant_velocity(window.past_m, 1, interval_s).front() - window.past_m.back()) / interval_s;
 }
 
-/// Directions parted at their gaps round the circle.
+/// Directions separated at their gaps round the circle.
 std::vector<std::vector<double>> clusters_of(std::vector<double> directions_rad) {
   std::vector<std::vector<double>> clusters;
   if (directions_rad.empty()) return clusters;
@@ -74,7 +73,7 @@ std::vector<Passage> passages_of(std::span<const Window* const> windows, double 
 
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s) {
   const Vector2 here = window.past_m.back(), velocity = velocity_of(window, interval_s);
-  std::map<std::string, const Passage*> people;  // of each person the passage that came along most similarly
+  std::map<std::string, const Passage*> people;  // of each person the most similar passage
   const auto unlike = [&](const Passage& passage) {
     return (passage.position_m - here).norm() / kAlike_m + (passage.velocity_mps - velocity).norm() / kAlike_mps;
   };

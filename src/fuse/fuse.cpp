@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
+#include "core/concatenate.hpp"
 #include "fuse/fuse_fields.hpp"
 #include "fuse/mean.hpp"
 #include "fuse/reindex.hpp"
@@ -18,13 +18,11 @@ namespace {
 
 std::string describe(const ModelSettings& settings) {
   const Grid& grid = settings.grid;
-  std::ostringstream text;
-  text << "{cell " << grid.cell << ", origin (" << grid.origin.x() << ", " << grid.origin.y() << "), tile_cells "
-       << grid.tile_cells << ", scaling " << kCurbScalings[static_cast<std::size_t>(settings.scaling)]
-       << ", sample_interval_s " << settings.sample_interval_s << ", reference_width_m " << settings.reference_width_m
-       << ", residual_horizon_s " << settings.residual_horizon_s << ", residual_knots " << settings.residual_knots
-       << "}";
-  return text.str();
+  return concatenate("{cell ", grid.cell, ", origin (", grid.origin.x(), ", ", grid.origin.y(), "), tile_cells ",
+                     grid.tile_cells, ", scaling ", kCurbScalings[static_cast<std::size_t>(settings.scaling)],
+                     ", sample_interval_s ", settings.sample_interval_s, ", reference_width_m ",
+                     settings.reference_width_m, ", residual_horizon_s ", settings.residual_horizon_s,
+                     ", residual_knots ", settings.residual_knots, "}");
 }
 
 void require_compatible(const std::string& function, const Model& previous, const Increment& incoming) {
@@ -51,11 +49,9 @@ void require_compatible(const std::string& function, const Model& previous, cons
     if (points == 0 && samples.velocities.rows() == 0) continue;
     if (samples.positions.rows() == 2 && samples.velocities.rows() == points && samples.velocities.cols() == 2)
       continue;
-    std::ostringstream text;
-    text << function << ": incoming.samples has positions " << samples.positions.rows() << " x " << points
-         << " and velocities " << samples.velocities.rows() << " x " << samples.velocities.cols()
-         << ", they must be 2 x n and n x 2";
-    throw std::invalid_argument(text.str());
+    throw std::invalid_argument(concatenate(function, ": incoming.samples has positions ", samples.positions.rows(),
+                                            " x ", points, " and velocities ", samples.velocities.rows(), " x ",
+                                            samples.velocities.cols(), ", they must be 2 x n and n x 2"));
   }
 }
 

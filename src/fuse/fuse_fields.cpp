@@ -10,7 +10,7 @@ namespace {
 
 using Gps = std::vector<const SparseGp*>;
 
-/// What one GP of a field stands for.
+/// The part of a field that one GP represents.
 enum class Part { both, x, y };
 
 Gps gps_of(const std::vector<const Transition*>& transitions, Part part) {

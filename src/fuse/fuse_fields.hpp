@@ -21,8 +21,8 @@ enum class FieldOrigin { copied, refitted, fused };
 
 FieldOrigin origin_of(const FieldSources& sources);
 
-/// One flow field of all. A single source is copied bit for bit; samples stand in for the GPs that were trained on
-/// them, never both. Source: SILA paper, Alg. 2, FuseGP; docs/method.md, Fusion. Differs: docs/decisions/0045.
+/// One flow field of all. A single source is copied bit for bit; samples replace the GPs that were trained on them,
+/// never both. Source: SILA paper, Alg. 2, FuseGP; docs/method.md, Fusion. Differs: docs/decisions/0045.
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config);
 
 /// A transition of a model, which must have it.

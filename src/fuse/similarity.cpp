@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 #include <stdexcept>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -100,11 +101,8 @@ double similarity(const MotionPrimitive& a, const MotionPrimitive& b) {
 }
 
 SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold) {
-  if (!(threshold > 0.0)) {
-    std::ostringstream text;
-    text << "similarity_graph: threshold = " << threshold << ", it must be positive";
-    throw std::invalid_argument(text.str());
-  }
+  if (!(threshold > 0.0))
+    throw std::invalid_argument(concatenate("similarity_graph: threshold = ", threshold, ", it must be positive"));
   SimilarityGraph graph{static_cast<int>(previous.primitives.size()), static_cast<int>(incoming.primitives.size()), {}};
   const std::vector<OwnedArrow> arrows = arrows_by_cell(previous);
   const std::vector<double> lengths = lengths_of(previous);

@@ -2,7 +2,8 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 
@@ -14,8 +15,8 @@ void validate(const Hyperparameters& hyperparameters) {
   validate(hyperparameters.kernel);
   const double noise = hyperparameters.noise_variance;
   if (noise > 0.0 && std::isfinite(noise)) return;
-  throw std::invalid_argument("hyperparameters: noise_variance = " + std::to_string(noise) +
-                              ", must be positive and finite");
+  throw std::invalid_argument(
+      concatenate("hyperparameters: noise_variance = ", noise, ", must be positive and finite"));
 }
 
 void validate(const GpConfig& config) {

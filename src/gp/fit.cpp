@@ -53,8 +53,8 @@ Eigen::VectorXd gradient_of_vector(const MarginalLikelihoodGradient& gradient) {
   return v;
 }
 
-/// Bounds of theta for so many points of this extent and mean square; the start, if outside, is clamped to them. The
-/// log marginal likelihood is curved about as much as there are points.
+/// Bounds of theta for this number of points of this extent and mean square; the start, if outside, is clamped to them.
+/// The log marginal likelihood is curved about as much as there are points.
 detail::SearchBox theta_box(const Hyperparameters& start, double points, const Eigen::VectorXd& extent,
                             double mean_square, const GpConfig& config) {
   constexpr double max_noise_to_signal = 10.0;

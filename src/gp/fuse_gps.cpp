@@ -116,7 +116,7 @@ std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
   return order;
 }
 
-/// What the fused GP stands on: Z_b, the factor L_u of its covariance, and V' of the data.
+/// The basis of the fused GP: Z_b, the factor L_u of its covariance, and V' of the data.
 struct Basis {
   Eigen::MatrixXd pseudo_inputs;
   Eigen::MatrixXd lower;
@@ -151,7 +151,7 @@ std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const
   return make_basis(selection, candidates, data, part.kernel, part.jitter);
 }
 
-/// The part that has seen nearly all there is, if it has as many pseudo-inputs as it may.
+/// The part that holds nearly all points, if it is at its limit of pseudo-inputs.
 const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const double points = std::transform_reduce(parts.begin(), parts.end(), static_cast<double>(data.inputs.cols()),
                                               std::plus<>(), [](const SparseGp* part) { return part->points; });
@@ -162,7 +162,7 @@ const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kern
   return dominant == parts.end() ? nullptr : *dominant;
 }
 
-/// Where all parts stand on one basis it is kept and grows; a dominant part keeps its own; else all candidates compete,
+/// If all parts have one basis it is kept and extended; a dominant part keeps its own; else all candidates compete,
 /// sorted so that the order of the parts does not matter.
 Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs, config)
@@ -189,8 +189,8 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
   return make_basis(selection, candidates, data, kernel, default_jitter);
 }
 
-/// Algorithms 3.1: the posterior mean at the old pseudo-inputs stands for the old data, each point as often as it
-/// takes.
+/// docs/gp.md, section 9: the posterior mean at the old pseudo-inputs replaces the old data, with the
+/// same number of points.
 detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const Eigen::MatrixXd& lower,
                                           double alpha) {
   const Eigen::Index size = part.pseudo_inputs.cols();
@@ -229,7 +229,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   if (data.inputs.cols() == 0 && known.size() == 1) return *known.front();
   if (data.inputs.cols() == 0 && known.empty() && !parts.empty()) return *parts.front();
   const double data_points = static_cast<double>(data.inputs.cols());
-  // Without a theta of anyone who has seen something, an empty part's is the best there is.
+  // If no part has data, the theta of an empty part is used.
   const bool theta_known = !known.empty() || data_hyperparameters;
   const Hyperparameters theta = theta_known ? fused_hyperparameters(known, data_hyperparameters, data_points)
                                             : Hyperparameters{parts.front()->kernel, parts.front()->noise_variance};

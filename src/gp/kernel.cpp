@@ -1,7 +1,7 @@
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
+#include "core/concatenate.hpp"
 #include "posterior_simd.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
@@ -10,14 +10,13 @@ namespace {
 
 void require_positive(const char* field, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
-  throw std::invalid_argument(std::string("kernel: ") + field + " = " + std::to_string(value) +
-                              ", must be positive and finite");
+  throw std::invalid_argument(concatenate("kernel: ", field, " = ", value, ", must be positive and finite"));
 }
 
 void require_dimension(const char* name, Eigen::Index rows, Eigen::Index dimension) {
   if (rows == dimension) return;
-  throw std::invalid_argument(std::string("covariance: ") + name + ".rows() = " + std::to_string(rows) +
-                              ", must be the kernel's " + std::to_string(dimension) + " input dimensions");
+  throw std::invalid_argument(
+      concatenate("covariance: ", name, ".rows() = ", rows, ", must be the kernel's ", dimension, " input dimensions"));
 }
 
 }  // namespace

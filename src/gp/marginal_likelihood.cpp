@@ -91,11 +91,6 @@ Adjoints adjoints(const GpData& data, const Factors& f) {
 
 }  // namespace
 
-double negative_log_marginal_likelihood(const GpData& data, const Hyperparameters& hyperparameters,
-                                        const Eigen::MatrixXd& pseudo_inputs, double jitter) {
-  return factorise(data, hyperparameters, pseudo_inputs, jitter).value;
-}
-
 MarginalLikelihoodGradient negative_log_marginal_likelihood_gradient(const GpData& data,
                                                                      const Hyperparameters& hyperparameters,
                                                                      const Eigen::MatrixXd& pseudo_inputs,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-// dlib is used from its headers alone. The distribution's configuration asks for BLAS and LAPACK, which vectors of some
+// dlib is used from its headers alone. The distribution's configuration requires BLAS and LAPACK, which vectors of some
 // ten numbers do not need, and for the link-time check that headers and a linked dlib agree, which there is nothing to
 // check with.
 #define DLIB_TEST_FOR_ODR_VIOLATIONS_H_

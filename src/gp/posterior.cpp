@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "posterior_simd.hpp"
 #include "sila/core/errors.hpp"
 #include "statistics.hpp"
@@ -151,21 +152,21 @@ double variance_left(const detail::PosteriorView& view, const double* k) {
 void require_input(const Posterior& posterior, std::span<const double> x) {
   if (x.size() == posterior.inputs() && std::all_of(x.begin(), x.end(), [](double v) { return std::isfinite(v); }))
     return;
-  throw std::invalid_argument("posterior: x has " + std::to_string(x.size()) + " entries, must have " +
-                              std::to_string(posterior.inputs()) + " finite ones");
+  throw std::invalid_argument(
+      concatenate("posterior: x has ", x.size(), " entries, must have ", posterior.inputs(), " finite ones"));
 }
 
 void require_output(const Posterior& posterior, std::span<double> mean) {
   if (mean.size() == posterior.outputs()) return;
-  throw std::invalid_argument("posterior: mean has room for " + std::to_string(mean.size()) + " outputs, must be " +
-                              std::to_string(posterior.outputs()));
+  throw std::invalid_argument(
+      concatenate("posterior: mean has size ", mean.size(), ", must have ", posterior.outputs()));
 }
 
 void require_flow(const Posterior& posterior, const Eigen::Vector2d& x) {
   if (posterior.inputs() == 2 && posterior.outputs() == 2 && x.allFinite()) return;
-  throw std::invalid_argument("posterior: x = (" + std::to_string(x.x()) + ", " + std::to_string(x.y()) +
-                              "), must be finite, and the GP must have 2 inputs and 2 outputs, not " +
-                              std::to_string(posterior.inputs()) + " and " + std::to_string(posterior.outputs()));
+  throw std::invalid_argument(concatenate("posterior: x = (", x.x(), ", ", x.y(),
+                                          "), must be finite, and the GP must have 2 inputs and 2 outputs, not ",
+                                          posterior.inputs(), " and ", posterior.outputs()));
 }
 
 }  // namespace
@@ -229,12 +230,6 @@ double Posterior::predict(std::span<const double> x, std::span<double> mean) con
   return variance_left(tables_->view, k.data());
 }
 
-double Posterior::max_explained_share(std::span<const double> x) const {
-  require_input(*this, x);
-  KernelVector k(tables_->view, x.data());
-  return explained_share_bound(tables_->view, detail::sum_of_norms(tables_->view, k.data()));
-}
-
 std::optional<double> Posterior::predict_if_explained(std::span<const double> x, std::span<double> mean,
                                                       double share) const {
   require_input(*this, x);
@@ -263,12 +258,6 @@ Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {
   require_flow(*this, x);
   KernelVector k(tables_->view, x.data());
   return flow_at(tables_->view, k.data());
-}
-
-Eigen::Matrix2d Posterior::mean_jacobian(const Eigen::Vector2d& x) const {
-  require_flow(*this, x);
-  KernelVector k(tables_->view, x.data());
-  return jacobian_at(tables_->view, x, k.data());
 }
 
 FlowLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {

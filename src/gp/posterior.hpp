@@ -48,16 +48,13 @@ class Posterior {
   /// The same without allocation: the mean is written, the variance returned. Shapes: x is D, mean is P. Throws: as
   /// `predict`.
   double predict(std::span<const double> x, std::span<double> mean) const;
-  /// An upper bound of the share of the signal variance that is explained at x, from |T k| <= sum over m of
-  /// |column m of T| k_m: cheaper than the variance. Throws: as `predict`.
-  double max_explained_share(std::span<const double> x) const;
-  /// As `predict`, but empty where less than `share` of the signal variance is explained for certain.
+  /// As `predict`, but empty where an upper bound of the explained share of the signal variance is below `share`. The
+  /// bound, |T k| <= sum over m of |column m of T| k_m, costs less than the variance.
   std::optional<double> predict_if_explained(std::span<const double> x, std::span<double> mean, double share) const;
 
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
   Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
-  Eigen::Matrix2d mean_jacobian(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
   /// The mean and a lower bound of the variance at points of a raster. k is a product over the inputs, so exponentials
   /// are found once for each column and row between the first and the last of the points. Throws: as `predict_flow`, or

@@ -7,7 +7,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "posterior_simd.cpp"
-// What defines the targets comes first.
+// The definition of the targets comes first.
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "statistics.hpp"
 
 namespace sila {
@@ -19,24 +20,23 @@ namespace {
 void require_shape(const char* whose, const char* name, Eigen::Index rows, Eigen::Index columns,
                    Eigen::Index wanted_rows, Eigen::Index wanted_columns) {
   if (rows == wanted_rows && columns == wanted_columns) return;
-  reject(std::string(whose) + ": " + name + " is " + std::to_string(rows) + " x " + std::to_string(columns) +
-         ", must be " + std::to_string(wanted_rows) + " x " + std::to_string(wanted_columns));
+  reject(
+      concatenate(whose, ": ", name, " is ", rows, " x ", columns, ", must be ", wanted_rows, " x ", wanted_columns));
 }
 
 void require_at_least_zero(const char* whose, const char* name, double value) {
-  if (!(value >= 0.0) || !std::isfinite(value)) {
-    reject(std::string(whose) + ": " + name + " = " + std::to_string(value) + ", must be finite and not negative");
-  }
+  if (!(value >= 0.0) || !std::isfinite(value))
+    reject(concatenate(whose, ": ", name, " = ", value, ", must be finite and not negative"));
 }
 
-/// Zero times any number is zero, times what is none it is none: asked by vector registers, as `allFinite` is not.
+/// Zero times a finite number is zero, times any other it is NaN: unlike `allFinite`, this uses vector registers.
 template <class Matrix>
 void require_finite(const char* whose, const char* name, const Matrix& matrix) {
   if (!((matrix.array() * 0.0).sum() == 0.0))
     reject(std::string(whose) + ": " + name + " holds a number that is not finite");
 }
 
-/// Asked number by number only where not all bits are the same.
+/// Compares number by number only if not all bits are equal.
 template <class Matrix>
 bool same(const Matrix& a, const Matrix& b) {
   if (a.rows() != b.rows() || a.cols() != b.cols()) return false;
@@ -88,9 +88,8 @@ SparseGp discount(SparseGp gp, double share) {
 void validate(const SparseGp& gp) {
   validate(gp.kernel);
   const Eigen::Index size = gp.pseudo_inputs.cols();
-  if (!(gp.noise_variance > 0.0) || !std::isfinite(gp.noise_variance)) {
-    reject("sparse_gp: noise_variance = " + std::to_string(gp.noise_variance) + ", must be positive and finite");
-  }
+  if (!(gp.noise_variance > 0.0) || !std::isfinite(gp.noise_variance))
+    reject(concatenate("sparse_gp: noise_variance = ", gp.noise_variance, ", must be positive and finite"));
   require_shape("sparse_gp", "pseudo_inputs", gp.pseudo_inputs.rows(), size, gp.kernel.length_scales.size(), size);
   require_shape("sparse_gp", "information", gp.information.rows(), gp.information.cols(), size, size);
   require_shape("sparse_gp", "response", gp.response.rows(), gp.response.cols(), size, gp.mean.size());

@@ -1,11 +1,9 @@
 #include "statistics.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <cmath>
-#include <sstream>
 #include <stdexcept>
 
+#include "core/concatenate.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila::detail {
@@ -30,20 +28,17 @@ KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double s
     if (!cholesky_in_place(lower)) continue;
     if ((lower.diagonal().array().square() >= smallest_pivot * signal_variance).all()) return {std::move(lower), trial};
   }
-  std::ostringstream text;
-  text << function << ": the covariance of " << kernel_matrix.rows() << " pseudo-inputs (signal variance "
-       << signal_variance << ") has no Cholesky factor, even with a jitter of " << max_jitter;
-  throw NumericalError(text.str());
+  throw NumericalError(concatenate(function, ": the covariance of ", kernel_matrix.rows(),
+                                   " pseudo-inputs (signal variance ", signal_variance,
+                                   ") has no Cholesky factor, even with a jitter of ", max_jitter));
 }
 
 Eigen::MatrixXd lower_factor(const SparseGp& gp, const char* function) {
   KernelFactor factor = factor_kernel_matrix(covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs),
                                              gp.kernel.signal_variance, gp.jitter, function);
   if (factor.jitter == gp.jitter) return std::move(factor.lower);
-  std::ostringstream text;
-  text << function << ": jitter = " << gp.jitter << " is too small for the covariance of " << gp.pseudo_inputs.cols()
-       << " pseudo-inputs, " << factor.jitter << " would do";
-  throw NumericalError(text.str());
+  throw NumericalError(concatenate(function, ": jitter = ", gp.jitter, " is too small for the covariance of ",
+                                   gp.pseudo_inputs.cols(), " pseudo-inputs, ", factor.jitter, " is sufficient"));
 }
 
 SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
@@ -69,7 +64,7 @@ Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
                          double signal_variance, double alpha) {
   Eigen::ArrayXd lambda = noise;
-  // What the pseudo-inputs leave unexplained is never negative but for rounding.
+  // The unexplained variance is negative only by rounding.
   if (alpha > 0.0) lambda += alpha * (signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
   const Eigen::VectorXd scale = lambda.rsqrt();
   features.array().colwise() *= scale.array();
@@ -89,7 +84,7 @@ void add(SparseGp& gp, const Statistics& statistics, double points) {
 
 void require_alpha(const std::string& function, double alpha) {
   if (alpha >= 0.0 && alpha <= 1.0) return;
-  throw std::invalid_argument(function + ": alpha = " + std::to_string(alpha) + " is outside [0, 1]");
+  throw std::invalid_argument(concatenate(function, ": alpha = ", alpha, " is outside [0, 1]"));
 }
 
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {

@@ -7,7 +7,7 @@
 #include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
-/// What the sources of this room share; not public.
+/// Shared by the sources of this folder.
 namespace sila::detail {
 
 /// chol(K + jitter * signal_variance * I) and the jitter that it took.
@@ -28,11 +28,11 @@ KernelFactor factor_kernel_matrix(const Eigen::MatrixXd& kernel_matrix, double s
 /// L_u of a GP, under exactly its own jitter, in the lower triangle. Throws NumericalError.
 Eigen::MatrixXd lower_factor(const SparseGp& gp, const char* function);
 
-/// A GP that has seen nothing, unchecked.
+/// A GP without data; the arguments are not checked.
 SparseGp unchecked_prior(const Kernel& kernel, double noise_variance, const Eigen::MatrixXd& pseudo_inputs,
                          const Eigen::VectorXd& mean, double jitter);
 
-/// The additive part of a SparseGp: what data say, whitened.
+/// The additive part of a SparseGp: whitened sums over data.
 struct Statistics {
   Eigen::MatrixXd information;
   Eigen::MatrixXd response;
@@ -42,7 +42,7 @@ struct Statistics {
 /// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
 Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross);
 
-/// What data add. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
+/// The statistics of data. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
                          double signal_variance, double alpha);
 
@@ -53,7 +53,7 @@ void require_alpha(const std::string& function, double alpha);
 /// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a);
 
-/// Which candidates were chosen, in order, and what the pivoted Cholesky that chose them knows: L_u of the chosen (with
+/// The chosen candidates, in order, and results of the pivoted Cholesky that chose them: L_u of the chosen (with
 /// jitter) and V' = k(candidates, chosen) L_u^-T, so that candidates that are also data need no second pass.
 struct Selection {
   std::vector<Eigen::Index> chosen;
@@ -71,7 +71,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
 Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count);
 
 /// Where pseudo-inputs may stand for data at `points`: the points of a lattice nearest to them, each once in the order
-/// of the data, subsample. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
+/// of the data, subsampled. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
 /// (docs/decisions/0094-pseudo-inputs-on-a-lattice.md).
 Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points, const GpConfig& config);
 

@@ -39,13 +39,13 @@ Statistics about_mean(const SparseGp& from, const Eigen::VectorXd& mean) {
   return shifted;
 }
 
-/// How the pseudo-inputs of two GPs hang together, whitened.
+/// The relation of the pseudo-inputs of two GPs, whitened.
 struct Link {
   Eigen::MatrixXd basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
   Eigen::MatrixXd hidden;  ///< G with E = G G', what `into` leaves unexplained of those of `from`
 };
 
-/// What `into` has of the pseudo-inputs of `from` it explains whole, so that E has the rank of the others at most.
+/// `into` explains common pseudo-inputs completely, so the rank of E is at most the number of the others.
 /// Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.
 Eigen::MatrixXd hidden_factor(const SparseGp& from, const SparseGp& into, const std::vector<Eigen::Index>& dropped,
                               const Eigen::MatrixXd& explained, const Eigen::MatrixXd& own_lower) {
@@ -69,8 +69,8 @@ Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::Matri
   return {explained.transpose(), std::move(hidden)};
 }
 
-/// chol(I + alpha seen). Where very much was seen, rounding makes of it something that is not positive; then so much is
-/// added that there is a factor: what is passed on is rather too little.
+/// chol(I + alpha seen). With very many points rounding makes it indefinite; then the diagonal is increased until there
+/// is a factor, and the transferred information is slightly too small.
 Eigen::MatrixXd damping_factor(double alpha, const Eigen::MatrixXd& seen) {
   for (double more = 1.0; std::isfinite(more); more *= 10.0) {
     Eigen::MatrixXd damping = alpha * seen;

@@ -1,10 +1,10 @@
 #include "camera_file.hpp"
 
 #include <algorithm>
-#include <sstream>
 #include <stdexcept>
 #include <vector>
 
+#include "core/concatenate.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {
@@ -53,12 +53,10 @@ CameraFile fitted(const JsonFields& fields, const nlohmann::json& json, const st
   const CameraFit fit = fit_camera(pairs);
   CameraFile result{fit.camera, {}};
   const auto worst = std::ranges::max_element(fit.residuals_m);
-  if (*worst > kLargeResidual_m) {
-    std::ostringstream text;
-    text << file << ": camera: pair " << worst - fit.residuals_m.begin() + 1 << " of " << pairs.size() << " lies "
-         << *worst << " m from where the fitted camera puts it; check its image and ground point";
-    result.warnings.push_back(text.str());
-  }
+  if (*worst > kLargeResidual_m)
+    result.warnings.push_back(concatenate(file, ": camera: pair ", worst - fit.residuals_m.begin() + 1, " of ",
+                                          pairs.size(), " lies ", *worst,
+                                          " m from where the fitted camera puts it; check its image and ground point"));
   return result;
 }
 

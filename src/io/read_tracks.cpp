@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
 #include "clock.hpp"
+#include "core/concatenate.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/track_files.hpp"
@@ -94,9 +94,7 @@ TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& op
 
 void require_positive(const char* field, const std::optional<double>& value) {
   if (!value || (*value > 0.0 && std::isfinite(*value))) return;
-  std::ostringstream text;
-  text << "read_detections: " << field << " = " << *value << ", it must be positive";
-  throw std::invalid_argument(text.str());
+  throw std::invalid_argument(concatenate("read_detections: ", field, " = ", *value, ", it must be positive"));
 }
 
 }  // namespace

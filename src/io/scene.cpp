@@ -35,7 +35,7 @@ Corner corner_in(const JsonFields& fields, const std::string& name, const Sidewa
   try {
     return {name, make_curb_frame(origin, axis_1, axis_2, widths, scaling), widths};
   } catch (const std::invalid_argument& error) {
-    throw FormatError(file, 0, fields.where() + "axis_1, axis_2: two curbs at an angle of 20.5 to 159.5 degrees",
+    throw FormatError(file, 0, fields.where() + "axis_1, axis_2: the directions of two curbs",
                       std::string(error.what()));
   }
 }

@@ -45,10 +45,10 @@ CodingState with_new_codes(const CodingProblem& problem, CodingState state, doub
 /// Replaces each primitive in turn by the exact minimiser over its convex set (docs/learn.md, section 4).
 CodingState with_new_primitives(const CodingProblem& problem, CodingState state);
 
-/// What of each visited cell of a track the code does not explain, in path order.
+/// The part of each visited cell of a track that the code does not explain, in path order.
 std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState& state, std::size_t track);
 
-/// How the primitives of a state overlap: what codes are computed from.
+/// How the primitives of a state overlap; codes are computed from it.
 struct Overlap {
   /// A primitive in a cell, and its arrow; points into the state.
   struct Entry {
@@ -66,7 +66,7 @@ struct Overlap {
 };
 Overlap overlap_of(const CodingProblem& problem, const CodingState& state);
 
-/// What taking a primitive away would do: the rise of the objective, and the new codes of the tracks that use it. The
+/// The effect of removing a primitive: the rise of the objective, and the new codes of the tracks that use it. The
 /// codes of other tracks stay optimal without it.
 struct Removal {
   double cost = 0.0;

@@ -7,7 +7,7 @@
 
 namespace sila {
 
-/// What a lasso found: the coefficients, and the gram matrix times them.
+/// The solution of a lasso: the coefficients, and the gram matrix times them.
 struct LassoSolution {
   Eigen::VectorXd s;
   Eigen::VectorXd gram_s;

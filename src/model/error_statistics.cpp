@@ -1,9 +1,10 @@
 #include "sila/model/error_statistics.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -138,7 +139,7 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
   if (a.empty() || b.empty()) return;
   if (a.steps == b.steps && a.interval_s == b.interval_s && a.observe_s == b.observe_s) return;
   const auto text = [](const ErrorStatistics& of) {
-    return std::to_string(of.steps) + " steps after " + std::to_string(of.observe_s) + " s";
+    return concatenate(of.steps, " steps after ", of.observe_s, " s");
   };
   throw std::invalid_argument("add_error_statistics: " + text(b) + ", the model was fitted to " + text(a) +
                               "; keep predict.horizon_s and predict.observe_s as they were when the model began");

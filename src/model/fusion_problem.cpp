@@ -2,18 +2,16 @@
 
 #include <cmath>
 #include <set>
-#include <sstream>
 #include <stdexcept>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
 
 template <class... Parts>
 [[noreturn]] void reject_problem(const Parts&... parts) {
-  std::ostringstream text;
-  text << "fusion problem: ";
-  (text << ... << parts);
-  throw std::invalid_argument(text.str());
+  throw std::invalid_argument(concatenate("fusion problem: ", parts...));
 }
 
 bool exists(const FusionProblem& problem, int primitive) {

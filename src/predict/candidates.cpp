@@ -25,7 +25,7 @@ double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_her
     case WeightPrior::transition_probability:
       return std::log(field.probability);
     case WeightPrior::local_evidence: {
-      // How many direct observations of the velocity at this point would leave the same variance.
+      // The number of direct observations of the velocity at this point that would give the same variance.
       const Vector2 samples = field.posterior.noise_variance().array() *
                               (variance_here.cwiseInverse() - field.posterior.signal_variance().cwiseInverse()).array();
       return std::log(std::max(samples.mean(), 1e-12));
@@ -41,7 +41,7 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
   return samples > wanted ? samples - wanted : 0;
 }
 
-/// What one field says of the last sample, if it knows the place.
+/// The terms of one field for the last sample, if the field covers it.
 std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
                                double& least_known, const PredictConfig& config) {
   const FieldPrediction here = field.posterior.predict(observed.positions.back());
@@ -53,7 +53,7 @@ std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, co
   return Candidate{index, log_likelihood, log_prior(field, here.variance, config.prior), 0.0};
 }
 
-/// Adds what the field says of the samples before; whether it knows enough of them. `least_known` falls to var /
+/// Adds the terms of the earlier samples; false if the field covers too few of them. `least_known` falls to var /
 /// sigma_f^2 where the field knows a sample better.
 bool look_closely(Candidate& candidate, const FlowFieldIndex::Field& field, const CurbTrajectory& observed,
                   std::span<double> least_known, const PredictConfig& config) {
@@ -75,7 +75,7 @@ bool better(const Candidate& a, const Candidate& b) {
   return a.score != b.score ? a.score > b.score : a.transition < b.transition;
 }
 
-/// Where very many transitions overlap, those of which the last sample alone says least are not looked at closely.
+/// If very many transitions overlap, those with the lowest score of the last sample alone are left out.
 std::span<Candidate> shortlist(std::span<Candidate> list, std::size_t samples, const PredictConfig& config) {
   const std::size_t most = kLookedAtPerCandidate * static_cast<std::size_t>(config.max_candidates);
   if (list.size() <= most) return list;

@@ -11,7 +11,7 @@ namespace sila {
 /// How the error of constant velocity grows where nothing is known about it [m/s].
 inline constexpr double kConstantVelocitySpread_mps = 0.3;
 
-/// The baseline: the last position goes on with the mean velocity of the last `window_s` of a path that was sampled by
+/// The baseline: from the last position on with the mean velocity of the last `window_s` of a path that was sampled by
 /// `interval_s` (less where it is shorter). Returns `steps` positions [m] at steps of `interval_s`.
 /// Throws: std::invalid_argument for an empty path.
 std::vector<Vector2> constant_velocity(std::span<const Vector2> past_m, int steps, double interval_s,

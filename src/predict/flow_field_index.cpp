@@ -8,27 +8,51 @@
 #include <iterator>
 #include <limits>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "gp/earlier_gps.hpp"
-#include "predict/buckets.hpp"
 
 namespace sila {
 namespace {
 
-/// A field of which one pseudo-input reaches over more buckets than this is asked everywhere instead: a model of few
-/// bytes would else make very many buckets.
+/// Square buckets that the plane is cut into, to find what is near a point; `size` is their side.
+/// Points over 2^31 buckets away share buckets with others.
+std::int64_t bucket_key(std::int64_t column, std::int64_t row) {
+  return (column << 32) ^ (row & 0xffffffff);
+}
+
+std::int64_t bucket_column(double coordinate, double size) {
+  constexpr double farthest = 9e18;  // what an integer can hold
+  return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / size), -farthest, farthest));
+}
+
+/// Where the bucket with this key is, if it shares the key with no other.
+Vector2 bucket_middle(std::int64_t key, double size) {
+  const auto column = key >> 32, row = static_cast<std::int64_t>(static_cast<std::int32_t>(key));
+  return size * (Vector2(static_cast<double>(column), static_cast<double>(row)) + Vector2::Constant(0.5));
+}
+
+std::int64_t bucket_of(const Vector2& position, double size) {
+  return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
+}
+
+/// About how many buckets touch the box from `low` to `high`.
+double count_buckets(const Vector2& low, const Vector2& high, double size) {
+  return ((high.x() - low.x()) / size + 1.0) * ((high.y() - low.y()) / size + 1.0);
+}
+
+/// A field of which one pseudo-input reaches over more buckets than this is evaluated everywhere, so that a small model
+/// cannot make very many buckets.
 constexpr double kMostBucketsReached = 1e3;
-/// The bucket of fields that reach everywhere; they stand in every other bucket as well. No place that is looked up has
-/// this key.
+/// The bucket of fields that reach everywhere; they are entered in every other bucket as well. No position has this
+/// key.
 constexpr std::int64_t kEverywhere = std::numeric_limits<std::int64_t>::min();
 
-/// A field on its way into the map.
+/// A field and its buckets.
 struct Entry {
   std::optional<FlowFieldIndex::Field> field;
-  std::vector<std::int64_t> buckets;  ///< in which it may know something; in order, each once
+  std::vector<std::int64_t> buckets;  ///< that it may cover; in order, each once
 };
 
 /// A transition where many overlap.
@@ -56,7 +80,7 @@ void add_stretches(const Vector2& centre, const Vector2& reach, double size, std
   }
 }
 
-/// One length scale away from all its pseudo-inputs a field knows less than the support ratio asks for.
+/// One length scale away from all its pseudo-inputs the variance of a field is above the support ratio.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
   if (!(count_buckets(-reach, reach, bucket_size) <= kMostBucketsReached)) return {kEverywhere};
@@ -114,7 +138,7 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
   return static_cast<std::size_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
 }
 
-/// Where a field is scored, and the receiver of each score.
+/// The positions at which a field is summarised, and where each summary is stored.
 struct CellSummaries {
   std::vector<RasterIndex> places;
   std::vector<FlowFieldIndex::CellSummary*> summaries;
@@ -122,8 +146,8 @@ struct CellSummaries {
   void reserve(std::size_t size) { places.reserve(size), summaries.reserve(size); }
 };
 
-void take_up(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,
-             const std::vector<double>& ys) {
+void fill(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,
+          const std::vector<double>& ys) {
   const double noise_variance = field.posterior.noise_variance().mean();
   const std::vector<FlowPrediction> flows = field.posterior.bounds(xs, ys, summaries.places);
   for (std::size_t i = 0; i < flows.size(); ++i) {
@@ -216,7 +240,7 @@ void FlowFieldIndex::add_summaries() {
       of_field.summaries.push_back(&bucket->summaries[k]);
     }
   }
-  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { take_up(summaries[i], fields_[i], xs, ys); });
+  tbb::parallel_for(std::size_t{0}, fields_.size(), [&](std::size_t i) { fill(summaries[i], fields_[i], xs, ys); });
 }
 
 std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {

@@ -14,11 +14,13 @@
 
 namespace sila {
 
-/// What predictions need of a model, made once: factorised fields, a spatial index over them, and the graph of
-/// primitives.
+/// The flow fields of a model, prepared once for many predictions: factorised fields, a spatial index over them, and
+/// the graph of primitives.
 class FlowFieldIndex {
  public:
-  FlowFieldIndex(const Model& model, const PredictConfig& config) : FlowFieldIndex(model, config, nullptr, nullptr) {}
+  /// Posteriors of fields that are equal in an earlier model are taken from its index.
+  FlowFieldIndex(const Model& model, const PredictConfig& config, const Model* earlier = nullptr,
+                 const FlowFieldIndex* of_earlier = nullptr);
 
   struct Field {
     int from = 0, to = 0;
@@ -32,34 +34,28 @@ class FlowFieldIndex {
   std::optional<int> site(const CurbFrame& frame) const;
   /// Transitions whose field may know where the person is now, in order: of sites that are apart those of this one, at
   /// an untrained site none (with `trained_sites_only`) or all. Where more than `max_shortlisted` overlap, those whose
-  /// flow in the middle of the bucket is most likely to move a pedestrian so.
+  /// flow in the middle of the bucket best matches the current velocity.
   std::span<const int> near(const CurbTrajectory& observed, std::optional<int> site, Scratch& scratch) const;
   /// Transitions that leave a primitive, in order.
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }
 
-  /// What a field says of one point: log N(v; flow, variance) = log_scale - half_precision |v - flow|², up to a
-  /// constant.
+  /// The prediction of a field at one point: log N(v; flow, variance) = log_scale - half_precision |v - flow|², up to
+  /// a constant.
   struct CellSummary {
     Vector2 flow = Vector2::Zero();
     double half_precision = 0.0, log_scale = 0.0;
   };
 
  private:
-  friend class PreparedModel;
-  /// Posteriors of fields that are equal in an earlier model are taken from its index.
-  FlowFieldIndex(const Model& model, const PredictConfig& config, const Model* earlier,
-                 const FlowFieldIndex* of_earlier);
-
-  /// Where a person may be.
   struct Bucket {
-    std::vector<int> transitions;
-    std::vector<CellSummary>
-        summaries;  ///< one for each transition where there are more than `max_shortlisted`, else none
+    std::vector<int> transitions;  ///< that may know it
+    /// One for each transition if there are more than `max_shortlisted`, else none.
+    std::vector<CellSummary> summaries;
   };
 
   using Buckets = std::unordered_map<std::int64_t, Bucket>;
 
-  /// Which of the spatial indices holds what predicts at a site; none for nothing.
+  /// The spatial index of the fields that predict at a site; none if no field does.
   std::optional<std::size_t> index_at(std::optional<int> site) const;
   const Bucket* bucket_at(const Vector2& position, std::optional<int> site) const;
   void add_transition(int index, std::span<const std::int64_t> buckets, const std::vector<SiteCount>& sites);

@@ -1,7 +1,6 @@
 #include "predict/modes.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace sila {

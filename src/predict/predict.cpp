@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "predict/candidates.hpp"
 #include "predict/constant_velocity.hpp"
 #include "sila/core/sampling.hpp"
@@ -38,10 +38,8 @@ void require_observed(const CurbTrajectory& observed, double interval_s) {
   for (std::size_t t = 1; t < observed.times_s.size(); ++t) {
     const double step_s = observed.times_s[t] - observed.times_s[t - 1];
     if (std::abs(step_s - interval_s) < 1e-3 * interval_s) continue;
-    std::ostringstream text;
-    text << "predict: track '" << observed.id << "' has an interval of " << step_s << " s at sample " << t
-         << ", the model's is " << interval_s << " s";
-    throw std::invalid_argument(text.str());
+    throw std::invalid_argument(concatenate("predict: track '", observed.id, "' has an interval of ", step_s,
+                                            " s at sample ", t, ", the model's is ", interval_s, " s"));
   }
 }
 
@@ -84,7 +82,7 @@ Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
   mode.variant = VariantKind::expected;
   mode.source = modes.size() - 1;
   mode.primitives.clear();
-  mode.primitives.reserve(32);  // modes change places, and so do their capacities
+  mode.primitives.reserve(32);  // modes are swapped, with their capacities
   mode.path_m.resize(steps);
   mode.covariances_m2.resize(steps);
   return mode;

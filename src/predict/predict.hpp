@@ -15,7 +15,7 @@ namespace sila {
 /// The roll-outs of one observed path. They live in the scratch memory that they were made with.
 struct RolloutSet {
   std::optional<int> site;               ///< none: an untrained one
-  std::span<const int> near;             ///< transitions that may know where the pedestrian is
+  std::span<const int> near;             ///< transitions whose field may cover the position
   std::span<const Rollout> rollouts;     ///< none if no transition matches
   std::span<const RolloutGroup> groups;  ///< of roll-outs that become one mode, heaviest first
   double raw_novelty = 1.0;              ///< how little of the observed path any field knows

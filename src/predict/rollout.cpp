@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// One step of a path, and the one before it: paths that part share what they have in common.
+/// One step of a path, and the one before it: paths that branch share their common steps.
 struct Step {
   Vector2 position;  ///< [widths]
   Matrix2 covariance;
@@ -22,7 +22,7 @@ struct Link {
   const Link* before = nullptr;
 };
 
-/// A path under way.
+/// A path that is not complete.
 struct Branch {
   double weight = 0.0, chain_probability = 1.0;
   Candidate origin;
@@ -31,7 +31,7 @@ struct Branch {
   Vector2 deviation = Vector2::Zero();  ///< of the person from the field, what is left of it [widths/s]
   Vector2 position, velocity;           ///< [widths], [widths/s]
   Matrix2 covariance = Matrix2::Zero();
-  FieldLinearisation here;  ///< what the field that it follows says at `position`
+  FieldLinearisation here;  ///< of the field that it follows, at `position`
   bool off_map = false;     ///< left the last field: keeps its velocity
   std::size_t number = 0;   ///< breaks ties
 };

@@ -9,7 +9,7 @@ namespace sila {
 /// Where a chain of transitions leads, in curb coordinates.
 struct Rollout {
   double weight = 0.0;                   ///< relative; not normalised
-  std::span<const Vector2> path;         ///< of a person who moves as the fields say
+  std::span<const Vector2> path;         ///< of a person who follows the fields
   std::span<const Matrix2> covariances;  ///< of `path`, from the fields' variance and noise; none unless asked for
   std::span<const int> transitions;      ///< in order
   Candidate origin;                      ///< where it began

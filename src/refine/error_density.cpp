@@ -7,9 +7,9 @@
 namespace sila {
 namespace {
 
-/// Errors are believed to grow like this before any was seen, and are measured relative to it.
+/// Nominal growth of errors: the prior before any was seen, and the unit of the variances.
 constexpr double kNominalVelocity_mps = 0.15, kNominalPosition_m = 0.01;
-/// The mixture before any error was seen, with the weight of so many windows.
+/// The mixture before any error was seen, with the weight of this number of windows.
 struct Prior {
   double relative[kMixtureComponents];  ///< variances, relative to nominal ones
   double shares[kMixtureComponents];
@@ -20,7 +20,7 @@ constexpr double kPriorWindows = 10.0;
 constexpr double kScaleRidge = 60.0;
 /// Keeps the logarithm of an error of zero finite.
 constexpr double kSmallestSquare = 0.1;
-/// No error is believed to be smaller: pedestrians who all do the same would else make the covariances vanish.
+/// Lower bound of errors: equal paths of all pedestrians would otherwise make the covariances zero.
 constexpr double kLeastError_m = 1e-3;
 /// A covariance thinner than this is as good as singular.
 constexpr double kThinnest = 1e-12;

@@ -11,7 +11,7 @@ namespace sila {
 
 using ScaleFeatures = Eigen::Matrix<double, kScaleFeatures, 1>;
 
-/// What the spread of the errors of one prediction depends on.
+/// The features of the scale of errors of one prediction.
 /// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
 /// until the horizon, and the number of pedestrians that the residual GPs rest on.
 ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
@@ -55,8 +55,8 @@ class ErrorDensity {
   std::vector<std::array<Vector2, kMixtureComponents>> relative_;  ///< variances relative to nominal ones, of each step
 };
 
-/// What a prediction and what happened add to the moments. Shapes: as many errors (along, across) as steps that were
-/// seen, at most those of the moments. `weight`: as if the window had been seen so often.
+/// Adds the errors of one prediction to the moments. Shapes: one error (along, across) for each step that was seen, at
+/// most as many as the moments have. `weight`: number of times that the window counts.
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
                 const std::vector<Vector2>& errors_m, double weight, double interval_s);
 

@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <numeric>
 
@@ -14,9 +13,9 @@
 namespace sila {
 namespace {
 
-/// A window that was predicted before anything was learnt says little of how large errors will be.
+/// Weight of a window that was predicted before anything was learnt: later errors are smaller.
 constexpr double kUnfittedWeight = 0.2;
-/// What all other sites together weigh in a cell of a site's nonconformity scores, at the most.
+/// Maximum weight of all other sites together in a cell of a site's nonconformity scores.
 constexpr double kOtherSitesWindows = 20.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
@@ -35,7 +34,7 @@ Vector2 oriented(const Vector2& way, const Vector2& error) {
 /// Scores under a density that rests on fewer windows count less: its errors will soon be better known.
 constexpr double kWindowsToKnowDensity = 500.0;
 
-/// What one window shows.
+/// The errors and features of one window.
 struct Example {
   PersonClass person;
   double raw_novelty = 1.0;
@@ -109,7 +108,7 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
   return sum;
 }
 
-/// What shapes the predicted path, and when the motion changes: only from windows that were observed whole.
+/// Statistics of the stacking and of changes of motion: only from windows that were observed whole.
 void add_path(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
   const ErrorDensity& walking = stacking.density(kWalking, true);
   const std::size_t state = motion_state(example.person.speed);

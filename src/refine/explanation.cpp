@@ -1,4 +1,3 @@
-#include <algorithm>
 
 #include "predict/modes.hpp"
 #include "refine/prepared_model.hpp"

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <utility>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -30,7 +31,7 @@ double factor_of_whole(double factor, double part, double whole) {
 
 Model discount_model(Model model, double factor, std::span<const int> sites) {
   if (!(factor > 0.0 && factor <= 1.0)) {
-    throw std::invalid_argument("discount_model: factor = " + std::to_string(factor) + " is outside (0, 1]");
+    throw std::invalid_argument(concatenate("discount_model: factor = ", factor, " is outside (0, 1]"));
   }
   if (factor == 1.0) return model;
   const auto affected = [&](int site) { return std::ranges::find(sites, site) != sites.end(); };

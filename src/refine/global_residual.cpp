@@ -11,12 +11,11 @@ namespace sila {
 namespace {
 
 constexpr double kStanding_mps = 1e-6;
-/// Velocities this near are alike, in the order of the inputs and in units of `global_scale_mps`: the longer the
-/// window, the more room.
+/// Length scales of the inputs, in their order and in units of `global_scale_mps`: larger for longer windows.
 constexpr std::array<double, kGlobalResidualInputs> kScales = {1.0,       1.0,       1.0,      4.0 / 3.0,
                                                                4.0 / 3.0, 5.0 / 3.0, 5.0 / 3.0};
 constexpr double kSelectionStop = 0.03;
-/// How the inputs look in a mirror.
+/// Signs of the inputs when mirrored.
 constexpr std::array<double, kGlobalResidualInputs> kMirror = {1, -1, 1, 1, -1, 1, -1};
 
 Hyperparameters global_residual_hyperparameters(const ResidualConfig& config) {

@@ -11,8 +11,9 @@ void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t compo
                       const Vector2& start_m);
 
 /// Adds modes of little weight beside the first: slower, faster, more to the left, more to the right, each
-/// `variant_reach` standard deviations off, so that a user of single paths sees what else may happen. In pairs, as far
-/// as there is room for them and the wider modes. Source: none in the paper; docs/decisions/0072-mode_variants.md.
+/// `variant_reach` standard deviations off, so that a user of single paths sees what else may happen. In pairs, as
+/// long as these and the wider modes do not exceed the maximum number of modes. Source: none in the paper;
+/// docs/decisions/0072-mode_variants.md.
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
                   const RefineConfig& config);
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/kinematics.hpp"
+
 namespace sila {
 namespace {
 
-constexpr double kStarted_m = 0.5;
-constexpr double kStopWindow_s = 0.8;
 /// Added to speeds and times before their logarithm is taken.
 constexpr double kLeastSpeed_mps = 0.05, kLeastStill_s = 0.3;
 /// Ridge towards the coefficients to begin with.
@@ -44,11 +44,11 @@ HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vec
 
 std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector2> past_m,
                                        std::span<const Vector2> future_m, double interval_s) {
-  const auto lag = static_cast<std::size_t>(std::max(1L, std::lround(kStopWindow_s / interval_s)));
+  const auto lag = static_cast<std::size_t>(std::max(1L, std::lround(kConstantVelocityWindow_s / interval_s)));
   const double stopped_m = kSpeedClassLimits_mps[0] * static_cast<double>(lag) * interval_s;
   for (std::size_t j = 0; j < future_m.size(); ++j) {
     if (state == kStanding) {
-      if ((future_m[j] - past_m.back()).norm() > kStarted_m) return j;
+      if ((future_m[j] - past_m.back()).norm() > kStandingReach_m) return j;
     } else if (j + past_m.size() >= lag) {
       const Vector2& before_m = j >= lag ? future_m[j - lag] : past_m[j + past_m.size() - lag];
       if ((future_m[j] - before_m).norm() < stopped_m) return j;

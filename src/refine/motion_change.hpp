@@ -13,16 +13,16 @@ namespace sila {
 
 using HazardFeatures = Eigen::Matrix<double, kHazardFeatures, 1>;
 
-/// What the hazard of a change of motion depends on, apart from the time ahead.
+/// The features of the hazard of a change of motion, apart from the time ahead.
 /// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
 /// until the horizon, the mean speed while observed, and the time that the person has stayed where they are.
 HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
                                const Vector2& predicted_mps, double mean_speed_mps, double still_s);
 
 /// The step after t0, from 0, in which a person changes their motion; none if the recorded future has no change. A
-/// standing person starts in the first step that ends more than 0.5 m from the position at t0. A walking person stops
-/// in the first step at whose end the displacement of the last 0.8 s is slower than 0.3 m/s. Units: raw positions [m],
-/// `interval_s` apart; the last of `past_m` is at t0.
+/// standing person starts in the first step that ends more than kStandingReach_m from the position at t0. A walking
+/// person stops in the first step at whose end the displacement of the last 0.8 s is slower than 0.3 m/s. Units: raw
+/// positions [m], `interval_s` apart; the last of `past_m` is at t0.
 std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector2> past_m,
                                        std::span<const Vector2> future_m, double interval_s);
 

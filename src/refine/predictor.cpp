@@ -8,7 +8,7 @@
 namespace sila {
 
 Predictor::Predictor(const Model& model, const RefineConfig& config)
-    : Predictor(std::make_shared<const PreparedModel>(model, config, nullptr, nullptr)) {}
+    : Predictor(std::make_shared<const PreparedModel>(model, config)) {}
 
 Predictor::Predictor(std::shared_ptr<const PreparedModel> prepared) : prepared_(std::move(prepared)) {}
 

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <span>
 #include <stdexcept>
-#include <string>
-#include <utility>
 
+#include "core/concatenate.hpp"
 #include "predict/constant_velocity.hpp"
 #include "refine/error_statistics.hpp"
 #include "refine/mode_variants.hpp"
@@ -72,8 +71,8 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
       elsewhere_(fitted_to(pooled_error_statistics(model.sites, config.trained_sites_only))) {
   validate_fields("predict", config);
   if (config.observe_s > elsewhere_.stacking.observe_s() + 1e-9)
-    throw std::invalid_argument("predict.observe_s = " + std::to_string(config.observe_s) +
-                                ", the model uses at most " + std::to_string(elsewhere_.stacking.observe_s()) + " s");
+    throw std::invalid_argument(concatenate("predict.observe_s = ", config.observe_s, ", the model uses at most ",
+                                            elsewhere_.stacking.observe_s(), " s"));
   by_site_.resize(model.sites.size(), fitted_to({}));
   tbb::parallel_for(std::size_t{0}, by_site_.size(),
                     [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site)); });

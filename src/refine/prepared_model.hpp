@@ -13,7 +13,7 @@
 
 namespace sila {
 
-/// Merged and normalised roll-outs, and what is known without one. They live in the scratch memory.
+/// Merged and normalised roll-outs, and the features that need none. They live in the scratch memory.
 struct MergedRollouts {
   std::span<const Rollout> rollouts;
   std::span<const ResidualPrediction> residuals;  ///< for each, of the transitions that do not support another mode
@@ -21,12 +21,13 @@ struct MergedRollouts {
   double raw_novelty = 1.0;
 };
 
-/// What a Predictor makes of a model, once, and the steps towards a prediction. Immutable.
+/// A model prepared once for many predictions, and the steps of a prediction. Immutable.
 class PreparedModel {
  public:
-  /// Posteriors of GPs that are equal in the earlier model are taken from what was made of it; null: there is none.
+  /// Posteriors of GPs that are equal in an earlier model are taken from its preparation.
   /// Throws: std::invalid_argument for a configuration out of range.
-  PreparedModel(const Model& model, const RefineConfig& config, const Model* earlier, const PreparedModel* of_earlier);
+  PreparedModel(const Model& model, const RefineConfig& config, const Model* earlier = nullptr,
+                const PreparedModel* of_earlier = nullptr);
 
   /// Over at least `steps` steps.
   RolloutSet rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
@@ -37,7 +38,7 @@ class PreparedModel {
   const RefineConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
   const FlowFieldIndex& map() const { return map_; }
-  /// What past errors fitted of a trained site, or of all sites together.
+  /// Fitted to the past errors of a trained site, or of all sites together.
   const Stacking& stacking(std::optional<int> site) const { return fitted(site).stacking; }
 
  private:

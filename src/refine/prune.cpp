@@ -69,7 +69,7 @@ void subsume(PruningState& state, int rare, int into, const FuseConfig& fusing, 
   state.changed[static_cast<std::size_t>(into)] = true;
 }
 
-/// Until no transition agrees any more, because one that has grown may agree with others than before.
+/// Repeats until no transition agrees, because one that subsumed another may agree with further ones.
 int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count,
                  const detail::OverlapCriteria& criteria, const FuseConfig& fusing, const ResidualConfig& residual) {
   std::vector<int> order(state.transitions.size());

@@ -20,7 +20,7 @@ struct ResidualSamples {
   Eigen::MatrixXd residuals;
 };
 
-/// The transition under way at a sample: that to the segment which follows.
+/// The transition at a sample: that to the next segment.
 TransitionKey transition_at(const std::vector<Segment>& runs, std::size_t sample) {
   std::size_t r = 0;
   while (r + 1 < runs.size() && sample >= runs[r].end) ++r;
@@ -60,7 +60,7 @@ std::map<TransitionKey, ResidualSamples> residual_samples_of(const Batch& batch,
   return samples;
 }
 
-/// Every moment of the batch, whatever transition it belongs to, by site.
+/// All samples of the batch by site, of any transition.
 std::vector<GlobalResidualSamples> samples_by_site(const Batch& batch, const std::vector<Site>& sites) {
   std::vector<std::vector<const ResidualSample*>> examples(sites.size());
   for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
@@ -72,8 +72,8 @@ std::vector<GlobalResidualSamples> samples_by_site(const Batch& batch, const std
   return samples;
 }
 
-/// The residual GP of a group of transitions; without points if no source has one. Samples stand in for the GPs that
-/// were trained on them.
+/// The residual GP of a group of transitions; without points if no source has one. Samples replace the GPs that were
+/// trained on them.
 SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
   std::vector<const SparseGp*> stored, fresh;
   std::vector<const TransitionSamples*> samples;
@@ -92,7 +92,7 @@ SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
                   common_hyperparameters(fresh, config));
 }
 
-/// A global residual GP with another one, or with the samples that made that one.
+/// Merges a global residual GP with another one, or with the samples of that one.
 SparseGp with_global_residual(const SparseGp& known, const SparseGp& more, const GlobalResidualSamples* samples,
                               const ResidualConfig& config) {
   return samples ? learn_global_residual(known, *samples, config) : merge_global_residuals(known, more, config);

@@ -33,7 +33,7 @@ std::vector<double> exponential_shares(double mean) {
   return shares;
 }
 
-/// `counts`, and `windows` more that are spread as `prior` says, as shares.
+/// Shares of `counts` and of `windows` more that are distributed as `prior`.
 std::vector<double> shrunk(const std::vector<double>& counts, const std::vector<double>& prior, double windows) {
   const double total = std::accumulate(counts.begin(), counts.end(), 0.0) + windows;
   std::vector<double> shares(prior.size());
@@ -90,7 +90,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
   steps_ = error_statistics.steps;
   const std::vector<double> gaussian = exponential_shares(1.0), standing = exponential_shares(kStandingScore);
   for (int step = 0; step < steps_; ++step) {
-    std::vector<double> pooled(kScoreBins, 0.0);  // of those who move: who stands is another population
+    std::vector<double> pooled(kScoreBins, 0.0);  // without people who stand, another population
     const auto cell = [&](int c) -> const std::vector<double>& {
       return error_statistics.scores[static_cast<std::size_t>(step * kScoreClasses + c)];
     };

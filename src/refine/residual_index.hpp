@@ -11,7 +11,7 @@
 
 namespace sila {
 
-/// What predictions need of the residual GPs of a model, made once.
+/// The residual GPs of a model, prepared once for many predictions.
 class ResidualIndex {
  public:
   /// The residual GP of a transition.
@@ -20,10 +20,12 @@ class ResidualIndex {
     Eigen::AlignedBox<double, kResidualInputs> reach;  ///< beyond it the GP is its prior
   };
 
-  ResidualIndex(const Model& model, const RefineConfig& config) : ResidualIndex(model, config, nullptr, nullptr) {}
+  /// Posteriors of GPs that are equal in an earlier model are taken from its index.
+  ResidualIndex(const Model& model, const RefineConfig& config, const Model* earlier = nullptr,
+                const ResidualIndex* of_earlier = nullptr);
 
   const std::optional<Expert>& expert(int transition) const { return experts_[static_cast<std::size_t>(transition)]; }
-  /// The global residual GP of a site, or else what counts of all others.
+  /// The global residual GP of a site; at an untrained site, or without its own, that of all sites.
   const std::optional<Posterior>& global(std::optional<int> site) const {
     const bool own = site && global_[static_cast<std::size_t>(*site)];
     return own ? global_[static_cast<std::size_t>(*site)] : untrained_;
@@ -32,10 +34,6 @@ class ResidualIndex {
   double horizon_s() const { return horizon_s_; }
 
  private:
-  friend class PreparedModel;
-  /// Posteriors of GPs that are equal in an earlier model are taken from its index.
-  ResidualIndex(const Model& model, const RefineConfig& config, const Model* earlier, const ResidualIndex* of_earlier);
-
   int knots_ = 0;
   double horizon_s_ = 0.0;
   std::vector<std::optional<Expert>> experts_;

@@ -11,7 +11,7 @@ namespace {
 
 /// A residual GP that explains less than this share of its signal variance is left out: it would count that much
 /// beside the prior's 1.
-constexpr double kLeastWorthHearing = 1e-3;
+constexpr double kMinExplainedShare = 1e-3;
 
 }  // namespace
 
@@ -36,7 +36,7 @@ std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, st
     const Posterior& residual = expert->posterior;
     const auto mean = scratch.array<double>(residual.outputs());
     const auto variance =
-        residual.predict_if_explained(std::span(state.data(), kResidualInputs), mean, kLeastWorthHearing);
+        residual.predict_if_explained(std::span(state.data(), kResidualInputs), mean, kMinExplainedShare);
     if (!variance) continue;
     const double relative = std::max(1e-9, *variance / residual.signal_variance());
     const double gain = 1.0 / relative - 1.0;

@@ -8,7 +8,7 @@
 
 namespace sila {
 
-/// How a path is expected to part from constant velocity.
+/// Predicted deviation of a path from constant velocity.
 struct ResidualPrediction {
   std::span<const Vector2> residuals_mps;  ///< world frame, at each knot; none if the model has no residual GPs
   double knot_interval_s = 1.0;
@@ -19,7 +19,7 @@ struct ResidualPrediction {
   Vector2 residual_mps(double seconds) const;
 };
 
-/// What one transition's residual GP says to a pedestrian, ready to be added to what others say.
+/// The prediction of one transition's residual GP, as terms of the sums of the committee (`combine`).
 struct ExpertPrediction {
   int transition = 0;
   double gain = 0.0;                      ///< of precision, relative to the prior's
@@ -30,13 +30,13 @@ struct ExpertPrediction {
 std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, std::span<const int> near,
                                                   const CurbTrajectory& observed, Scratch& scratch);
 
-/// Each transition nearby is an expert that saw other people: their precisions beyond the prior's add up, and each mean
-/// counts by its precision. Experts in `excluded` are left out: they belong to another hypothesis.
+/// Each transition nearby is an expert, trained on other people than the rest: the precisions beyond the prior's add
+/// up, and each mean is weighted by its precision. Experts in `excluded` are left out: they belong to another mode.
 /// Source: Tresp 2000, Bayesian committee machine; docs/decisions/0070-residuals.md.
 ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& observed,
                            std::span<const ExpertPrediction> experts, std::span<const int> excluded, Scratch& scratch);
 
-/// What the global residual GP of a site says, or at an untrained one that of all sites.
+/// The prediction of the global residual GP of a site, at an untrained one of that of all sites.
 ResidualPrediction predict_global_residual(const ResidualIndex& index, std::optional<int> site,
                                            const CurbTrajectory& observed, Scratch& scratch);
 

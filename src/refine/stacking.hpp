@@ -33,7 +33,7 @@ using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
 /// Those of any step.
 KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
-/// What is known of a pedestrian before any roll-out.
+/// The features of a pedestrian that need no roll-out.
 struct ObservedFeatures {
   KinematicFeatures kinematics = KinematicFeatures::Zero();
   ResidualPrediction global_residual;
@@ -52,17 +52,18 @@ Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, do
 /// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
 Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
                           double interval_s);
-/// What the spread of errors depends on; `predicted_mps`: mean velocity until the horizon.
+/// The features of the scale of errors; `predicted_mps`: mean velocity until the horizon.
 ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
                              const Vector2& predicted_mps);
 
-/// What the hazards of starting and stopping depend on.
+/// The features of the hazards of starting and of stopping.
 HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
 
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
-/// solved once from the error statistics. Ridge regression towards what the residual GPs say (constant velocity where
-/// they know nothing). At an untrained place the global residual GP alone counts: coefficients learnt at some places
-/// made it worse at others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_residual.md.
+/// solved once from the error statistics. Ridge regression towards the prediction of the residual GPs (constant
+/// velocity where they have no data). At an untrained site the global residual GP alone predicts: coefficients learnt
+/// at some sites increased the error at others. Source: none in the paper; docs/decisions/0005-stacking.md,
+/// 0073-global_residual.md.
 class Stacking {
  public:
   Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config);
@@ -74,8 +75,8 @@ class Stacking {
   /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
   /// halves of them.
   Vector2 velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const;
-  /// The stacked prediction, whoever it is. Where less was observed, the regression on the features that there are: it
-  /// follows from the same sums.
+  /// The stacked prediction for any class of person. If less was observed, the regression on the features that exist;
+  /// it follows from the same sums.
   Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
   /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }

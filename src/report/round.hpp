@@ -8,7 +8,7 @@
 
 namespace sila::detail {
 
-/// To so many decimals: a page is read, not computed with.
+/// To this number of decimals: a page is for reading.
 inline double rounded(double value, int decimals) {
   const double scale = std::pow(10.0, decimals);
   return std::round(value * scale) / scale + 0.0;  // + 0.0: no -0

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "address.hpp"
+#include "core/concatenate.hpp"
 #include "engine.hpp"
 
 namespace sila {
@@ -152,7 +153,7 @@ void replay(const std::vector<TimedLine>& lines, double rate, const std::functio
 
 ReplayReport replay_to(const std::string& address, const std::string& token, const std::vector<TimedLine>& lines,
                        double rate, double linger_s, const std::function<void(const std::string&)>& receive) {
-  if (!(rate > 0.0)) throw std::invalid_argument("replay: rate = " + std::to_string(rate) + " must be positive");
+  if (!(rate > 0.0)) throw std::invalid_argument(concatenate("replay: rate = ", rate, " must be positive"));
   boost::asio::io_context context;
   try {
     if (address.starts_with("tcp:")) {

@@ -202,9 +202,12 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
   state.registry.engine = state.engine.get();
   state.registry.metrics = [&state] { return state.metrics(); };
   state.registry.hello = [scene, &learner] { return hello_message(scene, learner.snapshot()->model); };
-  if (!options.http.empty()) state.listen_http(announce);
-  if (!options.tcp.empty()) state.listen_tcp(announce);
-  if (!options.unix_path.empty()) state.listen_unix(announce);
+  std::vector<std::string> listening;  // announced once all addresses are open
+  const auto note = [&listening](const std::string& where) { listening.push_back(where); };
+  if (!options.http.empty()) state.listen_http(note);
+  if (!options.tcp.empty()) state.listen_tcp(note);
+  if (!options.unix_path.empty()) state.listen_unix(note);
+  for (const std::string& where : listening) announce(where);
   state.signals.async_wait([&state](const boost::system::error_code& error, int) {
     if (!error) state.close();
   });

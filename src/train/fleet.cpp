@@ -1,7 +1,6 @@
 #include "sila/train/fleet.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -22,7 +21,7 @@ int add_task(Plan& plan, FleetTask task) {
   return static_cast<int>(plan.size()) - 1;
 }
 
-/// Halves again and again: near-equal parts meet, and nothing is changed more often than it must be.
+/// Halves recursively: parts of similar size are fused, and each takes part in few fusions.
 int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   if (values.empty()) return kFleetNothing;
   if (values.size() == 1) return values.front();
@@ -33,7 +32,7 @@ int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   return add_task(plan, {step, -1, {first, second}});
 }
 
-/// A half, and what was known before.
+/// A half, fused with the start model if there is one.
 int with_start(Plan& plan, bool goes_on, int half) {
   if (!goes_on) return half;
   return half == kFleetNothing ? kFleetStart : add_task(plan, {FleetStep::fuse, -1, {kFleetStart, half}});
@@ -110,7 +109,7 @@ Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
   return model;
 }
 
-/// Error statistics without what else is known of their sites.
+/// The error statistics of a model by site, without counts and global residual GPs.
 SiteErrorStatistics error_statistics_of(const Model& model) {
   SiteErrorStatistics error_statistics{model.sites};
   for (Site& site : error_statistics.sites) {
@@ -138,7 +137,8 @@ SiteErrorStatistics calibrate(const Partition& partition, Model known, const Sit
   return fitted;
 }
 
-/// Models that were learnt in parallel meet once, so that what stays apart stays apart, and count by their batches.
+/// Models learnt in parallel are fused once: case 3 fuses the stronger pair, and primitives are weighted by their
+/// batches.
 FuseConfig fusing(const EpisodeConfig& config) {
   FuseConfig fuse = config.fuse;
   fuse.case_3_fuses_stronger = true;
@@ -159,7 +159,7 @@ EpisodeConfig warm_up_config(EpisodeConfig config) {
   return config;
 }
 
-/// What was known of a site before fades as if its new episodes had come one after another.
+/// Discounts the earlier error statistics of a site as if its new episodes had come one after another.
 Model finalise(Model model, const SiteErrorStatistics& error_statistics, const Model& start,
                const EpisodeConfig& config) {
   for (Site& site : model.sites) {

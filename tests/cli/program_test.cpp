@@ -250,6 +250,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_rejected("learn tracks.csv --scene tracks.scene.json --model tracks.csv", {"tracks.csv"});
   const std::string predict_with = "predict tracks.csv --scene tracks.scene.json --model m.sila ";
   expect_rejected(predict_with + "--horizon 0", {"horizon"});
+  expect_rejected(predict_with + "--observe 30", {"predict.observe_s = 30, the model uses at most 3.2 s"});
   expect_rejected(predict_with + "--horizon -3", {"horizon"});
   expect_rejected(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
   expect_rejected(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});

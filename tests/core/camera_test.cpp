@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "support/message_of.hpp"
+
 namespace sila {
 namespace {
 
@@ -25,12 +27,7 @@ std::vector<PointPair> pairs_of(const Camera& camera, const std::vector<Vector2>
 }
 
 std::string rejection(const std::vector<PointPair>& pairs) {
-  try {
-    fit_camera(pairs);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  return message_of([&] { fit_camera(pairs); });
 }
 
 TEST(Camera, FitsExactPairsExactlyAndGoesBothWays) {

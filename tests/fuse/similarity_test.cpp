@@ -4,8 +4,8 @@
 
 #include <stdexcept>
 
-#include "arrows.hpp"
 #include "fuse/mean.hpp"
+#include "fuse_data.hpp"
 #include "support/random_models.hpp"
 
 namespace sila {

@@ -6,6 +6,7 @@
 #include "sila/config.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/files.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -93,13 +94,8 @@ TEST(ConfigJson, DottedKeysAreGroups) {
 }
 
 TEST(ConfigJson, RejectsAnEarlierNameWithThePresentOne) {
-  const auto said = [](const nlohmann::json& given) {
-    try {
-      apply_json(Config{}, given, "c.json");
-    } catch (const FormatError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+  const auto said = [](const json& given) {
+    return message_of<FormatError>([&] { apply_json(Config{}, given, "c.json"); });
   };
   EXPECT_EQ(said({{"outlook", {{"knots", 3}}}}),
             "c.json: expected residual (the new name of this field), found \"outlook\"");

@@ -13,6 +13,7 @@
 
 #include "refine/global_residual.hpp"
 #include "sila/io/model_file.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -157,23 +158,6 @@ inline EpisodeRecord record(int number) {
 
 inline StoredModel stored(const Model& model) {
   return {model, R"({"threshold": 0.7})", {record(1), record(2)}, "", 0};
-}
-
-/// The message of the error that an action throws; empty if it throws none of this kind.
-template <class Error, class Action>
-std::string message_of(Action&& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
-/// For EXPECT_TRUE: whether a message has a part, and what it is if not.
-inline testing::AssertionResult says(const std::string& message, const std::string& part) {
-  if (message.find(part) != std::string::npos) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "\"" << message << "\" does not say \"" << part << "\"";
 }
 
 }  // namespace sila

@@ -3,6 +3,7 @@
 #include "sila/config.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -37,12 +38,10 @@ TEST(Profile, LeavesOtherFieldsAndYieldsToThoseBesideIt) {
 
 TEST(Profile, AnUnknownOneIsRejectedWithTheNearestName) {
   const auto expect_rejected = [](const json& name, const std::string& nearest) {
-    try {
-      read_config({}, {{"profile", name}}, "c.json");
-      FAIL() << name;
-    } catch (const FormatError& error) {
-      EXPECT_NE(std::string(error.what()).find("the nearest is " + nearest + ")"), std::string::npos) << error.what();
-    }
+    EXPECT_TRUE(says(message_of<FormatError>([&] {
+                       read_config({}, {{"profile", name}}, "c.json");
+                     }),
+                     "the nearest is " + nearest + ")"));
   };
   expect_rejected("papr", "paper");
   expect_rejected("paper_literal", "paper-literal");

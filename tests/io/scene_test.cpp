@@ -95,7 +95,7 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
       {R"({"axis_1": [1, 2, 3]})", "axis_1", "[1,2,3]"},
       {R"({"axis_2": "north"})", "axis_2", "north"},
       {R"({"axis_2": [0, 0]})", "axis_2", "no direction"},
-      {R"({"axis_2": [1, 0.1]})", "axis_1, axis_2", "parallel"},
+      {R"({"axis_2": [1, 0.1]})", "axis_1, axis_2", "the angle between axis_1 and axis_2 is 5.71"},
       {R"({"sidewalk_width_m": 0})", "sidewalk_width_m", "0"},
       {R"({"sidewalk_width_m": -2})", "sidewalk_width_m", "-2"},
       {R"({"sidewalk_width_m": "wide"})", "sidewalk_width_m", "wide"},

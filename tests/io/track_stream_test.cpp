@@ -8,6 +8,7 @@
 #include "io/files.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -137,12 +138,8 @@ TEST(TrackStream, RejectsEveryFileBeforeTheFirstTrackIsGiven) {
 TEST(TrackStream, RejectsALineLongerThanABlockWithItsNumber) {
   const TempFolder folder;
   const std::string text = "track_id,t,x,y\n1,0,0,0\n1,0.1,0,0\n" + std::string(300, 'x') + "\n";
-  try {
-    all_of(TrackStream({{folder.write("a.csv", text)}}, {}, {}, {}, kTiny));
-    FAIL() << "no error";
-  } catch (const FormatError& error) {
-    EXPECT_NE(std::string(error.what()).find(":4:"), std::string::npos) << error.what();
-  }
+  const auto read = [&] { all_of(TrackStream({{folder.write("a.csv", text)}}, {}, {}, {}, kTiny)); };
+  EXPECT_TRUE(says(message_of<FormatError>(read), ":4:"));
 }
 
 TEST(TrackStream, RejectsFilesWithoutOneTrack) {

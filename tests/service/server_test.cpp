@@ -225,12 +225,15 @@ TEST(Server, ListensBeyondLoopbackOnlyWithAToken) {
   LearnerThread learner(Model{}, {}, settings.episode, settings.service, {});
   ServerOptions options;
   options.tcp = "0.0.0.0:0";
-  const auto start = [&] { Server(options, Scene{}, settings, learner, [](const std::string&) {}); };
+  int announced = 0;
+  const auto start = [&] { Server(options, Scene{}, settings, learner, [&](const std::string&) { ++announced; }); };
   EXPECT_THROW(start(), std::invalid_argument);
   options.token = "secret";
   EXPECT_NO_THROW(start());
-  options.tcp = "nowhere";
+  EXPECT_EQ(announced, 1);
+  options.http = "127.0.0.1:0", options.tcp = "nowhere";
   EXPECT_THROW(start(), std::invalid_argument);
+  EXPECT_EQ(announced, 1);
 }
 
 TEST(Server, ServesThePageAndTheMetrics) {

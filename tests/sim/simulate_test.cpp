@@ -8,6 +8,8 @@
 #include <map>
 #include <set>
 
+#include "support/message_of.hpp"
+
 namespace sila {
 namespace {
 
@@ -346,20 +348,12 @@ TEST(Simulation, SamplesAtTheIntervalOfTheTracker) {
 }
 
 TEST(Simulation, RejectsValuesOutOfRangeByName) {
-  const auto message = [](const SimulationConfig& config) {
-    try {
-      simulate(config);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
   SimulationConfig config;
   config.tracks = 0;
-  EXPECT_NE(message(config).find("simulate: tracks = 0 is outside"), std::string::npos) << message(config);
+  EXPECT_TRUE(says(message_of([&] { simulate(config); }), "simulate: tracks = 0 is outside"));
   config = {};
   config.noise_std_m = std::nan("");
-  EXPECT_NE(message(config).find("noise_std_m"), std::string::npos) << message(config);
+  EXPECT_TRUE(says(message_of([&] { simulate(config); }), "noise_std_m"));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "sila/model/packing.hpp"
 #include "sila/train/training.hpp"
+#include "support/message_of.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -98,12 +99,7 @@ TEST(FuseModels, NeedsOneReferenceWidthAndSaysSo) {
   EpisodeConfig config = kConfig;
   config.scaling = CurbScaling::mean_width;
   const auto learnt = [&](const Tracks& tracks) { return run_episode({}, tracks, config).model; };
-  try {
-    fuse_models(learnt(narrow), learnt(wide), config.fuse);
-    FAIL() << "fused";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("reference_width_m"), std::string::npos) << error.what();
-  }
+  EXPECT_TRUE(says(message_of([&] { fuse_models(learnt(narrow), learnt(wide), config.fuse); }), "reference_width_m"));
   config.reference_width_m = 3.0;
   const Model fused = fuse_models(learnt(narrow), learnt(wide), config.fuse).model;
   EXPECT_EQ(fused.settings.reference_width_m, 3.0);

@@ -38,7 +38,7 @@ void fields(Config& config, Visitor&& visit) {
 
 void validate(const CleanConfig& config);
 
-/// What became of every row. Invariant: `rows_read` = `rows_kept` + the rows of `dropped`.
+/// Counts of all rows. Invariant: `rows_read` = `rows_kept` + the rows of `dropped`.
 struct TrackReport {
   std::size_t sources = 0;
   std::size_t rows_read = 0;

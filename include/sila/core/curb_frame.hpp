@@ -8,7 +8,7 @@ namespace sila {
 using Vector2 = Eigen::Vector2d;
 using Matrix2 = Eigen::Matrix2d;
 
-/// What one unit of the curb coordinates is.
+/// The unit of the curb coordinates.
 enum class CurbScaling {
   metres,        ///< q = xi: a metre along each axis, so that sites of different width have the same cells
   mean_width,    ///< q = xi / w with one width for the corner (paper)

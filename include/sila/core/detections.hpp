@@ -33,7 +33,7 @@ enum class DropReason {
   repeated,       ///< the same stamp and place of the same track again
   averaged,       ///< the same stamp, places that nearly agree: one mean row is kept, the others are counted here
   contradictory,  ///< the same stamp, places too far apart to be one person: none is kept
-  outlier,        ///< one sample far off a path that goes on without it
+  outlier,        ///< one sample far off a path that continues without it
   single_sample,  ///< alone between two cuts; a path needs two
 };
 

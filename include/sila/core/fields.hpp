@@ -18,15 +18,14 @@ struct Range {
   bool open_min = false;
 };
 
-/// How a configuration struct tells of itself. Each one has beside it
+/// One field of a configuration struct, as text. Beside each struct is
 ///
 ///     template <class Config, class Visitor>            // Config: the struct or its const
 ///     void fields(Config& config, Visitor&& visit)
 ///
 /// that calls `visit.number(name, member, Range, unit, text)`, `visit.flag(name, member, text)`,
 /// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order.
-/// Validation, JSON,
-/// `--set` and the documentation are all visitors of that one list.
+/// Validation, JSON, `--set` and the documentation are all visitors of that one list.
 struct FieldInfo {
   std::string path;
   std::string value;

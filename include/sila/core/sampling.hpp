@@ -41,9 +41,9 @@ struct MotionState {
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config);
 
-/// What a predictor may see at sample `last` of a track: states every `interval_s`, ending exactly at that sample and
-/// reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track. Units:
-/// widths and widths/s in `frame`.
+/// The part of a track that a predictor may use at sample `last`: states every `interval_s`, ending exactly at that
+/// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
+/// Units: widths and widths/s in `frame`.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 

@@ -26,7 +26,7 @@ struct TransitionPair {
   double count_b = 0.0;
 };
 
-/// What differs between two models, whatever their primitives are numbered.
+/// The differences of two models; the numbers of their primitives do not matter.
 struct ModelComparison {
   std::size_t same_primitives = 0;  ///< bit for bit
   std::vector<PrimitivePair> changed_primitives;

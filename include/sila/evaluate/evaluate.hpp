@@ -45,9 +45,10 @@ struct WindowScore {
   std::vector<Metrics> model;       ///< at each horizon
   std::vector<Metrics> constant;    ///< constant velocity on the same window
   std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without training support the first two
-  std::size_t motion_state = kWalking;        ///< by the prediction
-  std::vector<ChangeForecast> changes;        ///< at each horizon; empty if the prediction says nothing of them
-  std::optional<double> way_log_probability;  ///< at a fork, of the way that was taken [nats] (training_support.hpp)
+  std::size_t motion_state = kWalking;  ///< by the prediction
+  std::vector<ChangeForecast> changes;  ///< at each horizon; empty if the prediction has none
+  std::optional<double>
+      way_log_probability;  ///< at a fork, of the way that was taken [nats] (evaluate/training_support.hpp)
 };
 
 /// Means over a group of windows.

@@ -9,7 +9,7 @@
 
 namespace sila {
 
-/// Whose track it is: tracklets of one person are "17", "17#2", ...
+/// The person of a track: tracklets of one person are "17", "17#2", ...
 std::string person_of(const std::string& track_id);
 
 /// How people are held back.

@@ -53,7 +53,7 @@ struct LinearReference {
 std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,
                                             double interval_s);
 
-/// How a training window came along and where it led, in the world frame.
+/// Position and velocity of a training window at t0, and its displacement after t0, in the world frame.
 struct Passage {
   std::string person;
   Vector2 position_m = Vector2::Zero();
@@ -68,12 +68,12 @@ std::vector<Passage> passages_of(std::span<const Window* const> windows, double 
 struct Way {
   bool stays = false;
   double direction_rad = 0.0;
-  double share = 0.0;  ///< of the people who came along in the same way
+  double share = 0.0;  ///< of the similar passages
 };
 
-/// The ways that people took who came along in the same way: within 2 m and 0.5 m/s. People who went less than 1 m
-/// stay; the directions of the others are parted where they leave a gap of at least 20 degrees. Only ways that at least
-/// 15 % took; none unless at least 12 people came along in the same way.
+/// The ways that the similar passages took: those within 2 m and 0.5 m/s of the window. Passages of less than 1 m stay;
+/// the directions of the others are separated by gaps of at least 20 degrees. Only ways that at least 15 % took; none
+/// if there are fewer than 12 similar passages.
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s);
 
 /// At a fork, which is where `ways` are two or more: the probability that a prediction gives, at the whole horizon, to
@@ -83,7 +83,7 @@ std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window
 std::optional<double> probability_of_way_taken(const Prediction& prediction, const Window& window,
                                                std::span<const Way> ways);
 
-/// What the evaluation knows of the training tracks.
+/// Results of the training tracks that an evaluation uses.
 struct TrainingSupport {
   CoveredArea area;
   std::vector<LinearReference> moving;  ///< fitted to their moving windows

@@ -12,7 +12,8 @@ namespace sila {
 
 /// How the arrows of fused primitives are averaged, cell by cell.
 enum class PrimitiveMean {
-  plain,  ///< every primitive counts the same, no arrow counts as zero (paper): where they disagree they fade
+  plain,  ///< every primitive counts the same, a missing arrow counts as zero (paper): arrows that disagree become
+          ///< short
   count,  ///< as plain, weighted by how many primitives each was made of
 };
 

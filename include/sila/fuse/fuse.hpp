@@ -7,7 +7,7 @@
 
 namespace sila {
 
-/// What a fusion did, in numbers.
+/// Counts of the decisions of a fusion.
 struct FuseReport {
   int one_to_one = 0;  ///< components, or what relaxing left of them, by what became of them
   int case_1 = 0;
@@ -31,7 +31,7 @@ struct FuseResult {
 
 /// SILA: M(n) from M(n-1) and M'(n). Previous primitives keep their order, those of the increment that are new follow.
 /// The first episode gives the increment's model, an increment without primitives leaves all primitives and transitions
-/// as they are. Samples of the increment stand in for its GPs wherever GPs are fused; without samples its GPs are fused
+/// as they are. Where GPs are fused, samples of the increment replace its GPs; without samples its GPs are fused
 /// as stored. Sites are joined; episodes, tracks and error statistics add. The same on any number of threads. Throws:
 /// std::invalid_argument for a field out of range, settings that differ, samples that do not belong to the
 /// transitions, sites that are shared and must be apart. Source: SILA paper, Alg. 1 and 2. Differs: docs/decisions/0040

@@ -33,7 +33,7 @@ struct Field {
   std::function<void(const FieldValue&)> write;  ///< takes the mode variant that `read` gives, already checked
 };
 
-/// Throws: std::out_of_range for a value that none of the names stands for.
+/// Throws: std::out_of_range for a value that has no name.
 const char* choice_name(std::span<const char* const> names, std::size_t value);
 
 /// The visitor that makes the list of all fields from `fields()`. The fields point into the configuration that was
@@ -104,7 +104,7 @@ concept Configuration = requires(Config& config, FieldCollector& collector) {
 /// Which of the known names a pedestrian may have meant. Throws: std::invalid_argument if none is known.
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 
-// What does not depend on the type of the configuration; the templates below are the same for whole configurations.
+// Independent of the type of the configuration; the templates below do the same for whole configurations.
 nlohmann::ordered_json fields_to_json(std::span<const Field> list);
 void fields_from_json(std::span<const Field> list, const nlohmann::json& json, std::string_view source);
 void field_from_assignment(std::span<const Field> list, std::string_view assignment);

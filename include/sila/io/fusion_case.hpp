@@ -24,7 +24,7 @@ FusionCase read_fusion_case(const std::string& path);
 /// The plan in the keys of `expect`, 1-based.
 nlohmann::ordered_json to_case_json(const FusionPlan& plan);
 
-/// What differs between a plan and the expectation of a case, one readable line a key; empty if the plan gives exactly
+/// The differences between a plan and the expectation of a case, one line for each key; empty if the plan gives exactly
 /// what was expected.
 std::vector<std::string> differences(const nlohmann::json& expect, const FusionPlan& plan);
 

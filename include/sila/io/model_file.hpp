@@ -12,14 +12,14 @@
 
 namespace sila {
 
-/// What the file keeps of an episode beside the model that it left.
+/// The record of an episode in the file, beside the model after it.
 struct EpisodeRecord {
   int number = 0;               ///< 1-based
   long tracks = 0;              ///< trajectories of its batch
   double seconds = 0.0;         ///< that learning and fusing took [s]
   std::size_t size_before = 0;  ///< of the model
   std::size_t size_after = 0;
-  std::string statistics = "{}";  ///< what else is worth keeping: a JSON object
+  std::string statistics = "{}";  ///< all else that is kept: a JSON object
   std::int64_t committed_s = 0;   ///< when: seconds since 1970, UTC; 0: not known
 };
 
@@ -37,7 +37,7 @@ inline constexpr int kUndoKept = 20;
 /// Of how many of the last episodes a file keeps the details (`change` of their statistics).
 inline constexpr int kDetailsKept = 200;
 
-/// What `ModelFile::verify` found intact.
+/// The parts that `ModelFile::verify` found intact.
 struct VerifyReport {
   std::int64_t pages = 0;
   std::size_t episodes = 0;  ///< recorded

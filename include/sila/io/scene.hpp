@@ -64,7 +64,7 @@ struct Scene {
 
 /// Reads a scene file (docs/formats.md). The first-level `origin`, `axis_1`, `axis_2`, `sidewalk_width_m` are the
 /// primary corner. Paths of `files` are looked for in the folder of the scene file, in that folder's parent, and in
-/// `data_dir` if it is given; a path found nowhere is an error only when its tracks are asked for. Throws: FormatError
+/// `data_dir` if it is given; a path that is not found is an error only when its tracks are needed. Throws: FormatError
 /// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
 Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir = {});
 
@@ -97,7 +97,7 @@ Scene scene_of(const Model& model);
 std::optional<CurbFrame> frame_from_tracks(const Model& model);
 
 /// The frame of a track of a live stream: of the scene, if it has a corner; else the one that the model began with.
-/// Until the first batch of a new model is complete another one stands for it, in which `from_tracks` is set.
+/// Until the first batch of a new model is complete a provisional one, with `from_tracks` set.
 CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners);
 
 /// The scene by which tracks are looked at, for every verb that takes a model: `given` if there is one (it has a

@@ -28,7 +28,7 @@ CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scen
 /// settings.
 const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path& path);
 
-/// What is held in memory at once. The rows of a part take some 200 bytes each.
+/// Limits of the memory in use at once. The rows of a part take some 200 bytes each.
 struct StreamLimits {
   std::size_t whole_bytes = 16U << 20;  ///< a file of no more bytes is read whole
   std::size_t block_bytes = 4U << 20;   ///< of a larger one at once while it is looked through

@@ -49,7 +49,7 @@ std::string_view name_of(TrackFormat format);
 /// Nothing if there is no format of that name.
 std::optional<TrackFormat> track_format(std::string_view name);
 
-/// What a file does not say of itself. Unset fields follow the rules of the format (docs/formats.md).
+/// Information that is not in a file. Unset fields follow the rules of the format (docs/formats.md).
 struct ReadOptions {
   std::optional<TrackFormat> format = {};  ///< unset: recognised by content
   std::optional<double> frames_per_second =

@@ -25,11 +25,11 @@ struct Segment {
   std::size_t end = 0;
 };
 
-/// What became of the tracks of a batch.
+/// Counts of the tracks of a batch.
 struct LearnReport {
   int tracks = 0;
   int standing = 0;     ///< no sample fast enough to have a heading
-  int unexplained = 0;  ///< no primitive was worth learning for them
+  int unexplained = 0;  ///< tracks for which no primitive was worth its cost
   std::size_t primitives = 0;
   std::size_t transitions = 0;
   double objective = 0.0;

@@ -14,14 +14,14 @@ namespace sila {
 inline constexpr int kKinematicFeatures = 9;
 /// The same, the global residual GP and the residual GPs.
 inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
-/// What the spread of errors is regressed on: 1, and logarithms of speeds, changes of velocity and local support.
+/// Features of the scale of errors: 1, and logarithms of speeds, changes of velocity and local support.
 inline constexpr int kScaleFeatures = 8;
-/// Gaussians of the mixture that errors are spread by, from narrow to wide.
+/// Gaussians of the mixture of errors, from narrow to wide.
 inline constexpr int kMixtureComponents = 3;
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
-/// What the hazards of starting and of stopping depend on (refine/motion_change.hpp).
+/// Features of the hazards of starting and of stopping (src/refine/motion_change.hpp).
 inline constexpr int kHazardFeatures = 12;
 
 /// Sums over weighted examples from which a linear regression of P outputs on F features is solved; the size does not
@@ -53,7 +53,7 @@ struct ErrorMoments {
   }
 };
 
-/// Sums from which the density of prediction errors is fitted (refine/error_density.hpp).
+/// Sums from which the density of prediction errors is fitted (src/refine/error_density.hpp).
 struct DensityMoments {
   /// Log of the mean squared error over the steps, along and across, on kScaleFeatures; errors relative to nominal
   /// ones.
@@ -74,8 +74,8 @@ using Densities = std::array<DensityMoments, kErrorDensities>;
 /// Classes of people who hardly move, by the speed of their net displacement while observed.
 inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
 inline constexpr std::size_t kSlowClasses = std::size(kSlowLimits_mps);
-/// What such a person may do: this share of constant velocity plus this share of the stacked prediction. The first is
-/// to stay.
+/// A prediction for such a person: this share of constant velocity plus this share of the stacked prediction. The first
+/// choice is to stay.
 struct SlowChoice {
   double constant_velocity = 0.0;
   double stacked = 0.0;
@@ -94,9 +94,9 @@ struct SlowErrors {
   }
 };
 
-/// What the prediction errors of past episodes show, gathered on tracks that the model had not learnt yet: how to stack
-/// velocities with residual GPs, and how errors are spread. Cell (step, speed class) of a table is at step *
-/// kSpeedClasses + class.
+/// Sums of the prediction errors of past episodes, gathered on tracks that the model had not learnt yet: for the
+/// stacking of velocities and residual GPs, and for the density of errors. Cell (step, speed class) of a table is at
+/// step * kSpeedClasses + class.
 struct ErrorStatistics {
   int steps = 0;
   double interval_s = 0.2;                  ///< between steps
@@ -105,7 +105,7 @@ struct ErrorStatistics {
   Densities density;                        ///< errors of stacked predictions
   Densities density_place_free;             ///< of the global residual GP alone, for a place that is not known
   std::vector<std::vector<double>> scores;  ///< counts of nonconformity scores: bins at step * kScoreClasses + class
-  std::vector<double> novelties;            ///< how often a path was so little known: bins
+  std::vector<double> novelties;            ///< counts of raw novelties: bins
   std::vector<SlowErrors> slow;             ///< of each slow class
   /// Of each motion state, when it changes: kStanding when people start, kWalking when they stop.
   std::array<RegressionMoments, kMotionStates> changes;
@@ -113,16 +113,16 @@ struct ErrorStatistics {
   bool empty() const { return steps == 0; }
 };
 
-/// Windows, of those that were observed whole, that densities rest on.
+/// Windows that the densities are fitted to, of those that were observed whole.
 double windows_in(const Densities& densities);
 
 /// Tables of zeros.
 ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s);
 
-/// The error statistics as if each example had counted `share` as much: all of them are sums over examples.
+/// Every example counted `share` times; exact, since all error statistics are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
-/// Past error statistics and new ones; the past fades as if each new window left exp(-1 / memory_windows) of it.
+/// Past error statistics and new ones; each new window multiplies the past ones by exp(-1 / memory_windows).
 /// Throws: std::invalid_argument if they differ in shape.
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double memory_windows);
 
@@ -132,8 +132,8 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b);
 /// Adds as if both had been gathered at once. Throws: std::invalid_argument if they differ in shape.
 void accumulate(ErrorStatistics& sum, const ErrorStatistics& more);
 
-/// Throws: std::invalid_argument for tables of another shape than the steps and classes say, numbers that are not
-/// finite, weights and sums of squares below 0.
+/// Throws: std::invalid_argument for tables whose shape does not follow from the steps and classes, numbers that are
+/// not finite, weights and sums of squares below 0.
 void validate(const ErrorStatistics& error_statistics);
 
 }  // namespace sila

@@ -26,7 +26,7 @@ struct TransitionCount {
   bool operator==(const TransitionCount&) const = default;
 };
 
-/// All that the re-indexing of SILA looks at: indices, similarities and counts, no vectors and no GPs.
+/// The input of the re-indexing of SILA: indices, similarities and counts, no vectors and no GPs.
 /// Invariant: `validate(problem)` passes.
 struct FusionProblem {
   double similarity_threshold = 0.7;     ///< t_s
@@ -43,12 +43,12 @@ struct FusionRules {
   bool strict_relax = false;    ///< Alg. 1 literally: keep two edges of a big component, even if they do not touch
   bool both_directions = true;  ///< case 1 looks for a transition between the leaves in both directions
   bool split_credit = false;    ///< what flows through a split primitive is added to the count between its parts
-  bool literal_self_transitions =
-      false;  ///< self transition of a split primitive becomes second -> first, as Alg. 2 literally says
+  /// A self transition of a split primitive becomes second -> first, as Alg. 2 literally says.
+  bool literal_self_transitions = false;
   bool case_3_fuses_stronger = false;  ///< case 3 fuses the stronger of the two pairs instead of nothing
 };
 
-/// What became of a few primitives that similarity connects.
+/// The decision on a few primitives that similarity connects.
 enum class FusionReason {
   one_to_one,       ///< one edge: the two are fused
   case_1,           ///< the centre is replaced by its two leaves, one after the other
@@ -76,7 +76,7 @@ struct FusionDecision {
   std::optional<PrimitiveSplit> split;  ///< of case 1
 };
 
-/// A connected component of the similarity graph: the edges that relaxing removed, weakest first, and what became of
+/// A connected component of the similarity graph: the edges that relaxing removed, weakest first, and the decisions on
 /// the rest.
 struct FusionComponent {
   std::vector<Similarity> relaxed;

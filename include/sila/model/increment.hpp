@@ -17,7 +17,7 @@ using ResidualInput = Eigen::Matrix<double, kResidualInputs, 1>;
 inline constexpr int kGlobalResidualInputs = 7;
 using GlobalResidualInput = Eigen::Matrix<double, kGlobalResidualInputs, 1>;
 
-/// One moment of a track, and what came after it.
+/// The motion of a track until t0, and its deviation from constant velocity after t0.
 struct ResidualSample {
   double t0_s = 0.0;
   ResidualInput state = ResidualInput::Zero();
@@ -28,7 +28,7 @@ struct ResidualSample {
   Eigen::VectorXd global_residuals_mps;
 };
 
-/// Samples of a global residual GP: how a pedestrian walked, and how the path parted from constant velocity, each also
+/// Samples of a global residual GP: velocities, and the deviation of the path from constant velocity, each also
 /// mirrored. Shapes: inputs kGlobalResidualInputs x n, outputs n x 2 per knot [m/s], ahead and left.
 struct GlobalResidualSamples {
   Eigen::MatrixXd inputs;
@@ -49,14 +49,14 @@ struct TransitionSamples {
   Eigen::MatrixXd residuals = {};  ///< m x 2 per knot
 };
 
-/// What one batch fitted, M'(n): a model and the samples of each of its transitions. A stored model holds no raw
+/// The result of one batch, M'(n): a model and the samples of each of its transitions. A stored model holds no raw
 /// tracks; an increment does, until it is fused. Invariant: check(model); samples.size() == model.transitions.size(),
 /// or samples is empty when the data are gone (model + model).
 struct Increment {
   Model model;
   std::vector<TransitionSamples> samples;
-  std::vector<GlobalResidualSamples> global_residuals =
-      {};  ///< those of the global residual GP of each site; or empty, as `samples`
+  /// Those of the global residual GP of each site; or empty, as `samples`.
+  std::vector<GlobalResidualSamples> global_residuals = {};
 };
 
 }  // namespace sila

@@ -17,7 +17,7 @@
 
 namespace sila {
 
-/// What must stay the same for the life of a model, or its parts could not be compared: fixed by its first episode.
+/// Settings that stay the same for the life of a model, because its parts are compared: fixed by its first episode.
 struct ModelSettings {
   Grid grid;
   CurbScaling scaling = CurbScaling::metres;
@@ -29,15 +29,15 @@ struct ModelSettings {
 
 bool operator==(const ModelSettings& a, const ModelSettings& b);
 
-/// 128 bits that stand for what an episode was learnt from.
+/// 128 bits that identify the tracks of an episode.
 struct EpisodeId {
   std::uint64_t high = 0;
   std::uint64_t low = 0;
   auto operator<=>(const EpisodeId&) const = default;
 };
 
-/// The same tracks at the same corners have the same id, whatever they are called and in whatever order they come; a
-/// bit that differs makes another one. The same on every machine.
+/// The same tracks at the same corners have the same id, whatever their names and their order; any other bit changes
+/// the id. The same on every machine.
 EpisodeId episode_id(std::span<const FramedTrajectory> batch);
 
 /// 32 hexadecimal digits; they sort as the ids do.
@@ -84,20 +84,20 @@ struct FlowField {
 };
 
 /// A transition between two primitives (or from one to itself): how often it was seen and how people move along it.
-/// Count and field stand together so that the paper's R_edges and R_GP cannot disagree.
+/// Count and field are kept together so that the paper's R_edges and R_GP cannot disagree.
 struct Transition {
   int from = 0;  ///< index of a primitive of the same model, 0-based
   int to = 0;
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;
-  SparseGp residual = {};             ///< of the paths that led here (refine/residual.hpp); no points: nothing known
+  SparseGp residual = {};             ///< no points: no data (src/refine/residual.hpp)
   std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
   int support = 0;  ///< lower bound of the number of different tracks; is not discounted, counts no track twice
 };
 
 static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");
 
-/// What was learnt of one or several sites: M = {D, R}, and what past errors show. It holds no raw track.
+/// A model of one or several sites: M = {D, R}, and statistics of past errors. It has no raw track.
 /// Invariant: `check(model)` passes.
 struct Model {
   ModelSettings settings;
@@ -105,11 +105,11 @@ struct Model {
   std::vector<Transition> transitions;      ///< R, sorted by (from, to), each pair once
   std::vector<Site> sites;                  ///< where it was trained, in the order of training
   SiteSharing sharing = SiteSharing::apart;
-  SparseGp global_residual;  ///< how walking goes on at all sites together, for others (refine/global_residual.hpp);
-                             ///< constant size
+  /// Global residual GP of all sites together, for untrained ones (src/refine/global_residual.hpp); constant size.
+  SparseGp global_residual;
   int episodes = 0;
   long tracks = 0;                     ///< trajectories learnt from
-  std::vector<EpisodeId> episode_ids;  ///< what was learnt and must not be learnt again; sorted, each once
+  std::vector<EpisodeId> episode_ids;  ///< of the batches learnt, which are not learnt again; sorted, each once
 
   bool empty() const { return primitives.empty(); }
 };
@@ -117,7 +117,7 @@ struct Model {
 /// The paper's model size: |D| + |R|.
 std::size_t size(const Model& model);
 
-/// Throws: std::invalid_argument if the sites of a model that shares them are to stay apart from now on.
+/// Throws: std::invalid_argument if a model that shares its sites is to keep them apart.
 void require_separable(const std::string& function, const Model& model, SiteSharing sharing);
 
 /// Throws std::invalid_argument naming the first part that breaks an invariant: unsorted or repeated cells, arrows

@@ -18,7 +18,7 @@ std::vector<double> pack(const std::vector<SiteCount>& counts);
 std::vector<double> pack(const ModelSettings& settings);
 
 /// The parts again.
-/// Throws: std::invalid_argument if the numbers are too few, too many, or no sizes where sizes belong.
+/// Throws: std::invalid_argument if the numbers are too few or too many, or a size is not valid.
 ErrorStatistics unpack_error_statistics(std::span<const double> numbers);
 FlowField unpack_flow_field(std::span<const double> numbers);
 SparseGp unpack_gp(std::span<const double> numbers);
@@ -26,7 +26,7 @@ CurbFrame unpack_frame(std::span<const double> numbers);
 std::vector<SiteCount> unpack_site_counts(std::span<const double> numbers);
 ModelSettings unpack_settings(std::span<const double> numbers);
 
-/// What a part, and the whole model, takes in a file: its numbers, without what the database adds [bytes].
+/// The size of a part, and of the whole model, in a file: its numbers, without the overhead of the database [bytes].
 std::size_t packed_bytes(const MotionPrimitive& primitive);
 std::size_t packed_bytes(const Transition& transition);
 std::size_t packed_bytes(const Site& site);

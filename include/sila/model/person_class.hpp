@@ -8,7 +8,7 @@ namespace sila {
 
 /// Speed classes that error statistics are kept for.
 inline constexpr int kSpeedClasses = 5;
-/// Mean observed speeds that part the classes [m/s]: standing, strolling, slow, normal, fast.
+/// Mean observed speeds between the classes [m/s]: standing, strolling, slow, normal, fast.
 inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
 static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
 /// People who stand (the slowest speed class) have error densities of their own: their errors are much smaller than
@@ -33,7 +33,7 @@ constexpr std::size_t motion_state_of_score_class(std::size_t score_class) {
 
 /// The classes that error statistics are kept for.
 struct PersonClass {
-  int speed = 0;                    ///< see speed_class (refine/stacking.hpp)
+  int speed = 0;                    ///< see speed_class (src/refine/stacking.hpp)
   std::optional<std::size_t> slow;  ///< of a person who hardly moves: see slow_class
   std::size_t observed = 0;         ///< see observed_class
 

@@ -15,19 +15,19 @@ struct Site {
   CurbFrame frame;
   int episodes = 0;                  ///< batches that had tracks of this site
   long tracks = 0;                   ///< of this site learnt from
-  ErrorStatistics error_statistics;  ///< error statistics of predictions at this site; constant size
-  /// How walking goes on at this site, wherever at it (refine/global_residual.hpp); constant size.
+  ErrorStatistics error_statistics;  ///< of predictions at this site; constant size
+  /// Global residual GP of the whole site (src/refine/global_residual.hpp); constant size.
   SparseGp global_residual;
 };
 
-/// What the sites of a model have in common.
+/// Whether the sites of a model have transitions in common.
 enum class SiteSharing {
   apart,   ///< a transition belongs to one site, and predictions at a known site use those of that site alone
   shared,  ///< sites are laid over each other by their frames; everything may fuse and is used everywhere (paper)
 };
 inline constexpr std::array<const char*, 2> kSiteSharings = {"apart", "shared"};
 
-/// How much of a transition was seen at one site.
+/// The part of a transition's count that comes from one site.
 struct SiteCount {
   int site = 0;          ///< index in Model::sites
   double count = 0.0;    ///< trajectories that showed the transition there
@@ -35,7 +35,7 @@ struct SiteCount {
   bool operator==(const SiteCount&) const = default;
 };
 
-/// Whether two frames stand at the same corner: origins within 1 m, axes within about 5 degrees.
+/// Whether two frames are at the same corner: origins within 1 m, axes within about 5 degrees.
 bool same_site(const CurbFrame& a, const CurbFrame& b);
 
 /// The index of the site at this corner.
@@ -66,7 +66,7 @@ double total_count(const std::vector<SiteCount>& counts);
 /// Whether two lists, sorted by site, have a site in common.
 bool share_a_site(const std::vector<SiteCount>& a, const std::vector<SiteCount>& b);
 
-/// Episodes since any of its sites last showed what was counted, each by its own clock.
+/// Episodes since the last observation at any of the sites, each with its own count of episodes.
 int age_episodes(const std::vector<SiteCount>& counts, const std::vector<Site>& sites);
 
 }  // namespace sila

@@ -6,9 +6,9 @@
 
 namespace sila {
 
-/// What multiplies the likelihood of a transition in its weight.
+/// The factor of the likelihood of a transition in its weight.
 enum class WeightPrior {
-  local_evidence,          ///< how many samples support its field right here
+  local_evidence,          ///< number of samples that support its field at the position
   transition_probability,  ///< P(j | i) = T(i, j) / sum_k T(i, k) (paper)
   none,
 };

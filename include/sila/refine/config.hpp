@@ -8,9 +8,9 @@
 
 namespace sila {
 
-/// How residual GPs are learnt: for each transition, a sparse GP from how a pedestrian comes along (place, velocity,
-/// mean velocity) to how their path will part from constant velocity. Lengths in metres become widths when a model
-/// begins. Source: none in the paper; docs/decisions/0070-residuals.md.
+/// How residual GPs are learnt: for each transition, a sparse GP from (position, velocity, mean velocity) to the
+/// deviation of the future path from constant velocity. Lengths in metres become widths when a model begins. Source:
+/// none in the paper; docs/decisions/0070-residuals.md.
 struct ResidualConfig {
   bool enabled = true;
   /// Number of times until the horizon at which they are learnt.
@@ -48,7 +48,7 @@ void fields(Config& config, Visitor&& visit) {
                "maximum number of pseudo-inputs of a residual GP");
 }
 
-/// Prediction with the refinement: the paper's settings, and those of what is added to it.
+/// Prediction with the refinement: the paper's settings and those of the additions.
 struct RefineConfig : PredictConfig {
   bool stacking = true;
   int mode_variants = 4;
@@ -72,7 +72,7 @@ void fields(Config& config, Visitor&& visit) {
                "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
 }
 
-/// What the roll-outs are made with: where there will be variants, one pair of them finds room beside the modes.
+/// The settings of the roll-outs: with variants, one pair of them takes two of the modes.
 inline PredictConfig rollout_config(const RefineConfig& config) {
   constexpr int pair = 2;
   PredictConfig result = config;

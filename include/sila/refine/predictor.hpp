@@ -83,7 +83,7 @@ struct Explanation {
   double likelihood_power = 1.0;
   double effective_samples = 0.0;  ///< that the residual GPs rest on
   double raw_novelty = 0.0;  ///< mean over the scored samples of var / sigma_f^2 of the field that knows each best
-  double at_least_as_novel = 0.0;  ///< share of the people seen so far who were at least as surprising
+  double at_least_as_novel = 0.0;  ///< share of the people seen so far whose path was at least as novel
 };
 
 Explanation explain(const Predictor& predictor, const CurbTrajectory& observed);

@@ -79,7 +79,7 @@ void fields(Config& config, Visitor&& visit) {
                "maximum of the model, without the file's log of episodes; the transitions of least worth are evicted");
 }
 
-/// What was evicted or reduced.
+/// Counts of evicted and reduced parts.
 struct BudgetReport {
   int primitives = 0;
   int transitions = 0;

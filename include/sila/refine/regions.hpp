@@ -18,15 +18,15 @@ double nonconformity(const Prediction& prediction, std::size_t step, const Vecto
 /// Whether a point lies in a nominal region: where the nonconformity score is at most its level.
 bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m);
 
-/// The bin of kSurpriseBins, from 0; the last is open. What lies beyond the last edge counts there.
+/// The bin of kScoreBins, from 0; the last one has all scores beyond the last edge.
 int score_bin(double nonconformity);
 
 /// The bin of kNoveltyBins of a raw novelty in [0, 1].
 int novelty_bin(double raw_novelty);
 
-/// How large nonconformity scores were, learnt from predictions of windows that the model had not learnt: which level a
-/// region of a probability needs. Where little was seen of a speed class all classes are pooled, and before anything
-/// was seen a Gaussian is assumed. Source: none in the paper; docs/decisions/0071-regions.md.
+/// Quantiles of nonconformity scores of windows that the model had not learnt: the level of the region of each
+/// probability. A speed class with few windows is pooled with the others; without any window a Gaussian is assumed.
+/// Source: none in the paper; docs/decisions/0071-regions.md.
 class Calibration {
  public:
   explicit Calibration(const ErrorStatistics& error_statistics);

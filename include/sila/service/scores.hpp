@@ -74,7 +74,7 @@ Prediction calibrated(Prediction prediction, const OnlineCalibration& online_cal
 OnlineCalibration fitted(OnlineCalibration online_calibration, const PedestrianScore& pedestrian,
                          const std::vector<double>& horizons_s, double step);
 
-/// What the model file keeps of an episode of a service: the calibration is among the statistics.
+/// The record of an episode of a service in the model file: the calibration is among the statistics.
 EpisodeRecord record_of(int number, const Model& previous, const Episode& episode,
                         const OnlineCalibration& online_calibration);
 

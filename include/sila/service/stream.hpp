@@ -69,7 +69,7 @@ struct Stream {
   double checked_s = 0.0;       ///< when the ends of tracks were last checked
 };
 
-/// What became of every detection: detections = not_due + predictions + superseded + those in `Stream::due`.
+/// Counts of all detections: detections = not_due + predictions + superseded + those in `Stream::due`.
 struct Counters {
   std::uint64_t detections = 0;
   std::uint64_t not_due = 0;      ///< the track was too short, or `stride_s` had not passed

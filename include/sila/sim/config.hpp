@@ -17,7 +17,7 @@ enum class Layout {
 
 inline constexpr std::array<const char*, 4> kLayoutNames{"four-way", "t-junction", "acute", "obtuse"};
 
-/// What `simulate` does. Shares are of walkers unless the text says otherwise.
+/// Settings of `simulate`. Shares are of walkers unless the text says otherwise.
 struct SimulationConfig {
   Layout layout = Layout::four_way;
   int tracks = 989;

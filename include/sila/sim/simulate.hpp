@@ -19,7 +19,7 @@ struct NamedCorner {
   CurbFrame frame;
 };
 
-/// What is known of a simulated place; y points up, lengths are metres in the world frame.
+/// The geometry of a simulated place; y points up, lengths are metres in the world frame.
 struct IntersectionScene {
   std::string name;                  ///< as the layout
   std::vector<NamedCorner> corners;  ///< first the primary one
@@ -42,7 +42,7 @@ IntersectionScene simulated_scene(const SimulationConfig& config);
 /// Whether a point lies inside (even-odd rule; the border may fall on either side).
 bool contains(const Polygon& polygon, const Vector2& point);
 
-/// What a tracker cannot know of the walker behind a track.
+/// Properties of the walker of a track that a tracker does not observe.
 struct WalkerTraits {
   std::size_t walker = 0;      ///< two tracks of one walker (an identity switch) share it
   double free_speed_mps = 0;   ///< personal desired speed

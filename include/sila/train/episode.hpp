@@ -28,19 +28,19 @@ struct ReplacedPrimitive {
   int second = 0;
 };
 
-/// What one episode did to the primitives: the history of a model from its first episode on.
+/// The changes of the primitives by one episode; together, the history of a model.
 /// Invariant: the previous primitives that are not in `gone` keep their order, those of the increment follow.
 struct ModelChange {
   int primitives_before = 0;
   int primitives_after = 0;
-  std::vector<int> gone;   ///< previous primitives that are no more: fused into another one, or split
+  std::vector<int> gone;   ///< previous primitives that were removed: fused into another one, or split
   std::vector<int> added;  ///< updated primitives that come from the increment alone
   std::vector<FusedPrimitive> fused;
   std::vector<ReplacedPrimitive> split;
   int incoming_split = 0;  ///< primitives of the increment that were replaced by two
 };
 
-/// What one episode did.
+/// Counts and durations of one episode.
 struct EpisodeReport {
   bool known = false;  ///< the model has learnt this batch before: nothing was done
   int tracks = 0;

@@ -43,7 +43,7 @@ struct SiteErrorStatistics {
   std::vector<Site> sites;
 };
 
-/// What a task of a fleet makes.
+/// The result of a task of a fleet.
 enum class FleetStep {
   learn,      ///< of a partition its model, without error statistics
   fuse,       ///< of two models one
@@ -58,7 +58,7 @@ inline constexpr const char* kFleetSteps[] = {"learn", "fuse", "warm_up", "calib
 inline constexpr int kFleetWarmUpRounds = 2;
 
 /// Inputs are numbers of earlier tasks, or one of these.
-inline constexpr int kFleetStart = -1;    ///< the model that the fleet goes on with
+inline constexpr int kFleetStart = -1;    ///< the model that the fleet continues
 inline constexpr int kFleetNothing = -2;  ///< no model, or no error statistics yet
 
 struct FleetTask {

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sila/fuse/fuse.hpp"
+
+namespace sila {
+
+/// Cells first .. last of one row, all with the same arrow.
+inline MotionPrimitive row_of_arrows(int first, int last, double length = 1.0, double degrees = 0.0,
+                                     double weight = 1.0) {
+  const double angle = degrees * std::numbers::pi / 180.0;
+  MotionPrimitive primitive{{}, weight};
+  for (int x = first; x <= last; ++x) {
+    primitive.cells.push_back({CellKey{x, 0}, length * Vector2(std::cos(angle), std::sin(angle))});
+  }
+  return primitive;
+}
+
+inline FuseConfig with_threshold(double threshold) {
+  FuseConfig config;
+  config.similarity_threshold = threshold;
+  return config;
+}
+
+inline bool same(const FlowField& a, const FlowField& b) {
+  return a.gp == b.gp && a.extent.min() == b.extent.min() && a.extent.max() == b.extent.max();
+}
+
+inline bool same(const MotionPrimitive& a, const MotionPrimitive& b) {
+  return a.weight == b.weight && std::equal(a.cells.begin(), a.cells.end(), b.cells.begin(), b.cells.end(),
+                                            [](const CellVelocity& c, const CellVelocity& d) {
+                                              return c.cell == d.cell && c.velocity == d.velocity;
+                                            });
+}
+
+inline bool same(const Transition& a, const Transition& b) {
+  return a.from == b.from && a.to == b.to && a.count == b.count && same(a.field, b.field);
+}
+
+/// Bit for bit, error statistics aside.
+inline void expect_same(const Model& a, const Model& b) {
+  EXPECT_TRUE(a.settings == b.settings);
+  EXPECT_EQ(a.episodes, b.episodes);
+  EXPECT_EQ(a.tracks, b.tracks);
+  ASSERT_EQ(a.primitives.size(), b.primitives.size());
+  ASSERT_EQ(a.transitions.size(), b.transitions.size());
+  for (std::size_t p = 0; p < a.primitives.size(); ++p) EXPECT_TRUE(same(a.primitives[p], b.primitives[p])) << p;
+  for (std::size_t t = 0; t < a.transitions.size(); ++t) EXPECT_TRUE(same(a.transitions[t], b.transitions[t])) << t;
+}
+
+}  // namespace sila
