@@ -82,13 +82,11 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
 
 
 def test_batch_learning_is_one_episode_with_error_statistics(place):
-    unseen = sila.simulate(layout="acute", tracks=200, seed=2)  # 25 tracks are too few to tell the two apart
     at_once = sila.train_batch(place.tracks, scene=place.scene)
-    together = {"prune": {"enabled": False}}  # as batch learning has it
-    unfitted = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config=together)
-    assert (at_once.episodes, at_once.tracks, at_once.size) == (1, len(place.tracks), unfitted.size)
-    errors = [sila.evaluate(m, unseen.tracks, scene=unseen.scene).metric("nll") for m in (at_once, unfitted)]
-    assert errors[0] < errors[1]
+    assert (at_once.episodes, at_once.tracks) == (1, len(place.tracks))
+    kept = sila.learn(place.tracks, scene=place.scene, batch=len(place.tracks), config={"prune": {"enabled": False}})
+    assert at_once.size == kept.size
+    assert any(prediction.regions for prediction in sila.predict(at_once, place.tracks[:5], scene=place.scene))
 
 
 def test_one_thread_and_two_learn_the_same(place):

@@ -207,6 +207,18 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
 
 namespace {
 
+/// The tracks of each site, in the order in which the sites first come.
+std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::span<const FramedTrajectory> tracks) {
+  std::vector<Site> sites;
+  std::vector<std::vector<FramedTrajectory>> groups;
+  for (const FramedTrajectory& track : tracks) {
+    const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
+    groups.resize(sites.size());
+    groups[site].push_back(track);
+  }
+  return groups;
+}
+
 /// The prequential errors of a batch.
 struct BatchErrors {
   std::vector<Site> sites;  ///< with error statistics
@@ -215,26 +227,20 @@ struct BatchErrors {
 
 BatchErrors errors_by(const Predictor& predictor, std::span<const FramedTrajectory> unseen,
                       const EpisodeConfig& config) {
-  BatchErrors errors;
-  std::vector<std::vector<FramedTrajectory>> tracks;
-  for (const FramedTrajectory& track : unseen) {
-    const auto site = static_cast<std::size_t>(find_or_add_site(errors.sites, track.frame));
-    tracks.resize(errors.sites.size());
-    tracks[site].push_back(track);
-  }
   // Every other moment once more, as of people who appeared shortly before.
   std::vector<double> shorter_s;
   std::ranges::copy_if(kShorterObserved_s, std::back_inserter(shorter_s),
                        [&](double seconds) { return seconds < config.predict.observe_s; });
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
+  BatchErrors errors;
+  for (const std::vector<FramedTrajectory>& tracks : tracks_by_site(unseen)) {
     const auto windows = [&](double stride_s, std::span<const double> observed_s) {
-      return windows_of(tracks[i], config.sampling, config.predict, stride_s, observed_s);
+      return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s);
     };
     std::vector<Window> all = windows(config.error_statistics.stride_s, {});
     if (!shorter_s.empty())
       std::ranges::move(windows(2.0 * config.error_statistics.stride_s, shorter_s), std::back_inserter(all));
     GatheredErrors gathered = gather_errors(predictor, all);
-    errors.sites[i].error_statistics = std::move(gathered.statistics);
+    errors.sites.push_back({tracks.front().frame, 0, 0, std::move(gathered.statistics), {}});
     errors.path += gathered.path;
   }
   return errors;
@@ -260,14 +266,15 @@ EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model
 constexpr std::size_t kFirstParts = 4;
 constexpr std::size_t kLeastPartTracks = 2;
 
-std::vector<Site> first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config) {
-  if (batch.size() < kFirstParts * kLeastPartTracks) return error_statistics_on({}, batch, config);
+ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config) {
+  if (batch.size() < kFirstParts * kLeastPartTracks)
+    return error_statistics_on({}, batch, config).front().error_statistics;
   Model model;
   for (std::size_t part = 0; part < kFirstParts; ++part) {
     const std::size_t begin = batch.size() * part / kFirstParts, end = batch.size() * (part + 1) / kFirstParts;
     model = run_episode(model, batch.subspan(begin, end - begin), config).model;
   }
-  return std::move(model.sites);
+  return std::move(model.sites.front().error_statistics);
 }
 
 BatchErrors errors_on(const Model& model, std::span<const FramedTrajectory> unseen, const EpisodeConfig& config) {
@@ -283,7 +290,8 @@ BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajector
   std::vector<FramedTrajectory> known, first;
   for (const FramedTrajectory& track : batch) (find_site(previous.sites, track.frame) ? known : first).push_back(track);
   BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
-  std::ranges::move(first_statistics(first, config), std::back_inserter(recent.sites));
+  for (const std::vector<FramedTrajectory>& tracks : tracks_by_site(first))
+    recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config), {}});
   return recent;
 }
 

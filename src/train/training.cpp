@@ -11,13 +11,6 @@
 namespace sila {
 namespace {
 
-/// Batch learning takes no error statistics on the way and has no growth to stop.
-EpisodeConfig plain_config(EpisodeConfig config) {
-  config.error_statistics.enabled = false;
-  config.prune.enabled = false;
-  return config;
-}
-
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -72,22 +65,10 @@ Training run_episodes(const Model& start, std::span<const FramedTrajectory> trac
 }
 
 Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config) {
-  const auto started = std::chrono::steady_clock::now();
-  const auto half = tracks.size() / 2;
-  const EpisodeConfig plain = plain_config(config);
-  const auto learn_all = [&](std::span<const FramedTrajectory> some) {
-    return run_episode(Model{}, some, plain, sila_update(plain));
-  };
-  Episode whole = learn_all(tracks);
-  if (config.error_statistics.enabled && half > 0) {
-    const Model first = learn_all(tracks.first(half)).model, second = learn_all(tracks.subspan(half)).model;
-    whole.model.sites =
-        join_sites(std::move(whole.model.sites), error_statistics_on(first, tracks.subspan(half), config)).sites;
-    whole.model.sites =
-        join_sites(std::move(whole.model.sites), error_statistics_on(second, tracks.first(half), config)).sites;
-  }
-  whole.report.seconds = seconds_since(started);
-  return {std::move(whole.model), {whole.report}, 0};
+  EpisodeConfig whole = config;
+  whole.prune.enabled = false;
+  Episode episode = run_episode(Model{}, tracks, whole);
+  return {std::move(episode.model), {std::move(episode.report)}, 0};
 }
 
 }  // namespace sila

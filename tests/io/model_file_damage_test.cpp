@@ -101,8 +101,8 @@ TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
 TEST(ModelFileDamage, RejectsNewerAndOlderSchemas) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 8");
-  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 8 of a newer sila"));
+  run_sql(folder / "m.sila", "PRAGMA user_version = 9");
+  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 9 of a newer sila"));
   EXPECT_TRUE(says(rejection_to_learn(folder / "m.sila"), "update sila"));
   run_sql(folder / "m.sila", "PRAGMA user_version = 1");
   EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 1 of an older sila"));

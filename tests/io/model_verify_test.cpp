@@ -220,7 +220,7 @@ TEST(OlderSchema, IsRejectedWithWhatHelps) {
   run_sql(path, "PRAGMA user_version = 5");
   const std::string bytes = content_of(path);
   const std::string rejection = message_of<FormatError>([&] { load_model(path); });
-  EXPECT_TRUE(says(rejection, "schema 5 of an older sila (this one writes 7)"));
+  EXPECT_TRUE(says(rejection, "schema 5 of an older sila (this one writes 8)"));
   EXPECT_TRUE(says(rejection, "`sila learn TRACKS --model NEW.sila`, or open it with the sila that wrote it"));
   EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
   EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);

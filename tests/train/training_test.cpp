@@ -90,8 +90,8 @@ TEST(Episode, TheFirstBatchHasStatisticsOfModelsOfItsParts) {
   none.error_statistics.enabled = false;
   EXPECT_EQ(size(model), size(run_episode({}, tracks, none).model)) << "what is learnt of the batch does not change";
   // Too few for parts: nothing but constant velocity has predicted them.
-  const std::span<const FramedTrajectory> few = std::span(tracks).first(7);
-  for (const std::vector<double>& bins : run_episode({}, few, kConfig).model.sites.at(0).error_statistics.scores)
+  const Model few = run_episode({}, std::span(tracks).first(7), kConfig).model;
+  for (const std::vector<double>& bins : few.sites.at(0).error_statistics.scores)
     EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0.0), 0.0);
 }
 

@@ -36,8 +36,7 @@ BatchesResult run_batches(Model start, const BatchSource& next_batch, const Epis
 Training run_episodes(const Model& start, std::span<const FramedTrajectory> tracks, std::size_t batch_size,
                       const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
 
-/// The batch-learning baseline: all tracks at once. Its error statistics come from models of one half predicting the
-/// other half, so that no error is of a window that was learnt.
+/// The batch-learning baseline: all tracks at once, nothing pruned as nothing grows.
 Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config);
 
 }  // namespace sila
