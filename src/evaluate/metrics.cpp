@@ -19,14 +19,6 @@ double mean_distance_m(std::span<const Vector2> a, std::span<const Vector2> b) {
 
 }  // namespace
 
-std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) {
-  std::vector<Vector2> mean(steps, Vector2::Zero());
-  for (const Mode& mode : prediction.modes) {
-    for (std::size_t j = 0; j < steps; ++j) mean[j] += mode.weight * mode.path_m[j];
-  }
-  return mean;
-}
-
 double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
   return std::log(2.0 * std::numbers::pi) - std::log(unnormalised_density(prediction, step, truth_m));
 }

@@ -48,6 +48,10 @@ ordered_json to_json(const BudgetReport& report) {
           {"reduced", report.reduced}};
 }
 
+ordered_json to_json(const PrequentialError& error) {
+  return {{"windows", error.windows}, {"model_m", error.model_m}, {"constant_velocity_m", error.constant_m}};
+}
+
 ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated) {
   ordered_json json{{"before", change.primitives_before}, {"after", change.primitives_after}, {"gone", change.gone}};
   json["added"] = ordered_json::array();
@@ -79,11 +83,15 @@ ordered_json to_json(const ModelChange& change, const Model& previous, const Mod
 
 EpisodeRecord record_of(int number, const Model& previous, const Episode& episode) {
   const EpisodeReport& report = episode.report;
-  const nlohmann::ordered_json statistics{
-      {"standing", report.learn.standing},           {"unexplained", report.learn.unexplained},
-      {"batch_primitives", report.learn.primitives}, {"batch_transitions", report.learn.transitions},
-      {"subsumed", report.prune.subsumed},           {"expired", report.prune.expired},
-      {"evicted", to_json(report.budget)},           {"change", to_json(report.change, previous, episode.model)}};
+  const nlohmann::ordered_json statistics{{"standing", report.learn.standing},
+                                          {"unexplained", report.learn.unexplained},
+                                          {"batch_primitives", report.learn.primitives},
+                                          {"batch_transitions", report.learn.transitions},
+                                          {"subsumed", report.prune.subsumed},
+                                          {"expired", report.prune.expired},
+                                          {"evicted", to_json(report.budget)},
+                                          {"prequential", to_json(report.prequential)},
+                                          {"change", to_json(report.change, previous, episode.model)}};
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return {number,
           report.tracks,

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <iomanip>
 #include <nlohmann/json.hpp>
@@ -108,6 +109,77 @@ std::optional<Changes> changes_of(const EpisodeRecord& episode) {
   return changes;
 }
 
+/// The prequential error of an episode; none if its record has no valid one or no window.
+std::optional<PrequentialError> prequential_of(const EpisodeRecord& episode) {
+  const ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
+  if (!statistics.is_object() || !statistics.contains("prequential")) return {};
+  const ordered_json& sums = statistics["prequential"];
+  const auto is_sum = [&](const char* key) { return sums.contains(key) && sums[key].is_number(); };
+  if (!is_sum("model_m") || !is_sum("constant_velocity_m")) return {};
+  if (!sums.contains("windows") || !sums["windows"].is_number_unsigned()) return {};
+  const PrequentialError error{sums["windows"], sums["model_m"], sums["constant_velocity_m"]};
+  const bool valid = error.windows > 0 && error.model_m >= 0.0 && error.constant_m > 0.0;
+  return valid ? std::optional(error) : std::nullopt;
+}
+
+/// How many tracks the model had learnt before each episode that predicted some. None for a model fused from several:
+/// its records are those of all of them.
+std::vector<LearningPoint> learning_points(const StoredModel& stored) {
+  std::vector<LearningPoint> points;
+  double tracks = 0.0;
+  for (const EpisodeRecord& episode : stored.episodes) {
+    if (tracks > 0.0 && episode.size_before == 0) return {};
+    const auto error = prequential_of(episode);
+    if (error && tracks > 0.0) points.push_back({tracks, *error});
+    tracks += std::max(0.0, static_cast<double>(episode.tracks));
+  }
+  return points;
+}
+
+/// Half as many tracks again: of so many more the learning curve tells what they would give.
+long more_tracks(const Model& model) {
+  return model.tracks - model.tracks / 2;
+}
+
+double with_more(const Model& model) {
+  return static_cast<double>(model.tracks) + static_cast<double>(more_tracks(model));
+}
+
+std::optional<LearningCurve> learning_curve_of(const StoredModel& stored) {
+  return stored.model.tracks > 0 ? fit_learning_curve(learning_points(stored)) : std::nullopt;
+}
+
+std::string describe(const LearningCurve& curve, const Model& model) {
+  const Estimate now = expected_error(curve, static_cast<double>(model.tracks));
+  const Estimate later = expected_error(curve, with_more(model));
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3) << now.value << " of constant velocity after " << model.tracks
+       << " tracks (fitted to " << curve.points << " episodes); with " << more_tracks(model) << " more expect "
+       << later.value << " (" << later.lower << " to " << later.upper << "), " << std::setprecision(1)
+       << 100.0 * std::abs(1.0 - later.value / now.value) << " % " << (later.value > now.value ? "more" : "less");
+  return std::move(text).str();
+}
+
+ordered_json learning_json(const StoredModel& stored) {
+  ordered_json json{{"points", ordered_json::array()}, {"fit", nullptr}};
+  for (const LearningPoint& point : learning_points(stored)) {
+    ordered_json& entry = json["points"].emplace_back(ordered_json{{"tracks", point.tracks}});
+    entry.update(to_json(point.error));
+  }
+  const auto curve = learning_curve_of(stored);
+  if (!curve) return json;
+  const auto expected = [&](double tracks) {
+    const Estimate error = expected_error(*curve, tracks);
+    return ordered_json{{"tracks", tracks}, {"ratio", error.value}, {"lower", error.lower}, {"upper", error.upper}};
+  };
+  json["fit"] = {{"asymptote", curve->coefficients[0]},
+                 {"slope", curve->coefficients[1]},
+                 {"episodes", curve->points},
+                 {"now", expected(static_cast<double>(stored.model.tracks))},
+                 {"with_more", expected(with_more(stored.model))}};
+  return json;
+}
+
 /// As ISO 8601, UTC; "-" if not known.
 std::string when(const EpisodeRecord& episode) {
   const auto time = static_cast<std::time_t>(episode.committed_s);
@@ -166,6 +238,7 @@ std::string describe(const StoredModel& stored) {
     line("last episode") << "number " << last.number << ": " << last.tracks << " tracks, " << last.seconds
                          << " s, size " << last.size_before << " -> " << last.size_after;
   }
+  if (const auto curve = learning_curve_of(stored)) line("learning curve") << " " << describe(*curve, model);
   text << '\n';
   return std::move(text).str();
 }
@@ -207,13 +280,14 @@ ordered_json inspect_json(const StoredModel& stored) {
           {"sample_interval_s", model.settings.sample_interval_s},
           {"reference_width_m", model.settings.reference_width_m},
           {"configuration", ordered_json::parse(stored.configuration, nullptr, false)},
+          {"learning_curve", learning_json(stored)},
           {"records", std::move(episodes)}};
 }
 
 std::string describe_log(const StoredModel& stored, int oldest) {
   std::ostringstream text;
   const auto column = [&](int width) -> std::ostream& { return text << std::right << std::setw(width); };
-  text << "episode  when                  tracks   seconds   size          added  fused  split  gone\n";
+  text << "episode  when                  tracks   seconds   size          added  fused  split  gone  error\n";
   for (const EpisodeRecord& episode : stored.episodes) {
     column(7) << episode.number << "  " << std::left << std::setw(20) << when(episode);
     column(8) << episode.tracks;
@@ -226,7 +300,11 @@ std::string describe_log(const StoredModel& stored, int oldest) {
     column(5) << number(&Changes::added);
     column(7) << number(&Changes::fused);
     column(7) << number(&Changes::split);
-    column(6) << number(&Changes::gone) << '\n';
+    column(6) << number(&Changes::gone);
+    const auto error = prequential_of(episode);
+    std::ostringstream ratio;
+    if (error) ratio << std::fixed << std::setprecision(3) << error->model_m / error->constant_m;
+    column(7) << (error ? ratio.str() : "-") << '\n';
   }
   if (stored.episodes.empty()) return "no episode is recorded\n";
   text << "can be rolled back to episode " << oldest;
@@ -249,6 +327,7 @@ ordered_json log_json(const StoredModel& stored, int oldest) {
       entry["split"] = changes->split;
       entry["gone"] = changes->gone;
     }
+    if (const auto error = prequential_of(episode)) entry["prequential"] = to_json(*error);
   }
   return {{"episodes", std::move(list)}, {"oldest_rollback", oldest}};
 }

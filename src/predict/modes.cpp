@@ -109,4 +109,12 @@ std::span<Rollout> merge_rollouts(std::span<const Rollout> rollouts, std::span<c
   return modes;
 }
 
+std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps) {
+  std::vector<Vector2> mean(steps, Vector2::Zero());
+  for (const Mode& mode : prediction.modes) {
+    for (std::size_t j = 0; j < steps; ++j) mean[j] += mode.weight * mode.path_m[j];
+  }
+  return mean;
+}
+
 }  // namespace sila

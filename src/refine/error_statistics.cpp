@@ -7,6 +7,7 @@
 #include <functional>
 #include <numeric>
 
+#include "predict/constant_velocity.hpp"
 #include "refine/prepared_model.hpp"
 #include "sila/core/sampling.hpp"
 
@@ -47,6 +48,7 @@ struct Example {
   std::vector<double> nonconformities;
   HazardFeatures hazard;
   std::optional<std::size_t> change;  ///< the step in which the motion changed
+  PrequentialError path;
 };
 
 /// Mean displacement error of each choice of a person who hardly moves.
@@ -65,6 +67,22 @@ SlowErrors slow_errors_of(const Example& example, const Stacking& stacking, doub
   return errors;
 }
 
+/// Zero unless the window is whole, reaches the horizon and is of a person who moves.
+PrequentialError path_error(const Prediction& prediction, const Window& window, const PersonClass& person, int steps,
+                            double interval_s) {
+  const auto count = static_cast<std::size_t>(steps);
+  const bool moving = (window.past_m.back() - window.past_m.front()).norm() >= kMoving_m;
+  if (person.observed != 0 || window.future_m.size() < count || !moving) return {};
+  const std::vector<Vector2> model_m = mean_path(prediction, count);
+  const std::vector<Vector2> constant_m = constant_velocity(window.past_m, steps, interval_s);
+  PrequentialError error{1, 0.0, 0.0};
+  for (std::size_t j = 0; j < count; ++j) {
+    error.model_m += (model_m[j] - window.future_m[j]).norm() / steps;
+    error.constant_m += (constant_m[j] - window.future_m[j]).norm() / steps;
+  }
+  return error;
+}
+
 Example example_of(const Predictor& predictor, const Window& window, int steps, Workspace& workspace) {
   workspace.scratch.reset();
   const double interval_s = predictor.interval_s();
@@ -72,8 +90,10 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const Prediction& prediction = predictor.prepared().predict(window.observed, merged, workspace);
   const Stacking& stacking = predictor.prepared().stacking(merged.seen.site);
   const ObservedFeatures& seen = merged.seen;
-  Example example{seen.person, merged.raw_novelty, seen.site && stacking.fitted(), {}, {}, {}, {}, {}, {}, {}, {}, {},
-                  {}};
+  Example example;
+  example.person = seen.person, example.raw_novelty = merged.raw_novelty;
+  example.fitted = seen.site && stacking.fitted();
+  example.path = path_error(prediction, window, seen.person, steps, interval_s);
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
@@ -143,20 +163,20 @@ void add(ErrorStatistics& error_statistics, const Example& example, const Stacki
 
 }  // namespace
 
-ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<const Window> windows) {
+GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows) {
   const int steps = steps_in(predictor.config().horizon_s, predictor.interval_s());
   std::vector<Example> each(windows.size());
   tbb::enumerable_thread_specific<Workspace> workspaces;
   tbb::parallel_for(std::size_t{0}, windows.size(),
                     [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
-  ErrorStatistics sum =
-      zero_error_statistics(steps, predictor.interval_s(),
-                            predictor.config().observe_s);  // in the order of the windows, whatever the threads did
-  const Stacking unseen(sum, predictor.config());
+  GatheredErrors sum{zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s), {}};
+  const Stacking unseen(sum.statistics, predictor.config());
+  // In the order of the windows, whatever the threads did.
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking =
         predictor.prepared().stacking(predictor.prepared().map().site(windows[i].observed.frame));
-    add(sum, each[i], stacking.fitted() ? stacking : unseen);
+    add(sum.statistics, each[i], stacking.fitted() ? stacking : unseen);
+    sum.path += each[i].path;
   }
   return sum;
 }

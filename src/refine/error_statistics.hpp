@@ -2,13 +2,19 @@
 
 #include <span>
 
+#include "sila/refine/learning_curve.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace sila {
 
-/// Error statistics of the predictor on these windows. Prequential: the windows must be of tracks that its model has
-/// not learnt.
-ErrorStatistics gather_error_statistics(const Predictor& predictor, std::span<const Window> windows);
+struct GatheredErrors {
+  ErrorStatistics statistics;
+  PrequentialError path;
+};
+
+/// The errors of the predictor on these windows. Prequential: the windows must be of tracks that its model has not
+/// learnt.
+GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows);
 
 /// The error statistics of all sites together, for an untrained one; `place_free`: without those of what depends on the
 /// site.

@@ -219,13 +219,19 @@ std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::span<const Framed
   return groups;
 }
 
-std::vector<Site> error_statistics_by(const Predictor& predictor, std::span<const FramedTrajectory> unseen,
-                                      const EpisodeConfig& config) {
+/// The prequential errors of a batch.
+struct BatchErrors {
+  std::vector<Site> sites;  ///< with error statistics
+  PrequentialError path;    ///< at all sites that the model knew
+};
+
+BatchErrors errors_by(const Predictor& predictor, std::span<const FramedTrajectory> unseen,
+                      const EpisodeConfig& config) {
   // Every other moment once more, as of people who appeared shortly before.
   std::vector<double> shorter_s;
   std::ranges::copy_if(kShorterObserved_s, std::back_inserter(shorter_s),
                        [&](double seconds) { return seconds < config.predict.observe_s; });
-  std::vector<Site> sites;
+  BatchErrors errors;
   for (const std::vector<FramedTrajectory>& tracks : tracks_by_site(unseen)) {
     const auto windows = [&](double stride_s, std::span<const double> observed_s) {
       return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s);
@@ -233,9 +239,11 @@ std::vector<Site> error_statistics_by(const Predictor& predictor, std::span<cons
     std::vector<Window> all = windows(config.error_statistics.stride_s, {});
     if (!shorter_s.empty())
       std::ranges::move(windows(2.0 * config.error_statistics.stride_s, shorter_s), std::back_inserter(all));
-    sites.push_back({tracks.front().frame, 0, 0, gather_error_statistics(predictor, all), {}});
+    GatheredErrors gathered = gather_errors(predictor, all);
+    errors.sites.push_back({tracks.front().frame, 0, 0, std::move(gathered.statistics), {}});
+    errors.path += gathered.path;
   }
-  return sites;
+  return errors;
 }
 
 /// The reports of an update and of the budget, and the sizes.
@@ -269,15 +277,21 @@ ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const 
   return std::move(model.sites.front().error_statistics);
 }
 
-/// The error statistics of a batch, by site. `predictor`: of `previous`, null if there is none yet.
-std::vector<Site> recent_statistics(const Model& previous, std::span<const FramedTrajectory> batch,
-                                    const EpisodeConfig& config, const Predictor* predictor) {
+BatchErrors errors_on(const Model& model, std::span<const FramedTrajectory> unseen, const EpisodeConfig& config) {
+  if (unseen.empty()) return {};
+  Model seen = model;
+  seen.settings = settings_for(model, unseen.front().frame, config);
+  return errors_by(Predictor(seen, config.predict), unseen, config);
+}
+
+/// `predictor`: of `previous`, null if there is none yet.
+BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                          const Predictor* predictor) {
   std::vector<FramedTrajectory> known, first;
   for (const FramedTrajectory& track : batch) (find_site(previous.sites, track.frame) ? known : first).push_back(track);
-  std::vector<Site> recent =
-      predictor ? error_statistics_by(*predictor, known, config) : error_statistics_on(previous, known, config);
+  BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
   for (const std::vector<FramedTrajectory>& tracks : tracks_by_site(first))
-    recent.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config), {}});
+    recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config), {}});
   return recent;
 }
 
@@ -295,16 +309,17 @@ Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> bat
     known.report.size_before = known.report.size_after = size(previous);
     return known;
   }
-  std::vector<Site> recent;
+  BatchErrors recent;
   if (config.error_statistics.enabled)
-    recent = recent_statistics(previous, batch, config, settings == previous.settings ? predictor : nullptr);
+    recent = recent_errors(previous, batch, config, settings == previous.settings ? predictor : nullptr);
   UpdateResult updated = update(previous, prepared(batch, settings, config), settings);
-  set_error_statistics(updated.model.sites, previous.sites, recent, config.error_statistics.memory_windows);
+  set_error_statistics(updated.model.sites, previous.sites, recent.sites, config.error_statistics.memory_windows);
   updated.model.sharing = config.fuse.sites;
   BudgetResult within = apply_budget(std::move(updated.model), config.budget, config.prune);
   updated.change = without_dropped(std::move(updated.change), within.kept);
   within.model.episode_ids = joined(previous.episode_ids, {id});
   EpisodeReport report = report_of(batch.size(), size(previous), within.model, updated, within.report);
+  report.prequential = recent.path;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return {std::move(within.model), std::move(report)};
 }
@@ -324,10 +339,7 @@ Episode run(const Model& previous, std::span<const FramedTrajectory> batch, cons
 
 std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
                                       const EpisodeConfig& config) {
-  if (unseen.empty()) return {};
-  Model seen = model;
-  seen.settings = settings_for(model, unseen.front().frame, config);
-  return error_statistics_by(Predictor(seen, config.predict), unseen, config);
+  return errors_on(model, unseen, config).sites;
 }
 
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,

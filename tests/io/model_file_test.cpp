@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/reports.hpp"
@@ -203,6 +205,60 @@ TEST(ModelFile, InspectionHasTheContractsKeysAndFitsADozenLines) {
   const std::string text = describe(read);
   EXPECT_EQ(std::ranges::count(text, '\n'), 11 + static_cast<long>(model.sites.size()));
   EXPECT_TRUE(says(text, "840 tracks in 42 episodes"));
+}
+
+/// A model of episodes of 20 tracks with relative errors of .7 + 1 / sqrt(n).
+StoredModel with_errors(int episodes) {
+  StoredModel stored{random_model(20), "{}", {}, "", 0};
+  stored.model.tracks = 20 * episodes;
+  for (int i = 0; i < episodes; ++i) {
+    const double ratio = i == 0 ? 0.0 : 0.7 + 1.0 / std::sqrt(20.0 * i);
+    const PrequentialError error{i == 0 ? 0u : 50u, 40.0 * ratio, i == 0 ? 0.0 : 40.0};
+    stored.episodes.push_back(record(i + 1));
+    stored.episodes.back().statistics = nlohmann::ordered_json{{"prequential", to_json(error)}}.dump();
+  }
+  if (episodes > 0) stored.episodes[0].size_before = 0;
+  return stored;
+}
+
+TEST(ModelFile, InspectionHasTheLearningCurveOfTheRecords) {
+  const ScratchFolder folder;
+  save_model(folder / "m.sila", with_errors(9));
+  const StoredModel read = load_model(folder / "m.sila");
+  const nlohmann::ordered_json json = inspect_json(read).at("learning_curve");
+  ASSERT_EQ(json.at("points").size(), 8u);
+  EXPECT_EQ(json["points"][0].at("tracks"), 20);
+  EXPECT_EQ(json["points"][0].at("windows"), 50);
+  EXPECT_NEAR(json.at("fit").at("asymptote"), 0.7, 1e-9);
+  EXPECT_NEAR(json["fit"].at("slope"), 1.0, 1e-9);
+  EXPECT_NEAR(json["fit"].at("with_more").at("ratio"), 0.7 + 1.0 / std::sqrt(270.0), 1e-9);
+  EXPECT_TRUE(says(describe(read),
+                   "0.775 of constant velocity after 180 tracks (fitted to 8 episodes); "
+                   "with 90 more expect 0.761 (0.761 to 0.761), 1.8 % less"));
+  EXPECT_TRUE(says(describe_log(read, 9), " 0.924\n"));
+  EXPECT_EQ(log_json(read, 9).at("episodes")[1].at("prequential").at("windows"), 50);
+}
+
+TEST(ModelFile, InspectionHasNoLearningCurveOfFewEpisodesOrSeveralModels) {
+  const auto has_curve = [](const StoredModel& stored) {
+    const bool line = describe(stored).find("learning curve") != std::string::npos;
+    EXPECT_EQ(line, !inspect_json(stored).at("learning_curve").at("fit").is_null());
+    return line;
+  };
+  EXPECT_FALSE(has_curve(with_errors(0)));
+  EXPECT_FALSE(has_curve(with_errors(4)));  // the first has no windows
+  EXPECT_TRUE(has_curve(with_errors(5)));
+  StoredModel two = with_errors(9);
+  two.episodes = joined(two.episodes, with_errors(9).episodes);
+  EXPECT_FALSE(has_curve(two));
+  for (const char* damaged : {"", "[]", "{}", R"({"prequential": 3})", R"({"prequential": {"windows": -1}})",
+                              R"({"prequential": {"windows": 9, "model_m": -1, "constant_velocity_m": 2}})",
+                              R"({"prequential": {"windows": 9, "model_m": "1", "constant_velocity_m": 2}})",
+                              R"({"prequential": {"windows": 9, "model_m": 1, "constant_velocity_m": 0}})"}) {
+    StoredModel stored = with_errors(5);
+    stored.episodes[2].statistics = damaged;
+    EXPECT_FALSE(has_curve(stored)) << damaged;
+  }
 }
 
 }  // namespace

@@ -56,6 +56,26 @@ TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
   EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.sites.at(0).error_statistics.empty());
 }
 
+TEST(Episode, ReportsThePrequentialErrorThatEvaluateFinds) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 6);
+  const auto batch = std::span(tracks).subspan(40);
+  const Model before = run_episodes({}, std::span(tracks).first(40), 20, kConfig, sila_update(kConfig)).model;
+  const PrequentialError error = run_episode(before, batch, kConfig).report.prequential;
+  EvaluateConfig as_often;
+  as_often.stride_s = kConfig.error_statistics.stride_s;
+  const GroupScore moving = evaluate(before, batch, kConfig, as_often).groups[1];
+  ASSERT_EQ(moving.name, "moving");
+  ASSERT_GT(moving.windows, 20u);
+  EXPECT_EQ(error.windows, moving.windows);
+  const auto windows = static_cast<double>(moving.windows);
+  EXPECT_NEAR(error.constant_m / windows, moving.constant.back().ade_m, 1e-9);
+  EXPECT_NEAR(error.model_m / windows, moving.model.back().mean_path_ade_m, 1e-9);
+  EXPECT_EQ(run_episode({}, batch, kConfig).report.prequential.windows, 0u) << "no model could predict it";
+  EpisodeConfig none = kConfig;
+  none.error_statistics.enabled = false;
+  EXPECT_EQ(run_episode(before, batch, none).report.prequential.windows, 0u);
+}
+
 TEST(Episode, TheFirstBatchHasStatisticsOfModelsOfItsParts) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 6);
   const Model model = run_episode({}, tracks, kConfig).model;

@@ -29,9 +29,6 @@ struct Metrics {
   std::array<double, kRegionProbabilities.size()> coverage = {};
 };
 
-/// The modes' mean positions at the first `steps` times, by weight; no mode may be shorter.
-std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps);
-
 /// `steps` positions of the truth are compared. Throws: std::invalid_argument if the truth or a mode is shorter.
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps);
 

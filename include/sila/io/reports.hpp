@@ -13,6 +13,7 @@
 namespace sila {
 
 nlohmann::ordered_json to_json(const BudgetReport& report);
+nlohmann::ordered_json to_json(const PrequentialError& error);
 
 /// The change as a model file keeps it: the shapes of the primitives that are new or fused, and the transitions whose
 /// count is another one. Its length depends on what changed, not on the size of the model.
@@ -31,8 +32,9 @@ std::string describe(const StoredModel& stored);
 /// The same for programs: primitives, transitions, size, episodes, tracks, bytes and more.
 nlohmann::ordered_json inspect_json(const StoredModel& stored);
 
-/// The episodes of a model as a table, one a line: number, when, tracks, seconds, sizes, and how many primitives were
-/// added, fused, split and lost ("-" where the record has no `change`). `oldest`: the earliest possible rollback.
+/// The episodes of a model as a table, one a line: number, when, tracks, seconds, sizes, how many primitives were
+/// added, fused, split and lost ("-" where the record has no `change`), and the prequential error relative to constant
+/// velocity. `oldest`: the earliest possible rollback.
 std::string describe_log(const StoredModel& stored, int oldest);
 
 /// The same for programs.

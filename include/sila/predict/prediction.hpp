@@ -52,6 +52,9 @@ struct Prediction {
   std::vector<double> change_probabilities;
 };
 
+/// The modes' mean positions at the first `steps` times, by weight; no mode may be shorter.
+std::vector<Vector2> mean_path(const Prediction& prediction, std::size_t steps);
+
 /// Memory for the intermediate arrays of a prediction, released all at once. One for each thread; an array lives until
 /// `reset`. Once the buffer is large enough, a prediction allocates nothing.
 class Scratch {

@@ -8,6 +8,7 @@
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
 #include "sila/model/model.hpp"
+#include "sila/refine/learning_curve.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/train/config.hpp"
@@ -51,6 +52,7 @@ struct EpisodeReport {
   FuseReport fuse;
   PruneReport prune;
   BudgetReport budget;
+  PrequentialError prequential;  ///< of its batch at known sites, before it was learnt
   ModelChange change;
 };
 
