@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/kinematics.hpp"
+
 namespace sila {
 namespace {
 
@@ -36,14 +38,6 @@ struct Strip {
 
 Vector2 unit(double angle_rad) {
   return {std::cos(angle_rad), std::sin(angle_rad)};
-}
-
-Vector2 normal(const Vector2& axis) {
-  return {-axis.y(), axis.x()};
-}
-
-double cross_product(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
 }
 
 std::vector<Piece> pieces_of(std::span<const Trajectory* const> tracks) {
@@ -118,7 +112,7 @@ std::optional<std::array<double, 2>> main_headings(const std::vector<Piece>& pie
 std::vector<Strip> strips_along(const std::vector<Piece>& pieces, double heading) {
   std::vector<std::pair<double, double>> lateral;  // position, distance walked
   for (const Piece& piece : pieces) {
-    if (is_along(piece, heading)) lateral.emplace_back(normal(unit(heading)).dot(piece.middle_m), piece.step_m.norm());
+    if (is_along(piece, heading)) lateral.emplace_back(left_of(unit(heading)).dot(piece.middle_m), piece.step_m.norm());
   }
   const auto [low, high] = std::ranges::minmax(lateral, {}, &std::pair<double, double>::first);
   const double begin_m = low.first - 3 * kSmoothing_m;
@@ -142,7 +136,7 @@ std::vector<Strip> strips_along(const std::vector<Piece>& pieces, double heading
 
 /// Where the lines at these positions along the normals of two axes cross.
 Vector2 crossing(const Vector2& axis_a, double a_m, const Vector2& axis_b, double b_m) {
-  return (a_m * axis_b - b_m * axis_a) / cross_product(axis_a, axis_b);
+  return (a_m * axis_b - b_m * axis_a) / cross(axis_a, axis_b);
 }
 
 /// A crossing of two strips, and in which sense along the two axes most tracks turn there.
@@ -192,7 +186,7 @@ double share_along(const std::vector<Piece>& pieces, double heading) {
 
 /// The edge of the strip along `axis` that lies away from the block, into which the other axis points.
 double curb_m(const Strip& strip, const Vector2& axis, const Vector2& other) {
-  return normal(axis).dot(other) > 0.0 ? strip.low_m : strip.high_m;
+  return left_of(axis).dot(other) > 0.0 ? strip.low_m : strip.high_m;
 }
 
 /// Without errors; nothing if there is no second direction.
@@ -204,8 +198,10 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
   if (share_b < kLeastShare) return std::nullopt;
   const Vector2 axis_a = unit((*headings)[0]), axis_b = unit((*headings)[1]);
   std::optional<Crossing> best;
-  for (const Strip& a : strips_along(pieces, (*headings)[0])) {
-    for (const Strip& b : strips_along(pieces, (*headings)[1])) {
+  const std::vector<Strip> along_a = strips_along(pieces, (*headings)[0]),
+                           along_b = strips_along(pieces, (*headings)[1]);
+  for (const Strip& a : along_a) {
+    for (const Strip& b : along_b) {
       Crossing at{a, b, crossing(axis_a, a.middle_m(), axis_b, b.middle_m())};
       count_turns(at, tracks, axis_a, axis_b);
       if (!best || at.turning > best->turning) best = at;
@@ -214,7 +210,7 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
   const Vector2 away_a = best->sense_a * axis_a, away_b = best->sense_b * axis_b;
   const Vector2 origin_m = crossing(axis_a, curb_m(best->a, axis_a, away_b), axis_b, curb_m(best->b, axis_b, away_a));
   const double width_a = best->a.high_m - best->a.low_m, width_b = best->b.high_m - best->b.low_m;
-  const bool swap = cross_product(away_a, away_b) < 0.0;
+  const bool swap = cross(away_a, away_b) < 0.0;
   CornerProposal result;
   result.widths = {0.5 * (width_a + width_b), swap ? width_b : width_a, swap ? width_a : width_b};
   result.frame = make_curb_frame(origin_m, swap ? away_b : away_a, swap ? away_a : away_b, result.widths, scaling);
@@ -260,9 +256,7 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
     for (const CornerProposal& part : parts) sum += std::pow(distance(part), 2);
     return std::sqrt(sum * static_cast<double>(kParts - 1) / static_cast<double>(kParts));
   };
-  const auto angle = [](const Vector2& a, const Vector2& b) {
-    return std::atan2(std::abs(cross_product(a, b)), a.dot(b));
-  };
+  const auto angle = [](const Vector2& a, const Vector2& b) { return std::atan2(std::abs(cross(a, b)), a.dot(b)); };
   result->origin_error_m =
       error([&](const auto& part) { return (part.frame.origin_m - result->frame.origin_m).norm(); });
   result->axis_error_rad =

@@ -6,16 +6,13 @@
 #include <stdexcept>
 
 #include "core/concatenate.hpp"
+#include "core/kinematics.hpp"
 
 namespace sila {
 namespace {
 
 /// Below this |sin| (angles under 20.5 or over 159.5 degrees) the inverse map amplifies noise more than threefold.
 constexpr double kSmallestSine = 0.35;
-
-double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 [[noreturn]] void reject(const std::string& what) {
   throw std::invalid_argument("curb_frame: " + what);

@@ -9,6 +9,16 @@ inline constexpr double kConstantVelocityWindow_s = 0.8;
 /// A person stands as long as the distance from one position is at most this [m].
 inline constexpr double kStandingReach_m = 0.5;
 
+/// The third component of the cross product: positive if `b` is left of `a`.
+inline double cross(const Vector2& a, const Vector2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Turned to the left by a right angle.
+inline Vector2 left_of(const Vector2& direction) {
+  return {-direction.y(), direction.x()};
+}
+
 /// Mean velocity over the last `window_s` of the observed path, or over what there is; of a single sample its own
 /// velocity. Units: widths/s. Throws: std::invalid_argument for an empty path.
 Vector2 mean_velocity(const CurbTrajectory& observed, double window_s);

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "core/kinematics.hpp"
+
 namespace sila {
 namespace {
 
@@ -45,8 +47,7 @@ CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling 
   }
   const Vector2 axis = principal_axis(positions_m);
   const SidewalkWidths widths{kTrackFrameWidth_m, kTrackFrameWidth_m, kTrackFrameWidth_m};
-  CurbFrame frame =
-      make_curb_frame({median(std::move(x)), median(std::move(y))}, axis, {-axis.y(), axis.x()}, widths, scaling);
+  CurbFrame frame = make_curb_frame({median(std::move(x)), median(std::move(y))}, axis, left_of(axis), widths, scaling);
   frame.from_tracks = true;
   return frame;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
 #include "refine/error_statistics.hpp"
 #include "refine/motion_change.hpp"
@@ -177,7 +178,7 @@ double heading_change_rad(std::span<const Vector2> path_m) {
   const Vector2 first = path_m[part] - path_m.front();
   const Vector2 last = path_m.back() - path_m[path_m.size() - 1 - part];
   if (first.norm() < kShortestHeading_m || last.norm() < kShortestHeading_m) return 0.0;
-  return std::abs(std::atan2(first.x() * last.y() - first.y() * last.x(), first.dot(last)));
+  return std::abs(std::atan2(cross(first, last), first.dot(last)));
 }
 
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,

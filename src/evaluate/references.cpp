@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
 #include "sila/evaluate/split.hpp"
 #include "sila/evaluate/training_support.hpp"
@@ -24,7 +25,7 @@ Matrix2 heading_frame(std::span<const Vector2> past_m) {
   const double length = way.norm();
   const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
   Matrix2 frame;
-  frame << ahead, Vector2(-ahead.y(), ahead.x());
+  frame << ahead, left_of(ahead);
   return frame;
 }
 

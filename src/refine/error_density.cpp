@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/kinematics.hpp"
+
 namespace sila {
 namespace {
 
@@ -56,7 +58,7 @@ ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vecto
 Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2) {
   const double length = direction.norm();
   if (length < 1e-9) return Matrix2::Identity() * along_across_m2.mean();
-  const Vector2 along = direction / length, across(-along.y(), along.x());
+  const Vector2 along = direction / length, across = left_of(along);
   return along_across_m2.x() * along * along.transpose() + along_across_m2.y() * across * across.transpose();
 }
 

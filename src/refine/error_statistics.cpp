@@ -7,6 +7,7 @@
 #include <functional>
 #include <numeric>
 
+#include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
 #include "refine/prepared_model.hpp"
 #include "sila/core/sampling.hpp"
@@ -29,7 +30,7 @@ void add(RegressionMoments& moments, const Features& features, const Vector2& ta
 Vector2 oriented(const Vector2& way, const Vector2& error) {
   const double length = way.norm();
   const Vector2 along = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
-  return {along.dot(error), along.x() * error.y() - along.y() * error.x()};
+  return {along.dot(error), cross(along, error)};
 }
 
 /// Scores under a density that rests on fewer windows count less: its errors will soon be better known.

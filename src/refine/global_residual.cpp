@@ -39,7 +39,7 @@ Matrix2 heading_frame(const CurbTrajectory& observed) {
   const double speed_mps = velocity_mps.norm();
   const Vector2 ahead = speed_mps > kStanding_mps ? Vector2(velocity_mps / speed_mps) : Vector2(Vector2::UnitX());
   Matrix2 frame;
-  frame << ahead, Vector2(-ahead.y(), ahead.x());
+  frame << ahead, left_of(ahead);
   return frame;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/kinematics.hpp"
+
 namespace sila {
 namespace {
 
@@ -44,7 +46,7 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
       const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
       const Vector2 off = RefineConfig::variant_reach *
                           density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
-      variant.path_m[j] += off.x() * ahead + off.y() * Vector2(-ahead.y(), ahead.x());
+      variant.path_m[j] += off.x() * ahead + off.y() * left_of(ahead);
     }
   }
   modes.front().weight -= count * weight;

@@ -45,7 +45,7 @@ Polygon crosswalk_area(const StreetPlan& plan, const Leg& leg) {
   const double near_m = -kCrosswalkMargin_m, far_m = plan.sidewalk_m + kCrosswalkMargin_m;
   for (const Vector2& at : {Vector2(-1.0, near_m), Vector2(-1.0, far_m), Vector2(1.0, far_m), Vector2(1.0, near_m)}) {
     const Vector2 edge = leg.base + at.y() * leg.inward;
-    const double along = (at.x() * plan.half_road_m - sim::cross(arm, edge)) / sim::cross(arm, leg.direction);
+    const double along = (at.x() * plan.half_road_m - cross(arm, edge)) / cross(arm, leg.direction);
     area.push_back(edge + along * leg.direction);
   }
   // `inward` of a crosswalk points along its arm, so this order is counter-clockwise for every arm.

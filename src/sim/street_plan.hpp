@@ -4,17 +4,11 @@
 #include <optional>
 #include <vector>
 
+#include "core/kinematics.hpp"
 #include "sila/core/curb_frame.hpp"
 #include "sila/sim/config.hpp"
 
 namespace sila::sim {
-
-inline double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-inline Vector2 left_of(const Vector2& direction) {
-  return {-direction.y(), direction.x()};
-}
 
 /// How far a crosswalk is wider than the sidewalk it continues, on each side.
 inline constexpr double kCrosswalkMargin_m = 0.5;
