@@ -225,14 +225,15 @@ struct BatchErrors {
   PrequentialError path;    ///< at all sites that the model knew
 };
 
-BatchErrors errors_by(const Predictor& predictor, std::span<const FramedTrajectory> unseen,
+/// `unseen`: by site.
+BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<FramedTrajectory>> unseen,
                       const EpisodeConfig& config) {
   // Every other moment once more, as of people who appeared shortly before.
   std::vector<double> shorter_s;
   std::ranges::copy_if(kShorterObserved_s, std::back_inserter(shorter_s),
                        [&](double seconds) { return seconds < config.predict.observe_s; });
   BatchErrors errors;
-  for (const std::vector<FramedTrajectory>& tracks : tracks_by_site(unseen)) {
+  for (const std::vector<FramedTrajectory>& tracks : unseen) {
     const auto windows = [&](double stride_s, std::span<const double> observed_s) {
       return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s);
     };
@@ -277,20 +278,24 @@ ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const 
   return std::move(model.sites.front().error_statistics);
 }
 
-BatchErrors errors_on(const Model& model, std::span<const FramedTrajectory> unseen, const EpisodeConfig& config) {
+BatchErrors errors_on(const Model& model, std::span<const std::vector<FramedTrajectory>> unseen,
+                      const EpisodeConfig& config) {
   if (unseen.empty()) return {};
   Model seen = model;
-  seen.settings = settings_for(model, unseen.front().frame, config);
+  seen.settings = settings_for(model, unseen.front().front().frame, config);
   return errors_by(Predictor(seen, config.predict), unseen, config);
 }
 
 /// `predictor`: of `previous`, null if there is none yet.
 BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                           const Predictor* predictor) {
-  std::vector<FramedTrajectory> known, first;
-  for (const FramedTrajectory& track : batch) (find_site(previous.sites, track.frame) ? known : first).push_back(track);
+  std::vector<std::vector<FramedTrajectory>> by_site = tracks_by_site(batch);
+  const auto first = std::ranges::stable_partition(by_site, [&](const std::vector<FramedTrajectory>& tracks) {
+    return find_site(previous.sites, tracks.front().frame).has_value();
+  });
+  const std::span known(by_site.begin(), first.begin());
   BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
-  for (const std::vector<FramedTrajectory>& tracks : tracks_by_site(first))
+  for (const std::vector<FramedTrajectory>& tracks : first)
     recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config), {}});
   return recent;
 }
@@ -339,7 +344,7 @@ Episode run(const Model& previous, std::span<const FramedTrajectory> batch, cons
 
 std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
                                       const EpisodeConfig& config) {
-  return errors_on(model, unseen, config).sites;
+  return errors_on(model, tracks_by_site(unseen), config).sites;
 }
 
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
