@@ -53,7 +53,7 @@ void tell_episode(int number, const EpisodeReport& report) {
   line << "episode " << number << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
   const PrequentialError& error = report.prequential;
-  if (error.constant_m > 0.0) line << ", error " << error.model_m / error.constant_m << " of constant velocity";
+  if (error.constant_m > 0.0) line << ", error " << error.ratio() << " of constant velocity";
   const BudgetReport& lost = report.budget;
   if (lost.transitions > 0) {
     line << "; over the limit, evicted " << lost.primitives << " primitives and " << lost.transitions

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <span>
 #include <sstream>
 
 #include "sila/io/reports.hpp"
@@ -98,10 +99,15 @@ std::size_t length_of(const ordered_json& object, const char* key) {
   return found != object.end() && found->is_array() ? found->size() : 0;
 }
 
-std::optional<Changes> changes_of(const EpisodeRecord& episode) {
+/// A member of the statistics of an episode; null if there is none.
+ordered_json member_of(const EpisodeRecord& episode, const char* key) {
   const ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
-  if (!statistics.is_object() || !statistics.contains("change") || !statistics["change"].is_object()) return {};
-  const ordered_json& change = statistics["change"];
+  return statistics.is_object() && statistics.contains(key) ? statistics[key] : ordered_json();
+}
+
+std::optional<Changes> changes_of(const EpisodeRecord& episode) {
+  const ordered_json change = member_of(episode, "change");
+  if (!change.is_object()) return {};
   Changes changes{length_of(change, "added"), length_of(change, "fused"), length_of(change, "split"),
                   length_of(change, "gone")};
   if (change.contains("incoming_split") && change["incoming_split"].is_number_unsigned())
@@ -111,9 +117,7 @@ std::optional<Changes> changes_of(const EpisodeRecord& episode) {
 
 /// The prequential error of an episode; none if its record has no valid one or no window.
 std::optional<PrequentialError> prequential_of(const EpisodeRecord& episode) {
-  const ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
-  if (!statistics.is_object() || !statistics.contains("prequential")) return {};
-  const ordered_json& sums = statistics["prequential"];
+  const ordered_json sums = member_of(episode, "prequential");
   const auto is_sum = [&](const char* key) { return sums.contains(key) && sums[key].is_number(); };
   if (!is_sum("model_m") || !is_sum("constant_velocity_m")) return {};
   if (!sums.contains("windows") || !sums["windows"].is_number_unsigned()) return {};
@@ -136,7 +140,7 @@ std::vector<LearningPoint> learning_points(const StoredModel& stored) {
   return points;
 }
 
-/// Half as many tracks again: of so many more the learning curve tells what they would give.
+/// The learning curve is evaluated after this number of further tracks, too: half of those learnt.
 long more_tracks(const Model& model) {
   return model.tracks - model.tracks / 2;
 }
@@ -145,8 +149,8 @@ double with_more(const Model& model) {
   return static_cast<double>(model.tracks) + static_cast<double>(more_tracks(model));
 }
 
-std::optional<LearningCurve> learning_curve_of(const StoredModel& stored) {
-  return stored.model.tracks > 0 ? fit_learning_curve(learning_points(stored)) : std::nullopt;
+std::optional<LearningCurve> learning_curve_of(const Model& model, std::span<const LearningPoint> points) {
+  return model.tracks > 0 ? fit_learning_curve(points) : std::nullopt;
 }
 
 std::string describe(const LearningCurve& curve, const Model& model) {
@@ -162,11 +166,12 @@ std::string describe(const LearningCurve& curve, const Model& model) {
 
 ordered_json learning_json(const StoredModel& stored) {
   ordered_json json{{"points", ordered_json::array()}, {"fit", nullptr}};
-  for (const LearningPoint& point : learning_points(stored)) {
+  const std::vector<LearningPoint> points = learning_points(stored);
+  for (const LearningPoint& point : points) {
     ordered_json& entry = json["points"].emplace_back(ordered_json{{"tracks", point.tracks}});
     entry.update(to_json(point.error));
   }
-  const auto curve = learning_curve_of(stored);
+  const auto curve = learning_curve_of(stored.model, points);
   if (!curve) return json;
   const auto expected = [&](double tracks) {
     const Estimate error = expected_error(*curve, tracks);
@@ -238,7 +243,8 @@ std::string describe(const StoredModel& stored) {
     line("last episode") << "number " << last.number << ": " << last.tracks << " tracks, " << last.seconds
                          << " s, size " << last.size_before << " -> " << last.size_after;
   }
-  if (const auto curve = learning_curve_of(stored)) line("learning curve") << " " << describe(*curve, model);
+  if (const auto curve = learning_curve_of(model, learning_points(stored)))
+    line("learning curve") << " " << describe(*curve, model);
   text << '\n';
   return std::move(text).str();
 }
@@ -303,7 +309,7 @@ std::string describe_log(const StoredModel& stored, int oldest) {
     column(6) << number(&Changes::gone);
     const auto error = prequential_of(episode);
     std::ostringstream ratio;
-    if (error) ratio << std::fixed << std::setprecision(3) << error->model_m / error->constant_m;
+    if (error) ratio << std::fixed << std::setprecision(3) << error->ratio();
     column(7) << (error ? ratio.str() : "-") << '\n';
   }
   if (stored.episodes.empty()) return "no episode is recorded\n";

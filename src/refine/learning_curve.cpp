@@ -46,7 +46,7 @@ std::vector<Row> rows_of(std::span<const LearningPoint> points) {
   for (const auto& [tracks, error] : points) {
     require_valid(error);
     if (error.windows == 0 || error.constant_m <= 0.0) continue;
-    rows.push_back({regressors(tracks), error.model_m / error.constant_m, static_cast<double>(error.windows)});
+    rows.push_back({regressors(tracks), error.ratio(), static_cast<double>(error.windows)});
   }
   return rows;
 }

@@ -13,13 +13,16 @@ struct PrequentialError {
   double model_m = 0.0;     ///< mean displacement errors of the mean path [m]
   double constant_m = 0.0;  ///< the same of constant velocity
 
+  /// Of the model, relative to constant velocity.
+  double ratio() const { return model_m / constant_m; }
+
   PrequentialError& operator+=(const PrequentialError& more) {
     windows += more.windows, model_m += more.model_m, constant_m += more.constant_m;
     return *this;
   }
 };
 
-/// The error of one batch by a model that had learnt so many tracks before.
+/// The prequential error of one batch, and the number of tracks that the model had learnt before it.
 struct LearningPoint {
   double tracks = 0.0;
   PrequentialError error;
