@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from .field import LEARNT, MIXTURE_WINDOWS, SAMPLES
-from .report import _lines, _marked, _number, versions_and_revision
+from .markdown import made_with, marked_texts, number_text, provenance, table_text
 from .tables import bootstrap_pairs
 
 VALUES = {
@@ -36,7 +36,7 @@ def markdown(
     table = pd.DataFrame(values).set_index(["scene", "method", "learnt"])
     reference = (methods[0]["name"], methods[0]["learnt"])
     text = [
-        f"# {Path(file).stem}\n\n{versions_and_revision(file)}\n",
+        f"# {Path(file).stem}\n\n{provenance(made_with(file))}\n",
         "Eight positions seen, twelve predicted, 0.4 s apart; every run of twenty samples of one person is a window. "
         f"Metres and nats. ADE, FDE, Col: of the mean path; the others of {SAMPLES} samples, the best of the first 20. "
         f"AMD, AMV: on {MIXTURE_WINDOWS} windows a scene. In place: tracks of the same scene, another fold; published "
@@ -68,10 +68,10 @@ def _section(title: str, table: pd.DataFrame, reference: tuple[str, str], method
     columns = []
     for name, (_, decimals) in VALUES.items():
         values = table[name].tolist()
-        columns.append(_marked([_number(value, decimals) for value in values], values, at))
+        columns.append(marked_texts([number_text(value, decimals) for value in values], values, at))
     lines = [(method, [LEARNT[learnt], *row]) for (method, learnt), row in zip(keys, zip(*columns))]
     missing = [(f"{m['name']} (not run here)", ["–"] * (1 + len(VALUES))) for m in methods if m["cls"] is None]
-    return f"## {title}\n\n{_lines('method', ['learnt', *(t for t, _ in VALUES.values())], [*lines, *missing])}"
+    return f"## {title}\n\n{table_text('method', ['learnt', *(t for t, _ in VALUES.values())], [*lines, *missing])}"
 
 
 def _paired(results: Sequence[Any], reference: tuple[str, str], bootstraps: int, seed: int) -> str:
@@ -98,5 +98,5 @@ def _paired(results: Sequence[Any], reference: tuple[str, str], bootstraps: int,
     return (
         f"## Differences from {reference[0]}, {LEARNT[reference[1]]}\n\nMean over the scenes, 95 % interval by resampling "
         "the people of each scene; below 0 the method is better, bold where the whole interval is.\n\n"
-        + _lines("method", ["learnt", *(VALUES[m][0] for m in PAIRED)], lines)
+        + table_text("method", ["learnt", *(VALUES[m][0] for m in PAIRED)], lines)
     )

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
-import platform
-import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +11,9 @@ import numpy as np
 import pandas as pd
 
 from .. import _sila
-from .read import Experiment, Settings
+from .curves import curves_of, growth_table, learning_curve_tables
+from .markdown import bold_text, decimals_of, made_with, marked_texts, number_text, provenance, table_text
+from .read import Experiment
 from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Comparison, compare, rows_of, summarise
 
 SPLITS = {"time": "by blocks of time with an embargo", "track": "by track (companions are learnt from)"}
@@ -41,8 +40,6 @@ BRIEF = {
 }
 #: By place, in tables of their own.
 BY_PLACE = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step", "energy_score_m": "energy score [m]"}
-#: Of learning curves.
-CURVES = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step"}
 LARGER_IS_BETTER = ("reliability_average", "reliability_least")
 GEOMETRIC = ("size", "training_s", "bytes", "us_per_prediction")  # places differ by orders of magnitude
 #: Means over places leave out places with fewer such windows in all trials.
@@ -106,35 +103,6 @@ def _curve_json(result: Mapping[str, Any], of: str) -> dict[str, Any]:
     return {"scene": scene, **curve, "checkpoints": [labelled(c) for c in result["checkpoints"]]}
 
 
-def versions_and_revision(file: str) -> str:
-    made = made_with(file)
-    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
-    return f"Revision {made['revision'] or 'unknown'}; {versions}."
-
-
-def made_with(file: str) -> dict[str, Any]:
-    """The git revision of the experiment file, and the versions of everything."""
-    packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch", "filterpy", "gpytorch")
-    versions = {"sila": _sila.version, "python": platform.python_version()}
-    for package in packages:
-        try:
-            versions[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            continue
-    return {"revision": _revision(Path(file).parent), "versions": versions, "machine": platform.machine()}
-
-
-def _revision(folder: Path) -> str | None:
-    def git(*arguments: str) -> str:
-        command = ["git", "-C", str(folder), *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-
-    try:
-        return git("rev-parse", "--short", "HEAD") + (", changed since" if git("status", "--porcelain", "-uno") else "")
-    except (OSError, subprocess.CalledProcessError):
-        return None
-
-
 def _json(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
@@ -152,47 +120,6 @@ def _summary_json(summary: pd.DataFrame) -> list[dict[str, Any]]:
     return found
 
 
-def curves_of(settings: Settings, results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    return learning_curves(results) if settings.tracks else curves(results)
-
-
-def learning_curves(results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """A row a place and number of tracks, from which a method has learnt anew; `episode` is the number of the column."""
-    rows = []
-    for result in results:
-        for point in result["learning_curve"]:
-            row = {key: result[key] for key in ("scene", "method", "split", "trial", "order")}
-            row |= {key: point[key] for key in ("episode", "tracks", "size", "seconds")}
-            for place, groups in point["places"].items():
-                names = ("windows", "weighted_mhd_m", "constant_mhd_m", *CURVES)
-                rows.append({**row, "place": place, **{name: BY_NAME[name].of(groups) for name in names}})
-    return pd.DataFrame(rows)
-
-
-def curves(results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """A row a checkpoint and place that was scored."""
-    rows = []
-    for result in results:
-        for checkpoint in result["checkpoints"]:
-            row = {key: result[key] for key in ("scene", "method", "split", "trial", "order")}
-            row |= {key: checkpoint[key] for key in ("episode", "tracks", "size", "seconds")}
-            if "places" not in checkpoint:
-                rows.append({**row, "place": None})
-            for place, groups in checkpoint.get("places", {}).items():
-                moving = groups.get("moving")
-                if moving is None:
-                    continue
-                model, constant = moving["model"], moving["constant_velocity"]
-                rows.append({**row, "place": place, "windows": moving["windows"]})
-                for name in ("weighted_mhd_m", "mean_path_mhd_m", "best_mhd_m", "mean_path_ade_m", "nll"):
-                    rows[-1][name] = model[name]
-                rows[-1]["constant_mhd_m"] = constant["weighted_mhd_m"]
-                rows[-1]["constant_ade_m"] = constant["mean_path_ade_m"]
-    first = ["scene", "place", "method", "split", "trial", "order", "episode", "tracks", "size", "seconds"]
-    table = pd.DataFrame(rows)
-    return table[[*first, *[name for name in table.columns if name not in first]]]
-
-
 def markdown(
     experiment: Experiment,
     results: Sequence[Mapping[str, Any]],
@@ -203,10 +130,9 @@ def markdown(
 ) -> str:
     settings = experiment.settings
     finished = f"{trials}" + (f" of {settings.trials}" if trials < settings.trials else "")
-    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
     text = [
         f"# {Path(experiment.file).stem}\n",
-        f"Revision {made['revision'] or 'unknown'}; {finished} trials, seed {settings.seed}; {versions}.\n",
+        provenance(made, f"{finished} trials, seed {settings.seed}; ") + "\n",
         "Moving windows, mean over trials ± deviation. CV: constant velocity on the same windows.\n",
     ]
     places = summary.index.get_level_values("place").unique()
@@ -214,9 +140,9 @@ def markdown(
     if len(places) > 1 and len(experiment.methods) > 1:
         text.append(_by_place(experiment, summary))
     if settings.tracks:
-        text.append(_learning_curves(experiment, results))
+        text.append(learning_curve_tables(experiment, results))
     if any(len(result["checkpoints"]) > 1 for result in results):
-        text.append(_growth(results))
+        text.append(growth_table(results))
     for split in settings.splits:
         if split not in summary.index.get_level_values("split"):
             continue
@@ -234,20 +160,10 @@ def markdown(
     return "\n".join(text)
 
 
-def _number(value: float, decimals: int) -> str:
-    return "–" if np.isnan(value) else f"{value:.{decimals}f}"
-
-
-def _lines(first: str, titles: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    lines = [f"| {' | '.join([first, *titles])} |", "|" + "---|" * (len(titles) + 1)]
-    lines += [f"| {' | '.join([name, *cells])} |" for name, cells in rows]
-    return "\n".join(lines) + "\n"
-
-
 def _cell(row: Any, name: str) -> str:
-    text = _number(row[name, "mean"], BY_NAME[name].decimals)
+    text = number_text(row[name, "mean"], BY_NAME[name].decimals)
     if row[name, "count"] > 1 and name in WITH_SPREAD:
-        text += " ± " + _number(row[name, "std"], BY_NAME[name].decimals)
+        text += " ± " + number_text(row[name, "std"], BY_NAME[name].decimals)
     return text
 
 
@@ -255,10 +171,10 @@ def _table(heading: str, first: str, rows: Sequence[tuple[str, Any]]) -> str:
     shown = [column for column in COLUMNS if column.title]
     titles = [column.title for column in shown] + [title for _, title in POOLED]
     cells = [
-        (name, [_cell(row, c.name) for c in shown] + [_number(row[p, "mean"], 3) for p, _ in POOLED])
+        (name, [_cell(row, c.name) for c in shown] + [number_text(row[p, "mean"], 3) for p, _ in POOLED])
         for name, row in rows
     ]
-    return f"{heading}\n\n{_lines(first, titles, cells)}"
+    return f"{heading}\n\n{table_text(first, titles, cells)}"
 
 
 def _over_places(rows: pd.DataFrame, name: str) -> tuple[float, float]:
@@ -284,29 +200,16 @@ def _means(summary: pd.DataFrame) -> str:
         cells = []
         for column in shown:
             mean, deviation = _over_places(rows, column.name)
-            text = _number(mean, column.decimals)
+            text = number_text(mean, column.decimals)
             if column.name in WITH_SPREAD and not np.isnan(deviation):
-                text += " ± " + _number(deviation, column.decimals)
+                text += " ± " + number_text(deviation, column.decimals)
             cells.append(text)
-        lines.append((method, cells + [_number(rows[p, "mean"].mean(), 3) for p, _ in POOLED]))
+        lines.append((method, cells + [number_text(rows[p, "mean"].mean(), 3) for p, _ in POOLED]))
     titles = [column.title for column in shown] + [title for _, title in POOLED]
     return (
         "## Mean over the places\n\n± is the deviation between places; size: geometric mean; turning and standing: places "
-        f"with at least {LEAST_WINDOWS} such windows in all trials.\n\n{_lines('method', titles, lines)}"
+        f"with at least {LEAST_WINDOWS} such windows in all trials.\n\n{table_text('method', titles, lines)}"
     )
-
-
-def _marked(texts: Sequence[str], values: Sequence[float], reference: int, larger: bool = False) -> list[str]:
-    """Bold where a value is better than the reference's as it is printed."""
-    marked = []
-    for text, value in zip(texts, values):
-        better = value > values[reference] if larger else value < values[reference]
-        marked.append(f"**{text}**" if better and text != texts[reference] else text)
-    return marked
-
-
-def _decimals(name: str) -> int:
-    return BY_NAME[name].decimals if name in BY_NAME else 3
 
 
 def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
@@ -322,8 +225,8 @@ def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
         for split in splits:
             rows = own.loc[split]
             values = [_over_places(rows.xs(method, level="method"), name)[0] for method in methods]
-            texts = [_number(value, _decimals(name)) for value in values]
-            for row, text in zip(cells, _marked(texts, values, reference, name in LARGER_IS_BETTER)):
+            texts = [number_text(value, decimals_of(name)) for value in values]
+            for row, text in zip(cells, marked_texts(texts, values, reference, name in LARGER_IS_BETTER)):
                 row.append(text)
             titles.append(f"{title}, {split}" if len(splits) > 1 else title)
     here = {method: own.xs(method, level="method").index.get_level_values("place").nunique() for method in methods}
@@ -333,7 +236,7 @@ def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
     better = f"Bold: better than {methods[reference]}. " if len(methods) > 1 else ""
     return (
         f"# Mean over the places\n\n{better}Sizes and times are geometric means; a prediction is one of all that are made "
-        f"together.\n\n{_lines('method', titles, lines)}"
+        f"together.\n\n{table_text('method', titles, lines)}"
     )
 
 
@@ -350,77 +253,23 @@ def _by_place(experiment: Experiment, summary: pd.DataFrame) -> str:
             for place in places:
                 rows = own.loc[place]
                 values = [rows.loc[m][name, "mean"] if m in rows.index else np.nan for m in methods]
-                texts = [_number(value, _decimals(name)) for value in values]
-                columns.append(_marked(texts, values, reference))
+                texts = [number_text(value, decimals_of(name)) for value in values]
+                columns.append(marked_texts(texts, values, reference))
             lines = list(zip(methods, (list(row) for row in zip(*columns))))
-            found.append(f"## {title}, split by {split}\n\n{_lines('method', places, lines)}")
+            found.append(f"## {title}, split by {split}\n\n{table_text('method', places, lines)}")
     return "# By place\n\nBold: better than the method that the others are compared with.\n\n" + "\n".join(found)
-
-
-def _learning_curves(experiment: Experiment, results: Sequence[Mapping[str, Any]]) -> str:
-    """A table a split and measure: methods at each place by numbers of tracks."""
-    counts, found = experiment.settings.tracks, []
-    rows = learning_curves(results)
-    for split, own in rows.groupby("split", sort=False):
-        whole = own[own["episode"] > len(counts)].groupby("place", sort=False)["tracks"].mean()
-        for name, title in CURVES.items():
-            means = own.groupby(["place", "method", "episode"], sort=False)[name].mean().unstack()
-            lines = [line for place in whole.index for line in _curve_lines(experiment, place, means.loc[place], name)]
-            if experiment.settings.kind == "one_place" and len(whole) > 1:
-                mean = means.groupby("method", sort=False).agg(lambda column: column.mean(skipna=False))
-                lines += _curve_lines(experiment, "mean", mean, name)
-            titles = ["method", *map(str, counts), "all"]
-            found.append(f"## {title}, split by {split}\n\n{_lines('place', titles, lines)}")
-        found.append("All: " + ", ".join(f"{place} {count:.0f}" for place, count in whole.items()) + " tracks.\n")
-    about = "Each method learns the first tracks of the training part from the beginning, and is scored on the same windows."
-    return f"# Learning curves\n\n{about} Bold: better than {experiment.reference} from as many.\n\n" + "\n".join(found)
-
-
-def _curve_lines(experiment: Experiment, place: str, means: pd.DataFrame, name: str) -> list[tuple[str, list[str]]]:
-    means = means.reindex(columns=range(1, len(experiment.settings.tracks) + 2))
-    reference = list(means.index).index(experiment.reference) if experiment.reference in means.index else 0
-    columns = [list(means[point]) for point in means]
-    cells = [_marked([_number(v, _decimals(name)) for v in column], column, reference) for column in columns]
-    return [(place, [method, *row]) for method, row in zip(means.index, zip(*cells))]
-
-
-def _growth(results: Sequence[Mapping[str, Any]]) -> str:
-    """The paper's measures: size after shares of the episodes and for each trajectory, time to learn an episode."""
-    rows = [
-        {"scene": r["scene"], "method": r["method"], "share": c["episode"] / len(r["checkpoints"]), **c}
-        for r in results
-        for c in r["checkpoints"]
-        if len(r["checkpoints"]) > 1
-    ]
-    lines = []
-    for (scene, method), table in pd.DataFrame(rows).groupby(["scene", "method"], sort=False):
-        sizes = [
-            table[(table["share"] - share).abs() <= 0.5 / table["episode"].max()]["size"].mean()
-            for share in (0.25, 0.5, 1)
-        ]
-        last = table[table["share"] == 1]
-        halves = [1000 * table[half]["seconds"].mean() for half in (table["share"] <= 0.5, table["share"] > 0.5)]
-        growth = sizes[-1] / last["tracks"].mean()
-        cells = [*(f"{size:.0f}" for size in sizes), f"{growth:.2f}", *(f"{ms:.0f}" for ms in halves)]
-        lines.append((str(scene), [str(method), *cells]))
-    titles = ["method", "size after 25 %", "50 %", "100 %", "per trajectory", "ms an episode, 1st half", "2nd half"]
-    return f"# Growth\n\nMeans over trials, splits and orders.\n\n{_lines('scene', titles, lines)}"
-
-
-def _bold(text: str, bold: bool) -> str:
-    return f"**{text}**" if bold else text
 
 
 def _comparison_table(measure: str, comparisons: Sequence[Comparison]) -> str:
     rows = [
         (
             c.place,
-            [c.method, c.against, str(c.people), _bold(f"{c.difference:.3f}", c.high < 0), f"{c.low:.3f} to {c.high:.3f}"],
+            [c.method, c.against, str(c.people), bold_text(f"{c.difference:.3f}", c.high < 0), f"{c.low:.3f} to {c.high:.3f}"],
         )
         for c in comparisons
     ]
     return (
         f"## Paired comparisons: {measure}\n\nDifference over the moving windows of the same people in the same trials; "
         "below 0 the method is better, bold where the whole interval is. 95 % interval by resampling people.\n\n"
-        + _lines("place", ["method", "against", "people", "difference", "95 %"], rows)
+        + table_text("place", ["method", "against", "people", "difference", "95 %"], rows)
     )

@@ -1,0 +1,71 @@
+"""Text of the tables of experiments, and what they were made with."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _sila
+from .tables import BY_NAME
+
+
+def number_text(value: float, decimals: int) -> str:
+    return "–" if np.isnan(value) else f"{value:.{decimals}f}"
+
+
+def table_text(first: str, titles: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+    lines = [f"| {' | '.join([first, *titles])} |", "|" + "---|" * (len(titles) + 1)]
+    lines += [f"| {' | '.join([name, *cells])} |" for name, cells in rows]
+    return "\n".join(lines) + "\n"
+
+
+def bold_text(text: str, bold: bool) -> str:
+    return f"**{text}**" if bold else text
+
+
+def marked_texts(texts: Sequence[str], values: Sequence[float], reference: int, larger: bool = False) -> list[str]:
+    """Bold where a value is better than the reference's as it is printed."""
+    marked = []
+    for text, value in zip(texts, values):
+        better = value > values[reference] if larger else value < values[reference]
+        marked.append(f"**{text}**" if better and text != texts[reference] else text)
+    return marked
+
+
+def decimals_of(name: str) -> int:
+    return BY_NAME[name].decimals if name in BY_NAME else 3
+
+
+def provenance(made: Mapping[str, Any], details: str = "") -> str:
+    """The revision, `details` and the versions, of what `made_with` gives."""
+    versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
+    return f"Revision {made['revision'] or 'unknown'}; {details}{versions}."
+
+
+def made_with(file: str) -> dict[str, Any]:
+    """The git revision of the experiment file, and the versions of everything."""
+    packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch", "filterpy", "gpytorch")
+    versions = {"sila": _sila.version, "python": platform.python_version()}
+    for package in packages:
+        try:
+            versions[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return {"revision": _revision(Path(file).parent), "versions": versions, "machine": platform.machine()}
+
+
+def _revision(folder: Path) -> str | None:
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+    try:
+        return git("rev-parse", "--short", "HEAD") + (", changed since" if git("status", "--porcelain", "-uno") else "")
+    except (OSError, subprocess.CalledProcessError):
+        return None
