@@ -6,7 +6,7 @@ import numpy as np
 from sila.experiments.gaussian_path import GaussianPath, to_heading
 from sila.experiments.method import CONSTANT_VELOCITY_S, constant_velocity
 
-LEAST_SPEED_MPS = 0.3  # who is slower is predicted straight on: the heading is noise
+LEAST_SPEED_MPS = 0.3  # slower people are predicted straight on: their heading is noise
 
 
 class Ctrv(GaussianPath):

@@ -9,7 +9,7 @@ from sila.experiments.method import Method, constant_velocity
 from sila.experiments.neighbours import neighbours_of
 
 RELAXATION_S, POTENTIAL, RANGE_M, STEP_S = 0.5, 2.1, 0.3, 2.0  # tau, V0 [m²/s²], sigma, Delta t
-SIGHT, UNSEEN, FASTEST = np.cos(np.deg2rad(100)), 0.5, 1.3  # cos phi, c, at most so many times the desired speed
+SIGHT, UNSEEN, FASTEST = np.cos(np.deg2rad(100)), 0.5, 1.3  # cos phi, c, and the largest speed relative to the desired one
 length = partial(np.linalg.norm, axis=-1, keepdims=True)
 
 

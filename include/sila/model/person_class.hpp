@@ -11,7 +11,7 @@ inline constexpr int kSpeedClasses = 5;
 /// Mean observed speeds between the classes [m/s]: standing, strolling, slow, normal, fast.
 inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
 static_assert(std::size(kSpeedClassLimits_mps) + 1 == kSpeedClasses);
-/// A person moves who is at least this far from the first position at the end of the observed window [m].
+/// A person moves if the first and the last observed position are at least this far apart [m].
 inline constexpr double kMoving_m = 0.5;
 /// People who stand (the slowest speed class) have error densities of their own: their errors are much smaller than
 /// those of people who walk.
