@@ -290,12 +290,12 @@ BatchErrors errors_on(const Model& model, std::span<const std::vector<FramedTraj
 BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                           const Predictor* predictor) {
   std::vector<std::vector<FramedTrajectory>> by_site = tracks_by_site(batch);
-  const auto first = std::ranges::stable_partition(by_site, [&](const std::vector<FramedTrajectory>& tracks) {
+  const auto first = std::stable_partition(by_site.begin(), by_site.end(), [&](const auto& tracks) {
     return find_site(previous.sites, tracks.front().frame).has_value();
   });
-  const std::span known(by_site.begin(), first.begin());
+  const std::span known(by_site.begin(), first);
   BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
-  for (const std::vector<FramedTrajectory>& tracks : first)
+  for (const std::vector<FramedTrajectory>& tracks : std::span(first, by_site.end()))
     recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config), {}});
   return recent;
 }
