@@ -70,12 +70,7 @@ void make_report(const ReportOptions& options) {
     data = model_data(options);
   }
   if (!options.results.empty()) data["results"] = read_results(options.results);
-  const std::string text = options.common.json ? data.dump(1) + "\n" : report_page(data);
-  if (options.out.empty())
-    std::cout << text;
-  else
-    write_file(options.out, text);
-  std::cerr << text.size() / 1024 << " KiB" << (options.out.empty() ? "" : " in " + options.out) << "\n";
+  write_page(options.common.json ? data.dump(1) + "\n" : report_page(data), options.out);
 }
 
 }  // namespace
