@@ -40,11 +40,6 @@ nlohmann::json file_json(const EditorInput& input) {
   return file;
 }
 
-std::vector<double> row_major(const Camera& camera) {
-  const Eigen::Matrix3d transposed = camera.ground_from_image.transpose();
-  return {transposed.data(), transposed.data() + transposed.size()};
-}
-
 std::vector<FramedTrajectory> in_image(std::vector<FramedTrajectory> tracks, const Camera& camera) {
   for (FramedTrajectory& entry : tracks) {
     for (Vector2& position : entry.track.positions_m) position = to_image(camera, position).value_or(Vector2::Zero());
@@ -62,7 +57,7 @@ ordered_json editor_data(const EditorInput& input, std::size_t most_bytes) {
                     {"proposal", input.proposal},
                     {"tracks_in", input.in_picture ? "picture" : "ground"}};
   const std::optional<Camera>& camera = input.scene.camera;
-  if (camera) data["camera"] = row_major(*camera);
+  if (camera) data["camera"] = camera_json(*camera);
   const std::vector<FramedTrajectory> tracks =
       input.in_picture && camera ? in_image(input.tracks, *camera) : input.tracks;
   for (std::size_t most = 300;; most /= 2) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "round.hpp"
 
@@ -57,6 +58,11 @@ ordered_json scene_json(const Scene& scene, const ModelSettings& settings) {
   json["corners"] = ordered_json::array();
   for (const Corner& corner : scene.corners) json["corners"].push_back(corner_json(corner));
   return json;
+}
+
+ordered_json camera_json(const Camera& camera) {
+  const Eigen::Matrix3d columns_are_rows = camera.ground_from_image.transpose();
+  return std::vector<double>(columns_are_rows.data(), columns_are_rows.data() + columns_are_rows.size());
 }
 
 ordered_json tracks_json(std::span<const FramedTrajectory> tracks, std::size_t most) {

@@ -164,6 +164,9 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
                                 " of them, there must be one for each of the " + std::to_string(input.tracks.size()) +
                                 " tracks");
   }
+  if (!input.picture.empty() && !input.scene.camera)
+    throw std::invalid_argument(
+        "report_data: picture is given, but the scene has no camera, by which metres become pixels");
   ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
   data["bytes"] = input.stored.bytes;
   data["scene"] = scene_json(input.scene, input.stored.model.settings);
@@ -171,6 +174,10 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
+  if (!input.picture.empty()) {
+    data["picture"] = input.picture;
+    data["camera"] = camera_json(*input.scene.camera);
+  }
   return data;
 }
 

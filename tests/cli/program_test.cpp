@@ -132,7 +132,16 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   EXPECT_EQ(mode.at("u").size(), mode.at("x").size());
   EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
   EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
+  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  const Outcome report = run("report m.sila mot.txt --fps 10 --camera camera.json --picture p.png --json");
+  ASSERT_EQ(report.code, 0) << report.err;
+  const auto drawn = nlohmann::json::parse(report.out);
+  EXPECT_EQ(drawn["picture"], "data:image/png;base64,iVBORw0KGgo=");
+  EXPECT_EQ(drawn["camera"].size(), 9u);
+  expect_rejected("report m.sila --picture p.png", {"--picture", "--camera"});
   write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  expect_rejected("report m.sila metres.csv --picture p.png", {"--picture", "--camera"});
+  expect_rejected("report m.sila mot.txt --fps 10 --camera camera.json --picture camera.json", {"PNG or JPEG"});
   expect_rejected("predict metres.csv --model m.sila --image", {"--image", "--camera"});
   expect_rejected("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
 }

@@ -107,6 +107,16 @@ TEST(Report, OfAnEmptyModelIsStillAReport) {
   EXPECT_NO_THROW(report_page(report_data(input)));
 }
 
+TEST(Report, HasAPictureWithTheCameraOfItsScene) {
+  ReportInput input = made_up();
+  input.picture = "data:image/png;base64,";
+  EXPECT_THROW(report_data(input), std::invalid_argument);
+  input.scene.camera = Camera{};
+  const nlohmann::ordered_json data = report_data(input);
+  EXPECT_EQ(data.at("picture"), input.picture);
+  EXPECT_EQ(data.at("camera"), (std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1}));
+}
+
 TEST(Page, IsTheBuiltOneWithTheDataInItsPlace) {
   const nlohmann::ordered_json data{{"a", 1}};
   for (const auto& [name, page] :

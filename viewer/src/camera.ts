@@ -47,7 +47,7 @@ function solved(rows: number[][]): number[] | undefined {
   return rows.map((row, k) => row[n]! / row[k]!);
 }
 
-/** The camera of four or more points, by least squares in normalised coordinates, as `fit_camera` of sila, which is the judge of a saved camera. A text says why there is none. */
+/** The camera of four or more points, by least squares in normalised coordinates, as `fit_camera` of sila, which decides on a saved camera. A text says why there is none. */
 export function fitCamera(pairs: readonly PointPair[]): CameraFit | string {
   if (pairs.length < 4) return `${pairs.length} of 4 points`;
   const [ofImage, ofGround] = [normalisation(pairs.map((p) => p.image)), normalisation(pairs.map((p) => p.ground))];

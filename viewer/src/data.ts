@@ -151,6 +151,9 @@ export interface ReportData {
   worst?: Worst[];
   played?: Played[];
   results?: unknown;
+  /** A data URL, and the camera that it is of. */
+  picture?: string;
+  camera?: Homography;
 }
 
 /** What `sila scene edit` puts into its page. */

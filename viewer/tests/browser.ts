@@ -1,6 +1,6 @@
 // Opens reports and scene editors in a real Chromium, uses them by mouse and by keyboard, and takes pictures.
 //   node build/browser/browser.mjs FOLDER
-// FOLDER has report.html, results.html, editor.html and camera.html; what is saved there goes to FOLDER, pictures to FOLDER/pictures.
+// FOLDER has report.html, picture.html (a report on a picture), results.html, editor.html and camera.html; what is saved there goes to FOLDER, pictures to FOLDER/pictures.
 import assert from "node:assert/strict";
 import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { join, resolve } from "node:path";
@@ -8,7 +8,7 @@ import { pathToFileURL } from "node:url";
 import { chromium, type Browser, type Page } from "playwright-core";
 
 const folder = resolve(process.argv[2] ?? ".");
-const [modelReport, resultsReport, editor, cameraEditor, pictures] = ["report.html", "results.html", "editor.html", "camera.html", "pictures"].map((name) => join(folder, name)) as [string, string, string, string, string];
+const [modelReport, pictureReport, resultsReport, editor, cameraEditor, pictures] = ["report.html", "picture.html", "results.html", "editor.html", "camera.html", "pictures"].map((name) => join(folder, name)) as [string, string, string, string, string, string];
 
 interface Visit { width?: number; height?: number; dark?: boolean; touch?: boolean }
 
@@ -195,6 +195,18 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await page.waitForTimeout(500);
     await page.locator("#play").tap();
     await picture(page, "phone-predictions");
+  })],
+  ["draws predictions on a picture", (browser) => visiting(browser, pictureReport, {}, async (page) => {
+    const image = (await page.locator("#predictions svg.place image").boundingBox())!;
+    const person = (await page.locator("#predictions .person").boundingBox())!;
+    assert.ok(person.x > image.x && person.y > image.y && person.x + person.width < image.x + image.width && person.y + person.height < image.y + image.height, "the pedestrian is in the picture");
+    for (const shape of [".mode", ".ellipse", ".constant", ".past"]) assert.ok(await page.locator(`#predictions ${shape}`).count() > 0, shape);
+    assert.equal(await page.locator("#predictions .walk").count(), 0);
+    assert.ok(await page.locator("#learnt .walk").count() > 0, "the other map is as without a picture");
+    await page.locator("#predictions").scrollIntoViewIfNeeded();
+    await page.locator("#predictions").screenshot({ path: join(pictures, "on-picture.png") });
+    await page.locator("#predictions .zoom button").nth(1).click();
+    assert.ok((await page.locator("#predictions svg.place image").boundingBox())!.width < image.width);
   })],
   ["shows the results of an experiment", (browser) => visiting(browser, resultsReport, {}, async (page) => {
     assert.equal(await page.locator("section#learning").count(), 1);

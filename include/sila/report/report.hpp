@@ -35,10 +35,12 @@ struct ReportInput {
   EpisodeConfig episode;
   EvaluateConfig evaluate;
   nlohmann::ordered_json configuration;
+  std::string picture;  ///< data URL of what the scene's camera sees, on which predictions are drawn; empty: none
 };
 
 /// The data of a report on a model (docs/viewer.md has its keys), metres in the world frame, rounded to centimetres.
-/// Throws: std::invalid_argument for a configuration out of range or input_ids of another length than tracks.
+/// Throws: std::invalid_argument for a configuration out of range, input_ids of another length than tracks, and a
+/// picture of a scene without a camera.
 nlohmann::ordered_json report_data(const ReportInput& input, const ReportLimits& limits = {});
 
 /// A scene to be edited by hand, and what is shown under it.
