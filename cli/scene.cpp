@@ -89,6 +89,7 @@ std::vector<std::string> paths_of(const TrackOptions& options, const Scene& scen
 
 /// Whether the tracks are image points, by the first file.
 bool in_pixels(const EditOptions& options, const Scene& scene, const std::string& path) {
+  if (!options.tracks.camera.empty()) return true;
   const SceneFile* entry = matching_entry(scene, path);
   ReadOptions read = entry == nullptr ? options.tracks.read : first_of(options.tracks.read, entry->options);
   if (read.metres_per_unit) return false;
@@ -110,15 +111,14 @@ void keep_metres(Scene& scene, const EditOptions& options) {
 }
 
 /// The corner of the scene, else the proposed one, else the frame of a model without a scene.
-std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks, const EditOptions& options,
-                       CurbScaling scaling) {
-  if (!input.scene.corners.empty()) return "The corner is that of " + options.tracks.scene + ".";
+std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks, CurbScaling scaling) {
+  if (!input.scene.corners.empty()) return "The corner is that of " + input.file_name + ".";
   if (input.in_picture && !input.scene.camera) return "";
   try {
     const CornerProposal made = propose_corner(tracks, scaling);
     input.scene.corners = {{"corner", made.frame, made.widths}};
-    return "The corner is where most tracks turn, " + std::to_string(made.turning_tracks) +
-           " of them; that need not be the curb.";
+    return "The corner is where most tracks turn (" + std::to_string(made.turning_tracks) +
+           " do); that need not be the curb.";
   } catch (const std::invalid_argument& error) {
     Scene scene = scene_for(input.scene, Model{}, input.tracks, scaling, CornerChoice::primary);
     input.scene.corners = std::move(scene.corners);
@@ -136,7 +136,7 @@ nlohmann::json files_as_they_are(const TrackOptions& options) {
   return file;
 }
 
-EditorInput editor_input(EditOptions options) {
+EditorInput editor_input(const EditOptions& options) {
   const Config config = configured(options.common);
   const CurbScaling scaling = config.episode.scaling;
   EditorInput input;
@@ -155,9 +155,9 @@ EditorInput editor_input(EditOptions options) {
   }
   input.scene = std::move(read.scene);
   input.tracks = without_frames(read.tracks.trajectories);
-  input.proposal = add_corner(input, read.tracks.trajectories, options, scaling);
   const std::filesystem::path named = options.tracks.scene.empty() ? paths.front() : options.tracks.scene;
   input.file_name = options.tracks.scene.empty() ? named.stem().string() + ".scene.json" : named.filename().string();
+  input.proposal = add_corner(input, read.tracks.trajectories, scaling);
   if (input.scene.name.empty()) input.scene.name = named.stem().string();
   if (!options.picture.empty() && !input.in_picture) keep_metres(input.scene, options);
   input.file = files_as_they_are(options.tracks);

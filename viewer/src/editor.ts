@@ -7,7 +7,7 @@ import { backdropOf, boundsOf, PlaceMap, type Backdrop } from "./place";
 import { distanceFromCurb, drawnCorner, headingOf, mapped, medianOf, moved, pointBeside, pointsIn, round, sceneText, sine, squareCorner, turned, widened, widthOf, type Axis, type SceneCorner } from "./scene_file";
 import { themeButton } from "./theme";
 
-/** Length of an axis, and where on it its width is pulled [pixels of the drawing]. */
+/** Length of an axis, and where on it its width is pulled [pixels of a drawing of 480 pixels or more]. */
 const axisLength = 120;
 const widthAt = 165;
 /** How far curbs are drawn on a picture [m]. */
@@ -99,7 +99,7 @@ class Editor {
       input.addEventListener("input", () => { change(input.value); this.update(); });
       return h("label", { class: "wide" }, h("span", {}, text), input);
     };
-    const name = words("Name of the corner", this.corner?.name ?? "corner", (value) => { if (this.corner) this.corners[this.chosen] = { ...this.corner, name: value }; });
+    const name = words("Name of the corner", this.corner?.name ?? "corner", (value) => { if (this.corner) this.corners[this.chosen] = { ...this.corner, name: value }; pick.select.options[this.chosen]?.replaceChildren(value); });
     const pick = choice("Corner", this.corners.map((corner, i) => [String(i), corner.name] as const), String(this.chosen), (value) => {
       this.chosen = Number(value);
       name.querySelector("input")!.value = this.corner!.name;
@@ -156,10 +156,11 @@ class Editor {
   private onAxis(corner: SceneCorner, axis: Axis, pixels: number, into: number): Point {
     const from = this.map.project(corner.origin);
     const away = (along: number): number => { const to = this.map.project(pointBeside(corner, axis, along, 0)); return Math.hypot(to[0] - from[0], to[1] - from[1]); };
+    const wanted = pixels * Math.min(1, Math.min(...this.map.size) / 480);
     let [low, high] = [0, 200];
     for (let i = 0; i < 40; ++i) {
       const middle = (low + high) / 2;
-      if (away(middle) < pixels) low = middle;  // not where it is NaN
+      if (away(middle) < wanted) low = middle;  // not where it is NaN
       else high = middle;
     }
     return pointBeside(corner, axis, low, into);
@@ -228,7 +229,8 @@ class Editor {
     this.cameraState.textContent = typeof fit !== "string" ? `The camera fits ${plural(complete.length, "point")}${complete.length === 4 ? " exactly, as every four; a fifth would show an error" : ` within ${number(Math.max(...fit.residuals_m))} m`}.` : `No camera of these points: ${fit}.${this.data.camera ? " That of the file is kept." : ""}`;
     for (const one of this.fields) one.set();
     const mirrored = this.corner && (sine(this.corner) > 0) !== (this.scene.y_axis === "up");
-    this.state.textContent = this.corner ? `${this.refused} ${mirrored ? "Axis 2 should be counter-clockwise of axis 1, seen from above: exchange their headings." : ""}`.trim() : "The corner appears once the camera is known: give four points below.";
+    const hidden = this.backdrop && !camera;
+    this.state.textContent = !hidden ? `${this.refused} ${mirrored ? "Axis 2 should be counter-clockwise of axis 1, seen from above: exchange their headings." : ""}`.trim() : "The corner and tracks in metres appear once the camera is known: give four points below.";
     for (const input of this.form.querySelectorAll("input")) input.disabled = !this.corner;
     this.saveButton.disabled = !this.corner;
     this.text.value = this.corner ? sceneText(this.data.file, this.corners, typeof fit === "string" ? [] : complete) : "";
