@@ -190,10 +190,13 @@ void add_scene(CLI::App& app) {
                               "sila scene edit tracks.csv --picture corner.jpg --out editor.html", editing->common);
   add_tracks(*edited, editing->tracks);
   for (const char* unused : {"--hold-out", "--split"}) edited->remove_option(edited->get_option(unused));
-  edited->add_option("--picture", editing->picture, "PNG or JPEG picture of the camera, to place the corner on")
-      ->type_name("FILE");
-  edited->add_flag("--pixels", editing->pixels,
-                   "without a camera: the tracks are image points [as the format of the tracks says]");
+  CLI::Option* picture =
+      edited->add_option("--picture", editing->picture, "PNG or JPEG picture of the camera, to place the corner on")
+          ->type_name("FILE");
+  edited
+      ->add_flag("--pixels", editing->pixels,
+                 "without a camera: the tracks are image points [as the format of the tracks says]")
+      ->needs(picture);
   edited->add_option("--out", editing->out, "HTML file to write [standard output]; with --json its data")
       ->type_name("FILE");
   edited->callback([editing] { edit(*editing); });

@@ -313,7 +313,7 @@ def _place(place: SceneLike | None, ax: Axes | None) -> Axes:
 
 def _picture(image: Any, ax: Axes | None) -> Axes:
     ax = plt.subplots(figsize=(7.5, 6.5), layout="constrained")[1] if ax is None else ax
-    ax.imshow(plt.imread(image) if isinstance(image, (str, os.PathLike)) else image, cmap="gray")
+    ax.imshow(plt.imread(os.fspath(image)) if isinstance(image, (str, os.PathLike)) else image, cmap="gray")
     ax.autoscale(False)
     ax.set(xlabel="u [pixels]", ylabel="v [pixels]")
     return ax

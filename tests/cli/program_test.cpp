@@ -116,6 +116,7 @@ TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
   EXPECT_EQ(metres["tracks_in"], "ground");
   EXPECT_EQ(metres["file"]["files"][0]["metres_per_unit"], 1.0) << "a camera that is saved is not that of the tracks";
   EXPECT_EQ(data_of("tracks.csv --pixels")["tracks_in"], "picture");
+  expect_rejected("scene edit tracks.csv --pixels", {"--picture"});
   expect_rejected("scene edit tracks.csv --picture none.png", {"none.png", "PNG or JPEG"});
   expect_rejected("scene edit tracks.csv --picture tracks.csv", {"tracks.csv", "PNG or JPEG"});
 }

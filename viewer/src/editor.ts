@@ -226,7 +226,7 @@ class Editor {
     if (this.corners.length === 0 && camera && this.data.tracks_in === "picture") this.corners.push(squareCorner(medianOf(this.data.tracks.map((track) => mapped(track, (pixel) => applied(camera, pixel)))), this.scene.y_axis));
     this.scene.corners = this.corners.map(drawnCorner);
     this.points.querySelectorAll(".residual").forEach((cell, i) => { const k = complete.indexOf(this.pairs[i]!); cell.textContent = typeof fit === "string" || k < 0 ? "–" : `${number(fit.residuals_m[k]!)} m`; });
-    this.cameraState.textContent = typeof fit !== "string" ? `The camera fits ${plural(complete.length, "point")}${complete.length === 4 ? " exactly, as every four; a fifth would show an error" : ` within ${number(Math.max(...fit.residuals_m))} m`}.` : `No camera of these points: ${fit}.${this.data.camera ? " That of the file is kept." : ""}`;
+    this.cameraState.textContent = typeof fit !== "string" ? `The camera fits ${plural(complete.length, "point")}${complete.length === 4 ? " exactly, as every four; a fifth would show an error" : ` within ${number(Math.max(...fit.residuals_m))} m`}.` : `${this.data.camera ? "The camera of the file is used until four points replace it" : "There is no camera yet"}: ${fit}.`;
     for (const one of this.fields) one.set();
     const mirrored = this.corner && (sine(this.corner) > 0) !== (this.scene.y_axis === "up");
     const hidden = this.backdrop && !camera;
