@@ -92,13 +92,15 @@ class _TopicStream:
         if options.username is not None:
             file = options.password_file
             client.username_pw_set(options.username, file and Path(file).read_text(encoding="utf-8").split("\n")[0])
+        if options.tls is not None:
+            client.tls_set(options.tls or None)  # raises OSError for a file that is not there or holds no certificate
         client.max_queued_messages_set(self.limit)
         client.reconnect_delay_set(1, 30)
         client.on_connect, client.on_disconnect, client.on_connect_fail = self._connected, self._lost, self._lost
         client.on_subscribe, client.on_publish, client.on_message = self._subscribed, self._published, self._arrived
         session = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
         session.SessionExpiryInterval = _SESSION_S
-        client.connect_async(*_address(options.broker), clean_start=False, properties=session)
+        client.connect_async(*_address(options.broker, options.tls), clean_start=False, properties=session)
         return client
 
     def run(self) -> dict[str, Any]:
@@ -189,10 +191,10 @@ class _TopicStream:
         self.rejected[reason] += 1
 
 
-def _address(broker: str) -> tuple[str, int]:
+def _address(broker: str, tls: str | None) -> tuple[str, int]:
     try:
         where = urlsplit("//" + broker)
-        return where.hostname or "localhost", where.port or 1883
+        return where.hostname or "localhost", where.port or (1883 if tls is None else 8883)
     except ValueError as error:
         raise ValueError(f"--broker: expected HOST[:PORT], found {broker}") from error
 
@@ -205,7 +207,8 @@ def _parser() -> argparse.ArgumentParser:
     text = "Predict the detections of an MQTT topic as they come, learn while predicting, publish the predictions."
     parser = argparse.ArgumentParser(prog="python -m sila.mqtt", description=text, epilog=EXAMPLE)
     add = parser.add_argument
-    add("--broker", default="localhost", metavar="HOST[:PORT]", help="broker of MQTT 5 [localhost:1883]")
+    add("--broker", default="localhost", metavar="HOST[:PORT]", help="broker of MQTT 5 [localhost:1883; TLS: 8883]")
+    add("--tls", nargs="?", const="", metavar="CA", help="encrypted, by the certificates in this file [the system's]")
     add("--topic", required=True, help="of detections: lines of the service, events of Frigate, frames of Axis")
     add("--out-topic", required=True, metavar="TOPIC", help="of predictions; TOPIC/counts has the counts")
     add("--model", required=True, metavar="M.sila", help="model file to create or to continue")

@@ -164,6 +164,23 @@ def test_a_broker_may_be_absent_at_first_and_restart_later(broker, program):
 
 
 @needs_broker
+def test_the_certificate_of_the_broker_is_checked(tmp_path, program, broker):
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=broker"]
+    command += ["-addext", "subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run(command, check=True, capture_output=True)
+    with open(broker.file, "a") as file:
+        file.write(f"user root\ncertfile {certificate}\nkeyfile {key}\n")
+    broker.start()
+    unknown = program("--tls")
+    unknown.wait_until_it_says("not reachable")
+    unknown.end()
+    trusting = program("--tls", certificate)
+    trusting.wait_until_it_says(": connected")
+    trusting.end()
+
+
+@needs_broker
 def test_with_a_name_nothing_is_lost_while_the_program_restarts(broker, program):
     listener = Listener(broker.start())
     sila_mqtt = program("--client-id", "corner")
