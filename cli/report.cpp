@@ -64,7 +64,7 @@ void make_report(const ReportOptions& options) {
   const ThreadLimit limit(options.common.threads);
   nlohmann::ordered_json data;
   if (is_json(options.subject)) {
-    data = {{"sila", SILA_VERSION}, {"name", std::filesystem::path(options.subject).filename().string()}};
+    data = {{"sila", build_version()}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);
   } else {
     data = model_data(options);

@@ -181,7 +181,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
                                 " of them, there must be one for each of the " + std::to_string(input.tracks.size()) +
                                 " tracks");
   }
-  ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
+  ordered_json data{{"sila", build_version()}, {"written_by", input.stored.sila_version}, {"name", input.name}};
   data["bytes"] = input.stored.bytes;
   data["scene"] = scene_json(input.scene, input.stored.model.settings);
   data["model"] = model_json(input.stored.model);
