@@ -163,6 +163,14 @@ TEST_F(Program, RejectsCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLea
   }
 }
 
+TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {
+  for (const std::string verb : {"learn nowhere.csv --model m.sila", "config"}) {
+    expect_rejected(verb + " --set reference_width_m=2", {"reference_width_m = 2", "scaling = mean_width"});
+    expect_rejected(verb + " --set scaling=mean_width --set reference_width_m=0.05",
+                    {"reference_width_m = 0.05", "0.1"});
+  }
+}
+
 TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
   learn();
   fs::rename(folder_ / "m.sila", folder_ / "first.sila");
