@@ -11,6 +11,7 @@
 #include "sila/io/prediction_json.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "sila/version.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -43,6 +44,7 @@ void evaluate_model(const EvaluateOptions& options) {
     json["tracks"] = input.tracks.size();
     json["size"] = size(stored.model);
     json["rows"] = to_json(input.report);
+    json["sila"] = build_version();
     std::cout << json.dump(2) << "\n";
   } else {
     std::cout << input.tracks.size() << " tracks, model of size " << size(stored.model) << " from "

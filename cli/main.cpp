@@ -24,7 +24,7 @@ int fail(int code, const std::exception& error) {
 int main(int argc, char** argv) {
   CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.",
                "sila");
-  app.set_version_flag("--version", "sila " SILA_VERSION);
+  app.set_version_flag("--version", "sila " + std::string(sila::build_version()));
   app.require_subcommand(0, 1);
   app.footer("`sila VERB --help` has an example of each verb.");
   sila::cli::add_simulate(app);

@@ -113,6 +113,7 @@ Config configured(const CommonOptions& common, Config base) {
   for (const std::string& assignment : common.sets) config = set_field(config, assignment);
   if (common.seed) config.simulate.seed = *common.seed;
   validate_fields("config", config);
+  validate(config.episode);
   return config;
 }
 

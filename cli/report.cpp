@@ -70,7 +70,7 @@ void make_report(const ReportOptions& options) {
   nlohmann::ordered_json data;
   if (is_json(options.subject)) {
     if (!options.picture.empty()) throw std::invalid_argument("report: --picture needs a model file, not results");
-    data = {{"sila", SILA_VERSION}, {"name", std::filesystem::path(options.subject).filename().string()}};
+    data = {{"sila", build_version()}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);
   } else {
     data = model_data(options);

@@ -3,7 +3,7 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(SQLite3 3.40 REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(EXPAT REQUIRED)
+find_package(EXPAT MODULE REQUIRED)  # the package file that Debian has gives the target another name
 find_package(TBB REQUIRED)
 find_package(hwy 1.0 REQUIRED)
 

@@ -13,6 +13,7 @@ namespace {
 std::string merged_config(const std::string& base, const std::string& changes, const std::string& source) {
   const Config config = read_config(config_of(base), nlohmann::json::parse(changes), source);
   validate_fields("config", config);
+  validate(config.episode);
   return to_json(config).dump();
 }
 

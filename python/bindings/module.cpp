@@ -26,6 +26,7 @@ NB_MODULE(_sila, module) {
   namespace bindings = sila::python;
   module.doc() = "The C++ library behind the package sila.";
   module.attr("version") = SILA_VERSION;
+  module.attr("revision") = std::string(sila::build_revision());
   bindings::bind_errors(module);
   bindings::bind_core(module);
   bindings::bind_scene(module);

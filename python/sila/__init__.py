@@ -21,6 +21,7 @@ from ._sila import (
     Transition,
     modified_hausdorff_m,
 )
+from ._sila import revision
 from ._sila import version as __version__
 from ._stream import Stream
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
@@ -60,6 +61,7 @@ __all__ = [
     "modified_hausdorff_m",
     "predict",
     "read_tracks",
+    "revision",
     "simulate",
     "split_tracks",
 ]

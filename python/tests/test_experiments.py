@@ -75,7 +75,8 @@ def test_goes_on_where_it_was_interrupted_and_rejects_results_of_another_making(
     assert run([*changed, "--redo"]) == 0
     results = json.loads((out / "results.json").read_text())
     assert len(results["curves"]) == 4
-    assert results["made_with"]["versions"]["sila"]
+    assert results["made_with"]["versions"]["sila"] == sila.__version__
+    assert results["made_with"]["revision"] == sila.revision
     assert "| knn |" in (out / "table.md").read_text()
 
 

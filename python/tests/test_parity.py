@@ -118,4 +118,5 @@ def test_the_command_that_pip_installs_is_the_program():
         )
         assert (ours.returncode, ours.stdout, ours.stderr) == (theirs.returncode, theirs.stdout, theirs.stderr)
         assert ours.returncode == code
-    assert program("--version").split()[1] == sila.__version__
+    assert program("--version").split("(")[0] == f"sila {sila.__version__} "
+    assert sila.revision in program("--version")

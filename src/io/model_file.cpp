@@ -146,7 +146,7 @@ struct ModelFile::State {
       if (!is_model) tables::create(*database);
       tables::Meta meta = is_model ? tables::read_meta(*database) : tables::Meta{};
       meta.revision = revision + 1;
-      meta.sila_version = SILA_VERSION;
+      meta.sila_version = build_version();
       write(*database, meta);
       tables::write_meta(*database, meta);
       transaction.commit();
@@ -310,7 +310,7 @@ std::string model_bytes(const StoredModel& stored) {
     sqlite::Transaction transaction(database, "BEGIN");
     tables::create(database);
     write_stored(database, stored);
-    tables::write_meta(database, {1, SILA_VERSION});
+    tables::write_meta(database, {1, std::string(build_version())});
     transaction.commit();
     return database.bytes();
   });

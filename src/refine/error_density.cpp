@@ -22,8 +22,6 @@ constexpr double kPriorWindows = 10.0;
 constexpr double kScaleRidge = 60.0;
 /// Keeps the logarithm of an error of zero finite.
 constexpr double kSmallestSquare = 0.1;
-/// Lower bound of errors: equal paths of all pedestrians would otherwise make the covariances zero.
-constexpr double kLeastError_m = 1e-3;
 /// A covariance thinner than this is as good as singular.
 constexpr double kThinnest = 1e-12;
 /// The scale stays within this factor, however far a window is from those that were seen.

@@ -11,6 +11,9 @@ namespace sila {
 
 using ScaleFeatures = Eigen::Matrix<double, kScaleFeatures, 1>;
 
+/// Lower bound of errors: equal paths of all pedestrians would otherwise make the covariances zero.
+inline constexpr double kLeastError_m = 1e-3;
+
 /// The features of the scale of errors of one prediction.
 /// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
 /// until the horizon, and the number of pedestrians that the residual GPs rest on.

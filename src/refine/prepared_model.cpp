@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <stdexcept>
 
@@ -47,6 +48,17 @@ std::span<const int> rivals_of(const RolloutSet& set, std::size_t mode, Scratch&
     }
   }
   return rivals.first(count);
+}
+
+/// Widens covariances that are smaller, in some direction, than that of the least error.
+void widen_to_least_error(std::span<Mode> modes) {
+  constexpr double least_m2 = kLeastError_m * kLeastError_m;
+  for (Mode& mode : modes) {
+    for (Matrix2& c : mode.covariances_m2) {
+      const double smaller_m2 = 0.5 * c.trace() - std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1));
+      if (smaller_m2 < least_m2) c.diagonal().array() += least_m2 - smaller_m2;
+    }
+  }
 }
 
 void add_regions(Prediction& prediction, const Calibration& calibration, std::size_t score_class) {
@@ -126,6 +138,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
       }
     } else {
       add_rollout_modes(map_, merged.rollouts, observed, interval_s_, workspace);
+      widen_to_least_error(prediction.modes);
     }
     return prediction;
   }

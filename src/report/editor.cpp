@@ -51,7 +51,7 @@ std::vector<FramedTrajectory> in_image(std::vector<FramedTrajectory> tracks, con
 
 ordered_json editor_data(const EditorInput& input, std::size_t most_bytes) {
   if (input.tracks.empty()) throw std::invalid_argument("editor_data: tracks = [], at least one is needed");
-  ordered_json data{{"sila", SILA_VERSION},
+  ordered_json data{{"sila", build_version()},
                     {"file", file_json(input)},
                     {"file_name", input.file_name},
                     {"proposal", input.proposal},

@@ -167,7 +167,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   if (!input.picture.empty() && !input.scene.camera)
     throw std::invalid_argument(
         "report_data: picture is given, but the scene has no camera, by which metres become pixels");
-  ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
+  ordered_json data{{"sila", build_version()}, {"written_by", input.stored.sila_version}, {"name", input.name}};
   data["bytes"] = input.stored.bytes;
   data["scene"] = scene_json(input.scene, input.stored.model.settings);
   data["model"] = model_json(input.stored.model);

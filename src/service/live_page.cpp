@@ -78,7 +78,7 @@ std::string live_page() {
 }
 
 std::string hello_message(const Scene& scene, const Model& model) {
-  ordered_json json{{"kind", "hello"}, {"sila", SILA_VERSION}};
+  ordered_json json{{"kind", "hello"}, {"sila", build_version()}};
   const bool of_model = scene.corners.empty() && !model.sites.empty();
   json["scene"] = scene_json(of_model ? scene_of(model) : scene, model.settings);
   json["model"] = model_json(model);

@@ -190,7 +190,7 @@ ServiceMetrics core_metrics(const StreamCore& core, const LearnerThread& learner
 std::string metrics_text(const ServiceMetrics& metrics) {
   MetricsText out;
   out.family("info", "gauge", "version of the service");
-  out.sample(1, label("version", SILA_VERSION));
+  out.sample(1, label("version", std::string(build_version())));
   add_traffic(out, metrics);
   add_latency(out, metrics.latency);
   add_scores(out, metrics);

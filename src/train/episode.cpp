@@ -90,11 +90,8 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
 }  // namespace
 
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
+  validate(config);
   const bool metres = config.scaling == CurbScaling::metres;
-  if (metres && config.reference_width_m > 0.0) {
-    throw std::invalid_argument("run_episode: reference_width_m = " + std::to_string(config.reference_width_m) +
-                                " has no meaning with scaling = metres; leave it 0, or choose scaling = mean_width");
-  }
   if (metres && frame.unit_m != Vector2::Ones()) {
     throw std::invalid_argument("run_episode: frame.unit_m = " + std::to_string(frame.unit_m.x()) +
                                 ", with scaling = metres it must be 1; make the frame with that scaling");
@@ -303,7 +300,7 @@ BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajector
 /// One episode without the discount before it. `predictor`: of `previous`, null if there is none yet.
 Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update, const Predictor* predictor) {
-  validate_fields("run_episode", config);
+  validate(config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
   const ModelSettings settings = settings_for(previous, batch.front().frame, config);
@@ -333,7 +330,7 @@ Episode run(const Model& previous, std::span<const FramedTrajectory> batch, cons
             const Update& update, const Predictor* predictor) {
   const double half_life = config.prune.half_life_episodes;
   if (std::isinf(half_life) || batch.empty()) return learn_batch(previous, batch, config, update, predictor);
-  validate_fields("run_episode", config);
+  validate(config);
   const Model discounted = discount_model(previous, std::exp2(-1.0 / half_life), sites_in(previous, batch));
   Episode episode = learn_batch(discounted, batch, config, update, nullptr);
   if (episode.report.known) episode.model = previous;

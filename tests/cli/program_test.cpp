@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -226,6 +227,14 @@ TEST_F(Program, RejectsCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLea
   }
 }
 
+TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {
+  for (const std::string verb : {"learn nowhere.csv --model m.sila", "config"}) {
+    expect_rejected(verb + " --set reference_width_m=2", {"reference_width_m = 2", "scaling = mean_width"});
+    expect_rejected(verb + " --set scaling=mean_width --set reference_width_m=0.05",
+                    {"reference_width_m = 0.05", "0.1"});
+  }
+}
+
 TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
   learn();
   fs::rename(folder_ / "m.sila", folder_ / "first.sila");
@@ -338,10 +347,19 @@ TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
   }
   write(folder_ / "c.json", run("config --json").out);
   EXPECT_EQ(run("config --config c.json").out, config.out);
-  EXPECT_EQ(run("--version").code, 0);
   for (const char* verb : {"simulate", "learn", "predict", "evaluate", "fuse", "inspect", "config"}) {
     EXPECT_NE(run(std::string(verb) + " --help").out.find("Example"), std::string::npos) << verb;
   }
+}
+
+TEST_F(Program, PrintsVersionAndRevisionAndWritesThemToModelsAndReports) {
+  const std::string version = run("--version").out;
+  const std::regex form("sila [0-9]+\\.[0-9]+\\.[0-9]+ \\(([0-9a-f]{8,}\\+?|unknown revision)\\)\n");
+  EXPECT_TRUE(std::regex_match(version, form)) << version;
+  learn();
+  for (const std::string command : {"inspect m.sila", "inspect m.sila --json", "report m.sila --json",
+                                    "evaluate tracks.csv --scene tracks.scene.json --model m.sila --json"})
+    EXPECT_NE(run(command).out.find(version.substr(5, version.size() - 6)), std::string::npos) << command;
 }
 
 TEST_F(Program, TakesAProfileFromTheCommandLineOrAFile) {

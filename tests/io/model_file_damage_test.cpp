@@ -98,16 +98,6 @@ TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
 
-TEST(ModelFileDamage, RejectsNewerAndOlderSchemas) {
-  const ScratchFolder folder;
-  save_model(folder / "m.sila", stored(random_model(1)));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 9");
-  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 9 of a newer sila"));
-  EXPECT_TRUE(says(rejection_to_learn(folder / "m.sila"), "update sila"));
-  run_sql(folder / "m.sila", "PRAGMA user_version = 1");
-  EXPECT_TRUE(says(rejection_to_load(folder / "m.sila"), "schema 1 of an older sila"));
-}
-
 TEST_F(ModelFileProcesses, RejectsUnwritablePlacesBeforeAnyLearning) {
   const ScratchFolder folder;
   EXPECT_TRUE(says(rejection_to_learn(folder / "absent/m.sila"), "absent does not exist"));

@@ -213,18 +213,21 @@ TEST(Verify, AnEpisodeMendsDamagedPartsThatItsModelHas) {
   EXPECT_EQ(file.verify().undone, 1u);
 }
 
-TEST(OlderSchema, IsRejectedWithWhatHelps) {
+TEST(OtherSchema, IsRejectedWithWhatHelps) {
   const ScratchFolder folder;
   const fs::path path = folder / "m.sila";
   save_model(path, stored(random_model(1)));
-  run_sql(path, "PRAGMA user_version = 5");
-  const std::string bytes = content_of(path);
-  const std::string rejection = message_of<FormatError>([&] { load_model(path); });
-  EXPECT_TRUE(says(rejection, "schema 5 of an older sila (this one writes 8)"));
-  EXPECT_TRUE(says(rejection, "`sila learn TRACKS --model NEW.sila`, or open it with the sila that wrote it"));
-  EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
-  EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);
-  EXPECT_EQ(content_of(path), bytes);
+  for (const int schema : {0, 1, 2, 3, 4, 5, 6, 7, 9, 1000}) {
+    run_sql(path, "PRAGMA user_version = " + std::to_string(schema));
+    const std::string bytes = content_of(path), number = "schema " + std::to_string(schema) + " of ";
+    const std::string rejection = message_of<FormatError>([&] { load_model(path); });
+    EXPECT_TRUE(says(rejection, number + (schema < 8 ? "an older" : "a newer") + " sila (this one writes 8)"));
+    EXPECT_TRUE(
+        says(rejection, schema > 8 ? "update sila" : "learn the model anew by `sila learn TRACKS --model NEW.sila`"));
+    EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
+    EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);
+    EXPECT_EQ(content_of(path), bytes);
+  }
 }
 
 }  // namespace

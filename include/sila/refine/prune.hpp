@@ -38,7 +38,7 @@ void fields(Config& config, Visitor&& visit) {
              "remove rare transitions that others represent, after each episode (paper: off)");
   visit.number("expire_after_episodes", config.expire_after_episodes, Range{1.0, none}, "episodes",
                "without an observation, counted at its site, after which a rare transition expires");
-  visit.number("half_life_episodes", config.half_life_episodes, Range{0.0, none, true}, "episodes",
+  visit.number("half_life_episodes", config.half_life_episodes, Range{0.1, none}, "episodes",
                "after which all observations count half, also with `enabled` false");
 }
 

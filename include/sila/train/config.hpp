@@ -46,7 +46,8 @@ void fields(Config& config, Visitor&& visit) {
                "unit of the curb coordinates: metres, the mean sidewalk width (paper), or each strip's own width");
   visit.number(
       "reference_width_m", config.reference_width_m, Range{0.0, 100.0}, "m",
-      "sidewalk width by which metres become widths of the model, the same for models that are to be fused; 0: "
+      "sidewalk width by which metres become widths of the model, 0.1 or more, the same for models that are to be "
+      "fused; 0: "
       "that of the site where the model begins; with scaling = metres always 0");
   visit.group("learn", config.learn);
   visit.group("residual", config.residual);
@@ -56,5 +57,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("error_statistics", config.error_statistics);
   visit.group("predict", config.predict);
 }
+
+/// Throws: std::invalid_argument for a field out of its range and for fields that contradict each other.
+void validate(const EpisodeConfig& config);
 
 }  // namespace sila

@@ -36,7 +36,7 @@ def markdown(
     table = pd.DataFrame(values).set_index(["scene", "method", "learnt"])
     reference = (methods[0]["name"], methods[0]["learnt"])
     text = [
-        f"# {Path(file).stem}\n\n{provenance(made_with(file))}\n",
+        f"# {Path(file).stem}\n\n{provenance(made_with())}\n",
         "Eight positions seen, twelve predicted, 0.4 s apart; every run of twenty samples of one person is a window. "
         f"Metres and nats. ADE, FDE, Col: of the mean path; the others of {SAMPLES} samples, the best of the first 20. "
         f"AMD, AMV: on {MIXTURE_WINDOWS} windows a scene. In place: tracks of the same scene, another fold; published "

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-import subprocess
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,11 +43,11 @@ def decimals_of(name: str) -> int:
 def provenance(made: Mapping[str, Any], details: str = "") -> str:
     """The revision, `details` and the versions, of what `made_with` gives."""
     versions = ", ".join(f"{name} {version}" for name, version in made["versions"].items())
-    return f"Revision {made['revision'] or 'unknown'}; {details}{versions}."
+    return f"Revision {made['revision']}; {details}{versions}."
 
 
-def made_with(file: str) -> dict[str, Any]:
-    """The git revision of the experiment file, and the versions of everything."""
+def made_with() -> dict[str, Any]:
+    """The git revision of sila, and the versions of everything."""
     packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch", "filterpy", "gpytorch")
     versions = {"sila": _sila.version, "python": platform.python_version()}
     for package in packages:
@@ -57,15 +55,4 @@ def made_with(file: str) -> dict[str, Any]:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return {"revision": _revision(Path(file).parent), "versions": versions, "machine": platform.machine()}
-
-
-def _revision(folder: Path) -> str | None:
-    def git(*arguments: str) -> str:
-        command = ["git", "-C", str(folder), *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-
-    try:
-        return git("rev-parse", "--short", "HEAD") + (", changed since" if git("status", "--porcelain", "-uno") else "")
-    except (OSError, subprocess.CalledProcessError):
-        return None
+    return {"revision": _sila.revision, "versions": versions, "machine": platform.machine()}

@@ -64,7 +64,7 @@ def write_results(
     written: dict[str, Any] = {
         "version": _sila.version,
         "build": build_hash(),
-        "made_with": made_with(experiment.file),
+        "made_with": made_with(),
         "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split}",
         "seed": settings.seed,
         "experiment": experiment.resolved(),

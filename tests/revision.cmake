@@ -1,0 +1,35 @@
+# Whether cmake/revision.cmake of ROOT finds the revision, in a repository that this makes below FOLDER.
+# Needs: ROOT, FOLDER
+function(git)
+  execute_process(COMMAND git -c user.name=a -c user.email=a@b ${ARGV} WORKING_DIRECTORY ${FOLDER} OUTPUT_QUIET ERROR_QUIET
+    COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+function(expect sources expected)
+  execute_process(COMMAND ${CMAKE_COMMAND} -DSOURCE=${FOLDER}/${sources} -DOUT=${FOLDER}/out.cpp -DVERSION=1.2.3
+    -P ${FOLDER}/${sources}/cmake/revision.cmake COMMAND_ERROR_IS_FATAL ANY)
+  file(READ ${FOLDER}/out.cpp found)
+  if(NOT found MATCHES "return \"1.2.3 \\(${expected}\\)\"")
+    message(FATAL_ERROR "${sources}: expected ${expected}, found ${found}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${FOLDER})
+file(COPY ${ROOT}/.gitattributes ${ROOT}/cmake DESTINATION ${FOLDER}/clone)
+expect(clone "unknown revision")
+git(init --quiet clone)
+git(-C clone add .)
+git(-C clone commit --quiet --message first)
+git(-C clone commit --quiet --allow-empty --message second)
+git(-C clone tag 1.2.3)
+execute_process(COMMAND git -C ${FOLDER}/clone rev-parse --short=8 HEAD OUTPUT_VARIABLE head OUTPUT_STRIP_TRAILING_WHITESPACE)
+git(-C clone worktree add --quiet ../worktree)
+git(clone --quiet --depth 1 file://${FOLDER}/clone shallow)
+git(-C clone archive --format=tar --prefix=archive/ --output=../archive.tar HEAD)
+file(ARCHIVE_EXTRACT INPUT ${FOLDER}/archive.tar DESTINATION ${FOLDER})
+foreach(sources IN ITEMS clone worktree shallow archive)
+  expect(${sources} ${head})
+endforeach()
+file(APPEND ${FOLDER}/clone/cmake/warnings.cmake "#")
+expect(clone ${head}[+])
+file(COPY ${ROOT}/cmake DESTINATION ${FOLDER}/clone/embedded)  # in the repository of another project
+expect(clone/embedded "unknown revision")
