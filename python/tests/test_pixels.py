@@ -61,5 +61,7 @@ def test_what_is_not_in_pixels_is_rejected(model, place, tmp_path):
     (tmp_path / "camera.json").write_text('{"homography": [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 1]]}')
     with pytest.raises(ValueError, match="metres_per_pixel"):
         sila.Stream(model, camera=tmp_path / "camera.json")
+    with pytest.raises(ValueError, match="not of one scale"):
+        sila.fuse(model, sila.learn(tracks))
     with pytest.raises(ValueError, match="in metres"):
         _ = sila.predict(sila.learn(tracks), tracks[:1])[0].paths_px

@@ -120,6 +120,7 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are these metres"});
   ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
   expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
+  expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
   write(folder_ / "few.csv", rows.substr(0, 1000));
   expect_rejected("learn few.csv --units pixels --model n.sila", {"0 of the first 1 tracks", "camera"});
 }
