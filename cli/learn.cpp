@@ -2,7 +2,6 @@
 #include <iomanip>
 #include <iostream>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,9 +26,8 @@ namespace {
 struct LearnOptions {
   CommonOptions common;
   TrackOptions tracks;
-  std::string model;
+  std::string model, units;
   int batch = ServiceConfig{}.batch;
-  bool pixels = false;
   int min_people = 0;  ///< 0: nothing is shared
   std::string share;
 };
@@ -158,8 +156,11 @@ void tell_result(const LearnOptions& options, const Model& model, int episodes, 
   }
 }
 
-/// The configuration of a model in pixels: a new one has its scale measured on the first tracks.
-Config in_pixels(const LearnOptions& options, Config config, const StoredModel& stored) {
+/// The configuration with the scale of a model in pixels: that of a new one is measured on the first tracks.
+Config in_units(const LearnOptions& options, Config config, const StoredModel& stored) {
+  if (options.units == "metres" && config.metres_per_pixel > 0.0)
+    throw std::invalid_argument("learn: --units = metres, but " + options.model + " was learnt in pixels");
+  if (options.units != "pixels") return config;
   const TrackOptions& input = options.tracks;
   if (!input.camera.empty() || !input.scene.empty() || input.read.metres_per_unit)
     throw std::invalid_argument("learn: --units pixels is for tracks without --camera, --metres-per-unit and --scene");
@@ -189,8 +190,7 @@ void learn_tracks(const LearnOptions& options) {
   ModelFile file = ModelFile::open_or_create(options.model);
   StoredModel stored;
   if (!file.empty()) stored = file.read();
-  Config config = configured(options.common, stored, options.model);
-  if (options.pixels) config = in_pixels(options, std::move(config), stored);
+  const Config config = in_units(options, configured(options.common, stored, options.model), stored);
   const int before = static_cast<int>(stored.episodes.size());
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
@@ -216,10 +216,10 @@ void add_learn(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to create or to update")->required()->type_name("M.sila");
   verb->add_option("--batch", options->batch, "tracks per episode [20]")->check(CLI::Range(1, 1000000));
-  verb->add_option("--units", options->pixels,
+  verb->add_option("--units", options->units,
                    "of the tracks: metres, or pixels without a camera, whose scale is measured by how fast people walk "
                    "and kept by the model [metres, or those of the model]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"metres", false}, {"pixels", true}}))
+      ->check(CLI::IsMember({"metres", "pixels"}))
       ->type_name("UNIT");
   verb->add_option("--min-people", options->min_people,
                    "omit from --share what fewer different tracks than this showed")

@@ -24,7 +24,7 @@ def learn(
     scene: SceneLike | None = None,
     model: Model | None = None,
     batch: int = 20,
-    units: str = "metres",
+    units: str | None = None,
     config: ConfigLike = None,
     threads: int = 0,
     progress: bool | None = None,
@@ -43,8 +43,10 @@ def learn(
     """
     start = _model("model", model) if model is not None else Model()
     settings = merged(start.config_json, config)
-    if units not in ("metres", "pixels"):
+    if units not in (None, "metres", "pixels"):
         raise ValueError(f"learn: units: expected metres or pixels, found {units!r}")
+    if units == "metres" and json.loads(settings)["metres_per_pixel"] > 0:
+        raise ValueError("learn: units: metres, but the model was learnt in pixels")
     if isinstance(tracks, Iterator):
         tracks = list(tracks)
     if units == "pixels":

@@ -53,6 +53,7 @@ def test_what_is_not_in_pixels_is_rejected(model, place, tmp_path):
         ({"tracks": list(tracks)}, "in metres"),
         ({"tracks": walks(), "scene": place.scene}, "scene"),
         ({"tracks": walks(), "model": sila.learn(tracks)}, "learnt in metres"),
+        ({"tracks": walks(), "model": model, "units": "metres"}, "learnt in pixels"),
         ({"tracks": walks(count=3)}, "3 of the first 3 tracks walk"),
         ({"tracks": walks(), "units": "feet"}, "metres or pixels"),
     ]:

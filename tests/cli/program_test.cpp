@@ -117,6 +117,7 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   for (const char* other : {"--camera c.json", "--metres-per-unit 0.1", "--scene s.json"})
     expect_rejected(std::string("learn pixels.csv --units pixels --model n.sila ") + other, {"--units pixels"});
   expect_rejected("learn pixels.csv --units furlongs --model n.sila", {"--units"});
+  expect_rejected("learn metres.csv --units metres --model m.sila", {"learnt in pixels"});
   expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are these metres"});
   ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
   expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
