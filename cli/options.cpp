@@ -141,6 +141,14 @@ OpenedTracks open_tracks(const TrackOptions& options, const Config& config) {
   return {named.scene, TrackStream(named.paths, named.scene, named.read, config.clean)};
 }
 
+void write_page(const std::string& page, const std::string& path) {
+  if (path.empty())
+    std::cout << page;
+  else
+    write_file(path, page);
+  std::cerr << page.size() / 1024 << " KiB" << (path.empty() ? "" : " in " + path) << "\n";
+}
+
 std::string read_token(const std::string& path) {
   std::ifstream file(path);
   std::string token;

@@ -82,6 +82,9 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config);
 /// The first line of a file: a token is given by a file, so that it is in no list of processes.
 std::string read_token(const std::string& path);
 
+/// Writes a page to a file, or to stdout if none is named, and its size on stderr.
+void write_page(const std::string& page, const std::string& path);
+
 /// Reads the scene and opens the tracks, to be read part by part.
 struct OpenedTracks {
   Scene scene;

@@ -21,6 +21,7 @@ struct ReportOptions {
   TrackOptions tracks;
   std::string subject;  ///< a model file or the results of an experiment
   std::string results;
+  std::string picture;
   std::string out;
 };
 
@@ -44,8 +45,12 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.episode = config.episode;
   input.evaluate = config.evaluate;
   input.configuration = to_json(config);
-  if (options.tracks.scene.empty() && options.tracks.paths.empty()) return report_data(input);
-  SceneTracks read = read_placed(options.tracks, config, input.stored.model);
+  const bool alone = options.tracks.scene.empty() && options.tracks.paths.empty();
+  SceneTracks read = alone ? SceneTracks{} : read_placed(options.tracks, config, input.stored.model);
+  if (!options.picture.empty() && !read.scene.camera)
+    throw std::invalid_argument("report: --picture needs tracks, and --camera or a scene file with a camera");
+  if (alone) return report_data(input);
+  if (!options.picture.empty()) input.picture = picture_url(options.picture);
   input.scene = std::move(read.scene);
   input.rows = std::move(read.report);
   input.input_ids = std::move(read.input_ids);
@@ -64,18 +69,14 @@ void make_report(const ReportOptions& options) {
   const ThreadLimit limit(options.common.threads);
   nlohmann::ordered_json data;
   if (is_json(options.subject)) {
+    if (!options.picture.empty()) throw std::invalid_argument("report: --picture needs a model file, not results");
     data = {{"sila", SILA_VERSION}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);
   } else {
     data = model_data(options);
   }
   if (!options.results.empty()) data["results"] = read_results(options.results);
-  const std::string text = options.common.json ? data.dump(1) + "\n" : report_page(data);
-  if (options.out.empty())
-    std::cout << text;
-  else
-    write_file(options.out, text);
-  std::cerr << text.size() / 1024 << " KiB" << (options.out.empty() ? "" : " in " + options.out) << "\n";
+  write_page(options.common.json ? data.dump(1) + "\n" : report_page(data), options.out);
 }
 
 }  // namespace
@@ -90,6 +91,8 @@ void add_report(CLI::App& app) {
       ->type_name("M.sila|RESULTS.json");
   add_tracks(*verb, options->tracks);
   verb->add_option("--results", options->results, "results.json of `sila experiment`, for the learning curves")
+      ->type_name("FILE");
+  verb->add_option("--picture", options->picture, "PNG or JPEG picture of the camera, on which predictions are drawn")
       ->type_name("FILE");
   verb->add_option("--out", options->out, "HTML file to write [standard output]; with --json its data")
       ->type_name("FILE");

@@ -11,7 +11,9 @@
 
 #include "options.hpp"
 #include "sila/core/corner_proposal.hpp"
+#include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/report/report.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -63,6 +65,110 @@ void make(const MakeOptions& options) {
   std::cout << json.dump(2) << "\n";
 }
 
+struct EditOptions {
+  CommonOptions common;
+  TrackOptions tracks;
+  std::string picture;
+  std::string out;
+  bool pixels = false;
+};
+
+/// Tracks in pixels are cleaned as if a picture of 1920 pixels were 40 m wide [m/pixel].
+constexpr double kCleaningScale = 0.02;
+
+/// The files that are read.
+std::vector<std::string> paths_of(const TrackOptions& options, const Scene& scene) {
+  std::vector<std::string> paths = options.paths;
+  if (paths.empty()) {
+    for (const SceneFile& file : scene.files)
+      paths.push_back(file.resolved.empty() ? file.path : file.resolved.string());
+  }
+  if (paths.empty()) throw std::invalid_argument("tracks: none are given, and no --scene that names some");
+  return paths;
+}
+
+/// Whether the tracks are image points, by the first file.
+bool in_pixels(const EditOptions& options, const Scene& scene, const std::string& path) {
+  if (!options.tracks.camera.empty()) return true;
+  const SceneFile* entry = matching_entry(scene, path);
+  ReadOptions read = entry == nullptr ? options.tracks.read : first_of(options.tracks.read, entry->options);
+  if (read.metres_per_unit) return false;
+  if (options.pixels || scene.camera) return true;
+  if (const auto format = track_format(options.tracks.format)) read.format = format;
+  return read_detections(path, read).pixels;
+}
+
+/// Says in the scene that tracks in metres are no image points, if a camera is saved with it.
+void keep_metres(Scene& scene, const EditOptions& options) {
+  for (SceneFile& file : scene.files) {
+    if (!scene.camera && !file.options.metres_per_unit) file.options.metres_per_unit = 1.0;
+  }
+  ReadOptions read = options.tracks.read;
+  read.metres_per_unit = read.metres_per_unit.value_or(1.0);
+  for (const std::string& path : options.tracks.paths) {
+    if (matching_entry(scene, path) == nullptr) scene.files.push_back({path, {}, read, {}});
+  }
+}
+
+/// The corner of the scene, else the proposed one, else the frame of a model without a scene.
+std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks, CurbScaling scaling) {
+  if (!input.scene.corners.empty()) return "The corner is that of " + input.file_name + ".";
+  if (input.in_picture && !input.scene.camera) return "";
+  try {
+    const CornerProposal made = propose_corner(tracks, scaling);
+    input.scene.corners = {{"corner", made.frame, made.widths}};
+    return "The corner is where most tracks turn (" + std::to_string(made.turning_tracks) +
+           " do); that need not be the curb.";
+  } catch (const std::invalid_argument& error) {
+    Scene scene = scene_for(input.scene, Model{}, input.tracks, scaling, CornerChoice::primary);
+    input.scene.corners = std::move(scene.corners);
+    return std::string("No corner could be proposed (") + error.what() +
+           "): this is the frame that a model without a scene gets.";
+  }
+}
+
+/// The scene file and, instead of its own, the camera file, as they are.
+nlohmann::json files_as_they_are(const TrackOptions& options) {
+  nlohmann::json file = options.scene.empty() ? nlohmann::json::object() : read_json(options.scene);
+  if (options.camera.empty()) return file;
+  const nlohmann::json camera = read_json(options.camera);
+  file["camera"] = camera.contains("camera") ? camera.at("camera") : camera;
+  return file;
+}
+
+EditorInput editor_input(const EditOptions& options) {
+  const Config config = configured(options.common);
+  const CurbScaling scaling = config.episode.scaling;
+  EditorInput input;
+  if (!options.picture.empty()) input.picture = picture_url(options.picture);
+  Scene scene;
+  if (!options.tracks.scene.empty()) scene = read_scene(options.tracks.scene, scaling, options.tracks.data_dir);
+  if (!options.tracks.camera.empty()) scene.camera = read_camera(options.tracks.camera).camera;
+  const std::vector<std::string> paths = paths_of(options.tracks, scene);
+  input.in_picture = !options.picture.empty() && in_pixels(options, scene, paths.front());
+  const double scale = input.in_picture && !scene.camera ? kCleaningScale : 1.0;
+  TrackOptions reading = options.tracks;
+  if (scale != 1.0) reading.paths = paths, reading.read.metres_per_unit = scale;
+  ReadTracks read = read_clean(reading, config);
+  for (Trajectory& track : read.tracks.trajectories) {
+    for (Vector2& position : track.positions_m) position /= scale;
+  }
+  input.scene = std::move(read.scene);
+  input.tracks = without_frames(read.tracks.trajectories);
+  const std::filesystem::path named = options.tracks.scene.empty() ? paths.front() : options.tracks.scene;
+  input.file_name = options.tracks.scene.empty() ? named.stem().string() + ".scene.json" : named.filename().string();
+  input.proposal = add_corner(input, read.tracks.trajectories, scaling);
+  if (input.scene.name.empty()) input.scene.name = named.stem().string();
+  if (!options.picture.empty() && !input.in_picture) keep_metres(input.scene, options);
+  input.file = files_as_they_are(options.tracks);
+  return input;
+}
+
+void edit(const EditOptions& options) {
+  const nlohmann::ordered_json data = editor_data(editor_input(options));
+  write_page(options.common.json ? data.dump(1) + "\n" : editor_page(data), options.out);
+}
+
 }  // namespace
 
 void add_scene(CLI::App& app) {
@@ -79,6 +185,21 @@ void add_scene(CLI::App& app) {
   add_tracks(*made, options->tracks);
   for (const char* unused : {"--hold-out", "--split"}) made->remove_option(made->get_option(unused));
   made->callback([options] { make(*options); });
+  auto editing = std::make_shared<EditOptions>();
+  CLI::App* edited = add_verb(*verb, "edit", "Make an HTML page, which opens offline, that edits a scene by hand.",
+                              "sila scene edit tracks.csv --picture corner.jpg --out editor.html", editing->common);
+  add_tracks(*edited, editing->tracks);
+  for (const char* unused : {"--hold-out", "--split"}) edited->remove_option(edited->get_option(unused));
+  CLI::Option* picture =
+      edited->add_option("--picture", editing->picture, "PNG or JPEG picture of the camera, to place the corner on")
+          ->type_name("FILE");
+  edited
+      ->add_flag("--pixels", editing->pixels,
+                 "without a camera: the tracks are image points [as the format of the tracks says]")
+      ->needs(picture);
+  edited->add_option("--out", editing->out, "HTML file to write [standard output]; with --json its data")
+      ->type_name("FILE");
+  edited->callback([editing] { edit(*editing); });
 }
 
 }  // namespace sila::cli

@@ -1,7 +1,7 @@
 // Builds the viewer.
-//   node build.mjs             dist/report.html and dist/live.html: pages with everything inside
+//   node build.mjs             dist/report.html, dist/live.html and dist/editor.html: pages with everything inside
 //   node build.mjs --tests     build/tests/*.mjs from tests/*.test.ts
-//   node build.mjs --browser   build/browser/*.mjs from tests/browser.ts and tests/live_browser.ts
+//   node build.mjs --browser   build/browser/*.mjs from the programs of tests
 import { build } from "esbuild";
 import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
 
@@ -36,8 +36,9 @@ if (process.argv.includes("--tests")) {
   const files = (await readdir(here + "tests")).filter((name) => name.endsWith(".test.ts"));
   await node(files.map((name) => here + "tests/" + name), "build/tests");
 } else if (process.argv.includes("--browser")) {
-  await node([here + "tests/browser.ts", here + "tests/live_browser.ts"], "build/browser");
+  await node([here + "tests/browser.ts", here + "tests/live_browser.ts", here + "tests/made_up_camera.ts"], "build/browser");
 } else {
   await page("src/main.ts", "src/page.html", "report.html");
+  await page("src/editor.ts", "src/page.html", "editor.html");
   await page("src/live.ts", "src/live.html", "live.html");
 }

@@ -242,6 +242,7 @@ void bind_prediction(nb::module_& module) {
       .def_prop_ro(
           "paths_m", [](const TrackPrediction& p) { return all_paths(p.content); }, nb::rv_policy::automatic,
           "Shape (m, t, 2), metres.")
+      .def_ro("metres_per_pixel", &TrackPrediction::metres_per_pixel, "Of a model in pixels; 0 for one in metres.")
       .def_prop_ro("paths_px", &paths_in_image, nb::rv_policy::automatic,
                    nb::for_getter(nb::sig("def paths_px(self, /) -> numpy.typing.NDArray[numpy.float64]")),
                    "Shape (m, t, 2), pixels, v downwards. Raises ValueError for a model that is not in pixels.")

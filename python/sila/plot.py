@@ -1,11 +1,13 @@
 """Pictures on matplotlib (`pip install sila[plot]`). Every function draws into `ax` (or a new figure) and returns it.
 
-Axes are metres in the world frame; where the scene's y axis points down, so does that of the picture.
+Axes are metres in the world frame; where the scene's y axis points down, so does that of the picture. Predictions are
+also drawn on the image of a camera, in its pixels.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import os
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -17,6 +19,7 @@ from matplotlib.lines import Line2D
 from ._ellipse import ellipse, steps_at
 from ._predictions import Predictions
 from ._sila import Model, Prediction, Scene
+from ._stream import Stream
 from ._tracks import SceneLike, TracksLike, as_scene, as_tracks
 
 __all__ = ["curb_frame", "learning_curve", "predictions", "primitive_graph", "primitives", "scene", "tracks"]
@@ -162,25 +165,37 @@ def predictions(
     scene: SceneLike | None = None,
     coverage: float | Sequence[float] = 0.9,
     at_s: Sequence[float] | None = None,
+    image: Any = None,
+    camera: str | os.PathLike[str] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Predicted paths, one colour a mode from the heaviest on, the fainter the lighter, with ellipses at the seconds
     `at_s` after t0 (at the horizon if there are none) that are to hold the share `coverage` of the outcomes of that mode;
     several shares give nested ellipses.
 
-    With `tracks`, what was observed until t0 (black) and what happened then (dotted).
+    With `tracks`, what was observed until t0 (black) and what happened then (dotted). `image`: the path of a picture, or
+    an array of shape (height, width) or (height, width, 3), on which all is drawn instead of on the scene, by `camera`,
+    the path of a camera file or of a scene file with a camera (docs/formats.md), needless for a model in pixels; what the camera cannot see is left out.
     """
     shares = [coverage] if isinstance(coverage, (int, float)) else sorted(coverage, reverse=True)
-    ax = _place(scene, ax)
+    drawn: Callable[[Any], Any] = np.asarray
     some = Predictions([given] if isinstance(given, Prediction) else given)
+    if image is None:
+        ax = _place(scene, ax)
+    elif camera is not None:
+        ax, drawn = _picture(image, ax), Stream(camera=camera).to_image
+    elif scale := max((prediction.metres_per_pixel for prediction in some), default=0.0):
+        ax, drawn = _picture(image, ax), lambda points: np.asarray(points) / (scale, -scale)
+    else:
+        raise ValueError("image: expected camera=, the file of the camera that took it, found none")
     by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks)}
     seen_modes = 0
     for prediction in some:
         for number in reversed(range(len(prediction.modes))):
             seen_modes = max(seen_modes, number + 1)
-            _draw_mode(ax, prediction, number, shares, at_s)
+            _draw_mode(ax, prediction, number, shares, at_s, drawn)
         if prediction.tracklet in by_id:
-            _draw_truth(ax, prediction, by_id[prediction.tracklet])
+            _draw_truth(ax, prediction, by_id[prediction.tracklet], drawn)
     ax.legend(
         handles=_legend(some, seen_modes, _coverage_text(some, shares, at_s), bool(by_id)),
         loc="best",
@@ -216,23 +231,28 @@ def learning_curve(model: Model, *, errors: Any = None, ax: Axes | None = None) 
 
 
 def _draw_mode(
-    ax: Axes, prediction: Prediction, number: int, shares: Sequence[float], at_s: Sequence[float] | None
+    ax: Axes,
+    prediction: Prediction,
+    number: int,
+    shares: Sequence[float],
+    at_s: Sequence[float] | None,
+    drawn: Callable[[Any], Any],
 ) -> None:
     mode, colour = prediction.modes[number], _MODE_COLOURS[number % len(_MODE_COLOURS)]
     strength = 0.25 + 0.75 * mode.weight / prediction.modes[0].weight
-    ax.plot(*mode.path_m.T, color=colour, alpha=strength, linewidth=2.2, zorder=4)
+    ax.plot(*drawn(mode.path_m).T, color=colour, alpha=strength, linewidth=2.2, zorder=4)
     covariances = mode.covariances_m2
     for step in steps_at(prediction.times_s, at_s):
-        ax.plot(*mode.path_m[step], ".", color=colour, alpha=strength, zorder=4)
+        ax.plot(*drawn(mode.path_m[step : step + 1]).T, ".", color=colour, alpha=strength, zorder=4)
         for share in shares:
-            outline = ellipse(mode.path_m[step], covariances[step], share)
+            outline = drawn(ellipse(mode.path_m[step], covariances[step], share))
             ax.fill(*outline.T, color=colour, alpha=0.07 * strength, linewidth=0, zorder=3)
             ax.plot(*np.vstack([outline, outline[:1]]).T, color=colour, alpha=0.7 * strength, linewidth=0.9, zorder=3)
             _include(ax, outline)
 
 
-def _draw_truth(ax: Axes, prediction: Prediction, track: Any) -> None:
-    t, xy = track.times_s - prediction.t0_s, track.positions_m
+def _draw_truth(ax: Axes, prediction: Prediction, track: Any, drawn: Callable[[Any], Any]) -> None:
+    t, xy = track.times_s - prediction.t0_s, drawn(track.positions_m)
     before, after = t <= 1e-6, (t >= -1e-6) & (t <= prediction.times_s[-1] + 1e-6)
     ax.plot(*xy[before].T, color="black", linewidth=2.0, zorder=5)
     ax.plot(*xy[after].T, color="black", linewidth=1.6, linestyle=":", zorder=5)
@@ -293,9 +313,17 @@ def _place(place: SceneLike | None, ax: Axes | None) -> Axes:
     return _world(ax) if place is None else scene(place, ax=ax)
 
 
+def _picture(image: Any, ax: Axes | None) -> Axes:
+    ax = plt.subplots(figsize=(7.5, 6.5), layout="constrained")[1] if ax is None else ax
+    ax.imshow(plt.imread(os.fspath(image)) if isinstance(image, (str, os.PathLike)) else image, cmap="gray")
+    ax.autoscale(False)
+    ax.set(xlabel="u [pixels]", ylabel="v [pixels]")
+    return ax
+
+
 def _include(ax: Axes, points: Any, margin_m: float = 1.0) -> None:
-    """Widens the view to what is drawn of people: a scene's streets would run to the horizon."""
-    if len(points) == 0:
+    """Widens the view to what is drawn of people: a scene's streets would run to the horizon. An image stays whole."""
+    if len(points) == 0 or ax.images:
         return
     low, high = points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
     box = getattr(ax, "_sila_box", None)

@@ -4,6 +4,7 @@ import numpy as np
 import pandas
 import pytest
 import sila
+import sila.plot
 
 
 def walks(scale=1.0, count=12):
@@ -24,6 +25,8 @@ def test_a_model_in_pixels_keeps_the_scale_and_predicts_pixels(model, tmp_path):
     prediction = sila.predict(model, walks(), at_end=True)[0]
     assert np.allclose(prediction.paths_px * [scale, -scale], prediction.paths_m)
     assert np.allclose(prediction.paths_px[0, 0], walks()["0"][-1, 1:], atol=40)
+    ax = sila.plot.predictions(prediction, image=np.zeros((700, 1000)))
+    assert any(np.allclose(line.get_xydata()[-1], prediction.paths_px[0, -1]) for line in ax.lines)
     assert '"u":[' in prediction.to_json() and '"u":[' not in prediction.to_json().split('"cov"')[0]
     model.save(tmp_path / "m.sila")
     with sila.Stream(tmp_path / "m.sila") as stream:

@@ -58,6 +58,23 @@ def test_the_label_says_which_seconds_the_ellipses_are_of(predictions):
     assert "at 1, 3 s: 50 %, 90 % coverage" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
+def test_predictions_are_drawn_on_an_image_by_its_camera(tmp_path, unseen, predictions):
+    camera = tmp_path / "camera.json"
+    camera.write_text(
+        '{"image_points": [[60, 690], [1220, 690], [860, 130], [420, 130]],'
+        '"ground_points": [[-30, -30], [30, -30], [30, 30], [-30, 30]]}'
+    )
+    picture = np.zeros((720, 1280, 3), dtype=np.uint8)
+    plt.imsave(tmp_path / "p.png", picture)
+    expected = sila.Stream(camera=camera).to_image(predictions[0].modes[0].path_m)
+    for image in (picture, tmp_path / "p.png"):
+        ax = plot.predictions(predictions[0], tracks=unseen.tracks, image=image, camera=camera)
+        assert any(np.array_equal(line.get_xydata(), expected, equal_nan=True) for line in ax.lines)
+        assert (ax.get_xlim(), ax.get_ylim()) == ((-0.5, 1279.5), (719.5, -0.5))
+    with pytest.raises(ValueError, match="image: expected camera="):
+        plot.predictions(predictions[0], image=picture)
+
+
 def test_the_picture_points_down_where_the_scene_does():
     scene = sila.Scene(origin=[0, 0], axis_1=[1, 0], axis_2=[0, -1], sidewalk_width_m=2, y_axis="down")
     assert plot.curb_frame(scene).yaxis_inverted()

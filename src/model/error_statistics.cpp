@@ -68,6 +68,31 @@ void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more) 
   for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += more[bin];
 }
 
+void discount(RegressionMoments& moments, double share) {
+  moments.weight *= share;
+  moments.features *= share;
+  moments.products *= share;
+}
+
+void discount(ErrorMoments& moments, double share) {
+  moments.weight *= share;
+  moments.along *= share;
+  moments.across *= share;
+}
+
+/// From about this number of windows on, recent ones count more.
+constexpr double kEarlyWindows = 150.0;
+
+/// Errors were larger when less was known, so a window of people who walk counts as the square of how many came before
+/// it: online expectation maximisation with steps of up to 3 / n instead of 1 / n (Cappe and Moulines 2009).
+void favour_recent(Densities& past, const Densities& recent) {
+  for (std::size_t d = kWalking; d < kErrorDensities; d += kMotionStates) {
+    const double before = past[d].scale.weight, now = recent[d].scale.weight;
+    const double share = (kEarlyWindows + before) / (kEarlyWindows + before + now);
+    for (ErrorMoments& cell : past[d].components) discount(cell, share * share);
+  }
+}
+
 void add(ErrorStatistics& sum, const ErrorStatistics& more) {
   accumulate_cells(sum.stacking, more.stacking);
   for (std::size_t d = 0; d < kErrorDensities; ++d) {
@@ -107,21 +132,12 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
 }
 
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
-  const auto discount = [&](RegressionMoments& m) {
-    m.weight *= share;
-    m.features *= share;
-    m.products *= share;
-  };
-  for (RegressionMoments& cell : error_statistics.stacking) discount(cell);
-  for (RegressionMoments& change : error_statistics.changes) discount(change);
+  for (RegressionMoments& cell : error_statistics.stacking) discount(cell, share);
+  for (RegressionMoments& change : error_statistics.changes) discount(change, share);
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
     for (DensityMoments& density : *densities) {
-      discount(density.scale);
-      for (ErrorMoments& cell : density.components) {
-        cell.weight *= share;
-        cell.along *= share;
-        cell.across *= share;
-      }
+      discount(density.scale, share);
+      for (ErrorMoments& cell : density.components) discount(cell, share);
     }
   }
   for (std::vector<double>& bins : error_statistics.scores) {
@@ -151,6 +167,10 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
   if (recent.empty()) return past;
   require_like(past, recent);
   ErrorStatistics sum = discounted(past, std::exp(-windows_in(recent.density) / memory_windows));
+  if (std::isfinite(memory_windows)) {
+    favour_recent(sum.density, recent.density);
+    favour_recent(sum.density_place_free, recent.density_place_free);
+  }
   add(sum, recent);
   return sum;
 }

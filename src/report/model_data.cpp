@@ -1,7 +1,9 @@
 #include "report/model_data.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "round.hpp"
 
@@ -56,6 +58,29 @@ ordered_json scene_json(const Scene& scene, const ModelSettings& settings) {
   json["corners"] = ordered_json::array();
   for (const Corner& corner : scene.corners) json["corners"].push_back(corner_json(corner));
   return json;
+}
+
+ordered_json camera_json(const Camera& camera) {
+  const Eigen::Matrix3d columns_are_rows = camera.ground_from_image.transpose();
+  return std::vector<double>(columns_are_rows.data(), columns_are_rows.data() + columns_are_rows.size());
+}
+
+ordered_json tracks_json(std::span<const FramedTrajectory> tracks, std::size_t most) {
+  constexpr double kDrawnEvery_s = 0.4;
+  ordered_json list = ordered_json::array();
+  const std::size_t n = std::min(tracks.size(), most);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Trajectory& track = tracks[k * tracks.size() / n].track;
+    std::vector<Vector2> path_m;
+    double due_s = track.times_s.front();
+    for (std::size_t i = 0; i < track.times_s.size(); ++i) {
+      if (track.times_s[i] < due_s - 1e-9) continue;
+      path_m.push_back(track.positions_m[i]);
+      due_s = track.times_s[i] + kDrawnEvery_s;
+    }
+    list.push_back(detail::path_json(path_m));
+  }
+  return list;
 }
 
 ordered_json model_json(const Model& model) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"
@@ -12,6 +13,10 @@ namespace sila {
 
 /// Corners, frames and the direction of y.
 nlohmann::ordered_json scene_json(const Scene& scene, const ModelSettings& settings);
+/// The nine entries of the homography from image to ground, row by row.
+nlohmann::ordered_json camera_json(const Camera& camera);
+/// The paths of at most this number of tracks, evenly chosen, with a point each 0.4 s: x, y, x, y, ...
+nlohmann::ordered_json tracks_json(std::span<const FramedTrajectory> tracks, std::size_t most);
 /// Primitives with their cells, transitions with their counts.
 nlohmann::ordered_json model_json(const Model& model);
 /// What the model file has of every episode; without the shapes of the changes if they take more than `most_bytes`.

@@ -1,6 +1,8 @@
+#include <span>
 #include <stdexcept>
 #include <string_view>
 
+#include "embedded_editor.hpp"
 #include "embedded_page.hpp"
 #include "sila/report/report.hpp"
 
@@ -24,15 +26,23 @@ std::string script_text(const nlohmann::ordered_json& data) {
   return text;
 }
 
+std::string with_data(std::span<const char* const> pieces, const nlohmann::ordered_json& data) {
+  std::string page;
+  for (const char* piece : pieces) page += piece;
+  const std::size_t at = page.find(kMarker);
+  if (at == std::string::npos) throw std::logic_error("report: the page has no place for its data");
+  page.replace(at, kMarker.size(), script_text(data));
+  return page;
+}
+
 }  // namespace
 
 std::string report_page(const nlohmann::ordered_json& data) {
-  std::string page;
-  for (const char* piece : detail::kEmbeddedPage) page += piece;
-  const std::size_t at = page.find(kMarker);
-  if (at == std::string::npos) throw std::logic_error("report_page: the page has no place for its data");
-  page.replace(at, kMarker.size(), script_text(data));
-  return page;
+  return with_data(detail::kEmbeddedPage, data);
+}
+
+std::string editor_page(const nlohmann::ordered_json& data) {
+  return with_data(detail::kEmbeddedEditor, data);
 }
 
 }  // namespace sila

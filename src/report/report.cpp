@@ -28,23 +28,6 @@ std::vector<std::size_t> spread(std::size_t count, std::size_t how_many) {
   return chosen;
 }
 
-ordered_json tracks_json(const ReportInput& input, std::size_t most) {
-  constexpr double kDrawnEvery_s = 0.4;
-  ordered_json list = ordered_json::array();
-  for (const std::size_t i : spread(input.tracks.size(), most)) {
-    const Trajectory& track = input.tracks[i].track;
-    std::vector<Vector2> path_m;
-    double due_s = track.times_s.front();
-    for (std::size_t k = 0; k < track.times_s.size(); ++k) {
-      if (track.times_s[k] < due_s - 1e-9) continue;
-      path_m.push_back(track.positions_m[k]);
-      due_s = track.times_s[k] + kDrawnEvery_s;
-    }
-    list.push_back(path_json(path_m));
-  }
-  return list;
-}
-
 /// The worst prediction of each track, the worst track first.
 std::vector<std::size_t> worst_of(std::span<const ScoredPrediction> scored) {
   std::vector<std::size_t> order(scored.size());
@@ -154,7 +137,7 @@ ordered_json calibration_json(std::span<const ScoredPrediction> scored, double h
 /// The parts that come from held-back tracks.
 void add_scores(ordered_json& data, const ReportInput& input, const ReportLimits& limits) {
   const double horizon_s = input.episode.predict.horizon_s;
-  data["drawn_tracks"] = tracks_json(input, limits.drawn_tracks);
+  data["drawn_tracks"] = tracks_json(input.tracks, limits.drawn_tracks);
   data["evaluation"] = to_json(evaluate(input.stored.model, input.tracks, input.episode, input.evaluate));
   data["evaluation"]["tracks"] = input.tracks.size();
   data["rows"] = to_json(input.rows);
@@ -181,6 +164,9 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
                                 " of them, there must be one for each of the " + std::to_string(input.tracks.size()) +
                                 " tracks");
   }
+  if (!input.picture.empty() && !input.scene.camera)
+    throw std::invalid_argument(
+        "report_data: picture is given, but the scene has no camera, by which metres become pixels");
   ordered_json data{{"sila", SILA_VERSION}, {"written_by", input.stored.sila_version}, {"name", input.name}};
   data["bytes"] = input.stored.bytes;
   data["scene"] = scene_json(input.scene, input.stored.model.settings);
@@ -188,6 +174,10 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
+  if (!input.picture.empty()) {
+    data["picture"] = input.picture;
+    data["camera"] = camera_json(*input.scene.camera);
+  }
   return data;
 }
 

@@ -59,7 +59,8 @@ TEST_F(Program, ProposesASceneFromTracks) {
   expect_rejected("scene make", {"tracks"});
 }
 
-TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
+/// Six people in pixels, as MOTChallenge has them.
+std::string mot_rows() {
   std::string rows;
   for (int id = 0; id < 6; ++id) {
     for (int frame = 0; frame < 80; ++frame) {
@@ -67,7 +68,61 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
               ",500,40,120,1,-1,-1,-1\n";
     }
   }
-  write(folder_ / "mot.txt", rows);
+  return rows;
+}
+
+TEST_F(Program, MakesAPageThatEditsAScene) {
+  simulate();
+  ASSERT_EQ(run("scene edit tracks.csv --out editor.html").code, 0);
+  const std::string page = read(folder_ / "editor.html");
+  EXPECT_TRUE(page.starts_with("<!doctype html>"));
+  EXPECT_LT(page.size(), 2'000'000u);
+  const auto proposed = nlohmann::json::parse(run("scene edit tracks.csv --json").out);
+  const auto made = nlohmann::json::parse(run("scene make tracks.csv").out);
+  EXPECT_EQ(proposed["file"]["origin"], made["origin"]);
+  EXPECT_EQ(proposed["file_name"], "tracks.scene.json");
+  const auto given = nlohmann::json::parse(run("scene edit tracks.csv --scene tracks.scene.json --json").out);
+  EXPECT_EQ(given["file"]["corners"].size(), 4u);
+  EXPECT_EQ(given["proposal"], "The corner is that of tracks.scene.json.");
+  write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
+  const auto few = nlohmann::json::parse(run("scene edit few.csv --json").out);
+  EXPECT_NE(few["proposal"].get<std::string>().find("at least 10"), std::string::npos) << few["proposal"];
+  EXPECT_EQ(few["file"]["sidewalk_width_m"], 3.0);
+  expect_rejected("scene edit", {"tracks"});
+  expect_rejected("scene edit none.csv", {"none.csv"});
+}
+
+TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
+  simulate();
+  write(folder_ / "mot.txt", mot_rows());
+  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  const auto data_of = [&](const std::string& arguments) {
+    const Outcome outcome = run("scene edit --picture p.png --json " + arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto pixels = data_of("mot.txt --fps 10");
+  EXPECT_EQ(pixels["tracks_in"], "picture");
+  EXPECT_EQ(pixels["tracks"].size(), 6u) << "nothing is cut because pixels are fast";
+  EXPECT_NEAR(pixels["tracks"][0][0].get<double>(), 120.0, 1e-6);
+  EXPECT_TRUE(pixels["file"]["corners"].empty());
+  write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
+    "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
+  const auto seen = data_of("mot.txt --fps 10 --camera camera.json");
+  EXPECT_NEAR(seen["tracks"][0][0].get<double>(), 120.0, 0.01);
+  EXPECT_EQ(seen["file"]["camera"]["image_points"].size(), 4u);
+  EXPECT_EQ(seen["file"]["corners"].size(), 1u);
+  const auto metres = data_of("tracks.csv");
+  EXPECT_EQ(metres["tracks_in"], "ground");
+  EXPECT_EQ(metres["file"]["files"][0]["metres_per_unit"], 1.0) << "a camera that is saved is not that of the tracks";
+  EXPECT_EQ(data_of("tracks.csv --pixels")["tracks_in"], "picture");
+  expect_rejected("scene edit tracks.csv --pixels", {"--picture"});
+  expect_rejected("scene edit tracks.csv --picture none.png", {"none.png", "PNG or JPEG"});
+  expect_rejected("scene edit tracks.csv --picture tracks.csv", {"tracks.csv", "PNG or JPEG"});
+}
+
+TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
+  write(folder_ / "mot.txt", mot_rows());
   write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
     "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
   const std::string with = "mot.txt --fps 10 --camera camera.json --model m.sila";
@@ -78,7 +133,16 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   EXPECT_EQ(mode.at("u").size(), mode.at("x").size());
   EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
   EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
+  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  const Outcome report = run("report m.sila mot.txt --fps 10 --camera camera.json --picture p.png --json");
+  ASSERT_EQ(report.code, 0) << report.err;
+  const auto drawn = nlohmann::json::parse(report.out);
+  EXPECT_EQ(drawn["picture"], "data:image/png;base64,iVBORw0KGgo=");
+  EXPECT_EQ(drawn["camera"].size(), 9u);
+  expect_rejected("report m.sila --picture p.png", {"--picture", "--camera"});
   write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  expect_rejected("report m.sila metres.csv --picture p.png", {"--picture", "--camera"});
+  expect_rejected("report m.sila mot.txt --fps 10 --camera camera.json --picture camera.json", {"PNG or JPEG"});
   expect_rejected("predict metres.csv --model m.sila --image", {"--image", "--camera"});
   expect_rejected("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace sila {
@@ -116,6 +117,32 @@ TEST(ErrorDensity, GrowsBeyondTheFittedStepsAndNeverVanishes) {
   const Vector2 last = density.variances_m2(0, kSteps - 1, {1.0, 1.0});
   EXPECT_LT((density.variances_m2(0, 2 * kSteps - 1, {1.0, 1.0}) - 4.0 * last).norm(), 1e-12);
   EXPECT_GE(density.variances_m2(0, 0, {1e-12, 1e-12}).minCoeff(), 1e-6);
+}
+
+/// Statistics of one step from `windows` windows of each motion state, all of the first component.
+ErrorStatistics seen(double windows, double along_m2) {
+  ErrorStatistics statistics = zero_error_statistics(1, 0.2, 3.2);
+  for (const std::size_t state : {kWalking, kStanding}) {
+    statistics.density[state].scale.weight = windows;
+    statistics.density[state].components[0] = {windows, windows * along_m2, windows * along_m2};
+  }
+  return statistics;
+}
+
+TEST(ErrorStatistics, RecentWindowsOfPeopleWhoWalkCountMore) {
+  const ErrorStatistics sum = add_error_statistics(seen(850.0, 4.0), seen(1000.0, 1.0), 1e12);
+  // ((150 + 850) / (150 + 850 + 1000))^2 of the past.
+  EXPECT_NEAR(sum.density[kWalking].components[0].weight, 850.0 / 4.0 + 1000.0, 1e-5);
+  EXPECT_NEAR(sum.density[kWalking].components[0].along, 850.0 + 1000.0, 1e-5);
+  EXPECT_NEAR(sum.density[kWalking].scale.weight, 1850.0, 1e-5);
+  EXPECT_NEAR(sum.density[kStanding].components[0].weight, 1850.0, 1e-5);
+}
+
+TEST(ErrorStatistics, OfAnInfiniteMemoryAddExactly) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  const ErrorStatistics sum = add_error_statistics(seen(850.0, 4.0), seen(1000.0, 1.0), infinite);
+  EXPECT_EQ(sum.density[kWalking].components[0].weight, 1850.0);
+  EXPECT_EQ(sum.density[kWalking].components[0].along, 4400.0);
 }
 
 }  // namespace

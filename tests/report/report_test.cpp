@@ -7,9 +7,11 @@
 #include <set>
 
 #include "report/scored.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/train/training.hpp"
+#include "support/scratch.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -105,13 +107,81 @@ TEST(Report, OfAnEmptyModelIsStillAReport) {
   EXPECT_NO_THROW(report_page(report_data(input)));
 }
 
+TEST(Report, HasAPictureWithTheCameraOfItsScene) {
+  ReportInput input = made_up();
+  input.picture = "data:image/png;base64,";
+  EXPECT_THROW(report_data(input), std::invalid_argument);
+  input.scene.camera = Camera{};
+  const nlohmann::ordered_json data = report_data(input);
+  EXPECT_EQ(data.at("picture"), input.picture);
+  EXPECT_EQ(data.at("camera"), (std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1}));
+}
+
 TEST(Page, IsTheBuiltOneWithTheDataInItsPlace) {
-  const std::string built = text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/report.html");
-  const std::string marker = "\"sila-report-data\"";
-  const std::size_t at = built.find(marker);
-  ASSERT_NE(at, std::string::npos);
-  const std::string expected = built.substr(0, at) + "{\"a\":1}" + built.substr(at + marker.size());
-  EXPECT_TRUE(report_page({{"a", 1}}) == expected);  // EXPECT_EQ would print a page of 350 KB
+  const nlohmann::ordered_json data{{"a", 1}};
+  for (const auto& [name, page] :
+       std::map<std::string, std::string>{{"report", report_page(data)}, {"editor", editor_page(data)}}) {
+    std::string built = text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/" + name + ".html");
+    const std::string marker = "\"sila-report-data\"";
+    const std::size_t at = built.find(marker);
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_TRUE(page == built.replace(at, marker.size(), "{\"a\":1}")) << name;  // EXPECT_EQ would print the page
+  }
+}
+
+EditorInput edited_walks() {
+  EditorInput input;
+  input.scene = made_up().scene;
+  input.scene.files.push_back({"a.csv", {}, {}, {}});
+  input.file = {{"note", "kept"}, {"camera", {{"image_points", {{1, 2}}}}}, {"files", {{{"path", "b.csv"}}}}};
+  input.file_name = "here.json";
+  input.tracks = testing::corner_walks(30, 2);
+  return input;
+}
+
+TEST(Editor, HasTheSceneAndTheTracks) {
+  const EditorInput input = edited_walks();
+  const nlohmann::ordered_json data = editor_data(input);
+  EXPECT_EQ(data.at("tracks").size(), 30u);
+  EXPECT_EQ(data.at("tracks_in"), "ground");
+  EXPECT_FALSE(data.contains("picture"));
+  const auto& file = data.at("file");
+  EXPECT_EQ(file.at("note"), "kept");
+  EXPECT_EQ(file.at("camera"), input.file.at("camera"));
+  EXPECT_EQ(file.at("files")[0].at("path"), "b.csv");
+  EXPECT_EQ(file.at("corners")[0].at("sidewalk_width_1_m"), 2.5);
+  EXPECT_LT(editor_data(input, 10'000).dump().size(), 10'000u);
+  EXPECT_THROW(editor_data({}), std::invalid_argument);
+}
+
+TEST(Editor, DrawsTracksOfACameraInItsPicture) {
+  EditorInput input = edited_walks();
+  Eigen::Matrix3d ground_from_image = Eigen::Vector3d(0.1, -0.1, 1.0).asDiagonal();
+  ground_from_image(0, 2) = -20.0;
+  input.scene.camera = camera_of(ground_from_image);
+  const double x_m = editor_data(input).at("tracks")[0][0];
+  input.in_picture = true;
+  input.picture = "data:image/png;base64,";
+  const nlohmann::ordered_json data = editor_data(input);
+  EXPECT_NEAR(data.at("tracks")[0][0].get<double>(), 10.0 * (x_m + 20.0), 0.1);
+  EXPECT_EQ(data.at("tracks_in"), "picture");
+  EXPECT_EQ(data.at("camera").size(), 9u);
+  EXPECT_NEAR(data.at("camera")[2].get<double>() / data.at("camera")[0].get<double>(), -200.0, 1e-9);
+  EXPECT_EQ(data.at("picture"), input.picture);
+}
+
+TEST(Picture, IsADataUrlOfAPngOrJpeg) {
+  const tests::ScratchFolder folder;
+  const auto url_of = [&](const std::string& bytes) {
+    std::ofstream(folder / "picture", std::ios::binary) << bytes;
+    return picture_url(folder / "picture");
+  };
+  EXPECT_EQ(url_of("\x89PNG\r\n\x1a\nabc"), "data:image/png;base64,iVBORw0KGgphYmM=");
+  EXPECT_EQ(url_of("\xff\xd8\xff"), "data:image/jpeg;base64,/9j/");
+  EXPECT_EQ(url_of("\xff\xd8\xff\xe0"), "data:image/jpeg;base64,/9j/4A==");
+  EXPECT_THROW(url_of("GIF89a"), FormatError);
+  EXPECT_THROW(url_of(""), FormatError);
+  EXPECT_THROW(picture_url(folder / "none.png"), FormatError);
 }
 
 TEST(Page, CannotBeLeftByItsData) {

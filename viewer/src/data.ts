@@ -1,4 +1,6 @@
 // What `sila report` puts into the page (docs/viewer.md). Lengths are metres in the world frame, unless a name says otherwise.
+import type { Homography } from "./camera";
+import type { SceneFile } from "./scene_file";
 
 export interface Corner {
   name: string;
@@ -149,13 +151,34 @@ export interface ReportData {
   worst?: Worst[];
   played?: Played[];
   results?: unknown;
+  /** A data URL, and the camera that it is of. */
+  picture?: string;
+  camera?: Homography;
+}
+
+/** What `sila scene edit` puts into its page. */
+export interface EditorData {
+  sila: string;
+  /** What is saved, but for what is edited here. */
+  file: SceneFile;
+  /** Under which name. */
+  file_name: string;
+  /** How the corner came about. */
+  proposal: string;
+  tracks: number[][];
+  /** Metres on the ground, or pixels of the picture. */
+  tracks_in: "ground" | "picture";
+  /** A data URL. */
+  picture?: string;
+  /** The camera of the file. */
+  camera?: Homography;
 }
 
 /** The data of the page. Throws with a sentence for people if there are none. */
-export function readData(text: string): ReportData {
+export function readData<Data = ReportData>(text: string): Data {
   const data: unknown = JSON.parse(text);
   if (typeof data !== "object" || data === null || Array.isArray(data)) {
-    throw new Error("This page has no data inside. `sila report` makes one that has.");
+    throw new Error("This page has no data inside. `sila report` and `sila scene edit` make pages that have.");
   }
-  return data as ReportData;
+  return data as Data;
 }

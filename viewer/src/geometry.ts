@@ -49,6 +49,15 @@ export function ellipseOf(xx: number, xy: number, yy: number, share: number): El
            angle: 0.5 * Math.atan2(2 * xy, xx - yy) };
 }
 
+/** Points of an ellipse about 0, counter-clockwise. */
+export function ellipseOutline({ rx, ry, angle }: Ellipse): Point[] {
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  return Array.from({ length: 48 }, (_, i) => {
+    const [x, y] = [rx * Math.cos(2 * Math.PI * i / 48), ry * Math.sin(2 * Math.PI * i / 48)];
+    return [c * x - s * y, s * x + c * y];
+  });
+}
+
 export const pointAt = (path: readonly number[], i: number): Point => [path[2 * i] ?? NaN, path[2 * i + 1] ?? NaN];
 export const pointsOf = (path: readonly number[]): Point[] => Array.from({ length: path.length / 2 }, (_, i) => pointAt(path, i));
 

@@ -2,6 +2,7 @@
 import { readData, type ReportData } from "./data";
 import { count, h, number, percent, plural } from "./dom";
 import { learntSection } from "./learnt";
+import { backdropOf, type Backdrop } from "./place";
 import { playerSection } from "./player";
 import { accuracySection, learningSection, worstSection } from "./quality";
 import { settingsSection } from "./settings";
@@ -27,11 +28,11 @@ function tiles(data: ReportData): HTMLElement {
   return h("ul", { class: "tiles" }, ...list.map(([value, what, more]) => h("li", {}, h("b", {}, value), h("span", {}, what), h("small", {}, more))));
 }
 
-function page(data: ReportData): HTMLElement[] {
+function page(data: ReportData, backdrop?: Backdrop): HTMLElement[] {
   const title = data.scene?.known ? data.scene.name : data.model ? data.name : "Comparison of methods";
   const heading = data.scene?.known ? title.charAt(0).toUpperCase() + title.slice(1) : title;
   document.title = `sila: ${title}`;
-  const player = playerSection(data);
+  const player = playerSection(data, backdrop);
   const sections = [learntSection(data), player?.element, accuracySection(data), learningSection(data), worstSection(data, player?.show), settingsSection(data)].filter((section) => section !== undefined);
   const links = sections.map((section) => h("a", { href: `#${section.id}` }, section.querySelector("h2")?.textContent ?? ""));
   return [h("a", { class: "skip", href: "#main" }, "To the report"),
@@ -40,10 +41,13 @@ function page(data: ReportData): HTMLElement[] {
           h("footer", {}, `Made by sila ${data.sila}. Everything is inside this file; nothing is loaded from anywhere.`)];
 }
 
+async function open(app: HTMLElement): Promise<void> {
+  const data = readData(document.getElementById("data")?.textContent ?? "");
+  app.replaceChildren(...page(data, data.picture ? await backdropOf(data.picture, data.camera) : undefined));
+}
+
 const app = document.getElementById("app")!;
-try {
-  app.replaceChildren(...page(readData(document.getElementById("data")?.textContent ?? "")));
-} catch (error) {
+open(app).catch((error: unknown) => {
   app.replaceChildren(h("p", { class: "failure", role: "alert" }, `This report cannot be shown: ${error instanceof Error ? error.message : String(error)}`));
   throw error;
-}
+});

@@ -1,13 +1,29 @@
 // The map of a place: roadway, blocks, sidewalks, curb axes, grid and tracks, with room on top for whoever draws more.
-// It zooms and pans by mouse, by fingers and by keyboard.
+// It zooms and pans by mouse, by fingers and by keyboard. Instead of the roadway there may be a picture of a camera.
 import { select } from "d3-selection";
 import { zoom, zoomIdentity, type D3ZoomEvent, type ZoomTransform } from "d3-zoom";
+import { applied, inverse, type Homography } from "./camera";
 import type { Grid, Point, Scene } from "./data";
 import { h, s } from "./dom";
 import { pointsOf, toCurb, toWorld } from "./geometry";
 
 export interface Bounds { x0: number; y0: number; x1: number; y1: number }
 export type Layer = "grid" | "tracks" | "axes";
+
+/** A picture of the place and its camera, if that is known. */
+export interface Backdrop { url: string; width: number; height: number; camera?: Homography | undefined }
+
+/** What a data URL shows, or what is wrong with it. */
+export async function backdropOf(url: string, camera?: Homography): Promise<Backdrop> {
+  const image = new Image();
+  image.src = url;
+  try {
+    await image.decode();
+  } catch {
+    throw new Error("the picture inside cannot be decoded");
+  }
+  return { url, width: image.naturalWidth, height: image.naturalHeight, camera };
+}
 
 /** The box of points, without the outermost share of each side. */
 export function boundsOf(points: readonly Point[], margin_m: number, trim = 0.01): Bounds {
@@ -21,7 +37,8 @@ export class PlaceMap {
   readonly element: HTMLElement;
   /** Where others draw; emptied by them alone. */
   readonly top: SVGGElement;
-  private readonly svg: SVGSVGElement;
+  readonly svg: SVGSVGElement;
+  private picture: SVGImageElement | undefined;
   private readonly base: SVGGElement;
   private readonly ground: SVGGElement;
   private readonly above: SVGGElement;
@@ -34,7 +51,8 @@ export class PlaceMap {
   private readonly listeners: (() => void)[] = [];
 
   constructor(private readonly scene: Scene, private readonly grid: Grid | undefined, private readonly tracks: readonly number[][],
-              private bounds: Bounds, label: string) {
+              private bounds: Bounds, label: string, readonly backdrop?: Backdrop) {
+    this.bounds = this.drawnBounds(bounds);
     this.ground = s("g", { class: "ground" });
     this.base = s("g", { class: "base" });
     this.top = s("g");
@@ -44,7 +62,7 @@ export class PlaceMap {
     const button = (text: string, title: string, act: () => void) => h("button", { type: "button", title, "aria-label": title, onclick: act }, text);
     const buttons = h("div", { class: "zoom" }, button("+", "Closer", () => this.by(1.5)), button("−", "Farther", () => this.by(1 / 1.5)),
                       button("⤢", "Whole place", () => this.fit()));
-    this.element = h("div", { class: "map" }, this.svg, buttons);
+    this.element = h("div", { class: backdrop ? "map on-picture" : "map" }, this.svg, buttons);
     this.listen();
   }
 
@@ -53,23 +71,51 @@ export class PlaceMap {
     this.listeners.push(listener);
   }
 
-  /** Metres to pixels of the drawing. */
-  project = ([x, y]: Point): Point => {
-    const up = this.scene.y_axis === "down" ? 1 : -1;
-    const [cx, cy] = [(this.bounds.x0 + this.bounds.x1) / 2, (this.bounds.y0 + this.bounds.y1) / 2];
-    return this.transform.apply([this.width / 2 + (x - cx) * this.fitted(), this.height / 2 + up * (y - cy) * this.fitted()]);
+  /** Metres to pixels of the drawing; NaN for what the camera of the picture cannot see. */
+  project = (point: Point): Point => {
+    const { backdrop } = this;
+    if (!backdrop) return this.place(point);
+    const pixel = backdrop.camera && applied(inverse(backdrop.camera), point);
+    return pixel ? this.place(pixel) : [NaN, NaN];
   };
 
-  /** Pixels of the drawing to metres. */
-  private unproject(pixel: Point): Point {
+  /** What is drawn, metres or without a camera pixels of the picture, to pixels of the drawing. */
+  place([x, y]: Point): Point {
+    const up = this.backdrop || this.scene.y_axis === "down" ? 1 : -1;
+    const [cx, cy] = [(this.bounds.x0 + this.bounds.x1) / 2, (this.bounds.y0 + this.bounds.y1) / 2];
+    return this.transform.apply([this.width / 2 + (x - cx) * this.fitted(), this.height / 2 + up * (y - cy) * this.fitted()]);
+  }
+
+  /** The inverse of `place`. */
+  placeOf(pixel: Point): Point {
     const [px, py] = this.transform.invert(pixel);
-    const up = this.scene.y_axis === "down" ? 1 : -1;
+    const up = this.backdrop || this.scene.y_axis === "down" ? 1 : -1;
     return [(this.bounds.x0 + this.bounds.x1) / 2 + (px - this.width / 2) / this.fitted(), (this.bounds.y0 + this.bounds.y1) / 2 + up * (py - this.height / 2) / this.fitted()];
+  }
+
+  /** The inverse of `project`; nothing above the horizon. */
+  unproject(pixel: Point): Point | undefined {
+    const point = this.placeOf(pixel);
+    return this.backdrop ? this.backdrop.camera && applied(this.backdrop.camera, point) : point;
+  }
+
+  /** Bounds in metres in what is drawn: of a picture the part that shows them. */
+  private drawnBounds(bounds: Bounds): Bounds {
+    if (!this.backdrop) return bounds;
+    const { width, height, camera } = this.backdrop;
+    const whole = { x0: 0, y0: 0, x1: width, y1: height };
+    if (!camera) return whole;
+    const toImage = inverse(camera);
+    const [w, t] = [bounds.x1 - bounds.x0, bounds.y1 - bounds.y0];
+    const seen = Array.from({ length: 25 }, (_, i) => applied(toImage, [bounds.x0 + w * (i % 5) / 4, bounds.y0 + t * Math.floor(i / 5) / 4])).filter((p) => p !== undefined);
+    const box = boundsOf(seen, 0, 0);
+    const part = { x0: Math.max(0, box.x0), y0: Math.max(0, box.y0), x1: Math.min(width, box.x1), y1: Math.min(height, box.y1) };
+    return part.x1 - part.x0 > 1 && part.y1 - part.y0 > 1 ? part : whole;
   }
 
   /** Shows another part of the place. */
   frame(bounds: Bounds): void {
-    this.bounds = bounds;
+    this.bounds = this.drawnBounds(bounds);
     this.transform = zoomIdentity;
     this.fit();
     this.draw();
@@ -83,13 +129,14 @@ export class PlaceMap {
     return [this.width, this.height];
   }
 
-  path(points: readonly Point[], closed = false): string {
-    let text = "";
+  path(points: readonly Point[], closed = false, by: (point: Point) => Point = this.project): string {
+    let [text, seen] = ["", false];
     for (const point of points) {
-      const [x, y] = this.project(point);
-      text += `${text ? "L" : "M"}${x.toFixed(1)},${y.toFixed(1)}`;
+      const [x, y] = by(point);
+      if (Number.isFinite(x)) text += `${seen ? "L" : "M"}${x.toFixed(1)},${y.toFixed(1)}`;
+      seen = Number.isFinite(x);
     }
-    return closed ? text + "Z" : text;
+    return closed && text ? text + "Z" : text;
   }
 
   show(layer: Layer, on: boolean): void {
@@ -112,9 +159,9 @@ export class PlaceMap {
 
   private listen(): void {
     this.behaviour.scaleExtent([0.2, 20]).extent(() => [[0, 0], [this.width, this.height]])
-      // The wheel scrolls the page and one finger, too, unless one means the map.
-      .filter((event: Event) => event.type === "wheel" ? (event as WheelEvent).ctrlKey || (event as WheelEvent).metaKey
-        : event.type.startsWith("touch") ? (event as TouchEvent).touches.length > 1 : !(event as MouseEvent).button)
+      // What can be dragged is not for panning. The wheel scrolls the page and one finger, too, unless one means the map.
+      .filter((event: Event) => !(event.target as Element).closest(".handle") && (event.type === "wheel" ? (event as WheelEvent).ctrlKey || (event as WheelEvent).metaKey
+        : event.type.startsWith("touch") ? (event as TouchEvent).touches.length > 1 : !(event as MouseEvent).button))
       .on("zoom", (event: D3ZoomEvent<SVGSVGElement, unknown>) => { this.transform = event.transform; this.draw(); });
     select(this.svg).call(this.behaviour).on("dblclick.zoom", null);
     this.svg.addEventListener("keydown", (event) => {
@@ -131,20 +178,27 @@ export class PlaceMap {
   }
 
   private resize(): void {
-    const box = this.element.getBoundingClientRect();
+    const box = this.svg.getBoundingClientRect();  // within the border of the element
     if (box.width === 0 || (box.width === this.width && box.height === this.height)) return;
     [this.width, this.height] = [box.width, box.height];
     this.svg.setAttribute("viewBox", `0 0 ${box.width} ${box.height}`);
     this.draw();
   }
 
-  private draw(): void {
+  draw(): void {
     if (this.width === 0) return;
-    this.ground.replaceChildren(...this.blocks());
+    this.ground.replaceChildren(...(this.backdrop ? [this.image(this.backdrop)] : this.blocks()));
     this.base.replaceChildren(...(this.hidden.has("tracks") ? [] : this.trackPaths()), ...(this.hidden.has("grid") ? [] : this.gridLines()));
     this.above.replaceChildren(...(this.hidden.has("axes") ? [] : this.axes()));
     this.drawScale();
     for (const listener of this.listeners) listener();
+  }
+
+  private image({ url, width, height }: Backdrop): SVGElement {
+    const [[x, y], [right, bottom]] = [this.place([0, 0]), this.place([width, height])];
+    this.picture ??= s("image", { href: url, preserveAspectRatio: "none" });
+    for (const [name, value] of Object.entries({ x, y, width: right - x, height: bottom - y })) this.picture.setAttribute(name, String(value));
+    return this.picture;
   }
 
   /** What a person sees around the corner, in metres. */
@@ -173,9 +227,9 @@ export class PlaceMap {
   private gridLines(): SVGElement[] {
     const corner = this.scene.corners[this.scene.primary ?? 0];
     const grid = this.grid;
-    if (!corner || !grid) return [];
+    if (!corner || !grid || this.backdrop) return [];
     const [w, t] = [this.width, this.height];
-    const curb = ([[0, 0], [w, 0], [w, t], [0, t]] as Point[]).map((pixel) => toCurb(corner, this.unproject(pixel)));
+    const curb = ([[0, 0], [w, 0], [w, t], [0, t]] as Point[]).map((pixel) => toCurb(corner, this.placeOf(pixel)));
     const range = (axis: 0 | 1): [number, number] => {
       const values = curb.map((q) => (q[axis] - grid.origin[axis]) / grid.cell);
       return [Math.floor(Math.min(...values)), Math.ceil(Math.max(...values))];
@@ -195,7 +249,7 @@ export class PlaceMap {
 
   private axes(): SVGElement[] {
     const corner = this.scene.corners[this.scene.primary ?? 0];
-    if (!corner) return [];
+    if (!corner || this.backdrop) return [];
     const length = 0.28 * Math.min(this.bounds.x1 - this.bounds.x0, this.bounds.y1 - this.bounds.y0);
     const shapes: SVGElement[] = [];
     ([1, 2] as const).forEach((name) => {
@@ -213,6 +267,7 @@ export class PlaceMap {
   }
 
   private drawScale(): void {
+    if (this.backdrop) return;
     const k = this.pixelsPerMetre();
     const metres = [1, 2, 5, 10, 20, 50, 100].find((m) => m * k > 50) ?? 200;
     const y = this.height - 14;

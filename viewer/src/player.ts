@@ -1,8 +1,8 @@
 // Predictions of people that the model had not seen, played in time.
-import type { Played, Prediction, ReportData } from "./data";
+import type { Played, Point, Prediction, ReportData } from "./data";
 import { choice, h, number, percent, plural, s, toggle } from "./dom";
-import { between, ellipseOf, pointAt, pointsOf, positionAt } from "./geometry";
-import { boundsOf, PlaceMap, type Bounds } from "./place";
+import { between, ellipseOf, ellipseOutline, pointAt, pointsOf, positionAt } from "./geometry";
+import { boundsOf, PlaceMap, type Backdrop, type Bounds } from "./place";
 import { currentPrediction, errorsAt, mostTelling, type Renew } from "./predicted";
 
 /** On a narrower map [pixels] only the prediction on show is framed, not all of a person's way. */
@@ -18,12 +18,13 @@ function around(path: readonly number[], predictions: readonly Prediction[], lea
 
 export interface PlayerSection { element: HTMLElement; show: (track: string, t0: number) => void }
 
-export function playerSection(data: ReportData): PlayerSection | undefined {
+/** Predictions on the map, or on a picture of the camera. */
+export function playerSection(data: ReportData, backdrop?: Backdrop): PlayerSection | undefined {
   const played = (data.played ?? []).filter((p) => p.predictions.length > 0);
   const scene = data.scene;
   if (!scene || played.length === 0) return undefined;
   const opening = mostTelling(played)!;
-  const map = new PlaceMap(scene, undefined, data.drawn_tracks ?? [], around(opening.person.xy, opening.person.predictions, 14), "Map with the predictions of one pedestrian");
+  const map = new PlaceMap(scene, undefined, data.drawn_tracks ?? [], around(opening.person.xy, opening.person.predictions, 14), "Map with the predictions of one pedestrian", backdrop);
 
   let person: Played = opening.person;
   let now = 0;
@@ -97,7 +98,8 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     if (prediction) shapes.push(...drawPrediction(prediction, ahead));
     const [x, y] = map.project(here);
     shapes.push(s("circle", { class: "person", cx: x, cy: y, r: 7 }));
-    map.top.replaceChildren(...shapes);
+    // On a picture some are where the camera does not see them.
+    map.top.replaceChildren(...shapes.filter((shape) => !shape.outerHTML.includes("NaN")));
     tell(prediction, ahead);
   }
 
@@ -105,7 +107,6 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     const [shapes, labels]: [SVGElement[], SVGElement[]] = [[], []];
     const start = pointAt(prediction.observed, prediction.observed.length / 2 - 1);
     const times = [0, ...prediction.t];
-    const clear = map.pixelsPerMetre();
     if (visible.constant) {
       shapes.push(s("path", { class: "constant", d: map.path([start, ...pointsOf(prediction.constant)]) }));
       const [x, y] = map.project(positionAt(times, [...start, ...prediction.constant], ahead));
@@ -115,7 +116,7 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
       const whole = pointsOf(mode.path);
       const strength = 0.25 + 0.75 * Math.sqrt(mode.weight);
       if (visible.ellipses) {
-        const drawn = ellipses(prediction, m, ahead, clear);
+        const drawn = ellipses(prediction, m, ahead);
         shapes.push(...drawn.shapes);
         labels.push(...drawn.labels);
       }
@@ -136,7 +137,7 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
   }
 
   /** The ellipses of one mode at one moment, each labelled with the share of the mode that it covers. */
-  function ellipses(prediction: Prediction, m: number, ahead: number, k: number): { shapes: SVGElement[]; labels: SVGElement[] } {
+  function ellipses(prediction: Prediction, m: number, ahead: number): { shapes: SVGElement[]; labels: SVGElement[] } {
     const mode = prediction.modes[m]!;
     const [shapes, labels]: [SVGElement[], SVGElement[]] = [[], []];
     if (mode.weight < 0.05 || ahead <= 0) return { shapes, labels };
@@ -145,15 +146,13 @@ export function playerSection(data: ReportData): PlayerSection | undefined {
     const grow = ahead < (times[0] ?? 0) ? (ahead / times[0]!) ** 2 : 1;
     const entry = (c: number): number => grow * ((mode.cov[3 * i + c] ?? 0) * (1 - f) + (f > 0 ? (mode.cov[3 * (i + 1) + c] ?? 0) * f : 0));
     const start = pointAt(prediction.observed, prediction.observed.length / 2 - 1);
-    const [x, y] = map.project(positionAt([0, ...times], [...start, ...mode.path], ahead));
+    const [x, y] = positionAt([0, ...times], [...start, ...mode.path], ahead);
     for (const share of [0.9, 0.5]) {
-      const { rx, ry, angle } = ellipseOf(entry(0), entry(1), entry(2), share);
-      const turn = (scene!.y_axis === "down" ? 1 : -1) * angle * 180 / Math.PI;
-      shapes.push(s("ellipse", { class: `ellipse of-${100 * share}`, cx: x, cy: y, rx: rx * k, ry: ry * k, transform: `rotate(${turn.toFixed(1)} ${x.toFixed(1)} ${y.toFixed(1)})`, opacity: (0.35 + 0.65 * mode.weight).toFixed(2) }));
+      const outline = ellipseOutline(ellipseOf(entry(0), entry(1), entry(2), share)).map(([dx, dy]): Point => [x + dx, y + dy]);
+      shapes.push(s("path", { class: `ellipse of-${100 * share}`, d: map.path(outline, true), opacity: (0.35 + 0.65 * mode.weight).toFixed(2) }));
       if (m > 0) continue;
-      // The topmost point of a turned ellipse.
-      const top = Math.hypot(rx * Math.sin(angle), ry * Math.cos(angle)) * k;
-      labels.push(s("text", { class: "share", x, y: y - top - 3 }, `${percent(share)} inside`));
+      const [top] = outline.map(map.project).sort((a, b) => a[1] - b[1]);
+      labels.push(s("text", { class: "share", x: map.project([x, y])[0], y: top![1] - 3 }, `${percent(share)} inside`));
     }
     return { shapes, labels };
   }

@@ -1,13 +1,14 @@
-// Opens reports in a real Chromium, uses them by mouse and by keyboard, and takes pictures.
-//   node build/browser/browser.mjs MODEL.html RESULTS.html PICTURES
+// Opens reports and scene editors in a real Chromium, uses them by mouse and by keyboard, and takes pictures.
+//   node build/browser/browser.mjs FOLDER
+// FOLDER has report.html, picture.html (a report on a picture), results.html, editor.html and camera.html; what is saved there goes to FOLDER, pictures to FOLDER/pictures.
 import assert from "node:assert/strict";
 import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium, type Browser, type Page } from "playwright-core";
 
-const [modelReport, resultsReport, pictures] = process.argv.slice(2).map((path) => resolve(path));
-assert.ok(modelReport && resultsReport && pictures, "three paths are needed: a report on a model, one on results, a folder for pictures");
+const folder = resolve(process.argv[2] ?? ".");
+const [modelReport, pictureReport, resultsReport, editor, cameraEditor, pictures] = ["report.html", "picture.html", "results.html", "editor.html", "camera.html", "pictures"].map((name) => join(folder, name)) as [string, string, string, string, string, string];
 
 interface Visit { width?: number; height?: number; dark?: boolean; touch?: boolean }
 
@@ -30,7 +31,34 @@ async function visiting(browser: Browser, file: string, { width = 1280, height =
 
 const value = (page: Page, selector: string): Promise<number> => page.locator(selector).inputValue().then(Number);
 const text = (page: Page, selector: string): Promise<string> => page.locator(selector).innerText();
-const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures!, `${name}.png`), fullPage });
+const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures, `${name}.png`), fullPage });
+
+/** Everything that can be used and has no name. */
+const nameless = (page: Page): Promise<string[]> => page.$$eval("button, select, input, textarea, a", (all) => all.filter((e) => !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
+
+interface Saved { name: string; primary_corner: string; origin: [number, number]; axis_1: [number, number]; sidewalk_width_1_m: number; sidewalk_width_m: number; y_axis: string; camera?: { image_points: [number, number][]; ground_points: [number, number][] } }
+const saved = async (page: Page): Promise<Saved> => JSON.parse(await page.locator("#json").inputValue()) as Saved;
+
+/** Drags what is called so by pixels. */
+async function drag(page: Page, name: string, dx: number, dy: number): Promise<void> {
+  const handle = page.getByRole("button", { name });
+  await handle.scrollIntoViewIfNeeded();
+  const box = (await handle.locator(".touch").boundingBox())!;
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + dx / 2, y + dy / 2);
+  await page.mouse.move(x + dx, y + dy);
+  await page.mouse.up();
+}
+
+/** Downloads the scene. */
+async function save(page: Page, name: string): Promise<void> {
+  const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#save").click()]);
+  assert.ok(download.suggestedFilename().endsWith(".json"));
+  await download.saveAs(join(folder, name));
+  assert.equal(await readFile(join(folder, name), "utf8"), await page.locator("#json").inputValue());
+}
 
 const tests: [string, (browser: Browser) => Promise<void>][] = [
   ["has every section and says what it shows", (browser) => visiting(browser, modelReport, {}, async (page) => {
@@ -130,9 +158,7 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await page.waitForTimeout(500);
     await page.keyboard.press("Space");
     assert.ok(await value(page, "#time") > before + 0.3);
-    // Everything that can be used can be reached and has a name.
-    const nameless = await page.$$eval("button, select, input, a", (all) => all.filter((e) => !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
-    assert.deepEqual(nameless, []);
+    assert.deepEqual(await nameless(page), []);
   })],
   ["leads from the worst to their predictions", (browser) => visiting(browser, modelReport, {}, async (page) => {
     const item = page.locator("#worst li").nth(1);
@@ -170,14 +196,100 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await page.locator("#play").tap();
     await picture(page, "phone-predictions");
   })],
+  ["draws predictions on a picture", (browser) => visiting(browser, pictureReport, {}, async (page) => {
+    const image = (await page.locator("#predictions svg.place image").boundingBox())!;
+    const person = (await page.locator("#predictions .person").boundingBox())!;
+    assert.ok(person.x > image.x && person.y > image.y && person.x + person.width < image.x + image.width && person.y + person.height < image.y + image.height, "the pedestrian is in the picture");
+    for (const shape of [".mode", ".ellipse", ".constant", ".past"]) assert.ok(await page.locator(`#predictions ${shape}`).count() > 0, shape);
+    assert.equal(await page.locator("#predictions .walk").count(), 0);
+    assert.ok(await page.locator("#learnt .walk").count() > 0, "the other map is as without a picture");
+    await page.locator("#predictions").scrollIntoViewIfNeeded();
+    await page.locator("#predictions").screenshot({ path: join(pictures, "on-picture.png") });
+    await page.locator("#predictions .zoom button").nth(1).click();
+    assert.ok((await page.locator("#predictions svg.place image").boundingBox())!.width < image.width);
+  })],
   ["shows the results of an experiment", (browser) => visiting(browser, resultsReport, {}, async (page) => {
     assert.equal(await page.locator("section#learning").count(), 1);
     assert.ok(await page.locator("#learning .chart svg").count() >= 3);
     await picture(page, "results", true);
   })],
+  ["moves a corner, turns its axes and pulls its widths", (browser) => visiting(browser, editor, {}, async (page) => {
+    const before = await saved(page);
+    const bar = await page.locator(".scale path").getAttribute("d");
+    const perPixel = Number((await page.locator(".scale text").textContent())!.split(" ")[0]) / (Number(/H([\d.]+)/.exec(bar!)![1]) - 14);
+    await drag(page, "Corner;", 30, -12);
+    const after = await saved(page);
+    for (const [axis, metres] of [[0, 30 * perPixel], [1, 12 * perPixel]] as const) assert.ok(Math.abs(after.origin[axis] - before.origin[axis] - metres) < 0.002, `axis ${axis} moved by ${after.origin[axis] - before.origin[axis]} m instead of ${metres} m`);
+    assert.deepEqual(after.axis_1, before.axis_1);
+    await drag(page, "Axis 1", 0, -40);
+    const turn = Math.atan2(...(await saved(page)).axis_1.reverse() as [number, number]) - Math.atan2(before.axis_1[1], before.axis_1[0]);
+    assert.ok(turn > 0.1 && turn < 0.6, `turned by ${turn} rad`);
+    await drag(page, "Width of sidewalk 1", -10, -40);
+    const wide = await saved(page);
+    assert.ok(wide.sidewalk_width_1_m > before.sidewalk_width_1_m + 20 * perPixel, `${wide.sidewalk_width_1_m} m`);
+    assert.ok(await page.locator(".tracks").last().getAttribute("d"));
+    await picture(page, "editor", true);
+    await save(page, "edited.scene.json");
+  })],
+  ["edits by keyboard alone", (browser) => visiting(browser, editor, {}, async (page) => {
+    const before = await saved(page);
+    await page.getByRole("button", { name: "Corner;" }).focus();
+    await page.keyboard.press("ArrowRight");
+    assert.ok((await saved(page)).origin[0] > before.origin[0]);
+    await page.getByLabel("x [m]", { exact: true }).fill("7.25");
+    await page.getByLabel("Heading of axis 1 [degrees]").fill("30");
+    await page.getByLabel("Width of sidewalk 1 [m]").fill("4");
+    await page.getByLabel("Name of the corner").fill("north");
+    await page.getByLabel("Name of the place").fill("gate 4");
+    const after = await saved(page);
+    assert.deepEqual([after.origin[0], after.axis_1, after.sidewalk_width_1_m, after.primary_corner, after.name], [7.25, [0.866025, 0.5], 4, "north", "gate 4"]);
+    await page.getByLabel("Heading of axis 2 [degrees]").fill("35");
+    assert.match(await text(page, "#state"), /20\.5 to 159\.5 degrees/);
+    assert.deepEqual(await nameless(page), []);
+  })],
+  ["sets a camera by clicks on a picture and the places of the points", (browser) => visiting(browser, cameraEditor, {}, async (page) => {
+    assert.ok(await page.locator("#save").isDisabled(), "without a camera there is no corner to save");
+    assert.equal(await page.locator("#json").inputValue(), "");
+    const points = [[60, 690, -10, -10], [1220, 690, 14, -10], [860, 130, 14, 24], [420, 130, -10, 24]] as const;
+    const add = async (u: number, v: number, x: number, y: number): Promise<void> => {
+      await page.locator("#add").click();
+      await page.locator("svg.place").scrollIntoViewIfNeeded();
+      const box = (await page.locator("svg.place image").boundingBox())!;
+      await page.mouse.click(box.x + u / 1280 * box.width, box.y + v / 720 * box.height);
+      const row = page.locator("#points tr").last();
+      await row.getByLabel(": x").fill(String(x));
+      await row.getByLabel(": y").fill(String(y));
+    };
+    for (const [u, v, x, y] of points) await add(u, v, x, y);
+    assert.match(await text(page, "#camera-state"), /fits 4 points exactly/);
+    const { camera, y_axis } = await saved(page);
+    assert.equal(y_axis, "up");
+    points.forEach(([u, v, x, y], i) => {
+      const [a, b] = camera!.image_points[i]!;
+      assert.ok(Math.hypot(a - u, b - v) < 3, `point ${i + 1} at ${a}, ${b}`);
+      assert.deepEqual(camera!.ground_points[i], [x, y]);
+    });
+    await page.getByLabel("x [m]", { exact: true }).fill("5");
+    await page.getByLabel("y [m]", { exact: true }).fill("4");
+    assert.deepEqual((await saved(page)).origin, [5, 4]);
+    await picture(page, "editor-camera", true);
+    await drag(page, "Corner;", 40, 0);
+    assert.ok((await saved(page)).origin[0] > 5.3);
+    await page.getByRole("button", { name: "Corner;" }).focus();
+    for (let i = 0; i < 20; ++i) await page.keyboard.press("ArrowLeft");
+    assert.ok(Math.hypot((await saved(page)).origin[0] - 5, (await saved(page)).origin[1] - 4) < 0.05, "back where it was");
+    await save(page, "camera.scene.json");
+    await add(640, 400, 2, 9);
+    assert.match(await text(page, "#camera-state"), /fits 5 points within [\d.]+ m/);
+    assert.match(await page.locator(".residual").last().innerText(), /^[\d.]+ m$/);
+    await page.getByRole("button", { name: "Remove point 5" }).click();
+    await page.getByLabel("Point 1: x").fill("");
+    assert.match(await text(page, "#camera-state"), /no camera yet: 3 of 4 points/);
+    assert.deepEqual(await nameless(page), []);
+  })],
   ["says so when there are no data, or strange ones", async (browser) => {
     const template = await readFile(new URL("../../dist/report.html", import.meta.url), "utf8");
-    const file = join(pictures!, "empty.html");
+    const file = join(pictures, "empty.html");
     await writeFile(file, template);
     const page = await browser.newPage();
     await page.goto(pathToFileURL(file).href);

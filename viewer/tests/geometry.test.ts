@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Corner } from "../src/data";
-import { between, ellipseOf, ellipseScale, positionAt, toCurb, toWorld } from "../src/geometry";
+import { between, ellipseOf, ellipseOutline, ellipseScale, positionAt, toCurb, toWorld } from "../src/geometry";
 
 const corner: Corner = { name: "c", origin: [3, -2], axis_1: [0.8, 0.6], axis_2: [-0.2, 0.98], unit_m: [2.5, 3], widths_m: [2.5, 3] };
 
@@ -34,4 +34,8 @@ test("time between samples is interpolated and held at the ends", () => {
   assert.deepEqual(positionAt([0, 1, 3], [0, 0, 1, 1, 3, 5], 2), [2, 3]);
   assert.deepEqual(positionAt([0, 1, 3], [0, 0, 1, 1, 3, 5], 9), [3, 5]);
   assert.deepEqual(positionAt([0, 1, 3], [0, 0, 1, 1, 3, 5], -9), [0, 0]);
+});
+
+test("the outline of an ellipse lies on it", () => {
+  for (const [x, y] of ellipseOutline({ rx: 3, ry: 1, angle: Math.PI / 2 })) assert.ok(Math.abs(x ** 2 + (y / 3) ** 2 - 1) < 1e-12);
 });

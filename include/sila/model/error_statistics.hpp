@@ -122,7 +122,8 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
 /// Every example counted `share` times; exact, since all error statistics are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
-/// Past error statistics and new ones; each new window multiplies the past ones by exp(-1 / memory_windows).
+/// Past error statistics and new ones; each new window multiplies the past ones by exp(-1 / memory_windows). Unless the
+/// memory is infinite, recent windows of people who walk count more in the components of the densities.
 /// Throws: std::invalid_argument if they differ in shape.
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double memory_windows);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -34,11 +35,34 @@ struct ReportInput {
   EpisodeConfig episode;
   EvaluateConfig evaluate;
   nlohmann::ordered_json configuration;
+  std::string picture;  ///< data URL of what the scene's camera sees, on which predictions are drawn; empty: none
 };
 
 /// The data of a report on a model (docs/viewer.md has its keys), metres in the world frame, rounded to centimetres.
-/// Throws: std::invalid_argument for a configuration out of range or input_ids of another length than tracks.
+/// Throws: std::invalid_argument for a configuration out of range, input_ids of another length than tracks, and a
+/// picture of a scene without a camera.
 nlohmann::ordered_json report_data(const ReportInput& input, const ReportLimits& limits = {});
+
+/// A scene to be edited by hand, and what is shown under it.
+struct EditorInput {
+  Scene scene;            ///< no corner: none is known yet, the page places it once it has a camera
+  nlohmann::json file;    ///< what the scene file has now, its camera included; null: there is none
+  std::string file_name;  ///< under which the page saves it
+  std::string proposal;   ///< a sentence on where the corner comes from
+  std::vector<FramedTrajectory> tracks;
+  bool in_picture = false;  ///< they were read by the scene's camera; without one: they are image points
+  std::string picture;      ///< data URL; empty: none
+};
+
+/// The data of the page of `sila scene edit`, at most `most_bytes` without the picture: fewer tracks if need be.
+/// Throws: std::invalid_argument for no track.
+nlohmann::ordered_json editor_data(const EditorInput& input, std::size_t most_bytes = 1'400'000);
+
+/// The editor with its data inside, as `report_page`.
+std::string editor_page(const nlohmann::ordered_json& data);
+
+/// A picture as a data URL. Throws: FormatError for a file that cannot be read or is neither PNG nor JPEG.
+std::string picture_url(const std::filesystem::path& path);
 
 /// The viewer with its data inside: one HTML page that needs nothing else.
 std::string report_page(const nlohmann::ordered_json& data);

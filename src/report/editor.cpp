@@ -1,0 +1,81 @@
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "report/model_data.hpp"
+#include "sila/core/errors.hpp"
+#include "sila/report/report.hpp"
+#include "sila/version.hpp"
+
+namespace sila {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string base64(const std::string& bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+/// The file with the corners as they were read, so that the page finds each in one form.
+nlohmann::json file_json(const EditorInput& input) {
+  nlohmann::json file = input.file.is_object() ? input.file : nlohmann::json::object();
+  if (input.scene.corners.empty()) {
+    file.update({{"name", input.scene.name}, {"y_axis", "up"}, {"corners", nlohmann::json::array()}});
+    return file;
+  }
+  nlohmann::json corners = nlohmann::json::parse(to_text(input.scene));
+  if (input.picture.empty() || input.in_picture) corners.erase("files");
+  corners.erase("camera");
+  file.update(corners);
+  return file;
+}
+
+std::vector<FramedTrajectory> in_image(std::vector<FramedTrajectory> tracks, const Camera& camera) {
+  for (FramedTrajectory& entry : tracks) {
+    for (Vector2& position : entry.track.positions_m) position = to_image(camera, position).value_or(Vector2::Zero());
+  }
+  return tracks;
+}
+
+}  // namespace
+
+ordered_json editor_data(const EditorInput& input, std::size_t most_bytes) {
+  if (input.tracks.empty()) throw std::invalid_argument("editor_data: tracks = [], at least one is needed");
+  ordered_json data{{"sila", SILA_VERSION},
+                    {"file", file_json(input)},
+                    {"file_name", input.file_name},
+                    {"proposal", input.proposal},
+                    {"tracks_in", input.in_picture ? "picture" : "ground"}};
+  const std::optional<Camera>& camera = input.scene.camera;
+  if (camera) data["camera"] = camera_json(*camera);
+  const std::vector<FramedTrajectory> tracks =
+      input.in_picture && camera ? in_image(input.tracks, *camera) : input.tracks;
+  for (std::size_t most = 300;; most /= 2) {
+    data["tracks"] = tracks_json(tracks, most);
+    if (most <= 1 || data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size() <= most_bytes) break;
+  }
+  if (!input.picture.empty()) data["picture"] = input.picture;
+  return data;
+}
+
+std::string picture_url(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (bytes.empty()) throw FormatError(path.string(), 0, "a PNG or JPEG picture", "no file that can be read");
+  const bool png = bytes.starts_with("\x89PNG\r\n\x1a\n");
+  if (!png && !bytes.starts_with("\xff\xd8\xff"))
+    throw FormatError(path.string(), 0, "a PNG or JPEG picture", "a file of another kind");
+  return (png ? "data:image/png;base64," : "data:image/jpeg;base64,") + base64(bytes);
+}
+
+}  // namespace sila
