@@ -26,7 +26,7 @@ namespace {
 struct LearnOptions {
   CommonOptions common;
   TrackOptions tracks;
-  std::string model;
+  std::string model, units;
   int batch = ServiceConfig{}.batch;
   int min_people = 0;  ///< 0: nothing is shared
   std::string share;
@@ -156,6 +156,33 @@ void tell_result(const LearnOptions& options, const Model& model, int episodes, 
   }
 }
 
+/// The configuration with the scale of a model in pixels: that of a new one is measured on the first tracks.
+Config in_units(const LearnOptions& options, Config config, const StoredModel& stored) {
+  if (options.units == "metres" && config.metres_per_pixel > 0.0)
+    throw std::invalid_argument("learn: --units = metres, but " + options.model + " was learnt in pixels");
+  if (options.units != "pixels") return config;
+  const TrackOptions& input = options.tracks;
+  if (!input.camera.empty() || !input.scene.empty() || input.read.metres_per_unit)
+    throw std::invalid_argument("learn: --units pixels is for tracks without --camera, --metres-per-unit and --scene");
+  if (config.metres_per_pixel > 0.0) return config;
+  if (!stored.model.empty())
+    throw std::invalid_argument("learn: --units = pixels, but " + options.model + " was learnt in metres");
+  config.metres_per_pixel = kTrialMetresPerPixel;
+  TrackStream stream = open_tracks(input, config).stream;
+  std::vector<Trajectory> first;
+  while (auto part = stream.next()) {
+    std::ranges::move(part->trajectories, std::back_inserter(first));
+    if (first.size() >= kScaleTracks) break;
+  }
+  first.resize(std::min(first.size(), kScaleTracks));
+  const WalkingScale scale = walking_scale(first);
+  config.metres_per_pixel = scale.metres_per_pixel;
+  std::cerr << "1 pixel = " << std::setprecision(3) << scale.metres_per_pixel << " m, by a walking speed of "
+            << kWalkingSpeed_mps << " m/s, measured on " << scale.walking << " of the first " << first.size()
+            << " tracks; a camera is more accurate\n";
+  return config;
+}
+
 void learn_tracks(const LearnOptions& options) {
   if (options.share.empty() != (options.min_people == 0))
     throw std::invalid_argument("learn: --min-people and --share belong together");
@@ -163,7 +190,7 @@ void learn_tracks(const LearnOptions& options) {
   ModelFile file = ModelFile::open_or_create(options.model);
   StoredModel stored;
   if (!file.empty()) stored = file.read();
-  const Config config = configured(options.common, stored, options.model);
+  const Config config = in_units(options, configured(options.common, stored, options.model), stored);
   const int before = static_cast<int>(stored.episodes.size());
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
@@ -189,6 +216,11 @@ void add_learn(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to create or to update")->required()->type_name("M.sila");
   verb->add_option("--batch", options->batch, "tracks per episode [20]")->check(CLI::Range(1, 1000000));
+  verb->add_option("--units", options->units,
+                   "of the tracks: metres, or pixels without a camera, whose scale is measured by how fast people walk "
+                   "and kept by the model [metres, or those of the model]")
+      ->check(CLI::IsMember({"metres", "pixels"}))
+      ->type_name("UNIT");
   verb->add_option("--min-people", options->min_people,
                    "omit from --share what fewer different tracks than this showed")
       ->check(CLI::Range(1, 1000000000));

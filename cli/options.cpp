@@ -32,6 +32,8 @@ Named named_in(const TrackOptions& options, const Config& config) {
     throw std::invalid_argument("tracks: none are given, and no --scene that names some");
   if (!options.format.empty()) result.read.format = format_named(options.format);
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
+  const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;
+  if (const auto camera = pixel_camera(config, has_scale)) result.scene.camera = result.read.camera = camera;
   if (!options.camera.empty()) {
     CameraFile read = read_camera(options.camera);
     result.scene.camera = read.camera;

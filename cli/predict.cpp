@@ -63,7 +63,8 @@ void predict_tracks(const PredictOptions& options) {
   const SceneTracks input = read_placed(options.tracks, config, stored.model);
   if (options.image && !input.scene.camera)
     throw std::invalid_argument("predict: --image needs --camera, or a scene file with a camera");
-  const Camera* const camera = options.image ? &*input.scene.camera : nullptr;
+  const bool pixels = config.metres_per_pixel > 0.0;
+  const Camera* const camera = options.image || pixels ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);
   std::vector<TrackLines> lines(input.tracks.size());
   tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
@@ -81,6 +82,7 @@ void predict_tracks(const PredictOptions& options) {
   if (file) file->commit();
   std::cerr << count << " predictions for " << input.tracks.size() - too_short << " tracks";
   if (too_short > 0) std::cerr << "; " << too_short << " tracks are shorter than predict.min_observe_s";
+  if (pixels) std::cerr << "; x and y are metres of " << 1.0 / config.metres_per_pixel << " pixels, u and v are pixels";
   std::cerr << '\n';
 }
 
@@ -100,7 +102,8 @@ void add_predict(CLI::App& app) {
   verb->add_option("--horizon", options->horizon_s, "predicted seconds [5]");
   verb->add_option("--every", options->stride_s, "seconds between predictions of a track [1]")->check(positive_number);
   add_lines(*verb, options->lines);
-  verb->add_flag("--image", options->image, "add u, v and cov_uv, the path in the picture of the camera");
+  verb->add_flag("--image", options->image,
+                 "add u, v and cov_uv, the path in the picture of the camera [of a model in pixels always]");
   verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");
   verb->callback([options] { predict_tracks(*options); });
 }

@@ -34,7 +34,13 @@ void tell(const ReplayReport& report) {
 
 void replay_tracks(const ReplayVerb& options) {
   const Config config = configured(options.common);
-  const std::vector<TimedLine> lines = timed_lines(read_clean(options.tracks, config).tracks, options.apart_s);
+  CleanTracks tracks = read_clean(options.tracks, config).tracks;
+  if (const auto camera = pixel_camera(config)) {  // as a tracker would send them
+    for (Trajectory& track : tracks.trajectories) {
+      for (Vector2& position : track.positions_m) position = to_image(*camera, position).value();
+    }
+  }
+  const std::vector<TimedLine> lines = timed_lines(tracks, options.apart_s);
   std::cerr << lines.size() << " detections over " << lines.back().at_s / options.rate << " s\n";
   std::signal(SIGPIPE, SIG_IGN);
   if (options.to.empty()) {

@@ -100,8 +100,9 @@ void serve(const ServeVerb& options) {
   const auto frame_of = [&](const Trajectory& track) {
     return live_frame(scene, learner.snapshot()->model, track, open.config.corners);
   };
-  const ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
-                                 open.config.evaluate, frame_of,          options.lines};
+  const ServiceSettings settings{open.config.service,      open.config.clean, open.config.episode,
+                                 open.config.evaluate,     frame_of,          options.lines,
+                                 pixel_camera(open.config)};
   {
     Server server(server_options(options), scene, settings, learner, print_message);
     print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");

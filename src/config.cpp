@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "core/concatenate.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 
@@ -85,6 +86,16 @@ Config with_profile(Config config, std::string_view name) {
 
 Config profile(std::string_view name) {
   return with_profile(Config{}, name);
+}
+
+std::optional<Camera> pixel_camera(const Config& config, bool else_given) {
+  if (config.metres_per_pixel == 0.0) return std::nullopt;
+  if (else_given) {
+    throw std::invalid_argument(concatenate(
+        "metres_per_pixel = ", config.metres_per_pixel,
+        " makes metres of pixels already; give no camera and no metres per unit, or learn a new model with them"));
+  }
+  return flat_camera(config.metres_per_pixel);
 }
 
 Config read_config(Config config, const nlohmann::json& json, std::string_view source) {

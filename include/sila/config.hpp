@@ -2,6 +2,7 @@
 
 #include <concepts>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,7 @@ namespace sila {
 struct Config {
   CleanConfig clean;
   CornerChoice corners = CornerChoice::primary;
+  double metres_per_pixel = 0.0;
   EpisodeConfig episode;  ///< its groups stand at the top level: fuse.similarity_threshold, predict.horizon_s, ...
   EvaluateConfig evaluate;
   ServiceConfig service;
@@ -30,6 +32,8 @@ requires std::same_as<std::remove_const_t<C>, Config>
 void fields(C& config, Visitor&& visit) {
   visit.group("clean", config.clean);
   visit.choice("corners", config.corners, kCornerChoices, "by which corner of a scene its tracks are looked at");
+  visit.number("metres_per_pixel", config.metres_per_pixel, Range{0.0, 1000.0}, "m",
+               "scale of tracks in pixels, everywhere in the picture; 0: they are in metres");
   fields(config.episode, visit);
   visit.group("evaluate", config.evaluate);
   visit.group("service", config.service);
@@ -46,6 +50,10 @@ Config with_profile(Config config, std::string_view name);
 
 /// The whole configuration of a profile. Throws: as with_profile.
 Config profile(std::string_view name);
+
+/// The camera of a configuration in pixels, of one scale; null if `metres_per_pixel` is 0. Throws:
+/// std::invalid_argument if it is not and something `else_given` makes metres of positions, too.
+std::optional<Camera> pixel_camera(const Config& config, bool else_given = false);
 
 /// As apply_json; beside fields the object may name a `profile`, which comes first, so that its fields may be set
 /// beside it. Throws: FormatError as apply_json, and for an unknown profile.

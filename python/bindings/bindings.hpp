@@ -37,6 +37,7 @@ struct TrackPrediction {
   std::string track;     ///< id as in the input
   std::string tracklet;  ///< unique id
   Prediction content;
+  double metres_per_pixel = 0.0;  ///< of a model in pixels
 };
 
 /// A scene as each way of scaling sees it: which one holds is only known when a configuration is.

@@ -142,6 +142,11 @@ std::pair<std::vector<Track>, std::string> clean_rows(const std::vector<std::str
     detections.rows.push_back({ids[i], times[i], positions[i], labels.empty() ? std::string() : labels[i], 0});
   const Config settings = config_of(config);
   const nb::gil_scoped_release release;
+  if (const auto camera = pixel_camera(settings)) {
+    for (Detection& row : detections.rows) {
+      if (row.position_m.allFinite()) row.position_m = to_ground(*camera, row.position_m).value();
+    }
+  }
   CleanTracks clean_tracks = clean(std::span(&detections, 1), settings.clean);
   std::vector<Track> tracks;
   for (std::size_t i = 0; i < clean_tracks.trajectories.size(); ++i)

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <stdexcept>
 
 #include "bindings.hpp"
@@ -46,6 +48,7 @@ std::pair<std::vector<Track>, std::string> read_files(
   if (format) options.format = format_named(*format);
   options.frames_per_second = frames_per_second;
   options.metres_per_unit = metres_per_unit;
+  options.camera = pixel_camera(settings, camera || metres_per_unit);
   if (camera) options.camera = read_camera(*camera).camera;
   options.person_classes = person_classes;
   const Scene place = scene == nullptr ? Scene{} : scene->usual();
@@ -78,6 +81,16 @@ void bind_io(nb::module_& module) {
              "metres_per_unit"_a.none(), "camera"_a.none(), "person_classes"_a, "config"_a,
              nb::call_guard<nb::gil_scoped_release>(),
              "Tracks of files, or of those that the scene names if there is no path; and the report as JSON.");
+  module.def(
+      "walking_scale",
+      [](const std::vector<Track>& tracks) {
+        std::vector<Trajectory> first;
+        for (const Track& track : std::span(tracks).first(std::min(tracks.size(), kScaleTracks)))
+          first.push_back(track.trajectory);
+        return walking_scale(first).metres_per_pixel;
+      },
+      "tracks"_a, "Metres per pixel of tracks that were read at TRIAL_METRES_PER_PIXEL.");
+  module.attr("TRIAL_METRES_PER_PIXEL") = kTrialMetresPerPixel;
   module.def("write_csv", &write_csv, "path"_a, "tracks"_a, nb::call_guard<nb::gil_scoped_release>(),
              "Writes the generic CSV, track_id,t,x,y.");
 }

@@ -47,7 +47,8 @@ std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const s
                                             const ScaledScene& scene, double stride_s, bool at_end, int threads) {
   return at_due_moments<TrackPrediction>(
       made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
-        return TrackPrediction{track.input_id, track.trajectory.id, made.predictor.predict(observed)};
+        return TrackPrediction{track.input_id, track.trajectory.id, made.predictor.predict(observed),
+                               made.config.metres_per_pixel};
       });
 }
 
@@ -57,7 +58,9 @@ std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::
   return at_due_moments<std::string>(
       made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
         const Explanation explanation = explain(made.predictor, observed);
-        return prediction_line(track.input_id, made.predictor.predict(observed), &explanation, nullptr, {.digits = 17});
+        const auto camera = pixel_camera(made.config);
+        return prediction_line(track.input_id, made.predictor.predict(observed), &explanation,
+                               camera ? &*camera : nullptr, {.digits = 17});
       });
 }
 
@@ -93,6 +96,17 @@ auto all_paths(const Prediction& prediction) {
   return array_of(std::move(numbers), {prediction.modes.size(), prediction.times_s.size(), 2});
 }
 
+auto paths_in_image(const TrackPrediction& prediction) {
+  if (prediction.metres_per_pixel == 0.0)
+    throw std::invalid_argument("paths_px: the model is in metres; see Stream.to_image for a camera");
+  const Camera camera = flat_camera(prediction.metres_per_pixel);
+  TrackPrediction in_image = prediction;
+  for (Mode& mode : in_image.content.modes) {
+    for (Vector2& point : mode.path_m) point = to_image(camera, point).value();
+  }
+  return all_paths(in_image.content);
+}
+
 auto all_covariances(const Prediction& prediction) {
   std::vector<double> numbers;
   for (const Mode& mode : prediction.modes) {
@@ -111,7 +125,7 @@ auto all_weights(const Prediction& prediction) {
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
 using RegionState = std::pair<double, std::vector<double>>;
 using PredictionState = std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double,
-                                   std::vector<ModeState>, std::vector<RegionState>, bool, std::vector<double>>;
+                                   std::vector<ModeState>, std::vector<RegionState>, bool, std::vector<double>, double>;
 
 PredictionState state_of(const TrackPrediction& prediction) {
   std::vector<ModeState> modes;
@@ -135,14 +149,15 @@ PredictionState state_of(const TrackPrediction& prediction) {
           modes,
           regions,
           content.standing,
-          content.change_probabilities};
+          content.change_probabilities,
+          prediction.metres_per_pixel};
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {
-  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions, standing, changes] =
-      state;
+  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions, standing, changes,
+               scale] = state;
   TrackPrediction prediction{
-      track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s, standing, changes}};
+      track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s, standing, changes}, scale};
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
   for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
     Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
@@ -227,13 +242,19 @@ void bind_prediction(nb::module_& module) {
       .def_prop_ro(
           "paths_m", [](const TrackPrediction& p) { return all_paths(p.content); }, nb::rv_policy::automatic,
           "Shape (m, t, 2), metres.")
+      .def_ro("metres_per_pixel", &TrackPrediction::metres_per_pixel, "Of a model in pixels; 0 for one in metres.")
+      .def_prop_ro("paths_px", &paths_in_image, nb::rv_policy::automatic,
+                   nb::for_getter(nb::sig("def paths_px(self, /) -> numpy.typing.NDArray[numpy.float64]")),
+                   "Shape (m, t, 2), pixels, v downwards. Raises ValueError for a model that is not in pixels.")
       .def_prop_ro(
           "covariances_m2", [](const TrackPrediction& p) { return all_covariances(p.content); },
           nb::rv_policy::automatic, "Shape (m, t, 2, 2), square metres.")
       .def(
           "to_json",
           [](const TrackPrediction& p, int digits) {
-            return prediction_line(p.track, p.content, nullptr, nullptr, {.digits = digits});
+            const Camera camera = flat_camera(p.metres_per_pixel > 0.0 ? p.metres_per_pixel : 1.0);
+            return prediction_line(p.track, p.content, nullptr, p.metres_per_pixel > 0.0 ? &camera : nullptr,
+                                   {.digits = digits});
           },
           "digits"_a = LineFormat{}.digits, "The line that `sila predict --digits` writes; 17: every number in full.")
       .def(

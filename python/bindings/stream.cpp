@@ -34,7 +34,8 @@ class LiveStream {
                   }} {
     if (file) file_ = ModelFile::open_or_create(*file);
     if (file_ && !file_->empty()) stored_ = file_->read();
-    if (camera) camera_ = read_camera(*camera).camera;
+    settings_.camera = pixel_camera(config_, camera.has_value());
+    if (camera) settings_.camera = read_camera(*camera).camera;
     stored_.configuration = to_json(config_).dump();
     if (!stored_.episodes.empty()) core_.online_calibration = calibration_in(stored_.episodes.back().statistics);
     learner_.emplace(
@@ -117,21 +118,16 @@ class LiveStream {
 
   /// Points on the ground [m] in the image [pixels]; NaN behind the camera.
   nb::ndarray<nb::numpy, double, nb::c_contig> image_points(nb::handle points) const {
-    if (!camera_) throw std::invalid_argument("Stream.to_image: the stream has no camera");
+    if (!settings_.camera) throw std::invalid_argument("Stream.to_image: the stream has no camera");
     std::vector<Vector2> result = points_from("points_m", points);
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    for (Vector2& point : result) point = to_image(*camera_, point).value_or(Vector2(nan, nan));
+    for (Vector2& point : result) point = to_image(*settings_.camera, point).value_or(Vector2(nan, nan));
     return array_of_points(result);
   }
 
  private:
-  std::optional<Rejection> ingest_row(Detection row) {
+  std::optional<Rejection> ingest_row(const Detection& row) {
     if (row.track.empty() || row.track.size() > kLongestId) return Rejection::not_a_detection;
-    if (camera_) {
-      const std::optional<Vector2> ground_m = to_ground(*camera_, row.position_m);
-      if (!ground_m) return Rejection::not_usable;
-      row.position_m = *ground_m;
-    }
     return ingest(core_, kStream, row, 0.0, settings_).rejection;
   }
 
@@ -149,7 +145,8 @@ class LiveStream {
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
       const CurbTrajectory& observed = requests[i].observed;
       predictions[i] = {requests[i].track, observed.id,
-                        calibrated(snapshot->predictor.predict(observed), core_.online_calibration)};
+                        calibrated(snapshot->predictor.predict(observed), core_.online_calibration),
+                        config_.metres_per_pixel};
     });
     for (std::size_t i = 0; i < requests.size(); ++i) retain(core_, requests[i], predictions[i].content, settings_);
     return predictions;
@@ -182,7 +179,6 @@ class LiveStream {
   StoredModel stored_;  ///< written by the learner's thread alone
   std::optional<ModelFile> file_;
   Scene scene_;
-  std::optional<Camera> camera_;
   ServiceSettings settings_;
   StreamCore core_;
   std::array<std::uint64_t, kRejections.size()> rejected_ = {};

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from ._config import ConfigLike, merged
 from ._evaluation import Evaluation
 from ._predictions import Predictions
 from ._progress import bar
-from ._sila import Model, Scene
+from ._sila import Model, Scene, Track
 from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean
 
 _CHUNK = 64  # tracks between two moves of the progress bar
@@ -23,6 +24,7 @@ def learn(
     scene: SceneLike | None = None,
     model: Model | None = None,
     batch: int = 20,
+    units: str | None = None,
     config: ConfigLike = None,
     threads: int = 0,
     progress: bool | None = None,
@@ -31,11 +33,24 @@ def learn(
 
     `scene` says where corners are. Without it a new model makes a frame from its first batch and keeps it for its life.
     As `sila learn`: each batch is predicted before it is learnt, and the errors calibrate it. `config` changes what `model`
-    was learnt with. `threads`: 0 means all. Raises ValueError for a configuration that the model did not begin with, and
+    was learnt with. `threads`: 0 means all.
+
+    `units`: "pixels" for files, tables and arrays in pixels without a camera: a new model measures their scale by how
+    fast people walk and keeps it as `model.config["metres_per_pixel"]`; all that is read for it later is then in pixels.
+
+    Raises ValueError for a configuration that the model did not begin with, and
     without tracks.
     """
     start = _model("model", model) if model is not None else Model()
     settings = merged(start.config_json, config)
+    if units not in (None, "metres", "pixels"):
+        raise ValueError(f"learn: units: expected metres or pixels, found {units!r}")
+    if units == "metres" and json.loads(settings)["metres_per_pixel"] > 0:
+        raise ValueError("learn: units: metres, but the model was learnt in pixels")
+    if isinstance(tracks, Iterator):
+        tracks = list(tracks)
+    if units == "pixels":
+        settings = _in_pixels(tracks, scene, start, settings)
     given = _some("learn", tracks, settings)
     if isinstance(batch, bool) or not isinstance(batch, int) or batch < 1:
         raise ValueError(f"learn: batch: expected a whole number of at least 1, found {batch!r}")
@@ -58,6 +73,21 @@ def train_batch(
     given = _some("train_batch", tracks, settings)
     place = _place(scene, Model(), given, settings, len(given))
     return _sila.train_batch(list(given), place, settings, _threads(threads))
+
+
+def _in_pixels(tracks: Any, scene: Any, start: Model, settings: str) -> str:
+    """The settings of a model in pixels: those of a new one get the scale of the first tracks."""
+    if isinstance(tracks, (Tracks, Track)) or (isinstance(tracks, list) and any(isinstance(t, Track) for t in tracks)):
+        raise ValueError("learn: units: sila.Track is in metres; for pixels give the file, table or arrays")
+    if scene is not None:
+        raise ValueError("learn: units: a scene is in metres; leave it out for pixels")
+    if json.loads(settings)["metres_per_pixel"] > 0:
+        return settings
+    if start.episodes:
+        raise ValueError("learn: units: pixels, but the model was learnt in metres")
+    trial = merged(settings, {"metres_per_pixel": _sila.TRIAL_METRES_PER_PIXEL})
+    scale = _sila.walking_scale(list(as_tracks(tracks, config=json.loads(trial))))
+    return merged(settings, {"metres_per_pixel": scale})
 
 
 def _some(verb: str, tracks: TracksLike, settings: str) -> Tracks:

@@ -175,17 +175,19 @@ def predictions(
 
     With `tracks`, what was observed until t0 (black) and what happened then (dotted). `image`: the path of a picture, or
     an array of shape (height, width) or (height, width, 3), on which all is drawn instead of on the scene, by `camera`,
-    the path of a camera file or of a scene file with a camera (docs/formats.md); what the camera cannot see is left out.
+    the path of a camera file or of a scene file with a camera (docs/formats.md), needless for a model in pixels; what the camera cannot see is left out.
     """
     shares = [coverage] if isinstance(coverage, (int, float)) else sorted(coverage, reverse=True)
     drawn: Callable[[Any], Any] = np.asarray
+    some = Predictions([given] if isinstance(given, Prediction) else given)
     if image is None:
         ax = _place(scene, ax)
-    elif camera is None:
-        raise ValueError("image: expected camera=, the file of the camera that took it, found none")
-    else:
+    elif camera is not None:
         ax, drawn = _picture(image, ax), Stream(camera=camera).to_image
-    some = Predictions([given] if isinstance(given, Prediction) else given)
+    elif scale := max((prediction.metres_per_pixel for prediction in some), default=0.0):
+        ax, drawn = _picture(image, ax), lambda points: np.asarray(points) / (scale, -scale)
+    else:
+        raise ValueError("image: expected camera=, the file of the camera that took it, found none")
     by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks)}
     seen_modes = 0
     for prediction in some:

@@ -7,6 +7,10 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
+
+#include "core/concatenate.hpp"
+#include "core/unit_warnings.hpp"
 
 namespace sila {
 namespace {
@@ -19,6 +23,9 @@ using Vector3 = Eigen::Vector3d;
 constexpr double kSmallestSingularShare = 1e-6;
 /// As the smallest singular value of a normalised homography to its largest; the map would be onto a line.
 constexpr double kSmallestConditionShare = 1e-9;
+
+/// A picture with larger pixels shows no people [m].
+constexpr double kLargestPixel_m = 0.5;
 
 [[noreturn]] void reject_camera(const std::string& what) {
   throw std::invalid_argument("camera: " + what);
@@ -108,6 +115,24 @@ Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m) {
   if (!(p.z() > 0.0)) reject_camera("the point is behind it");
   const Vector2 image_px = p.hnormalized();
   return (inverse.topLeftCorner<2, 2>() - image_px * inverse.row(2).head<2>()) / p.z();
+}
+
+Camera flat_camera(double metres_per_pixel) {
+  return camera_of(Vector3(metres_per_pixel, -metres_per_pixel, 1.0).asDiagonal().toDenseMatrix());
+}
+
+WalkingScale walking_scale(std::span<const Trajectory> tracks) {
+  std::vector<double> speeds = walking_speeds(tracks);
+  const std::size_t walking = speeds.size();
+  if (walking < kFewestWalking)
+    throw std::invalid_argument(concatenate("units = pixels: ", walking, " of the first ", tracks.size(),
+                                            " tracks walk for 3 s or more, ", kFewestWalking,
+                                            " are needed to measure the scale; give a camera or metres_per_unit"));
+  const double metres_per_pixel = kWalkingSpeed_mps * kTrialMetresPerPixel / quantile(std::move(speeds), 0.5);
+  if (!(metres_per_pixel < kLargestPixel_m))
+    throw std::invalid_argument(
+        concatenate("units = pixels: a pixel were ", metres_per_pixel, " m by how people walk; are these metres?"));
+  return {metres_per_pixel, walking};
 }
 
 }  // namespace sila

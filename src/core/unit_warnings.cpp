@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <optional>
 
 #include "core/concatenate.hpp"
 
@@ -11,14 +12,7 @@ namespace {
 constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a place moves faster
 constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
-
-/// The value below which the share `q` of them lies; 0 for none.
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0.0;
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
+constexpr double kSlowWalk_mps = 0.25;  ///< those who get anywhere are faster, in a dense crowd, too
 
 /// Displacement over about a second, per second, at every sample of a track that has one. A whole second, because
 /// interpolated pixel positions stand still for some frames and then leap.
@@ -69,7 +63,42 @@ std::string size_text(const Eigen::AlignedBox2d& box) {
   return concatenate(box.sizes().x(), " x ", box.sizes().y());
 }
 
+/// Null for one that stands, strolls to and fro or is seen too shortly.
+std::optional<double> walking_speed(const Trajectory& track) {
+  constexpr double step_s = 1.0 - 1e-6;
+  constexpr std::size_t fewest_steps = 3;
+  std::vector<double> speeds;
+  double length = 0.0;
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < track.times_s.size(); ++i) {
+    const double passed_s = track.times_s[i] - track.times_s[from];
+    if (passed_s < step_s) continue;
+    const double step = (track.positions_m[i] - track.positions_m[from]).norm();
+    speeds.push_back(step / passed_s);
+    length += step;
+    from = i;
+  }
+  if (speeds.size() < fewest_steps || !(length > 0.0)) return std::nullopt;
+  if ((track.positions_m[from] - track.positions_m.front()).norm() < 0.5 * length) return std::nullopt;
+  return quantile(std::move(speeds), 0.5);
+}
+
 }  // namespace
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0.0;
+  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+std::vector<double> walking_speeds(std::span<const Trajectory> tracks) {
+  std::vector<double> speeds;
+  for (const Trajectory& track : tracks) {
+    if (const std::optional<double> speed = walking_speed(track)) speeds.push_back(*speed);
+  }
+  return speeds;
+}
 
 std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s) {
   const Impression seen = impression_of(tracks);
@@ -87,6 +116,12 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   } else if (seen.half_numbers && large) {
     warnings.push_back("these look like pixels: all coordinates are multiples of one half, in a place of " +
                        size_text(seen.box) + " m; give metres_per_unit");
+  }
+  const std::vector<double> walking = walking_speeds(tracks);
+  const double walk_mps = quantile(walking, 0.5);
+  if (walking.size() >= kFewestWalking && walk_mps < kSlowWalk_mps) {
+    warnings.push_back(concatenate("people walk at ", walk_mps,
+                                   " m/s here: are these metres, read as pixels, or is the scale or the clock wrong?"));
   }
   return warnings;
 }

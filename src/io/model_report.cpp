@@ -236,6 +236,9 @@ std::string describe(const StoredModel& stored) {
                  << " tracks in " << site.episodes << " episodes, " << transitions_of(model, i) << " transitions, "
                  << (site.error_statistics.empty() ? "not calibrated" : "calibrated");
   }
+  const ordered_json configuration = ordered_json::parse(stored.configuration, nullptr, false);
+  if (const double scale = configuration.value("metres_per_pixel", 0.0); scale > 0.0)
+    line("units") << "pixels of " << scale << " m";
   line("samples") << "every " << model.settings.sample_interval_s << " s";
   line("time") << counts.seconds << " s in " << stored.episodes.size() << " recorded episodes";
   if (!stored.episodes.empty()) {

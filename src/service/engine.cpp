@@ -189,10 +189,11 @@ void Engine::send_predictions(const std::vector<PredictionRequest>& requests) {
   const std::shared_ptr<const Snapshot> snapshot = learner_.snapshot();
   std::vector<Prediction> predictions(requests.size());
   std::vector<OutgoingLine> lines(requests.size());
+  const Camera* const camera = settings_.camera ? &*settings_.camera : nullptr;
   const auto predict = [&](std::size_t i) {
     predictions[i] = calibrated(snapshot->predictor.predict(requests[i].observed), core_.online_calibration);
     lines[i] = {requests[i].stream,
-                prediction_line(requests[i].track, predictions[i], nullptr, nullptr, settings_.lines), true};
+                prediction_line(requests[i].track, predictions[i], nullptr, camera, settings_.lines), true};
   };
   if (requests.size() < kMinParallel) {
     for (std::size_t i = 0; i < requests.size(); ++i) predict(i);

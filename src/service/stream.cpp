@@ -144,8 +144,14 @@ std::pair<const StreamId, Stream>* next_stream(StreamCore& core) {
 
 }  // namespace
 
-IngestResult ingest(StreamCore& core, StreamId id, const Detection& row, double arrived_s,
+IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, double arrived_s,
                     const ServiceSettings& settings) {
+  Detection row = given;
+  if (settings.camera) {
+    const std::optional<Vector2> ground_m = to_ground(*settings.camera, row.position_m);
+    if (!ground_m) return {Rejection::not_usable, false};
+    row.position_m = *ground_m;
+  }
   if (!is_usable(row, settings.clean)) return {Rejection::not_usable, false};
   Stream& stream = core.streams[id];
   const ClockReading reading = read_stamp(stream.clock, row.t_s, !stream.pedestrians.empty(), settings.service);

@@ -148,6 +148,49 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   expect_rejected("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
 }
 
+TEST_F(Program, LearnsFromPixelsWithoutACamera) {
+  std::string rows = "track_id,t,x,y\n", metres = rows;
+  for (int id = 0; id < 12; ++id) {
+    for (int i = 0; i < 80; ++i) {
+      const double u = 300.0 + 5.0 * i + id, v = 400.0 + 20.0 * id + 2.0 * i;  // 54 pixels a second
+      rows += std::to_string(id) + "," + std::to_string(id + 0.1 * i) + "," + std::to_string(u) + "," +
+              std::to_string(v) + "\n";
+      metres += std::to_string(id) + "," + std::to_string(id + 0.1 * i) + "," + std::to_string(0.1 * i) + ",1\n";
+    }
+  }
+  write(folder_ / "pixels.csv", rows);
+  write(folder_ / "metres.csv", metres);
+  const Outcome learnt = run("learn pixels.csv --units pixels --model m.sila");
+  ASSERT_EQ(learnt.code, 0) << learnt.err;
+  EXPECT_NE(learnt.err.find("1 pixel = 0.0241 m"), std::string::npos) << learnt.err;
+  EXPECT_EQ(learnt.err.find("warning"), std::string::npos) << learnt.err;
+  EXPECT_NE(run("inspect m.sila").out.find("pixels of 0.0241"), std::string::npos);
+  const Outcome predicted = run("predict pixels.csv --model m.sila --every 100");
+  ASSERT_EQ(predicted.code, 0) << predicted.err;
+  EXPECT_NE(predicted.err.find("u and v are pixels"), std::string::npos) << predicted.err;
+  const auto mode = nlohmann::json::parse(predicted.out.substr(0, predicted.out.find('\n'))).at("modes").at(0);
+  EXPECT_NEAR(mode.at("u").back().get<double>() - mode.at("u").at(0).get<double>(), 50.0 * 4.6, 20.0);
+  EXPECT_NEAR(mode.at("v").at(0).get<double>(), -mode.at("y").at(0).get<double>() / 0.02414, 1.0);
+  EXPECT_EQ(run("learn pixels.csv --model m.sila").err.find("warning"), std::string::npos);
+  const Outcome replayed = run("replay pixels.csv --rate 1000 --set metres_per_pixel=0.02");
+  EXPECT_NE(replayed.out.find("\"x\":305.0"), std::string::npos) << replayed.out.substr(0, 200);
+  write(folder_ / "lines.ndjson", replayed.out);
+  const Outcome served = run("serve --stdin --wait --http off --model m.sila < lines.ndjson");
+  EXPECT_NE(served.out.find("\"cov_uv\":"), std::string::npos) << served.err;
+  EXPECT_NE(run("predict metres.csv --model m.sila").err.find("are these metres"), std::string::npos);
+  expect_rejected("predict pixels.csv --model m.sila --metres-per-unit 0.1", {"metres_per_pixel", "new model"});
+  for (const char* other : {"--camera c.json", "--metres-per-unit 0.1", "--scene s.json"})
+    expect_rejected(std::string("learn pixels.csv --units pixels --model n.sila ") + other, {"--units pixels"});
+  expect_rejected("learn pixels.csv --units furlongs --model n.sila", {"--units"});
+  expect_rejected("learn metres.csv --units metres --model m.sila", {"learnt in pixels"});
+  expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are these metres"});
+  ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
+  expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
+  expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
+  write(folder_ / "few.csv", rows.substr(0, 1000));
+  expect_rejected("learn few.csv --units pixels --model n.sila", {"0 of the first 1 tracks", "camera"});
+}
+
 TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
   learn();
   const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila --every 0.7");

@@ -95,5 +95,44 @@ TEST(Camera, JacobianEqualsTheCentralDifference) {
   }
 }
 
+/// Ten who walk at a speed [units per second] and ten who stand in noise, for `seconds`.
+std::vector<Trajectory> crowd(double speed, double noise, int seconds) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  std::vector<Trajectory> tracks;
+  for (int id = 0; id < 20; ++id) {
+    Trajectory track{std::to_string(id), {}, {}};
+    for (int i = 0; i <= 10 * seconds; ++i) {
+      track.times_s.push_back(0.1 * i);
+      track.positions_m.emplace_back((id % 2 == 0 ? 0.1 * speed * i : 0.0) + noise * normal(random),
+                                     noise * normal(random));
+    }
+    tracks.push_back(std::move(track));
+  }
+  return tracks;
+}
+
+TEST(WalkingScale, IsThatOfThoseWhoWalkWhateverTheUnit) {
+  for (const double unit : {1e-3, 1e-2, 1.0}) {
+    const WalkingScale scale = walking_scale(crowd(60.0 * unit, 1.5 * unit, 8));
+    EXPECT_EQ(scale.walking, 10U);
+    EXPECT_NEAR(scale.metres_per_pixel, kTrialMetresPerPixel * 1.3 / (60.0 * unit), 0.02 * scale.metres_per_pixel);
+  }
+}
+
+TEST(WalkingScale, NeedsFiveWhoWalkForThreeSeconds) {
+  const auto message = [](const std::vector<Trajectory>& tracks) { return message_of([&] { walking_scale(tracks); }); };
+  EXPECT_NE(message(crowd(0.0, 1.0, 8)).find("0 of the first 20 tracks walk"), std::string::npos);
+  EXPECT_NE(message(crowd(60.0, 1.0, 2)).find("camera or metres_per_unit"), std::string::npos);
+  EXPECT_NE(message(crowd(1.3 * kTrialMetresPerPixel, 0.0, 8)).find("are these metres"), std::string::npos);
+  EXPECT_NE(message({}).find("units = pixels"), std::string::npos);
+}
+
+TEST(WalkingScale, MakesACameraWithYUpwards) {
+  const Camera camera = flat_camera(0.02);
+  EXPECT_TRUE(to_ground(camera, Vector2(100.0, 50.0)).value().isApprox(Vector2(2.0, -1.0)));
+  EXPECT_TRUE(to_image(camera, Vector2(2.0, -1.0)).value().isApprox(Vector2(100.0, 50.0)));
+}
+
 }  // namespace
 }  // namespace sila

@@ -284,6 +284,13 @@ TEST(UnitWarnings, SeePixelsByTheirSpeedOrByWholeNumbers) {
   EXPECT_NE(unit_warnings(whole, 1.0)[0].find("multiples of one half"), std::string::npos);
 }
 
+TEST(UnitWarnings, SeeMetresThatWereTakenAsPixels) {
+  const std::vector<Trajectory> tracks(5, straight(0.03, 0.4, 0.1));
+  ASSERT_EQ(unit_warnings(tracks, 1.0).size(), 1U);
+  EXPECT_NE(unit_warnings(tracks, 1.0)[0].find("are these metres"), std::string::npos);
+  EXPECT_TRUE(unit_warnings(std::span(tracks).first(4), 1.0).empty());
+}
+
 TEST(UnitWarnings, SeeStampsThatAreNotSeconds) {
   const std::vector<Trajectory> milliseconds = {straight(0.0013, 40.0, 0.1)};
   ASSERT_EQ(unit_warnings(milliseconds, 1.0).size(), 1U);

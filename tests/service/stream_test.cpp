@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -94,6 +95,17 @@ TEST(StreamCore, LateDetectionsGiveTheTracksOfAFile) {
     EXPECT_EQ(shapes_of(paths_of(core.finished)), shapes_of(cleaned(rows, settings.clean))) << "seed " << seed;
     EXPECT_TRUE(core.streams.empty());
   }
+}
+
+TEST(StreamCore, TakesImagePointsThroughACamera) {
+  ServiceSettings settings = service_settings();
+  settings.camera = flat_camera(0.02);
+  StreamCore core;
+  for (int k = 0; k <= 20; ++k) ingest(core, 1, {"a", 0.1 * k, {5.0 * k, -50.0}}, 0.0, settings);
+  EXPECT_EQ(ingest(core, 1, {"b", 2.0, {std::nan(""), 0.0}}, 0.0, settings).rejection, Rejection::not_usable);
+  end_stream(core, 1, settings);
+  ASSERT_EQ(core.finished.size(), 1U);
+  EXPECT_TRUE(core.finished[0].track.positions_m.back().isApprox(Vector2(2.0, 1.0)));
 }
 
 TEST(StreamCore, PredictsAtTheSamplesOfAFile) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 
@@ -48,5 +50,25 @@ std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m);
 /// The derivative of `to_image` [pixels per metre], with which covariances come into the image: J C J^T.
 /// Throws: std::invalid_argument for a point behind the camera.
 Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m);
+
+/// The camera of a picture that has one scale everywhere, as if taken from straight above: x to the right, y upwards.
+Camera flat_camera(double metres_per_pixel);
+
+/// How fast people walk [m/s], by which a picture without a camera gets its scale.
+/// Source: docs/decisions/0118.
+inline constexpr double kWalkingSpeed_mps = 1.3;
+/// The scale at which tracks are read to measure it: so small that no limit in metres cuts a track.
+inline constexpr double kTrialMetresPerPixel = 1e-3;
+/// On how many tracks it is measured, the first.
+inline constexpr std::size_t kScaleTracks = 100;
+
+struct WalkingScale {
+  double metres_per_pixel = 0.0;
+  std::size_t walking = 0;  ///< tracks that gave it
+};
+
+/// The scale at which the median speed of the tracks that walk is kWalkingSpeed_mps. `tracks` are read at
+/// kTrialMetresPerPixel. Throws: std::invalid_argument if fewer than five walk, and for pixels of over 0.5 m.
+WalkingScale walking_scale(std::span<const Trajectory> tracks);
 
 }  // namespace sila

@@ -25,6 +25,7 @@ struct ServiceSettings {
   EvaluateConfig evaluate;
   std::function<CurbFrame(const Trajectory&)> frame_for;  ///< the corner whose frame a track is mapped to
   LineFormat lines;                                       ///< how predictions are written
+  std::optional<Camera> camera = {};  ///< detections are image points [pixels], predictions have `u`, `v` too
 };
 
 /// The clock of a stream: its newest accepted time stamp.
@@ -111,7 +112,7 @@ struct PredictionRequest {
 };
 
 /// Adds a detection that arrived at `arrived_s`. Throws: std::invalid_argument for settings out of range.
-IngestResult ingest(StreamCore& core, StreamId stream, const Detection& row, double arrived_s,
+IngestResult ingest(StreamCore& core, StreamId stream, const Detection& given, double arrived_s,
                     const ServiceSettings& settings);
 
 /// Tracks whose prediction is due.
