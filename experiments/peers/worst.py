@@ -1,0 +1,88 @@
+"""Draws the windows of a place in which sila loses most to another method, in nats a step:
+
+python experiments/peers/worst.py FILE SCENE METHOD OUT.png [--data-dir DIR] [--split time]
+"""
+
+import argparse
+import json
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from sila.experiments.measures import mixture_density, modes_of
+from sila.experiments.neighbours import inputs_of
+from sila.experiments.plots import COLOURS
+from sila.experiments.protocol import Run, batches_of, protocol_of
+from sila.experiments.read import Overrides, read_experiment
+
+COUNT, LEVELS = 10, (0.9, 0.5)
+
+
+def windows_and_modes(experiment, run):
+    """The windows held back, and what the method of the run predicts for them."""
+    entry, protocol = experiment.methods[run.method_index], protocol_of(experiment, run)
+    config = entry.configs[run.scene_index]
+    method = entry.cls(config, batch=experiment.settings.batch, seed=run.trial, scene=run.scene, **entry.parameters)
+    for tracks in protocol.training if method.at_once else batches_of(protocol.training, experiment.settings.batch):
+        method.fit(tracks) if method.at_once else method.partial_fit(tracks)
+    site = protocol.test_sites[0]
+    windows = site.test.windows(config, json.loads(config)["evaluate"]["stride_s"])
+    return windows, modes_of(method.predict(*inputs_of(method, windows, site.present)))
+
+
+def loss(modes, truth_m):
+    """-log density of the truth, mean over the steps: (n)."""
+    return -np.log(np.maximum(mixture_density(modes, truth_m[:, None])[:, 0], 1e-300)).mean(1)
+
+
+def draw(axis, past_m, truth_m, of_methods):
+    """Paths of one window, and where the density at the last step is highest. of_methods: {name: modes of the window}."""
+    axis.plot(*past_m.T, color="0.6", label="observed")
+    axis.plot(*truth_m.T, color="black", label="true")
+    for (name, (weights, paths, covariances)), colour in zip(of_methods.items(), COLOURS):
+        mean = np.einsum("kt,ktc->tc", weights / weights.sum(0), paths)
+        axis.plot(*mean.T, color=colour, label=name)
+        reach = 4 * np.sqrt(np.quantile(covariances[weights[:, -1] > 0.05, -1], 0.9))
+        x, y = (np.linspace(middle - reach, middle + reach, 121) for middle in mean[-1])
+        grid = np.stack(np.meshgrid(x, y), -1).reshape(1, -1, 1, 2)
+        density = mixture_density((weights[None, :, -1:], paths[None, :, -1:], covariances[None, :, -1:]), grid)[0, :, 0]
+        falling = np.sort(density)[::-1]
+        mass = np.cumsum(falling) * (x[1] - x[0]) * (y[1] - y[0])
+        edges = {falling[min(np.searchsorted(mass, level), len(mass) - 1)] for level in LEVELS}
+        axis.contour(x, y, density.reshape(121, 121), sorted(edges), colors=colour, linewidths=0.8)
+    axis.set_aspect("equal", adjustable="datalim")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in ("file", "scene", "method", "out"):
+        parser.add_argument(name)
+    parser.add_argument("--data-dir")
+    parser.add_argument("--split", choices=("time", "track"), default="time")
+    given = parser.parse_args()
+    experiment = read_experiment(given.file, Overrides(data_dir=given.data_dir))
+    scene = [scene.name for scene in experiment.scenes].index(given.scene)
+    names = [method.name for method in experiment.methods]
+    predicted = {}
+    for name in (experiment.reference, given.method):
+        run = Run(1, 0, given.split, given.scene, name, scene, names.index(name))
+        windows, predicted[name] = windows_and_modes(experiment, run)
+    past_m, truth_m = np.asarray(windows.past_m), np.asarray(windows.future_m)
+    losses = {name: loss(modes, truth_m) for name, modes in predicted.items()}
+    more = losses[experiment.reference] - losses[given.method]
+    figure, axes = plt.subplots(2, COUNT // 2, figsize=(18, 8))
+    for n, axis in zip(np.argsort(-more), axes.flat):
+        draw(axis, past_m[n], truth_m[n], {name: [part[n] for part in modes] for name, modes in predicted.items()})
+        axis.set_title(
+            f"{windows.track_ids[n]}, {windows.t0_s[n]:.1f} s: " + " / ".join(f"{of[n]:.2f}" for of in losses.values()),
+            fontsize=9,
+        )
+    axes.flat[0].legend(fontsize=8)
+    figure.suptitle(f"{given.scene}: nats a step, {' / '.join(losses)}; outlines: 50 and 90 % at the last step")
+    figure.tight_layout()
+    figure.savefig(given.out, dpi=80)
+
+
+main()
