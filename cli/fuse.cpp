@@ -62,8 +62,7 @@ void fuse_files(const FuseOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
   const Config config = configured(options.common, previous, options.previous);
-  if (configured(CommonOptions{}, incoming, options.incoming).metres_per_pixel != config.metres_per_pixel)
-    throw std::invalid_argument("fuse: the models are not of one scale; see metres_per_pixel of `sila inspect --json`");
+  require_one_scale(config, configured(CommonOptions{}, incoming, options.incoming));
   const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
   StoredModel result;
   result.model = fused.model;

@@ -98,6 +98,12 @@ std::optional<Camera> pixel_camera(const Config& config, bool else_given) {
   return flat_camera(config.metres_per_pixel);
 }
 
+void require_one_scale(const Config& previous, const Config& incoming) {
+  if (previous.metres_per_pixel == incoming.metres_per_pixel) return;
+  throw std::invalid_argument(concatenate("fuse: the models are not of one scale: metres_per_pixel = ",
+                                          previous.metres_per_pixel, " and ", incoming.metres_per_pixel));
+}
+
 Config read_config(Config config, const nlohmann::json& json, std::string_view source) {
   if (!json.is_object() || !json.contains("profile")) return apply_json(std::move(config), json, source);
   const nlohmann::json& name = json.at("profile");

@@ -11,30 +11,25 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from sila.experiments.measures import mixture_density, modes_of
+from sila.experiments.measures import mixture_density, modes_of, stepwise_measures
 from sila.experiments.neighbours import inputs_of
 from sila.experiments.plots import COLOURS
-from sila.experiments.protocol import Run, batches_of, protocol_of
+from sila.experiments.protocol import Run, protocol_of
 from sila.experiments.read import Overrides, read_experiment
+from sila.experiments.runner import method_and_batches
 
 COUNT, LEVELS = 10, (0.9, 0.5)
 
 
 def windows_and_modes(experiment, run):
     """The windows held back, and what the method of the run predicts for them."""
-    entry, protocol = experiment.methods[run.method_index], protocol_of(experiment, run)
-    config = entry.configs[run.scene_index]
-    method = entry.cls(config, batch=experiment.settings.batch, seed=run.trial, scene=run.scene, **entry.parameters)
-    for tracks in protocol.training if method.at_once else batches_of(protocol.training, experiment.settings.batch):
+    protocol = protocol_of(experiment, run)
+    method, batches = method_and_batches(experiment, run, protocol)
+    for tracks in batches:
         method.fit(tracks) if method.at_once else method.partial_fit(tracks)
     site = protocol.test_sites[0]
-    windows = site.test.windows(config, json.loads(config)["evaluate"]["stride_s"])
+    windows = site.test.windows(method.config, json.loads(method.config)["evaluate"]["stride_s"])
     return windows, modes_of(method.predict(*inputs_of(method, windows, site.present)))
-
-
-def loss(modes, truth_m):
-    """-log density of the truth, mean over the steps: (n)."""
-    return -np.log(np.maximum(mixture_density(modes, truth_m[:, None])[:, 0], 1e-300)).mean(1)
 
 
 def draw(axis, past_m, truth_m, of_methods):
@@ -70,7 +65,7 @@ def main():
         run = Run(1, 0, given.split, given.scene, name, scene, names.index(name))
         windows, predicted[name] = windows_and_modes(experiment, run)
     past_m, truth_m = np.asarray(windows.past_m), np.asarray(windows.future_m)
-    losses = {name: loss(modes, truth_m) for name, modes in predicted.items()}
+    losses = {name: stepwise_measures(modes, truth_m)["nll"] for name, modes in predicted.items()}
     more = losses[experiment.reference] - losses[given.method]
     figure, axes = plt.subplots(2, COUNT // 2, figsize=(18, 8))
     for n, axis in zip(np.argsort(-more), axes.flat):

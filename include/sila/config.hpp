@@ -55,6 +55,9 @@ Config profile(std::string_view name);
 /// std::invalid_argument if it is not and something `else_given` makes metres of positions, too.
 std::optional<Camera> pixel_camera(const Config& config, bool else_given = false);
 
+/// Throws: std::invalid_argument if models of these configurations are not of one scale, and so cannot be fused.
+void require_one_scale(const Config& previous, const Config& incoming);
+
 /// As apply_json; beside fields the object may name a `profile`, which comes first, so that its fields may be set
 /// beside it. Throws: FormatError as apply_json, and for an unknown profile.
 Config read_config(Config config, const nlohmann::json& json, std::string_view source);

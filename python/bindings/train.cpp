@@ -50,8 +50,7 @@ StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming
                         int threads) {
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
-  if (config_of(incoming.configuration).metres_per_pixel != config.metres_per_pixel)
-    throw std::invalid_argument("fuse: the models are not of one scale; see config[\"metres_per_pixel\"]");
+  require_one_scale(config, config_of(incoming.configuration));
   StoredModel result;
   result.model = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual).model;
   result.configuration = to_json(config).dump();

@@ -38,8 +38,7 @@ def learn(
     `units`: "pixels" for files, tables and arrays in pixels without a camera: a new model measures their scale by how
     fast people walk and keeps it as `model.config["metres_per_pixel"]`; all that is read for it later is then in pixels.
 
-    Raises ValueError for a configuration that the model did not begin with, and
-    without tracks.
+    Raises ValueError for a configuration that the model did not begin with, and without tracks.
     """
     start = _model("model", model) if model is not None else Model()
     settings = merged(start.config_json, config)

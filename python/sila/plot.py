@@ -175,7 +175,8 @@ def predictions(
 
     With `tracks`, what was observed until t0 (black) and what happened then (dotted). `image`: the path of a picture, or
     an array of shape (height, width) or (height, width, 3), on which all is drawn instead of on the scene, by `camera`,
-    the path of a camera file or of a scene file with a camera (docs/formats.md), needless for a model in pixels; what the camera cannot see is left out.
+    the path of a camera file or of a scene file with a camera (docs/formats.md). A model in pixels needs no `camera`.
+    Points that the camera cannot see are left out.
     """
     shares = [coverage] if isinstance(coverage, (int, float)) else sorted(coverage, reverse=True)
     drawn: Callable[[Any], Any] = np.asarray

@@ -14,9 +14,9 @@ namespace sila {
 /// metres and seconds. Source: own rule, docs/decisions/0021.
 std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s);
 
-/// Of each track that walks its median speed [positions' unit per second], whatever that unit is: a track that lasts
-/// 3 s or more and gets at least half as far as its displacements over a second add up to. Noise of one who stands adds
-/// up and gets nowhere.
+/// The median speed of each track that walks [unit of the positions per second]. A track walks if it lasts 3 s or more
+/// and its net displacement is at least half of the sum of its displacements over one second: the noise of a person who
+/// stands makes a large sum and a small net displacement.
 std::vector<double> walking_speeds(std::span<const Trajectory> tracks);
 
 /// The value below which the share `q` of them lies; 0 for none.

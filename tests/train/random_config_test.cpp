@@ -132,7 +132,7 @@ TEST(RandomConfig, IsRefusedAtOnceOrLearnsFusesAndPredicts) {
     Random random(seed);
     const Config config = random_config(random);
     SCOPED_TRACE("SILA_RANDOM_CONFIG_SEED=" + std::to_string(seed) + ": " + to_json(config.episode).dump());
-    learnt += expect_refused_or_sound(config.episode, random) ? 1 : 0;
+    if (expect_refused_or_sound(config.episode, random)) ++learnt;
     if (std::getenv("SILA_RANDOM_CONFIG_DRAWS") == nullptr && HasFailure()) return;
   }
   EXPECT_GT(4 * learnt, draws) << "most are refused";

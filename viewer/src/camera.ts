@@ -19,7 +19,10 @@ function adjugate(m: Homography): Homography {
 
 /** Positive where the ground has y downwards as the picture has: its axes are mirrored, seen from above. */
 export const determinant = (m: Homography): number => { const [a, b, c] = adjugate(m); return m[0]! * a! + m[3]! * b! + m[6]! * c!; };
-export const inverse = (m: Homography): Homography => adjugate(m).map((entry) => entry / determinant(m));
+export function inverse(m: Homography): Homography {
+  const whole = determinant(m);
+  return adjugate(m).map((entry) => entry / whole);
+}
 
 const product = (a: Homography, b: Homography): Homography => a.map((_, k) => [0, 1, 2].reduce((sum, j) => sum + a[3 * Math.floor(k / 3) + j]! * b[3 * j + k % 3]!, 0));
 

@@ -152,7 +152,7 @@ class Editor {
     this.ofCorner.append(...made.map((handle) => handle.element));
   }
 
-  /** The point of an axis so many pixels of the drawing from the corner, `into` metres into the block; nearer where the camera does not see it. */
+  /** A point on an axis, `pixels` of the drawing from the corner, moved `into` metres into the block. The point is nearer if the camera does not see that far. */
   private onAxis(corner: SceneCorner, axis: Axis, pixels: number, into: number): Point {
     const from = this.map.project(corner.origin);
     const away = (along: number): number => { const to = this.map.project(pointBeside(corner, axis, along, 0)); return Math.hypot(to[0] - from[0], to[1] - from[1]); };

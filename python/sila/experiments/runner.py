@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .. import _sila
-from .._sila import Prediction, WindowSet
+from .._sila import FramedTracks, Prediction, WindowSet
 from .measures import measures_of, modes_of, stepwise_measures
 from .method import Forecast, Method
 from .neighbours import inputs_of
@@ -47,19 +47,24 @@ def do_run(experiment: Experiment, run: Run) -> Json:
     return result | {"checkpoints": checkpoints, "places": places, "learning_curve": curve if counts else []}
 
 
-def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Json], Json]:
-    """The checkpoints of a method that begins with nothing, and its scores after the last of them."""
-    settings, entry = experiment.settings, experiment.methods[run.method_index]
+def method_and_batches(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[Method, list[FramedTracks]]:
+    """A method that begins with nothing, and what it learns one after another."""
+    entry, batch = experiment.methods[run.method_index], experiment.settings.batch
     assert entry.cls is not None
     config = entry.configs[run.scene_index]
-    method = entry.cls(config, batch=settings.batch, seed=run.trial, scene=run.scene, **entry.parameters)
-    if method.at_once:
-        whole = protocol.training[0]
-        for more in protocol.training[1:]:
-            whole = whole + more
-        batches = [whole]
-    else:
-        batches = list(batches_of(protocol.training, settings.batch))
+    method = entry.cls(config, batch=batch, seed=run.trial, scene=run.scene, **entry.parameters)
+    if not method.at_once:
+        return method, list(batches_of(protocol.training, batch))
+    whole = protocol.training[0]
+    for more in protocol.training[1:]:
+        whole = whole + more
+    return method, [whole]
+
+
+def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Json], Json]:
+    """The checkpoints of a method that begins with nothing, and its scores after the last of them."""
+    settings, config = experiment.settings, experiment.methods[run.method_index].configs[run.scene_index]
+    method, batches = method_and_batches(experiment, run, protocol)
     checkpoints: list[Json] = []
     places: Json = {}
     tracks = 0

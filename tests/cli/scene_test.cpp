@@ -1,0 +1,159 @@
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "program.hpp"
+
+namespace sila::tests {
+namespace {
+
+TEST_F(Program, ProposesASceneFromTracks) {
+  simulate();
+  const Outcome made = run("scene make tracks.csv");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.err.find("corner at x = 4"), std::string::npos) << made.err;
+  const auto scene = nlohmann::json::parse(made.out);
+  EXPECT_NEAR(scene["origin"][0].get<double>(), 4.0, 1.5);
+  EXPECT_GT(scene["corners"][0]["origin_uncertainty_m"].get<double>(), 0.0);
+  write(folder_ / "made.json", made.out);
+  EXPECT_EQ(run("learn tracks.csv --scene made.json --model m.sila").code, 0);
+  const Outcome quiet = run("scene make tracks.csv --json");
+  EXPECT_EQ(quiet.out, made.out);
+  EXPECT_EQ(quiet.err.find("corner at"), std::string::npos) << quiet.err;
+  write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
+  expect_rejected("scene make few.csv", {"1 tracks move 3 m", "at least 10"});
+  expect_rejected("scene make", {"tracks"});
+}
+
+/// Six people in pixels, as MOTChallenge has them.
+std::string mot_rows() {
+  std::string rows;
+  for (int id = 0; id < 6; ++id) {
+    for (int frame = 0; frame < 80; ++frame) {
+      rows += std::to_string(frame + 100 * id) + "," + std::to_string(id) + "," + std::to_string(100 + 4 * frame) +
+              ",500,40,120,1,-1,-1,-1\n";
+    }
+  }
+  return rows;
+}
+
+TEST_F(Program, MakesAPageThatEditsAScene) {
+  simulate();
+  ASSERT_EQ(run("scene edit tracks.csv --out editor.html").code, 0);
+  const std::string page = read(folder_ / "editor.html");
+  EXPECT_TRUE(page.starts_with("<!doctype html>"));
+  EXPECT_LT(page.size(), 2'000'000u);
+  const auto proposed = nlohmann::json::parse(run("scene edit tracks.csv --json").out);
+  const auto made = nlohmann::json::parse(run("scene make tracks.csv").out);
+  EXPECT_EQ(proposed["file"]["origin"], made["origin"]);
+  EXPECT_EQ(proposed["file_name"], "tracks.scene.json");
+  const auto given = nlohmann::json::parse(run("scene edit tracks.csv --scene tracks.scene.json --json").out);
+  EXPECT_EQ(given["file"]["corners"].size(), 4u);
+  EXPECT_EQ(given["proposal"], "The corner is that of tracks.scene.json.");
+  write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
+  const auto few = nlohmann::json::parse(run("scene edit few.csv --json").out);
+  EXPECT_NE(few["proposal"].get<std::string>().find("at least 10"), std::string::npos) << few["proposal"];
+  EXPECT_EQ(few["file"]["sidewalk_width_m"], 3.0);
+  expect_rejected("scene edit", {"tracks"});
+  expect_rejected("scene edit none.csv", {"none.csv"});
+}
+
+TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
+  simulate();
+  write(folder_ / "mot.txt", mot_rows());
+  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  const auto data_of = [&](const std::string& arguments) {
+    const Outcome outcome = run("scene edit --picture p.png --json " + arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto pixels = data_of("mot.txt --fps 10");
+  EXPECT_EQ(pixels["tracks_in"], "picture");
+  EXPECT_EQ(pixels["tracks"].size(), 6u) << "nothing is cut because pixels are fast";
+  EXPECT_NEAR(pixels["tracks"][0][0].get<double>(), 120.0, 1e-6);
+  EXPECT_TRUE(pixels["file"]["corners"].empty());
+  write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
+    "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
+  const auto seen = data_of("mot.txt --fps 10 --camera camera.json");
+  EXPECT_NEAR(seen["tracks"][0][0].get<double>(), 120.0, 0.01);
+  EXPECT_EQ(seen["file"]["camera"]["image_points"].size(), 4u);
+  EXPECT_EQ(seen["file"]["corners"].size(), 1u);
+  const auto metres = data_of("tracks.csv");
+  EXPECT_EQ(metres["tracks_in"], "ground");
+  EXPECT_EQ(metres["file"]["files"][0]["metres_per_unit"], 1.0) << "a camera that is saved is not that of the tracks";
+  EXPECT_EQ(data_of("tracks.csv --pixels")["tracks_in"], "picture");
+  expect_rejected("scene edit tracks.csv --pixels", {"--picture"});
+  expect_rejected("scene edit tracks.csv --picture none.png", {"none.png", "PNG or JPEG"});
+  expect_rejected("scene edit tracks.csv --picture tracks.csv", {"tracks.csv", "PNG or JPEG"});
+}
+
+TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
+  write(folder_ / "mot.txt", mot_rows());
+  write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
+    "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
+  const std::string with = "mot.txt --fps 10 --camera camera.json --model m.sila";
+  ASSERT_EQ(run("learn " + with).code, 0);
+  const Outcome predicted = run("predict --image " + with);
+  ASSERT_EQ(predicted.code, 0) << predicted.err;
+  const auto mode = nlohmann::json::parse(predicted.out.substr(0, predicted.out.find('\n'))).at("modes").at(0);
+  EXPECT_EQ(mode.at("u").size(), mode.at("x").size());
+  EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
+  EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
+  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  const Outcome report = run("report m.sila mot.txt --fps 10 --camera camera.json --picture p.png --json");
+  ASSERT_EQ(report.code, 0) << report.err;
+  const auto drawn = nlohmann::json::parse(report.out);
+  EXPECT_EQ(drawn["picture"], "data:image/png;base64,iVBORw0KGgo=");
+  EXPECT_EQ(drawn["camera"].size(), 9u);
+  expect_rejected("report m.sila --picture p.png", {"--picture", "--camera"});
+  write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  expect_rejected("report m.sila metres.csv --picture p.png", {"--picture", "--camera"});
+  expect_rejected("report m.sila mot.txt --fps 10 --camera camera.json --picture camera.json", {"PNG or JPEG"});
+  expect_rejected("predict metres.csv --model m.sila --image", {"--image", "--camera"});
+  expect_rejected("learn mot.txt --fps 10 --metres-per-unit 0.1 --camera camera.json --model n.sila", {"camera"});
+}
+
+TEST_F(Program, LearnsFromPixelsWithoutACamera) {
+  std::string rows = "track_id,t,x,y\n", metres = rows;
+  for (int id = 0; id < 12; ++id) {
+    for (int i = 0; i < 80; ++i) {
+      const double u = 300.0 + 5.0 * i + id, v = 400.0 + 20.0 * id + 2.0 * i;  // 54 pixels a second
+      rows += std::to_string(id) + "," + std::to_string(id + 0.1 * i) + "," + std::to_string(u) + "," +
+              std::to_string(v) + "\n";
+      metres += std::to_string(id) + "," + std::to_string(id + 0.1 * i) + "," + std::to_string(0.1 * i) + ",1\n";
+    }
+  }
+  write(folder_ / "pixels.csv", rows);
+  write(folder_ / "metres.csv", metres);
+  const Outcome learnt = run("learn pixels.csv --units pixels --model m.sila");
+  ASSERT_EQ(learnt.code, 0) << learnt.err;
+  EXPECT_NE(learnt.err.find("1 pixel = 0.0241 m"), std::string::npos) << learnt.err;
+  EXPECT_EQ(learnt.err.find("warning"), std::string::npos) << learnt.err;
+  EXPECT_NE(run("inspect m.sila").out.find("pixels of 0.0241"), std::string::npos);
+  const Outcome predicted = run("predict pixels.csv --model m.sila --every 100");
+  ASSERT_EQ(predicted.code, 0) << predicted.err;
+  EXPECT_NE(predicted.err.find("u and v are pixels"), std::string::npos) << predicted.err;
+  const auto mode = nlohmann::json::parse(predicted.out.substr(0, predicted.out.find('\n'))).at("modes").at(0);
+  EXPECT_NEAR(mode.at("u").back().get<double>() - mode.at("u").at(0).get<double>(), 50.0 * 4.6, 20.0);
+  EXPECT_NEAR(mode.at("v").at(0).get<double>(), -mode.at("y").at(0).get<double>() / 0.02414, 1.0);
+  EXPECT_EQ(run("learn pixels.csv --model m.sila").err.find("warning"), std::string::npos);
+  const Outcome replayed = run("replay pixels.csv --rate 1000 --set metres_per_pixel=0.02");
+  EXPECT_NE(replayed.out.find("\"x\":305.0"), std::string::npos) << replayed.out.substr(0, 200);
+  write(folder_ / "lines.ndjson", replayed.out);
+  const Outcome served = run("serve --stdin --wait --http off --model m.sila < lines.ndjson");
+  EXPECT_NE(served.out.find("\"cov_uv\":"), std::string::npos) << served.err;
+  EXPECT_NE(run("predict metres.csv --model m.sila").err.find("are these metres"), std::string::npos);
+  expect_rejected("predict pixels.csv --model m.sila --metres-per-unit 0.1", {"metres_per_pixel", "new model"});
+  for (const char* other : {"--camera c.json", "--metres-per-unit 0.1", "--scene s.json"})
+    expect_rejected(std::string("learn pixels.csv --units pixels --model n.sila ") + other, {"--units pixels"});
+  expect_rejected("learn pixels.csv --units furlongs --model n.sila", {"--units"});
+  expect_rejected("learn metres.csv --units metres --model m.sila", {"learnt in pixels"});
+  expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are these metres"});
+  ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
+  expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
+  expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
+  write(folder_ / "few.csv", rows.substr(0, 1000));
+  expect_rejected("learn few.csv --units pixels --model n.sila", {"0 of the first 1 tracks", "camera"});
+}
+
+}  // namespace
+}  // namespace sila::tests
