@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sila/refine/regions.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 namespace {

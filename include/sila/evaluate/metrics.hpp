@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/predict/prediction.hpp"
 
 namespace sila {
