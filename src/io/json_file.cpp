@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 #include "sila/core/errors.hpp"
@@ -16,6 +17,32 @@ bool is_finite_number(const Json& value) {
   return value.is_number() && std::isfinite(value.get<double>());
 }
 
+/// Where a text in quotes or a comment that begins at `begin` ends: its last character. Elsewhere `begin` itself.
+std::size_t end_of_token(std::string_view text, std::size_t begin) {
+  const std::string_view rest = text.substr(begin);
+  std::size_t end = begin;
+  if (rest.starts_with("//")) end = text.find('\n', begin);
+  if (rest.starts_with("/*")) end = std::min(text.find("*/", begin + 2), text.size() - 1) + 1;
+  if (rest.starts_with('"')) {
+    for (++end; end < text.size() && text[end] != '"'; ++end) {
+      if (text[end] == '\\') ++end;
+    }
+  }
+  return std::min(end, text.size());
+}
+
+/// Where brackets, but for those in texts and comments, are nested deeper than kDeepestJson; nothing if they are not.
+std::optional<std::size_t> end_of_nesting(std::string_view text) {
+  std::size_t depth = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    i = end_of_token(text, i);
+    if (i >= text.size()) break;
+    if ((text[i] == '[' || text[i] == '{') && ++depth > kDeepestJson) return i;
+    if ((text[i] == ']' || text[i] == '}') && depth > 0) --depth;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 nlohmann::json read_json(const std::filesystem::path& path) {
@@ -27,15 +54,11 @@ nlohmann::json json_of_text(const std::string& path, const std::string& text) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text.size()));
     return static_cast<std::size_t>(std::count(text.begin(), end, '\n')) + 1;
   };
-  const auto require_flat = [&](int depth, Json::parse_event_t event, const Json&) {
-    const bool begins = event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
-    if (begins && depth >= kDeepestJson)
-      throw FormatError(path, 0, "JSON that is nested at most " + std::to_string(kDeepestJson) + " deep",
-                        "a deeper one");
-    return true;
-  };
+  if (const auto offset = end_of_nesting(text))
+    throw FormatError(path, line_of(*offset), "JSON that is nested at most " + std::to_string(kDeepestJson) + " deep",
+                      "a deeper one");
   try {
-    return Json::parse(text, require_flat, true, true);
+    return Json::parse(text, nullptr, true, true);
   } catch (const Json::parse_error& error) {
     throw FormatError(path, line_of(error.byte), "JSON", excerpt(trimmed(text)));
   } catch (const Json::out_of_range& error) {

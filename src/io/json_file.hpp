@@ -11,7 +11,7 @@
 namespace sila {
 
 /// JSON is copied and printed by recursion: deeper nesting could exhaust the stack.
-inline constexpr int kDeepestJson = 100;
+inline constexpr std::size_t kDeepestJson = 100;
 
 /// What read_json makes of a file, of the text that is in it; `path` is for messages.
 nlohmann::json json_of_text(const std::string& path, const std::string& text);
