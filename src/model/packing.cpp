@@ -34,6 +34,13 @@ class Packer {
     count(matrix.cols());
     numbers_.insert(numbers_.end(), matrix.data(), matrix.data() + matrix.size());
   }
+  /// Its columns one after the other, from the diagonal down.
+  void lower_triangle(const Eigen::MatrixXd& matrix) {
+    count(matrix.rows());
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      for (Eigen::Index row = column; row < matrix.rows(); ++row) number(matrix(row, column));
+    }
+  }
   template <class Element>
   void list(const std::vector<Element>& elements) {
     count(elements.size());
@@ -78,6 +85,16 @@ class Unpacker {
       reject_blob("a point has " + std::to_string(rows) + " coordinates");
     const std::span<const double> entries = take(static_cast<std::size_t>(rows * columns));
     result.derived() = Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
+  }
+  void lower_triangle(Eigen::MatrixXd& matrix) {
+    Eigen::Index size = 0;
+    count(size);
+    if (size > 0 && (size + 1) / 2 > static_cast<Eigen::Index>(rest_.size()) / size)
+      reject_blob("a triangle goes over the end");
+    matrix.setZero(size, size);
+    for (Eigen::Index column = 0; column < size; ++column) {
+      for (Eigen::Index row = column; row < size; ++row) number(matrix(row, column));
+    }
   }
   template <class Element>
   void list(std::vector<Element>& elements) {
@@ -127,7 +144,7 @@ void members(auto& archive, Is<std::vector<double>> auto& numbers) {
 void members(auto& archive, Is<RegressionMoments> auto& moments) {
   auto& [weight, features, products] = moments;
   archive.number(weight);
-  archive.matrix(features);
+  archive.lower_triangle(features);
   archive.matrix(products);
 }
 
@@ -151,8 +168,8 @@ void members(auto& archive, Is<SlowErrors> auto& errors) {
 }
 
 void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
-  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes] =
-      error_statistics;
+  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
+         correction, correction_share] = error_statistics;
   archive.count(steps);
   archive.number(interval_s);
   archive.number(observe_s);
@@ -164,6 +181,8 @@ void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
   archive.list(novelties);
   archive.list(slow);
   for (auto& change : changes) members(archive, change);
+  members(archive, correction);
+  members(archive, correction_share);
 }
 
 void members(auto& archive, Is<SparseGp> auto& gp) {
