@@ -9,7 +9,7 @@
 #include "refine/stacking.hpp"
 #include "sila/model/model.hpp"
 #include "sila/refine/config.hpp"
-#include "sila/refine/regions.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 

@@ -11,7 +11,7 @@
 #include "sila/io/prediction_json.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/sim/simulate.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {

@@ -10,7 +10,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/reports.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"
 

@@ -3,7 +3,6 @@
 
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
