@@ -144,6 +144,13 @@ def talk(folder: Path, kind: str, frame: str) -> None:
     mine.destroy_node()
 
 
+def refused(folder: Path, setting: str, reason: str) -> None:
+    """The node ends with a sentence that has the reason."""
+    command = [sys.executable, folder / "install/sila_ros/lib/sila_ros/predict.py", "--ros-args", "-p", setting]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 1 and reason in ended.stderr and "Traceback" not in ended.stderr, ended
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
@@ -161,6 +168,9 @@ def main() -> None:
         (options.folder / "tf2" / f"{name}.py").write_text(text)
     os.environ["PYTHONPATH"] = f"{options.folder / 'tf2'}:{os.environ.get('PYTHONPATH', '')}"
     rclpy.init()
+    refused(options.folder, "input:=Tracks", "input: expected TrackedObjects or Detection3DArray, found Tracks")
+    (options.folder / "broken.sila").write_text("no model")
+    refused(options.folder, f"model:={options.folder / 'broken.sila'}", "broken.sila")
     talk(options.folder, "TrackedObjects", "map")
     talk(options.folder, "Detection3DArray", "camera")
 

@@ -84,13 +84,12 @@ class Predict(Node):
         return True
 
     def _report(self) -> None:
-        counts = self._stream.counts
-        self.get_logger().info(", ".join(f"{name} {value}" for name, value in counts.items()))
+        self.get_logger().info(str(self._stream))
 
     def close(self) -> None:
-        """Learns the tracks that are left."""
+        """Learns the tracks that are left; ROS is shut down already and has no logger."""
         self._stream.close()
-        self._report()
+        print(f"predict.py: {self._stream}, rejected {self._stream.counts['rejected']}", file=sys.stderr)
 
 
 def main() -> None:
