@@ -8,6 +8,7 @@
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
+#include "sila/report/report.hpp"
 
 namespace sila::cli {
 namespace {
@@ -146,6 +147,18 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config) {
 OpenedTracks open_tracks(const TrackOptions& options, const Config& config) {
   const Named named = named_in(options, config);
   return {named.scene, TrackStream(named.paths, named.scene, named.read, config.clean)};
+}
+
+std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {
+  if (path.empty()) return {};
+  if (!scene.camera)
+    throw std::invalid_argument(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
+  return picture_url(path);
+}
+
+void add_picture(CLI::App& verb, std::string& path) {
+  verb.add_option("--picture", path, "PNG or JPEG picture of the camera, on which predictions are drawn")
+      ->type_name("FILE");
 }
 
 void write_page(const std::string& page, const std::string& path) {

@@ -84,6 +84,11 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config);
 /// The first line of a file: a secret is given by a file, so that it is in no list of processes.
 std::string first_line(const std::string& option, const std::string& path);
 
+/// The picture of --picture as a data URL; empty if none is given. Throws: std::invalid_argument for a scene without a
+/// camera.
+std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene);
+void add_picture(CLI::App& verb, std::string& path);
+
 /// Writes a page to a file, or to stdout if none is named, and its size on stderr.
 void write_page(const std::string& page, const std::string& path);
 

@@ -18,7 +18,7 @@ namespace {
 struct ServeVerb {
   CommonOptions common;
   ServerOptions server;
-  std::string scene, model, camera, token_file, mqtt_password_file;
+  std::string scene, model, camera, picture, token_file, mqtt_password_file;
   std::optional<double> stride_s;
   std::optional<int> batch;
   LineFormat lines;
@@ -90,12 +90,13 @@ Scene scene_in(const ServeVerb& options, const OpenModel& open) {
   return scene;
 }
 
-ServerOptions server_options(const ServeVerb& verb) {
+ServerOptions server_options(const ServeVerb& verb, const Scene& scene) {
   ServerOptions options = verb.server;
   if (options.http == "off") options.http.clear();
   if (!verb.token_file.empty()) options.token = first_line("--token-file", verb.token_file);
   if (!verb.mqtt_password_file.empty())
     options.mqtt_password = first_line("--mqtt-password-file", verb.mqtt_password_file);
+  options.picture = picture_in("serve", verb.picture, scene);
   return options;
 }
 
@@ -118,7 +119,7 @@ void serve(const ServeVerb& options) {
                            open.config.evaluate, frame_of,          options.lines};
   if (!options.camera.empty() || pixel_camera(open.config)) settings.camera = scene.camera;
   {
-    Server server(server_options(options), scene, settings, learner, print_message);
+    Server server(server_options(options, scene), scene, settings, learner, print_message);
     print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
     if (server.run()) learner.drain();
   }
@@ -137,6 +138,7 @@ void add_serve(CLI::App& app) {
   verb->add_option("--camera", options->camera,
                    "file with the camera by which detections, then image points [pixels], become metres")
       ->type_name("FILE");
+  add_picture(*verb, options->picture);
   verb->add_option("--model", options->model, "model file to create or to continue")->required()->type_name("M.sila");
   verb->add_option("--http", options->server.http,
                    "address of the live page, the metrics and WebSockets, or off [127.0.0.1:8765]")

@@ -204,7 +204,11 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
       options.standard_input && options.wait);
   state.registry.engine = state.engine.get();
   state.registry.metrics = [&state] { return state.metrics(); };
-  state.registry.hello = [scene, &learner] { return hello_message(scene, learner.snapshot()->model); };
+  if (!options.picture.empty() && !scene.camera)
+    throw std::invalid_argument("serve: picture is given, but the scene has no camera, by which metres become pixels");
+  state.registry.hello = [scene, &learner, picture = options.picture] {
+    return hello_message(scene, learner.snapshot()->model, picture);
+  };
   std::vector<std::string> listening;  // announced once all addresses are open
   const auto note = [&listening](const std::string& where) { listening.push_back(where); };
   if (!options.http.empty()) state.listen_http(note);

@@ -1,11 +1,11 @@
 // Opens the live page of a running `sila serve` in a real Chromium, looks at it while a recording is replayed, and takes pictures.
-//   node build/browser/live_browser.mjs http://127.0.0.1:PORT/ PICTURES
+//   node build/browser/live_browser.mjs http://127.0.0.1:PORT/ PICTURES [picture]     picture: the service has --picture
 import assert from "node:assert/strict";
 import { mkdir } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { chromium, type Browser, type Page } from "playwright-core";
 
-const [address, folder] = process.argv.slice(2);
+const [address, folder, mode] = process.argv.slice(2);
 assert.ok(address && folder, "the address of the page and a folder for pictures are needed");
 const pictures = resolve(folder);
 
@@ -66,10 +66,24 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
   })],
 ];
 
+const onPicture: typeof tests = [
+  ["draws pedestrians and predicted paths on the picture of the camera", (browser) => visiting(browser, {}, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll(".pedestrians .mode").length > 5 && document.querySelectorAll(".primitive").length > 0, undefined, { timeout: 60_000 });
+    const box = (await page.locator("svg.place image").boundingBox())!;
+    assert.ok(Math.abs(box.width / box.height - 1280 / 720) < 0.01, "the whole picture");
+    const people = await page.locator(".pedestrians .person").evaluateAll((all) => all.map((p) => p.getBoundingClientRect()).map((p): [number, number] => [p.x + p.width / 2, p.y + p.height / 2]));
+    assert.ok(people.filter(([x, y]) => x > box.x && x < box.x + box.width && y > box.y && y < box.y + box.height).length > 1, "people walk in the picture");
+    const before = await pedestrians(page);
+    await page.waitForTimeout(1500);
+    assert.notEqual(await pedestrians(page), before, "pedestrians move");
+    await page.locator("#now").screenshot({ path: join(pictures, "live-picture.png") });
+  })],
+];
+
 await mkdir(pictures, { recursive: true });
 const browser = await chromium.launch({ executablePath: process.env["SILA_CHROMIUM"] ?? "/usr/bin/chromium", args: process.getuid?.() === 0 ? ["--no-sandbox"] : [] });
 let failed = 0;
-for (const [name, run] of tests) {
+for (const [name, run] of mode === "picture" ? onPicture : tests) {
   try {
     await run(browser);
     console.log(`ok      ${name}`);
