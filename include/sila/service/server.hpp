@@ -13,9 +13,9 @@ namespace sila {
 
 /// Addresses of a service and access to it.
 struct ServerOptions {
-  std::string http;  ///< ADDRESS:PORT of the page, the metrics and WebSockets; empty: none
+  std::string http;     ///< ADDRESS:PORT of the page, the metrics and WebSockets; empty: none
   std::string picture;  ///< data URL of what the scene's camera sees, shown by the page; empty: none
-  std::string tcp;   ///< ADDRESS:PORT for lines; empty: none
+  std::string tcp;      ///< ADDRESS:PORT for lines; empty: none
   std::string unix_path;
   std::string mqtt;           ///< mqtt[s]://[USER@]HOST[:PORT]/TOPIC of detections; empty: none
   std::string mqtt_out;       ///< topic of the predictions
