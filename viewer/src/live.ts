@@ -135,7 +135,9 @@ class LivePage {
       const title = message.scene.known ? message.scene.name : "a scene without a name";
       this.title.textContent = title.charAt(0).toUpperCase() + title.slice(1);
       document.title = `sila live: ${title}`;
-      this.live = new LiveMap(message.scene, message.model, message.picture ? await backdropOf(message.picture, message.camera) : undefined);
+      const backdrop = message.picture ? await backdropOf(message.picture) : undefined;
+      this.live = new LiveMap(message.scene, message.model, backdrop);
+      if (backdrop) backdrop.camera = message.camera;  // only now: without a camera a picture is shown whole
       this.place.replaceChildren(this.live.map.element);
       this.connection(`connected to sila ${message.sila}`);
     } else if (message.kind === "model") this.live?.learnt(message.model);
