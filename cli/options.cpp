@@ -8,6 +8,7 @@
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
+#include "sila/report/report.hpp"
 
 namespace sila::cli {
 namespace {
@@ -69,16 +70,22 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
   return verb;
 }
 
+void add_classes(CLI::App& verb, ReadOptions& options) {
+  verb.add_option("--person", options.person_classes,
+                  "class, by name or number, that is a pedestrian; may be repeated [person, pedestrian, ..., and the "
+                  "number of the format]")
+      ->type_name("CLASS");
+  verb.add_option("--frigate-camera", options.frigate_camera, "camera whose events of Frigate count")
+      ->type_name("NAME");
+}
+
 void add_tracks(CLI::App& verb, TrackOptions& options) {
   verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")
       ->type_name("TRACKS");
   verb.add_option("--scene", options.scene, kSceneHelp)->type_name("FILE");
   verb.add_option("--camera", options.camera, "file with the camera by which pixels become metres [that of the scene]")
       ->type_name("FILE");
-  verb.add_option("--person", options.read.person_classes,
-                  "class, by name or number, that is a pedestrian; may be repeated [person, pedestrian, ..., and the "
-                  "number of the format]")
-      ->type_name("CLASS");
+  add_classes(verb, options.read);
   verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")
       ->type_name("DIR");
   verb.add_option("--format", options.format, "format of the tracks [recognised by content]");
@@ -142,6 +149,18 @@ OpenedTracks open_tracks(const TrackOptions& options, const Config& config) {
   return {named.scene, TrackStream(named.paths, named.scene, named.read, config.clean)};
 }
 
+std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {
+  if (path.empty()) return {};
+  if (!scene.camera)
+    throw std::invalid_argument(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
+  return picture_url(path);
+}
+
+void add_picture(CLI::App& verb, std::string& path) {
+  verb.add_option("--picture", path, "PNG or JPEG picture of the camera, on which predictions are drawn")
+      ->type_name("FILE");
+}
+
 void write_page(const std::string& page, const std::string& path) {
   if (path.empty())
     std::cout << page;
@@ -150,12 +169,12 @@ void write_page(const std::string& page, const std::string& path) {
   std::cerr << page.size() / 1024 << " KiB" << (path.empty() ? "" : " in " + path) << "\n";
 }
 
-std::string read_token(const std::string& path) {
+std::string first_line(const std::string& option, const std::string& path) {
   std::ifstream file(path);
-  std::string token;
-  if (!std::getline(file, token) || token.empty())
-    throw std::invalid_argument("--token-file = " + path + " cannot be read or begins with an empty line");
-  return token;
+  std::string line;
+  if (!std::getline(file, line) || line.empty())
+    throw std::invalid_argument(option + " = " + path + " cannot be read or begins with an empty line");
+  return line;
 }
 
 SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model) {

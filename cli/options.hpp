@@ -65,6 +65,8 @@ std::map<std::string, SplitBy> split_names();
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options);
+/// Which of the objects that are seen count.
+void add_classes(CLI::App& verb, ReadOptions& options);
 /// How predictions are written.
 void add_lines(CLI::App& verb, LineFormat& format);
 
@@ -79,8 +81,13 @@ Config configured(const CommonOptions& common, const StoredModel& stored, const 
 /// Reads tracks and reports their rows on stderr.
 ReadTracks read_clean(const TrackOptions& options, const Config& config);
 
-/// The first line of a file: a token is given by a file, so that it is in no list of processes.
-std::string read_token(const std::string& path);
+/// The first line of a file: a secret is given by a file, so that it is in no list of processes.
+std::string first_line(const std::string& option, const std::string& path);
+
+/// The picture of --picture as a data URL; empty if none is given. Throws: std::invalid_argument for a scene without a
+/// camera.
+std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene);
+void add_picture(CLI::App& verb, std::string& path);
 
 /// Writes a page to a file, or to stdout if none is named, and its size on stderr.
 void write_page(const std::string& page, const std::string& path);

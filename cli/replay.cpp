@@ -49,7 +49,7 @@ void replay_tracks(const ReplayVerb& options) {
     });
     return;
   }
-  const std::string token = options.token_file.empty() ? std::string() : read_token(options.token_file);
+  const std::string token = options.token_file.empty() ? std::string() : first_line("--token-file", options.token_file);
   tell(replay_to(options.to, token, lines, options.rate, options.linger_s,
                  [](const std::string& line) { std::cout << line << "\n"; }));
 }

@@ -47,10 +47,9 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.configuration = to_json(config);
   const bool alone = options.tracks.scene.empty() && options.tracks.paths.empty();
   SceneTracks read = alone ? SceneTracks{} : read_placed(options.tracks, config, input.stored.model);
-  if (!options.picture.empty() && !read.scene.camera)
-    throw std::invalid_argument("report: --picture needs tracks, and --camera or a scene file with a camera");
+  if (!options.picture.empty() && alone) throw std::invalid_argument("report: --picture needs tracks");
   if (alone) return report_data(input);
-  if (!options.picture.empty()) input.picture = picture_url(options.picture);
+  input.picture = picture_in("report", options.picture, read.scene);
   input.scene = std::move(read.scene);
   input.rows = std::move(read.report);
   input.input_ids = std::move(read.input_ids);
@@ -92,8 +91,7 @@ void add_report(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--results", options->results, "results.json of `sila experiment`, for the learning curves")
       ->type_name("FILE");
-  verb->add_option("--picture", options->picture, "PNG or JPEG picture of the camera, on which predictions are drawn")
-      ->type_name("FILE");
+  add_picture(*verb, options->picture);
   verb->add_option("--out", options->out, "HTML file to write [standard output]; with --json its data")
       ->type_name("FILE");
   verb->callback([options] { make_report(*options); });

@@ -18,7 +18,7 @@ namespace {
 struct ServeVerb {
   CommonOptions common;
   ServerOptions server;
-  std::string scene, model, token_file;
+  std::string scene, model, camera, picture, token_file, mqtt_password_file;
   std::optional<double> stride_s;
   std::optional<int> batch;
   LineFormat lines;
@@ -72,16 +72,31 @@ std::optional<Model> reload(OpenModel& open) {
 }
 
 /// The scene given, or that of the model; without a corner for a new model, whose frame is made from its first batch.
-Scene scene_in(const ServeVerb& options, const OpenModel& open) {
+Scene corners_in(const ServeVerb& options, const OpenModel& open) {
   const Scene given = options.scene.empty() ? Scene{} : read_scene(options.scene, open.config.episode.scaling);
   if (given.corners.empty() && open.stored.model.sites.empty()) return given;
   return scene_for(given, open.stored.model, {}, open.config.episode.scaling, open.config.corners);
 }
 
-ServerOptions server_options(const ServeVerb& verb) {
+/// The same with the camera of the model or of --camera, if there is one.
+Scene scene_in(const ServeVerb& options, const OpenModel& open) {
+  Scene scene = corners_in(options, open);
+  const bool given = !options.camera.empty();
+  if (const auto camera = pixel_camera(open.config, given)) scene.camera = camera;
+  if (!given) return scene;
+  const CameraFile read = read_camera(options.camera);
+  for (const std::string& warning : read.warnings) print_message("warning: " + warning);
+  scene.camera = read.camera;
+  return scene;
+}
+
+ServerOptions server_options(const ServeVerb& verb, const Scene& scene) {
   ServerOptions options = verb.server;
   if (options.http == "off") options.http.clear();
-  if (!verb.token_file.empty()) options.token = read_token(verb.token_file);
+  if (!verb.token_file.empty()) options.token = first_line("--token-file", verb.token_file);
+  if (!verb.mqtt_password_file.empty())
+    options.mqtt_password = first_line("--mqtt-password-file", verb.mqtt_password_file);
+  options.picture = picture_in("serve", verb.picture, scene);
   return options;
 }
 
@@ -100,11 +115,11 @@ void serve(const ServeVerb& options) {
   const auto frame_of = [&](const Trajectory& track) {
     return live_frame(scene, learner.snapshot()->model, track, open.config.corners);
   };
-  const ServiceSettings settings{open.config.service,      open.config.clean, open.config.episode,
-                                 open.config.evaluate,     frame_of,          options.lines,
-                                 pixel_camera(open.config)};
+  ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
+                           open.config.evaluate, frame_of,          options.lines};
+  if (!options.camera.empty() || pixel_camera(open.config)) settings.camera = scene.camera;
   {
-    Server server(server_options(options), scene, settings, learner, print_message);
+    Server server(server_options(options, scene), scene, settings, learner, print_message);
     print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
     if (server.run()) learner.drain();
   }
@@ -120,12 +135,25 @@ void add_serve(CLI::App& app) {
       add_verb(app, "serve", "Predict the detections of a tracker as they come, and learn while predicting.",
                "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766", options->common);
   verb->add_option("--scene", options->scene, kSceneHelp)->type_name("FILE");
+  verb->add_option("--camera", options->camera,
+                   "file with the camera by which detections, then image points [pixels], become metres")
+      ->type_name("FILE");
+  add_picture(*verb, options->picture);
   verb->add_option("--model", options->model, "model file to create or to continue")->required()->type_name("M.sila");
   verb->add_option("--http", options->server.http,
                    "address of the live page, the metrics and WebSockets, or off [127.0.0.1:8765]")
       ->type_name("ADDRESS:PORT");
   verb->add_option("--tcp", options->server.tcp, "address for lines, both ways")->type_name("ADDRESS:PORT");
   verb->add_option("--unix", options->server.unix_path, "the same, as a socket in the file system")->type_name("PATH");
+  verb->add_option("--mqtt", options->server.mqtt, "broker and topic of detections, as in mqtt://host/frigate/events")
+      ->type_name("mqtt[s]://[USER@]HOST[:PORT]/TOPIC");
+  verb->add_option("--mqtt-out", options->server.mqtt_out, "topic of predictions and reports")->type_name("TOPIC");
+  verb->add_option("--mqtt-ca", options->server.mqtt_ca,
+                   "file of certificates that vouch for an mqtts broker [those of the system]")
+      ->type_name("FILE");
+  verb->add_option("--mqtt-password-file", options->mqtt_password_file, "file whose first line is the password of USER")
+      ->type_name("FILE");
+  add_classes(*verb, options->server.read);
   verb->add_flag("--stdin", options->server.standard_input,
                  "lines from standard input, predictions to standard output; ends with the input");
   verb->add_flag("--wait", options->server.wait, "standard input waits for its answers and for learning; for files");

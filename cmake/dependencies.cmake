@@ -14,3 +14,5 @@ target_include_directories(sila_dlib SYSTEM INTERFACE $<BUILD_INTERFACE:${SILA_D
 # Asio and Beast are header-only.
 find_package(Boost 1.74 REQUIRED)
 find_package(Threads REQUIRED)
+# Linked by its name, as it has no CMake package; found here for a clear message.
+find_library(SILA_MOSQUITTO_LIBRARY mosquitto REQUIRED)

@@ -18,7 +18,7 @@ calibrated regions.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libsila-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libstdc++-12-dev, libeigen3-dev, libtbb-dev, libhwy-dev, \
-nlohmann-json3-dev, libsqlite3-dev, zlib1g-dev, libexpat1-dev")
+nlohmann-json3-dev, libsqlite3-dev, zlib1g-dev, libexpat1-dev, libmosquitto-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Headers, static libraries and the CMake package of sila, with the components
 core, io, service and sim. Depends on what all of them need; sila::core alone
 needs Eigen, oneTBB and Highway.")

@@ -4,7 +4,7 @@ tools/hostile_client.py runs them and checks the limits."""
 import base64, json, os, selectors, socket, struct, time
 
 PLACES = 64  # service.max_connections
-LINE = 4096  # service.max_line_bytes
+LINE = 16384  # service.max_line_bytes
 FLOODING = 8  # connections at once that need more predictions than can be made
 
 

@@ -68,8 +68,8 @@ struct JsonTable {
     rows += '\n';
     lines.push_back(line);
   }
-  void reject(const TextLine& element) {
-    count_bad(bad, DropReason::not_json, path, element.number, element.text);
+  void reject(const TextLine& element, DropReason reason = DropReason::not_json) {
+    count_bad(bad, reason, path, element.number, element.text);
     ++bad_rows;
   }
   TextTable table() const {
@@ -121,6 +121,10 @@ BoxRows frigate_rows(const Json& event) {
   const Json& box = member(after, "box");
   if (!after.is_object() || !box.is_array() || box.size() != 4) return std::nullopt;
   return {{{member(after, "id"), member(after, "frame_time"), box[0], box[1], box[2], box[3], member(after, "label")}}};
+}
+
+std::string camera_of_event(const Json& event) {
+  return json_cell(member(member(event, "after"), "camera"));
 }
 
 BoxRows axis_rows(const Json& message) {
@@ -180,6 +184,24 @@ TrackColumns box_columns(TrackFormat format) {
           .cells = 8};
 }
 
+/// Adds the boxes of an element of a file to the table, or counts it among the bad ones; false for another structure.
+bool add_boxes(JsonTable& table, const TextLine& element, const Json& json, TrackFormat format,
+               const ReadOptions& options) {
+  const BoxRows rows = json.is_object() ? box_rows(format, json) : std::nullopt;
+  if (!rows) table.reject(element);
+  if (!rows) return false;
+  const bool frigate = format == TrackFormat::frigate;
+  if (frigate && options.frigate_camera.value_or(camera_of_event(json)) != camera_of_event(json))
+    table.reject(element, DropReason::other_camera);
+  else
+    for (const std::vector<Json>& row : *rows) table.add(row, element.number);
+  return true;
+}
+
+TrackFile boxes_in(const JsonTable& table, TrackFormat format, const ReadOptions& options) {
+  return table.with_bad_rows(read_table(table.table(), {box_columns(format), options, {}, 1.0, {}}, {}));
+}
+
 /// The objects of a file of tracked boxes: lines, or the elements of the array that has them.
 std::vector<TextLine> box_elements(const std::string& path, std::string_view text, TrackFormat format) {
   if (format == TrackFormat::frigate || format == TrackFormat::axis) return table_of(path, text).rows;
@@ -215,19 +237,26 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
   std::set<std::string> cameras;
   for (const TextLine& element : box_elements(path, text, format)) {
     const Json json = Json::parse(element.text, nullptr, false);
-    const BoxRows rows = json.is_object() ? box_rows(format, json) : std::nullopt;
-    if (!rows) {
-      table.reject(element);
-      continue;
-    }
-    if (format == TrackFormat::frigate) cameras.insert(json_cell(member(json["after"], "camera")));
-    for (const std::vector<Json>& row : *rows) table.add(row, element.number);
+    const bool counts = add_boxes(table, element, json, format, options) && !options.frigate_camera;
+    if (counts && format == TrackFormat::frigate) cameras.insert(camera_of_event(json));
   }
-  TrackFile file = table.with_bad_rows(read_table(table.table(), {box_columns(format), options, {}, 1.0, {}}, {}));
+  TrackFile file = boxes_in(table, format, options);
   if (cameras.size() > 1)
     file.detections.warnings.push_back(path + ": events of " + std::to_string(cameras.size()) +
-                                       " cameras, taken as one picture; give those of one camera");
+                                       " cameras, taken as one picture; give --frigate-camera");
   return file;
+}
+
+std::optional<TrackFile> live_detections(const nlohmann::json& json, const ReadOptions& options) {
+  if (std::optional<Detection> row = detection_of(json))
+    return in_metres({{{}, {*std::move(row)}, 1}, TrackFormat::ndjson, {}}, options, 1.0);
+  JsonTable table;
+  for (const TrackFormat format : {TrackFormat::frigate, TrackFormat::axis}) {
+    if (!json.is_object() || !box_rows(format, json)) continue;
+    add_boxes(table, {}, json, format, options);
+    return boxes_in(table, format, options);
+  }
+  return std::nullopt;
 }
 
 TrackFile read_json_array(const std::string& path, std::string_view text, const ReadOptions& options,

@@ -29,6 +29,8 @@ struct NdjsonRows {
 };
 NdjsonRows read_trajnetpp(const TextTable& table);
 
+/// A detection as JSON, `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`; null for any other JSON.
+std::optional<Detection> detection_of(const nlohmann::json& json);
 /// The lines that `sila serve` receives and `sila replay` writes, a detection each, `t_s` in seconds.
 Detections read_detection_lines(const TextTable& table);
 

@@ -65,6 +65,12 @@ ordered_json camera_json(const Camera& camera) {
   return std::vector<double>(columns_are_rows.data(), columns_are_rows.data() + columns_are_rows.size());
 }
 
+void add_picture(ordered_json& data, const std::string& picture, const Scene& scene) {
+  if (picture.empty()) return;
+  data["picture"] = picture;
+  data["camera"] = camera_json(scene.camera.value());
+}
+
 ordered_json tracks_json(std::span<const FramedTrajectory> tracks, std::size_t most) {
   constexpr double kDrawnEvery_s = 0.4;
   ordered_json list = ordered_json::array();

@@ -174,10 +174,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
-  if (!input.picture.empty()) {
-    data["picture"] = input.picture;
-    data["camera"] = camera_json(*input.scene.camera);
-  }
+  add_picture(data, input.picture, input.scene);
   return data;
 }
 

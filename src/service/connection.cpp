@@ -29,22 +29,21 @@ std::optional<Rejection> LineReceiver::check(std::string_view line) {
 std::optional<double> LineReceiver::receive(std::string_view line) {
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.empty()) return std::nullopt;
-  std::variant<Detection, Rejection> parsed;
+  ParsedLine parsed;
   if (const std::optional<Rejection> rejection = check(line)) {
-    parsed = *rejection;
+    parsed.rejections = {*rejection};
   } else {
-    parsed = parse_detection(line);
+    parsed = parse_line(line, registry_.options.read, registry_.has_camera);
     // A token where none is needed is no mistake.
-    if (std::holds_alternative<Rejection>(parsed) && parse_token(line)) return std::nullopt;
+    if (!parsed.rejections.empty() && parse_token(line)) return std::nullopt;
   }
   ++registry_.lines;
-  if (const Rejection* const rejection = std::get_if<Rejection>(&parsed)) {
-    registry_.engine->reject(stream_, *rejection);
-    return std::nullopt;
+  for (const Rejection rejection : parsed.rejections) registry_.engine->reject(stream_, rejection);
+  std::optional<double> t_s;
+  for (Detection& row : parsed.detections) {
+    t_s = row.t_s;
+    registry_.engine->offer({stream_, std::move(row), monotonic_s()});
   }
-  Detection& row = std::get<Detection>(parsed);
-  const double t_s = row.t_s;
-  registry_.engine->offer({stream_, std::move(row), monotonic_s()});
   return t_s;
 }
 

@@ -26,9 +26,11 @@ class Connection {
 struct ConnectionRegistry {
   ServerOptions options;
   ServiceConfig config;
+  bool has_camera = false;   ///< positions are image points
   Engine* engine = nullptr;  ///< null once the service ends
   std::function<std::string()> hello;
   std::function<ServiceMetrics()> metrics;
+  std::function<void(const std::string&)> announce;  ///< for people; from any thread
   std::map<StreamId, std::weak_ptr<Connection>> streams;
   std::map<StreamId, std::weak_ptr<Connection>> live_pages;
   StreamId next_id = 1;
@@ -60,7 +62,7 @@ class LineReceiver {
   LineReceiver(const LineReceiver&) = delete;
   LineReceiver& operator=(const LineReceiver&) = delete;
 
-  /// Accepts or rejects one line without its end; the time of the detection if it was accepted.
+  /// Accepts or rejects one line without its end; the time of its last detection that was accepted.
   std::optional<double> receive(std::string_view line);
 
  private:

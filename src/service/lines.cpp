@@ -1,18 +1,39 @@
 #include "lines.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "sila/io/track_files.hpp"
-
 namespace sila {
 
-std::variant<Detection, Rejection> parse_detection(std::string_view line) {
+namespace {
+
+/// Of an id, and of what is kept of a label while it is queued.
+constexpr std::size_t kMaxBytes = 64;
+
+}  // namespace
+
+ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool has_camera) {
   const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
-  if (!object.is_object()) return Rejection::not_json;
-  std::optional<Detection> row = detection_of(object);
-  if (!row) return Rejection::not_a_detection;
-  return *std::move(row);
+  if (!object.is_object()) return {{}, {Rejection::not_json}};
+  std::optional<TrackFile> file = live_detections(object, options);
+  if (!file) return {{}, {Rejection::not_a_detection}};
+  ParsedLine parsed;
+  for (const DroppedRows& dropped : file->detections.dropped) {
+    const bool other = dropped.reason == DropReason::other_camera;
+    parsed.rejections.insert(parsed.rejections.end(), dropped.rows,
+                             other ? Rejection::other_camera : Rejection::not_a_detection);
+  }
+  for (Detection& row : file->detections.rows) {
+    row.label.resize(std::min(row.label.size(), kMaxBytes));
+    if (file->pixels && !has_camera)
+      parsed.rejections.push_back(Rejection::no_camera);
+    else if (row.track.size() > kMaxBytes)
+      parsed.rejections.push_back(Rejection::not_a_detection);
+    else
+      parsed.detections.push_back(std::move(row));
+  }
+  return parsed;
 }
 
 std::optional<std::string> parse_token(std::string_view line) {

@@ -4,16 +4,22 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
+#include <vector>
 
-#include "sila/core/detections.hpp"
+#include "sila/io/track_files.hpp"
 #include "sila/service/rejection.hpp"
 
 namespace sila {
 
-/// A line of a stream: `{"t": 12.4, "id": "17", "x": 3.1, "y": 0.4}`, seconds and metres. `id` may be a whole number,
-/// `label` is optional, other keys are ignored.
-std::variant<Detection, Rejection> parse_detection(std::string_view line);
+/// What is in a line: detections to ingest, and the reason for each object that is none.
+struct ParsedLine {
+  std::vector<Detection> detections;
+  std::vector<Rejection> rejections;
+};
+
+/// A line of a stream, in any form of live_detections. `has_camera`: positions are image points, so that boxes can be
+/// used. Without a camera named in the options every event of Frigate is rejected.
+ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool has_camera);
 
 /// The token of a line `{"token": "..."}`.
 std::optional<std::string> parse_token(std::string_view line);

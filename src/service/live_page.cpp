@@ -77,11 +77,12 @@ std::string live_page() {
   return page;
 }
 
-std::string hello_message(const Scene& scene, const Model& model) {
+std::string hello_message(const Scene& scene, const Model& model, const std::string& picture) {
   ordered_json json{{"kind", "hello"}, {"sila", build_version()}};
   const bool of_model = scene.corners.empty() && !model.sites.empty();
   json["scene"] = scene_json(of_model ? scene_of(model) : scene, model.settings);
   json["model"] = model_json(model);
+  add_picture(json, picture, scene);
   return text_of(json);
 }
 

@@ -12,8 +12,9 @@ namespace sila {
 /// The HTML of the page, which loads nothing else.
 std::string live_page();
 
-/// The scene, without corners that of the model, and the model: the first message.
-std::string hello_message(const Scene& scene, const Model& model);
+/// The scene, without corners that of the model, the model, and a picture of the scene's camera (a data URL), if there
+/// is one: the first message.
+std::string hello_message(const Scene& scene, const Model& model, const std::string& picture);
 
 /// The model after an episode.
 std::string model_message(const Model& model);

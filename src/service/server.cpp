@@ -14,6 +14,7 @@
 #include "address.hpp"
 #include "connection.hpp"
 #include "live_page.hpp"
+#include "mqtt.hpp"
 #include "socket_connection.hpp"
 #include "standard_io.hpp"
 #include "web_session.hpp"
@@ -104,6 +105,7 @@ struct Server::State {
   std::optional<Local::acceptor> local;
   boost::asio::signal_set signals{registry.context, SIGINT, SIGTERM};
   std::shared_ptr<detail::StandardIo> standard;
+  std::shared_ptr<detail::MqttConnection> mqtt;
   bool input_ended = false;
   std::unique_ptr<Engine> engine;
 
@@ -194,6 +196,7 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
   validate_fields("service", settings.service);
   state.registry.options = options;
   state.registry.config = settings.service;
+  state.registry.has_camera = settings.camera.has_value();
   state.engine = std::make_unique<Engine>(
       std::move(settings), learner,
       Engine::Output{[&state](std::vector<OutgoingLine> lines) { state.send(std::move(lines)); },
@@ -201,13 +204,19 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
       options.standard_input && options.wait);
   state.registry.engine = state.engine.get();
   state.registry.metrics = [&state] { return state.metrics(); };
-  state.registry.hello = [scene, &learner] { return hello_message(scene, learner.snapshot()->model); };
+  if (!options.picture.empty() && !scene.camera)
+    throw std::invalid_argument("serve: picture is given, but the scene has no camera, by which metres become pixels");
+  state.registry.hello = [scene, &learner, picture = options.picture] {
+    return hello_message(scene, learner.snapshot()->model, picture);
+  };
   std::vector<std::string> listening;  // announced once all addresses are open
   const auto note = [&listening](const std::string& where) { listening.push_back(where); };
   if (!options.http.empty()) state.listen_http(note);
   if (!options.tcp.empty()) state.listen_tcp(note);
   if (!options.unix_path.empty()) state.listen_unix(note);
   for (const std::string& where : listening) announce(where);
+  state.registry.announce = std::move(announce);
+  if (!options.mqtt.empty()) state.mqtt = std::make_shared<detail::MqttConnection>(state.registry);
   state.signals.async_wait([&state](const boost::system::error_code& error, int) {
     if (!error) state.close();
   });
@@ -222,12 +231,14 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
 
 Server::~Server() {
   state_->standard.reset();
+  state_->mqtt.reset();
   state_->registry.engine = nullptr;
   state_->engine.reset();
 }
 
 bool Server::run() {
   if (state_->standard) state_->standard->start();
+  if (state_->mqtt) state_->mqtt->start();
   const auto work = boost::asio::make_work_guard(state_->registry.context);
   state_->registry.context.run();
   return state_->input_ended;

@@ -104,7 +104,8 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   const auto drawn = nlohmann::json::parse(report.out);
   EXPECT_EQ(drawn["picture"], "data:image/png;base64,iVBORw0KGgo=");
   EXPECT_EQ(drawn["camera"].size(), 9u);
-  expect_rejected("report m.sila --picture p.png", {"--picture", "--camera"});
+  expect_rejected("report m.sila --picture p.png", {"--picture", "tracks"});
+  expect_rejected("serve --model new.sila --picture p.png", {"--picture", "--camera"});
   write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
   expect_rejected("report m.sila metres.csv --picture p.png", {"--picture", "--camera"});
   expect_rejected("report m.sila mot.txt --fps 10 --camera camera.json --picture camera.json", {"PNG or JPEG"});

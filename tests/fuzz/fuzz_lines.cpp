@@ -1,8 +1,6 @@
 // The lines of the live service: parsed, and ingested by the stream core.
 
-#include <cmath>
 #include <set>
-#include <variant>
 
 #include "promises.hpp"
 #include "service/lines.hpp"
@@ -23,7 +21,6 @@ ServiceSettings settings() {
 
 void require_sound(const Detection& row) {
   require(!row.track.empty() && row.track.size() <= 64, "an id has 1 to 64 bytes", row.track);
-  require(std::isfinite(row.t_s) && row.position_m.allFinite(), "time and place are finite");
 }
 
 /// The reported line depends on the reason alone, so each reason is checked once.
@@ -52,15 +49,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string_view line = std::string_view(text).substr(begin, end - begin);
     begin = end + 1;
     parse_token(line);
-    const auto parsed = parse_detection(line);
-    if (const Detection* row = std::get_if<Detection>(&parsed)) {
-      require_sound(*row);
-      const IngestResult result = ingest(core, 1, *row, 0.0, made);
+    const ParsedLine parsed = parse_line(line, {.frigate_camera = std::string()}, true);
+    for (const Detection& row : parsed.detections) {
+      require_sound(row);
+      const IngestResult result = ingest(core, 1, row, 0.0, made);
       accepted += result.rejection ? 0 : 1;
       require(core.streams[1].pedestrians.size() <= 3, "no more than service.max_ids tracks are open");
-    } else {
-      const Rejection rejection = std::get<Rejection>(parsed);
-      require(rejection == Rejection::not_json || rejection == Rejection::not_a_detection, "the reason fits the line");
+    }
+    for (const Rejection rejection : parsed.rejections) {
+      require(rejection == Rejection::not_json || rejection == Rejection::not_a_detection ||
+                  rejection == Rejection::other_camera,
+              "the reason fits the line");
       require_reported(rejection);
     }
   }

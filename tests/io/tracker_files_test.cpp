@@ -224,9 +224,14 @@ TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
   const std::string yard = in_one_line(kFrigateEvent);
   std::string side = yard;
   side.replace(side.find("yard"), 4, "side");
-  const auto file = read_detections(folder.write("events.jsonl", yard + "\n" + side + "\n"));
+  const auto path = folder.write("events.jsonl", yard + "\n" + side + "\n");
+  const auto file = read_detections(path);
   ASSERT_EQ(file.detections.warnings.size(), 2U);  // the other one is of pixels
   EXPECT_TRUE(contains(file.detections.warnings[1], "2 cameras")) << file.detections.warnings[1];
+  const auto one = read_detections(path, {.frigate_camera = "side"});
+  EXPECT_EQ(one.detections.warnings.size(), 1U);
+  EXPECT_EQ(one.detections.rows.size(), 1U);
+  EXPECT_EQ(rows_of(one.detections, DropReason::other_camera), 1U);
 }
 
 TEST(AxisFrames, GiveTheFootOfEachObservation) {

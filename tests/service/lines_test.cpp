@@ -12,21 +12,52 @@ namespace sila {
 namespace {
 
 Rejection rejection_of_line(const std::string& line) {
-  const auto parsed = parse_detection(line);
-  EXPECT_TRUE(std::holds_alternative<Rejection>(parsed)) << line;
-  return std::holds_alternative<Rejection>(parsed) ? std::get<Rejection>(parsed) : Rejection::late;
+  const ParsedLine parsed = parse_line(line, {}, false);
+  EXPECT_TRUE(parsed.detections.empty() && parsed.rejections.size() == 1) << line;
+  return parsed.rejections.empty() ? Rejection::late : parsed.rejections.front();
 }
 
 TEST(Lines, ParsesADetection) {
   for (const char* line :
        {R"({"t": 12.4, "id": "17", "x": 3, "y": -0.5})", R"({"id": 17, "y": -0.5, "x": 3.0, "t": 1.24e1, "z": [1]})"}) {
-    const auto parsed = parse_detection(line);
-    ASSERT_TRUE(std::holds_alternative<Detection>(parsed)) << line;
-    const auto& row = std::get<Detection>(parsed);
+    const ParsedLine parsed = parse_line(line, {}, false);
+    ASSERT_EQ(parsed.detections.size(), 1u) << line;
+    EXPECT_TRUE(parsed.rejections.empty());
+    const Detection& row = parsed.detections.front();
     EXPECT_EQ(row.track, "17");
     EXPECT_EQ(row.t_s, 12.4);
     EXPECT_EQ(row.position_m, Vector2(3.0, -0.5));
   }
+}
+
+TEST(Lines, ParsesAnEventOfTheFrigateCameraThatIsNamed) {
+  const std::string event =
+      R"({"after": {"id": "a.1", "camera": "yard", "frame_time": 7.5, "label": "person", "box": [100, 90, 140, 170]}})";
+  const auto parse = [&](const std::optional<std::string>& camera) {
+    return parse_line(event, {.frigate_camera = camera}, true);
+  };
+  EXPECT_EQ(parse("door").rejections, std::vector{Rejection::other_camera});
+  EXPECT_EQ(parse("").rejections, std::vector{Rejection::other_camera});
+  const ParsedLine parsed = parse("yard");
+  ASSERT_EQ(parsed.detections.size(), 1u);
+  EXPECT_EQ(parsed.detections[0].position_m, Vector2(120.0, 170.0));
+  EXPECT_EQ(parsed.detections[0].t_s, 7.5);
+  EXPECT_EQ(rejection_of_line(event), Rejection::no_camera);
+}
+
+TEST(Lines, ParsesEveryObjectOfAnAxisFrame) {
+  const std::string frame = R"({"frame": {"timestamp": "1970-01-01T00:00:10.5Z", "observations": [)"
+                            R"({"track_id": "4", "class": {"type": "Human"},)"
+                            R"("bounding_box": {"left": 0.25, "top": 0.5, "right": 0.75, "bottom": 0.875}},)"
+                            R"({"track_id": "5", "bounding_box": {"left": 0, "top": 0, "right": 1, "bottom": 1}},)"
+                            R"({"track_id": "6", "class": {"type": "Human"}}]}})";
+  const ParsedLine parsed = parse_line(frame, {.person_classes = {"unknown"}}, true);
+  ASSERT_EQ(parsed.detections.size(), 2u);
+  EXPECT_EQ(parsed.detections[0].position_m, Vector2(0.5, 0.875));
+  EXPECT_EQ(parsed.detections[0].t_s, 10.5);
+  EXPECT_EQ(parsed.detections[1].label, "person") << "asked for";
+  EXPECT_NE(parsed.detections[0].label, "person");
+  EXPECT_EQ(parsed.rejections, std::vector{Rejection::not_a_detection});
 }
 
 TEST(Lines, RejectsOtherLinesWithTheReason) {
@@ -45,10 +76,10 @@ TEST(Lines, NoBytesMakeTheParserThrow) {
     std::mt19937 random(seed);
     std::string line = R"({"t": 12.4, "id": "17", "x": 3, "y": -0.5})";
     for (int k = 0; k < 4; ++k) line[random() % line.size()] = static_cast<char>(random() % 256);
-    EXPECT_NO_THROW(parse_detection(line)) << "seed " << seed;
+    EXPECT_NO_THROW(parse_line(line, {}, false)) << "seed " << seed;
     EXPECT_NO_THROW(parse_token(line)) << "seed " << seed;
   }
-  EXPECT_NO_THROW(parse_detection(std::string(100000, '[')));
+  EXPECT_NO_THROW(parse_line(std::string(100000, '['), {}, false));
 }
 
 TEST(Lines, EveryRejectionIsInTheList) {

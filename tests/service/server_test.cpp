@@ -12,7 +12,7 @@
 #include <boost/beast/websocket.hpp>
 #include <filesystem>
 
-#include "service/streams.hpp"
+#include "service/running.hpp"
 #include "sila/service/replay.hpp"
 #include "support/scratch.hpp"
 
@@ -23,33 +23,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
 using testing::corner_walks;
-
-class Running {
- public:
-  explicit Running(const ServiceConfig& config = {}, ServerOptions options = {}) {
-    options.http = options.tcp = "127.0.0.1:0";
-    ServiceSettings settings = testing::service_settings();
-    settings.service = config;
-    const SidewalkWidths widths{2.5, 2.5, 2.5};
-    scene.corners.push_back({"corner", testing::square_frame(), widths});
-    learner.emplace(
-        Model{}, OnlineCalibration{}, settings.episode, config,
-        LearnerThread::Storage{[this](const Model&, const Episode&, const OnlineCalibration&) { ++stored; }, {}});
-    server.emplace(options, scene, settings, *learner, [](const std::string&) {});
-    thread = std::thread([this] { server->run(); });
-  }
-  ~Running() {
-    server->stop();
-    thread.join();
-    server.reset();
-  }
-
-  Scene scene;
-  std::atomic<int> stored = 0;
-  std::optional<LearnerThread> learner;
-  std::optional<Server> server;
-  std::thread thread;
-};
+using testing::Running;
 
 /// A client that sends lines and waits for answers.
 class Client {

@@ -1,6 +1,7 @@
 // The page of `sila scene edit`: a scene over tracks or over the picture of a camera, changed by hand and saved as a file.
 import { applied, determinant, fitCamera, type PointPair } from "./camera";
 import { readData, type EditorData, type Point, type Scene } from "./data";
+import { placedBy } from "./distances";
 import { choice, h, number, plural, s } from "./dom";
 import { pointsOf, toWorld } from "./geometry";
 import { backdropOf, boundsOf, PlaceMap, type Backdrop } from "./place";
@@ -42,6 +43,10 @@ class Editor {
   private readonly fields: { set: () => void }[] = [];
   private readonly form = h("div", { class: "form" });
   private readonly points = h("tbody", { id: "points" });
+  /** Between the points [m], as typed; NaN for the others. */
+  private readonly distances: number[][] = [];
+  private readonly lengths = h("div", { class: "form lengths", id: "distances" });
+  private readonly lengthState = h("p", { class: "quiet", id: "distance-state", role: "status" });
   private readonly addButton = h("button", { type: "button", id: "add", "aria-pressed": "false" }, "Add a point");
   private readonly cameraState = h("p", { class: "quiet", id: "camera-state", role: "status" });
   private readonly state = h("p", { class: "quiet", id: "state", role: "status" });
@@ -184,7 +189,8 @@ class Editor {
     this.map.svg.addEventListener("keydown", (event) => { if (this.adding && event.key === "Enter") addAt([this.map.size[0] / 2, this.map.size[1] / 2]); });
     this.listPoints();
     return h("section", { id: "camera" }, h("h2", {}, "Camera"), h("p", { class: "lead" }, "Four or more points that you know in the picture and on the ground, such as corners of markings, make metres of pixels. Add a point, click on the picture (or press Enter for its middle) and type where it is, in metres along axes of your choice: of a rectangle of 8 m by 21 m the points are 0, 0; 8, 0; 8, 21 and 0, 21. No three may lie on a line; points far apart are best, and a fifth one shows how well they agree."),
-      h("div", { class: "controls" }, this.addButton), h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...["point", "u [pixels]", "v [pixels]", "x [m]", "y [m]", "off by", ""].map((name) => h("th", { scope: "col" }, name)))), this.points)), this.cameraState);
+      h("div", { class: "controls" }, this.addButton), h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...["point", "u [pixels]", "v [pixels]", "x [m]", "y [m]", "off by", ""].map((name) => h("th", { scope: "col" }, name)))), this.points)),
+      h("p", { class: "lead" }, "If you know no places, measure the distances between the points and type them here: point 1 becomes 0, 0, and point 2 lies on the x axis. Four points need five distances; a sixth one shows how well they agree."), this.lengths, this.lengthState, this.cameraState);
   }
 
   private setAdding(on: boolean): void {
@@ -204,7 +210,7 @@ class Editor {
         input.addEventListener("input", () => { list[k] = input.valueAsNumber; this.update(); });
         return h("td", { class: name }, input);
       };
-      const remove = h("button", { type: "button", "aria-label": `Remove point ${i + 1}`, onclick: () => { this.pairs.splice(i, 1); this.listPoints(); this.update(); } }, "Remove");
+      const remove = h("button", { type: "button", "aria-label": `Remove point ${i + 1}`, onclick: () => { for (const list of [this.pairs, this.distances, ...this.distances]) list.splice(i, 1); this.listPoints(); this.measure(); } }, "Remove");
       rows.push(h("tr", {}, h("th", { scope: "row" }, i + 1), cell("u", pair.image, 0), cell("v", pair.image, 1), cell("x", pair.ground, 0), cell("y", pair.ground, 1), h("td", { class: "residual" }), h("td", {}, remove)));
       this.handles.push(this.handle(`Point ${i + 1}`, s("g", { class: "known" }, s("path", { d: "M-12,0H-4M4,0H12M0,-12V-4M0,4V12" }), s("text", { x: 11, y: -8 }, i + 1)), () => this.map.place(pair.image), (to) => {
         [pair.image[0], pair.image[1]] = this.map.placeOf(to).map((value) => round(value, 1)) as Point;
@@ -213,7 +219,33 @@ class Editor {
       }));
     });
     this.points.replaceChildren(...rows);
+    this.listDistances();
     this.ofCamera.replaceChildren(...this.handles.slice(1 + 2 * axes.length).map((handle) => handle.element));
+  }
+
+  private listDistances(): void {
+    const n = this.pairs.length;
+    for (let i = 0; i < n; ++i) this.distances[i] = Array.from({ length: n }, (_, j) => this.distances[i]?.[j] ?? NaN);
+    this.lengths.replaceChildren(...this.pairs.flatMap((_, i) => this.pairs.slice(i + 1).map((_, k) => {
+      const j = i + 1 + k;
+      const length = this.distances[i]![j]!;
+      const input = h("input", { type: "number", step: 0.01, min: 0, value: Number.isNaN(length) ? "" : length });
+      input.addEventListener("input", () => { this.distances[i]![j] = this.distances[j]![i] = input.valueAsNumber; this.measure(); });
+      return h("label", {}, h("span", {}, `${i + 1} to ${j + 1} [m]`), input);
+    })));
+  }
+
+  /** The places of the points by the distances between them, if any are typed. */
+  private measure(): void {
+    const typed = this.distances.flat().filter((length) => !Number.isNaN(length)).length / 2;
+    const placed = placedBy(this.distances, this.pairs.map((pair) => pair.image));
+    if (typed > 0 && typeof placed !== "string") this.pairs.forEach(({ ground }, i) => {
+      [ground[0], ground[1]] = placed.points[i]!.map((value) => round(value, 3)) as Point;
+      this.points.rows[i]!.querySelectorAll("input").forEach((input, k) => { if (k >= 2) input.value = String(ground[k - 2]); });
+    });
+    const spare = typed - (2 * this.pairs.length - 3);
+    this.lengthState.textContent = typed === 0 ? "" : typeof placed === "string" ? `${placed.charAt(0).toUpperCase()}${placed.slice(1)}.` : spare > 0 ? `The distances agree within ${number(placed.residual_m)} m.` : "The distances place the points; one more would show an error.";
+    this.update();
   }
 
   /** Everything that follows from the corner and the points. */

@@ -6,14 +6,14 @@ import { count, h, number, percent, plural, s, toggle } from "./dom";
 import { pointsOf } from "./geometry";
 import { appended, grown, lit, momentOf, type Frame, type Message, type Metrics, type Moment } from "./live_data";
 import { methodColour } from "./palette";
-import { PlaceMap, type Bounds } from "./place";
+import { backdropOf, PlaceMap, type Backdrop, type Bounds } from "./place";
 import { arrowPath, shapeOf, type Shape } from "./primitives";
 import { themeButton } from "./theme";
 
 const ours = methodColour.sila;
 const constant = methodColour["constant velocity"];
 
-/** The map with primitives below and pedestrians above. */
+/** The map, or the picture of a camera, with primitives below and pedestrians above. */
 class LiveMap {
   readonly map: PlaceMap;
   private shapes: Shape[] = [];
@@ -24,10 +24,10 @@ class LiveMap {
   private box: Bounds | undefined;
   readonly visible = { primitives: true, modes: true };
 
-  constructor(private readonly scene: Scene, model: ModelData) {
+  constructor(private readonly scene: Scene, model: ModelData, backdrop?: Backdrop) {
     const corner = scene.corners[scene.primary ?? 0]!;
     const [x, y] = corner.origin;
-    this.map = new PlaceMap(scene, model.grid, [], { x0: x - 15, y0: y - 15, x1: x + 15, y1: y + 15 }, "Map of the scene now");
+    this.map = new PlaceMap(scene, model.grid, [], { x0: x - 15, y0: y - 15, x1: x + 15, y1: y + 15 }, "Map of the scene now", backdrop);
     this.map.show("grid", false);
     this.map.show("axes", false);
     this.map.top.append(this.below, this.pedestrians);
@@ -46,7 +46,7 @@ class LiveMap {
 
   show(frame: Frame): void {
     this.frame = frame;
-    const box = grown(this.box, frame.pedestrians, 6);
+    const box = this.map.backdrop ? undefined : grown(this.box, frame.pedestrians, 6);  // a picture is shown whole
     if (box && box !== this.box) {
       this.box = box;
       this.map.frame(box);  // which draws
@@ -81,7 +81,8 @@ class LiveMap {
       const [x, y] = this.map.project(here);
       shapes.push(s("circle", { class: "person", cx: x, cy: y, r: 5, "data-id": pedestrian.id }, s("title", {}, pedestrian.modes ? `${pedestrian.name}, novelty ${percent(pedestrian.novelty ?? 0)}` : `${pedestrian.name}, not predicted yet`)));
     }
-    this.pedestrians.replaceChildren(...shapes);
+    // On a picture some are where the camera does not see them.
+    this.pedestrians.replaceChildren(...shapes.filter((shape) => !shape.outerHTML.includes("NaN")));
   }
 }
 
@@ -129,12 +130,14 @@ class LivePage {
     this.state.textContent = text;
   }
 
-  take(message: Message): void {
+  async take(message: Message): Promise<void> {
     if (message.kind === "hello") {
       const title = message.scene.known ? message.scene.name : "a scene without a name";
       this.title.textContent = title.charAt(0).toUpperCase() + title.slice(1);
       document.title = `sila live: ${title}`;
-      this.live = new LiveMap(message.scene, message.model);
+      const backdrop = message.picture ? await backdropOf(message.picture) : undefined;
+      this.live = new LiveMap(message.scene, message.model, backdrop);
+      if (backdrop) backdrop.camera = message.camera;  // only now: without a camera a picture is shown whole
       this.place.replaceChildren(this.live.map.element);
       this.connection(`connected to sila ${message.sila}`);
     } else if (message.kind === "model") this.live?.learnt(message.model);
@@ -184,8 +187,11 @@ function connect(wait_s: number): void {
   address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
   address.search = location.search;
   const socket = new WebSocket(address);
-  let next = wait_s;
-  socket.onmessage = (event) => { next = 1; page.take(JSON.parse(String(event.data)) as Message); };
+  let [next, shown] = [wait_s, Promise.resolve()];  // one message after another: a picture takes a while
+  socket.onmessage = (event) => {
+    next = 1;
+    shown = shown.then(() => page.take(JSON.parse(String(event.data)) as Message)).catch((error: unknown) => page.connection(`This page cannot be shown: ${String(error)}`));
+  };
   socket.onclose = () => {
     page.connection(`the connection is closed; trying again in ${count(next)} s`);
     setTimeout(() => connect(Math.min(30, next * 2)), next * 1000);

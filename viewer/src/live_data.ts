@@ -1,11 +1,12 @@
 // The messages of the live page, one JSON object each. Lengths are metres in the world frame.
+import type { Homography } from "./camera";
 import type { ModelData, Scene } from "./data";
 
 export interface LiveMode { weight: number; path: number[]; primitives: number[] }
 export interface LivePedestrian { id: string; name: string; trail: number[]; novelty?: number; fallback?: boolean; modes?: LiveMode[] }
 export interface HorizonError { windows: number; mhd_m: number; constant_mhd_m: number }
 
-export interface Hello { kind: "hello"; sila: string; scene: Scene; model: ModelData }
+export interface Hello { kind: "hello"; sila: string; scene: Scene; model: ModelData; picture?: string; camera?: Homography }
 export interface ModelMessage { kind: "model"; model: ModelData }
 export interface Frame { kind: "frame"; count: number; pedestrians: LivePedestrian[] }
 export interface Metrics {

@@ -39,6 +39,7 @@ export function arrowPath(shape: Shape, map: PlaceMap): string {
   let text = "";
   for (const { from, to } of shape.arrows) {
     const [[ax, ay], [bx, by]] = [map.project(from), map.project(to)];
+    if (!Number.isFinite(ax + bx)) continue;  // the camera of a picture does not see it
     const angle = Math.atan2(by - ay, bx - ax);
     const head = Math.min(7, 0.45 * Math.hypot(bx - ax, by - ay));
     const side = (turn: number) => `${(bx + head * Math.cos(angle + turn)).toFixed(1)},${(by + head * Math.sin(angle + turn)).toFixed(1)}`;

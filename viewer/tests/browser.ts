@@ -36,6 +36,16 @@ const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> =>
 /** Everything that can be used and has no name. */
 const nameless = (page: Page): Promise<string[]> => page.$$eval("button, select, input, textarea, a", (all) => all.filter((e) => !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
 
+/** u, v in the picture of made_up_camera.ts, x, y on the ground. */
+const knownPoints = [[60, 690, -10, -10], [1220, 690, 14, -10], [860, 130, 14, 24], [420, 130, -10, 24]] as const;
+/** Adds a point by a click on the picture. */
+async function addAt(page: Page, u: number, v: number): Promise<void> {
+  await page.locator("#add").click();
+  await page.locator("svg.place").scrollIntoViewIfNeeded();
+  const box = (await page.locator("svg.place image").boundingBox())!;
+  await page.mouse.click(box.x + u / 1280 * box.width, box.y + v / 720 * box.height);
+}
+
 interface Saved { name: string; primary_corner: string; origin: [number, number]; axis_1: [number, number]; sidewalk_width_1_m: number; sidewalk_width_m: number; y_axis: string; camera?: { image_points: [number, number][]; ground_points: [number, number][] } }
 const saved = async (page: Page): Promise<Saved> => JSON.parse(await page.locator("#json").inputValue()) as Saved;
 
@@ -250,12 +260,9 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
   ["sets a camera by clicks on a picture and the places of the points", (browser) => visiting(browser, cameraEditor, {}, async (page) => {
     assert.ok(await page.locator("#save").isDisabled(), "without a camera there is no corner to save");
     assert.equal(await page.locator("#json").inputValue(), "");
-    const points = [[60, 690, -10, -10], [1220, 690, 14, -10], [860, 130, 14, 24], [420, 130, -10, 24]] as const;
+    const points = knownPoints;
     const add = async (u: number, v: number, x: number, y: number): Promise<void> => {
-      await page.locator("#add").click();
-      await page.locator("svg.place").scrollIntoViewIfNeeded();
-      const box = (await page.locator("svg.place image").boundingBox())!;
-      await page.mouse.click(box.x + u / 1280 * box.width, box.y + v / 720 * box.height);
+      await addAt(page, u, v);
       const row = page.locator("#points tr").last();
       await row.getByLabel(": x").fill(String(x));
       await row.getByLabel(": y").fill(String(y));
@@ -285,6 +292,29 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await page.getByRole("button", { name: "Remove point 5" }).click();
     await page.getByLabel("Point 1: x").fill("");
     assert.match(await text(page, "#camera-state"), /no camera yet: 3 of 4 points/);
+    assert.deepEqual(await nameless(page), []);
+  })],
+  ["sets a camera by the distances between clicked points", (browser) => visiting(browser, cameraEditor, {}, async (page) => {
+    for (const [u, v] of knownPoints) await addAt(page, u, v);
+    const type = (pair: string, length: number | ""): Promise<void> => page.getByLabel(`${pair} [m]`, { exact: true }).fill(String(length));
+    const diagonal = Math.hypot(24, 34);
+    for (const [pair, length] of [["1 to 2", 24], ["2 to 3", 34], ["3 to 4", 24], ["1 to 4", 34]] as const) await type(pair, length);
+    assert.equal(await text(page, "#distance-state"), "Point 3 needs its distances to two other points.");
+    await type("1 to 3", diagonal);
+    assert.match(await text(page, "#distance-state"), /^The distances place the points/);
+    assert.match(await text(page, "#camera-state"), /fits 4 points exactly/);
+    const { camera, y_axis } = await saved(page);
+    assert.deepEqual([y_axis, camera!.ground_points], ["up", [[0, 0], [24, 0], [24, 34], [0, 34]]]);
+    await type("2 to 4", diagonal + 0.3);
+    assert.match(await text(page, "#distance-state"), /^The distances agree within 0\.0\d m\.$/);
+    await picture(page, "editor-distances", true);
+    await type("1 to 3", 70);
+    assert.equal(await text(page, "#distance-state"), "The distances contradict one another: points 1 and 3 are 70 m apart, but only 58 m by way of point 2.");
+    await type("1 to 3", "");
+    assert.match(await text(page, "#distance-state"), /^The distances place the points/);
+    await page.getByRole("button", { name: "Remove point 2" }).click();
+    assert.equal(await page.locator("#distances input").count(), 3);
+    assert.equal(await page.getByLabel("2 to 3 [m]", { exact: true }).inputValue(), "24", "the distances of the others stay");
     assert.deepEqual(await nameless(page), []);
   })],
   ["says so when there are no data, or strange ones", async (browser) => {

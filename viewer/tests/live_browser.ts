@@ -1,11 +1,11 @@
 // Opens the live page of a running `sila serve` in a real Chromium, looks at it while a recording is replayed, and takes pictures.
-//   node build/browser/live_browser.mjs http://127.0.0.1:PORT/ PICTURES
+//   node build/browser/live_browser.mjs http://127.0.0.1:PORT/ PICTURES [picture]     picture: the service has --picture
 import assert from "node:assert/strict";
 import { mkdir } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { chromium, type Browser, type Page } from "playwright-core";
 
-const [address, folder] = process.argv.slice(2);
+const [address, folder, mode] = process.argv.slice(2);
 assert.ok(address && folder, "the address of the page and a folder for pictures are needed");
 const pictures = resolve(folder);
 
@@ -66,10 +66,26 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
   })],
 ];
 
+const onPicture: typeof tests = [
+  ["draws pedestrians and predicted paths on the picture of the camera", (browser) => visiting(browser, {}, async (page) => {
+    await page.waitForFunction(() => document.querySelectorAll(".pedestrians .mode").length > 5 && document.querySelectorAll(".primitive").length > 0, undefined, { timeout: 60_000 });
+    const box = (await page.locator("svg.place image").boundingBox())!;
+    const map = (await page.locator("svg.place").boundingBox())!;
+    assert.ok(box.x >= map.x && box.y >= map.y && box.y + box.height <= map.y + map.height + 1, "the picture is shown whole");
+    // The camera sees a part of the place.
+    await page.waitForFunction(({ x, y, width, height }) => [...document.querySelectorAll(".pedestrians .person")].map((person) => person.getBoundingClientRect())
+      .filter((at) => at.x > x && at.right < x + width && at.y > y && at.bottom < y + height).length > 3, box, { timeout: 60_000 });
+    const before = await pedestrians(page);
+    await page.waitForTimeout(1500);
+    assert.notEqual(await pedestrians(page), before, "pedestrians move");
+    await page.locator("#now").screenshot({ path: join(pictures, "live-picture.png") });
+  })],
+];
+
 await mkdir(pictures, { recursive: true });
 const browser = await chromium.launch({ executablePath: process.env["SILA_CHROMIUM"] ?? "/usr/bin/chromium", args: process.getuid?.() === 0 ? ["--no-sandbox"] : [] });
 let failed = 0;
-for (const [name, run] of tests) {
+for (const [name, run] of mode === "picture" ? onPicture : tests) {
   try {
     await run(browser);
     console.log(`ok      ${name}`);

@@ -30,6 +30,7 @@ enum class DropReason {
   bad_box,        ///< a box whose width or height is not positive
   above_horizon,  ///< an image point where the camera sees no ground
   other_label,    ///< not a pedestrian
+  other_camera,   ///< of another camera than the one asked for
   repeated,       ///< the same stamp and place of the same track again
   averaged,       ///< the same stamp, places that nearly agree: one mean row is kept, the others are counted here
   contradictory,  ///< the same stamp, places too far apart to be one person: none is kept
@@ -44,7 +45,7 @@ struct DropReasonText {
 };
 
 /// Every reason once, in the order of the enumeration.
-inline constexpr std::array<DropReasonText, 14> kDropReasons{{
+inline constexpr std::array<DropReasonText, 15> kDropReasons{{
     {DropReason::missing_cells, "missing_cells", "have too few columns"},
     {DropReason::not_a_number, "not_a_number", "have a cell that is not a number"},
     {DropReason::not_json, "not_json", "are not the JSON of the format"},
@@ -54,6 +55,7 @@ inline constexpr std::array<DropReasonText, 14> kDropReasons{{
     {DropReason::bad_box, "bad_box", "have a box whose width or height is not positive"},
     {DropReason::above_horizon, "above_horizon", "lie where the camera sees no ground"},
     {DropReason::other_label, "other_label", "are not pedestrians"},
+    {DropReason::other_camera, "other_camera", "are of another camera"},
     {DropReason::repeated, "repeated", "repeat a sample"},
     {DropReason::averaged, "averaged", "share a time stamp with near samples (their mean is kept)"},
     {DropReason::contradictory, "contradictory", "contradict another sample of the same time stamp"},

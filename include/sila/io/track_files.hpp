@@ -58,6 +58,7 @@ struct ReadOptions {
   std::optional<double> metres_per_unit = {};    ///< of a pixel, centimetre, ...; unset: the file is in metres
   std::optional<Camera> camera = {};             ///< makes metres of pixels, instead of `metres_per_unit`
   std::vector<std::string> person_classes = {};  ///< names or numbers that are pedestrians; empty: those of the format
+  std::optional<std::string> frigate_camera = {};  ///< whose events count; unset: all
 };
 
 /// `first` where it is set, else `second`, field by field.
@@ -81,9 +82,10 @@ struct TrackFile {
 /// row; std::invalid_argument for options out of range.
 TrackFile read_detections(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// One row of a tracker as JSON, `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`: seconds, metres, an id of 1 to 64 bytes
-/// or a whole number, and a `label` if there is one. Null for any other JSON.
-std::optional<Detection> detection_of(const nlohmann::json& json);
+/// The detections of one line of a live tracker, by the readers of files: `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`
+/// with an id of 1 to 64 bytes or a whole number, and a `label` if there is one; an event of Frigate; a frame of Axis.
+/// Null for any other JSON. Units: seconds, and those of the line. Throws: nothing of its own.
+std::optional<TrackFile> live_detections(const nlohmann::json& json, const ReadOptions& options);
 
 /// Writes the generic CSV, header `track_id,t,x,y`; every number reads back as the same double. The file appears whole
 /// or not at all. Units: seconds, metres. Throws: FormatError if the path cannot be written.

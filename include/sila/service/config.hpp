@@ -31,7 +31,7 @@ struct ServiceConfig {
   static constexpr int drift_pedestrians = 50;
   /// Half width of the band around the error of the earlier pedestrians [standard errors].
   static constexpr double drift_deviations = 4.0;
-  int max_line_bytes = 4096;
+  int max_line_bytes = 16384;
   double max_rate_hz = 20000.0;
   int max_connections = 64;
   int max_queued_lines = 20000;

@@ -19,6 +19,8 @@ enum class Rejection {
   overloaded,
   too_many_connections,
   no_token,
+  other_camera,
+  no_camera,
 };
 
 struct RejectionText {
@@ -28,7 +30,7 @@ struct RejectionText {
 };
 
 /// Every rejection once, in the order of the enumeration.
-inline constexpr std::array<RejectionText, 11> kRejections{{
+inline constexpr std::array<RejectionText, 13> kRejections{{
     {Rejection::too_long, "too_long", "the line is longer than service.max_line_bytes"},
     {Rejection::not_json, "not_json", "the line is not a JSON object"},
     {Rejection::not_a_detection, "not_a_detection",
@@ -41,6 +43,8 @@ inline constexpr std::array<RejectionText, 11> kRejections{{
     {Rejection::overloaded, "overloaded", "service.max_queued_lines are queued, more than a fair share by this client"},
     {Rejection::too_many_connections, "too_many_connections", "service.max_connections are open"},
     {Rejection::no_token, "no_token", "the token of the service is missing or wrong"},
+    {Rejection::other_camera, "other_camera", "the event is not of the camera that --frigate-camera names"},
+    {Rejection::no_camera, "no_camera", "boxes are image points, which need a camera file (--camera)"},
 }};
 
 constexpr const RejectionText& text_of(Rejection rejection) {
