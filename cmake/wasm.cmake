@@ -6,4 +6,4 @@ set(CMAKE_CXX_COMPILER_TARGET wasm32-wasi)
 set(CMAKE_SYSROOT /usr)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 # Without tables for unwinding: what is thrown ends the predictor (wasm/predictor.cpp).
-set(CMAKE_CXX_FLAGS_INIT "-nostdinc++ -isystem /usr/lib/llvm-16/include/wasm32-wasi/c++/v1 -fignore-exceptions -fno-threadsafe-statics")
+set(CMAKE_CXX_FLAGS_INIT "-Wno-unused-command-line-argument -nostdinc++ -isystem /usr/lib/llvm-16/include/wasm32-wasi/c++/v1 -fignore-exceptions -fno-threadsafe-statics")

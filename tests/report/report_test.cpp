@@ -91,6 +91,21 @@ TEST(Report, FitsItsLimit) {
   EXPECT_FALSE(small.at("played").empty());
 }
 
+TEST(Report, HasWhatPredictsOnThePageIfItFits) {
+  ReportInput input = made_up();
+  const nlohmann::ordered_json data = report_data(input);
+  EXPECT_EQ(data.at("predictor").at("wasm"),
+            text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/predictor.wasm.base64"));
+  EXPECT_GT(data.at("predictor").at("model").get<std::string>().size(), 1000u);
+  ReportLimits limits;
+  limits.bytes_with_predictor = data.dump().size() - 100;
+  const nlohmann::ordered_json small = report_data(input, limits);
+  EXPECT_FALSE(small.at("predictor").contains("model"));
+  EXPECT_GT(small.at("predictor").at("bytes"), small.at("predictor").at("most_bytes"));
+  input = {};
+  EXPECT_FALSE(report_data(input).contains("predictor"));
+}
+
 TEST(Report, WithoutTracksOrSceneShowsTheModelAlone) {
   ReportInput input = made_up();
   input.tracks.clear(), input.input_ids.clear(), input.scene = {};

@@ -55,10 +55,10 @@ export class Predictor {
     const bytes = wasm.sila_allocate(model.length);
     new Uint8Array(wasm.memory.buffer).set(model, bytes);
     const at = wasm.sila_load(bytes, model.length);
-    const told = new Float64Array(wasm.memory.buffer, at, 10);
-    const pair = (i: number): Point => [told[i]!, told[i + 1]!];
+    const answer = new Float64Array(wasm.memory.buffer, at, 10);
+    const pair = (i: number): Point => [answer[i]!, answer[i + 1]!];
     const mostSamples = 1024;
-    return new Predictor(wasm, { origin: pair(0), axis_1: pair(2), axis_2: pair(4), unit_m: pair(6) }, told[8]!, told[9]!, wasm.sila_allocate(24 * mostSamples), mostSamples);
+    return new Predictor(wasm, { origin: pair(0), axis_1: pair(2), axis_2: pair(4), unit_m: pair(6) }, answer[8]!, answer[9]!, wasm.sila_allocate(24 * mostSamples), mostSamples);
   }
 
   /** At the last of samples (time [s], x and y [m], times growing); of many the last ones count. */

@@ -37,7 +37,7 @@ test("the raster holds every mode", () => {
   assert.ok(raster.x0 + raster.cell * (raster.columns - 1) >= 13.5 && raster.y0 + raster.cell * (raster.rows - 1) >= 6.75);
 });
 
-test("a browser without WebAssembly is told what to do", () => {
+test("without WebAssembly there is a sentence on what to do", () => {
   assert.match(lacking({ DecompressionStream: class {} })!, /no WebAssembly.*Firefox.*other sections/);
   assert.match(lacking({ WebAssembly: {} })!, /no DecompressionStream/);
   assert.equal(lacking({ WebAssembly: {}, DecompressionStream: class {} }), undefined);
