@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sila/refine/predictor.hpp"
+#include "sila/model/packing.hpp"
 #include "sila/train/training.hpp"
 #include "support/message_of.hpp"
 #include "support/walks.hpp"

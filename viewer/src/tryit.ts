@@ -30,7 +30,7 @@ class TryIt {
   private readonly visible = { modes: true, regions: true };
   private readonly drawn = s("g");
   private readonly handle = s("g", { class: "handle pedestrian", role: "button", tabindex: 0, "aria-label": "Pedestrian: drag, or move by arrow keys" }, s("circle", { class: "touch", r: 22 }), s("circle", { class: "person", r: 8 }));
-  private readonly readout = h("p", { class: "readout", id: "try-readout", "aria-live": "polite" });
+  private readonly readout = h("p", { class: "readout", id: "try-readout" });
 
   constructor(data: ReportData, scene: Scene, private readonly predictor: Predictor) {
     const begin = firstTrail(data, scene.corners[scene.primary ?? 0]!);
