@@ -186,6 +186,7 @@ def test_with_a_name_nothing_is_lost_while_the_program_restarts(broker, program)
     sila_mqtt = program("--client-id", "corner")
     sila_mqtt.wait_until_it_says(": connected")
     listener.send(*walk(20))
+    wait_for(lambda: listener.got and json.loads(listener.got[-1])["t0"] > 1.85)
     assert sila_mqtt.end()["messages"] == 20
     listener.send(*walk(20, first=20))
     sila_mqtt = program("--client-id", "corner")
