@@ -24,6 +24,13 @@ class Packer {
     add(static_cast<double>(matrix.cols()));
     numbers_.insert(numbers_.end(), matrix.data(), matrix.data() + matrix.size());
   }
+  /// Its columns one after the other, from the diagonal down.
+  void add_lower_triangle(const Eigen::MatrixXd& matrix) {
+    add(static_cast<double>(matrix.rows()));
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      for (Eigen::Index row = column; row < matrix.rows(); ++row) add(matrix(row, column));
+    }
+  }
   template <class Element, class Add>
   void add_list(const std::vector<Element>& list, Add&& add_element) {
     add(static_cast<double>(list.size()));
@@ -55,6 +62,16 @@ class Unpacker {
     if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) reject_blob("a matrix goes over the end");
     const std::span<const double> entries = take(static_cast<std::size_t>(rows * columns));
     return Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
+  }
+  Eigen::MatrixXd lower_triangle() {
+    const auto size = count<Eigen::Index>();
+    if (size > 0 && (size + 1) / 2 > static_cast<Eigen::Index>(rest_.size()) / size)
+      reject_blob("a triangle goes over the end");
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+    for (Eigen::Index column = 0; column < size; ++column) {
+      for (Eigen::Index row = column; row < size; ++row) matrix(row, column) = number();
+    }
+    return matrix;
   }
   Eigen::VectorXd vector() {
     const Eigen::MatrixXd column = matrix();
@@ -147,13 +164,13 @@ bool identical(const Site& a, const Site& b) {
 }  // namespace
 
 std::vector<double> pack(const ErrorStatistics& error_statistics) {
-  const auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes] =
-      error_statistics;
+  const auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
+               correction, correction_share] = error_statistics;
   Packer packer;
   const auto add_moments = [&](const RegressionMoments& moments) {
     const auto& [weight, features, products] = moments;
     packer.add(weight);
-    packer.add(features);
+    packer.add_lower_triangle(features);
     packer.add(products);
   };
   const auto add_errors = [&](const ErrorMoments& moments) {
@@ -183,13 +200,15 @@ std::vector<double> pack(const ErrorStatistics& error_statistics) {
     for (const double error_m : errors_m) packer.add(error_m);
   });
   for (const RegressionMoments& change : changes) add_moments(change);
+  add_moments(correction);
+  add_moments(correction_share);
   return std::move(packer).numbers();
 }
 
 ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
   const auto moments = [&] {  // braces: the reads happen in this order
-    return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.matrix()};
+    return RegressionMoments{unpacker.number(), unpacker.lower_triangle(), unpacker.matrix()};
   };
   const auto error_moments = [&] { return ErrorMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
   const auto density = [&] { return DensityMoments{moments(), unpacker.list<ErrorMoments>(error_moments)}; };
@@ -210,6 +229,8 @@ ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
     return errors;
   });
   for (RegressionMoments& change : error_statistics.changes) change = moments();
+  error_statistics.correction = moments();
+  error_statistics.correction_share = moments();
   unpacker.finish();
   return error_statistics;
 }
