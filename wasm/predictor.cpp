@@ -14,7 +14,6 @@
 
 #include "io/portable_predictor.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/refine/regions.hpp"
 
 namespace sila {
 namespace {

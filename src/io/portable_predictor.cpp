@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes.hpp"
+#include "core/bytes.hpp"
 #include "model_parts.hpp"
 #include "sila/model/packing.hpp"
 
@@ -106,7 +106,7 @@ PortablePredictor predictor_of_bytes(std::string_view bytes) {
   bytes::Reader reader(bytes);
   const auto text = [&] { return reader.take(reader.word()); };
   PortablePredictor predictor;
-  predictor.frame = unpack_frame(bytes::to_numbers(text()));
+  predictor.frame = unpack<CurbFrame>(bytes::to_numbers(text()));
   ModelParts parts;
   parts.head = text();
   while (!reader.at_end()) parts.parts.emplace_back(text());

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sila/model/packing.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
 #include "support/walks.hpp"
 
