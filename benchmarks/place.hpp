@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "sila/config.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/sim/simulate.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 
 namespace bench {
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "options.hpp"
-#include "sila/core/thread_limit.hpp"
+#include "sila/config.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"
 #include "verbs.hpp"

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "options.hpp"
-#include "sila/core/thread_limit.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/config.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"

@@ -7,11 +7,10 @@
 #include <stdexcept>
 
 #include "options.hpp"
+#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/core/thread_limit.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
-#include "sila/io/fusion_case.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"

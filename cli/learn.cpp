@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "options.hpp"
-#include "sila/core/thread_limit.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/config.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/refine/prune.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

@@ -12,7 +12,7 @@
 
 #include "sila/config.hpp"
 #include "sila/core/trajectory.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "sila/io/scene.hpp"

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "options.hpp"
+#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/core/thread_limit.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
 #include "sila/version.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "options.hpp"
-#include "sila/core/corner_proposal.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/report/report.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "options.hpp"
-#include "sila/core/thread_limit.hpp"
+#include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"

@@ -17,3 +17,5 @@ endfunction()
 sila_embed_page(report.html embedded_page.hpp kEmbeddedPage)
 sila_embed_page(live.html embedded_live.hpp kEmbeddedLivePage)
 sila_embed_page(editor.html embedded_editor.hpp kEmbeddedEditor)
+# Deflated WebAssembly in base64, as the page takes it.
+sila_embed_page(predictor.wasm.base64 embedded_predictor.hpp kEmbeddedPredictor)

@@ -5,7 +5,6 @@
 #include "sila/refine/predictor.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 
 int main() {
   sila::SimulationConfig place;

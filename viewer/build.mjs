@@ -36,7 +36,7 @@ if (process.argv.includes("--tests")) {
   const files = (await readdir(here + "tests")).filter((name) => name.endsWith(".test.ts"));
   await node(files.map((name) => here + "tests/" + name), "build/tests");
 } else if (process.argv.includes("--browser")) {
-  await node([here + "tests/browser.ts", here + "tests/live_browser.ts", here + "tests/made_up_camera.ts"], "build/browser");
+  await node([here + "tests/browser.ts", here + "tests/live_browser.ts", here + "tests/made_up_camera.ts", here + "tests/golden.ts"], "build/browser");
 } else {
   await page("src/main.ts", "src/page.html", "report.html");
   await page("src/editor.ts", "src/page.html", "editor.html");

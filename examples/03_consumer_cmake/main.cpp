@@ -1,8 +1,8 @@
 // Learns people who walk along a sidewalk and predicts another one, with sila::core alone: no file, no JSON.
 #include <cstdio>
-#include <sila/core/curb_frame.hpp>
+#include <sila/core/trajectory.hpp>
 #include <sila/refine/predictor.hpp>
-#include <sila/train/training.hpp>
+#include <sila/train/episode.hpp>
 #include <sila/version.hpp>
 #include <string>
 #include <vector>

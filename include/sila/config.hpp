@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tbb/global_control.h>
+
 #include <concepts>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,10 +13,21 @@
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/service/config.hpp"
-#include "sila/sim/config.hpp"
+#include "sila/sim/simulate.hpp"
 #include "sila/train/config.hpp"
 
 namespace sila {
+
+/// Limits the threads of everything that runs while it exists; 0 means no limit.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads) {
+    if (threads > 0) control_.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+  }
+
+ private:
+  std::optional<tbb::global_control> control_;
+};
 
 /// All settings of the program, the one home of every default. `sila config` prints it.
 struct Config {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "arrays.hpp"
-#include "sila/core/thread_limit.hpp"
+#include "sila/config.hpp"
 #include "sila/evaluate/metrics.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"

@@ -8,11 +8,11 @@
 #include <stdexcept>
 
 #include "arrays.hpp"
+#include "sila/config.hpp"
 #include "sila/core/clean.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/core/thread_limit.hpp"
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/sim/simulate.hpp"

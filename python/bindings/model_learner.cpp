@@ -4,8 +4,8 @@
 
 #include "experiments.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
-#include "sila/train/training.hpp"
 
 namespace sila::python {
 namespace {

@@ -1,12 +1,11 @@
 #include <tbb/parallel_for.h>
 
 #include "arrays.hpp"
+#include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/core/thread_limit.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
 #include "sila/refine/predictor.hpp"
-#include "sila/refine/regions.hpp"
 
 namespace sila::python {
 namespace {

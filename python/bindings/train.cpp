@@ -1,13 +1,11 @@
 #include <nlohmann/json.hpp>
 
 #include "bindings.hpp"
-#include "sila/core/thread_limit.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/config.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/fusion_case.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 
 namespace sila::python {
 namespace {

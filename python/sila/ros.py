@@ -1,4 +1,5 @@
-"""Tracked pedestrians from ROS 2 bags, and predictions for Foxglove (`pip install sila[ros]`; no ROS is needed).
+"""Tracked pedestrians from ROS 2 bags, and predictions for Foxglove (`pip install sila[ros]`; no ROS is needed); and
+for a node of ROS 2 `detections` and `predicted_objects`, which need neither.
 
 Positions are taken as they are, in the frame that the messages name: record them in a fixed frame such as "map".
 """
@@ -18,34 +19,29 @@ import numpy as np
 
 from ._config import ConfigLike, merged
 from ._ellipse import ellipse, steps_at
+from ._ros_messages import (
+    DEFINITIONS,
+    TRACKED_TYPES,
+    detections,
+    message_type,
+    predicted_objects,
+    time_s,
+    tracked_objects,
+)
 from ._sila import Prediction, Track
 from ._tracks import Tracks, TracksLike, as_tracks, clean_rows
 from .errors import FormatError
 
-__all__ = ["read_tracks", "tracked_topics", "write_predictions"]
-
-# Of messages, as their packages define them; for bags that do not bring the definitions themselves.
-_AUTOWARE = {
-    "TrackedObjects": "std_msgs/Header header\nTrackedObject[] objects",
-    "TrackedObject": "unique_identifier_msgs/UUID object_id\nfloat32 existence_probability\n"
-    "ObjectClassification[] classification\nTrackedObjectKinematics kinematics\nShape shape",
-    "ObjectClassification": "uint8 label\nfloat32 probability",
-    "TrackedObjectKinematics": "geometry_msgs/PoseWithCovariance pose_with_covariance\n"
-    "geometry_msgs/TwistWithCovariance twist_with_covariance\n"
-    "geometry_msgs/AccelWithCovariance acceleration_with_covariance\n"
-    "uint8 orientation_availability\nbool is_stationary",
-    "Shape": "uint8 type\ngeometry_msgs/Polygon footprint\ngeometry_msgs/Vector3 dimensions",
-}
-_VISION = {
-    "Detection3DArray": "std_msgs/Header header\nDetection3D[] detections",
-    "Detection3D": "std_msgs/Header header\nObjectHypothesisWithPose[] results\nBoundingBox3D bbox\nstring id",
-    "ObjectHypothesisWithPose": "ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose",
-    "ObjectHypothesis": "string class_id\nfloat64 score",
-    "BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size",
-}
-_PACKAGES = {"autoware_perception_msgs": _AUTOWARE, "autoware_auto_perception_msgs": _AUTOWARE, "vision_msgs": _VISION}
-_AUTOWARE_LABELS = ("unknown", "car", "truck", "bus", "trailer", "motorcycle", "bicycle", "pedestrian")
-
+__all__ = [
+    "detections",
+    "message_type",
+    "predicted_objects",
+    "read_tracks",
+    "time_s",
+    "tracked_objects",
+    "tracked_topics",
+    "write_predictions",
+]
 
 @dataclass
 class _Rows:
@@ -60,7 +56,7 @@ class _Rows:
 def tracked_topics(bag: str | os.PathLike[str]) -> dict[str, str]:
     """The topics of a bag that tracks can be read from, and their types."""
     with _open(bag) as reader:
-        return {c.topic: c.msgtype for c in reader.connections if c.msgtype in _READERS}
+        return {c.topic: c.msgtype for c in reader.connections if c.msgtype in TRACKED_TYPES}
 
 
 def read_tracks(
@@ -85,14 +81,14 @@ def read_tracks(
         for connection, stamp_ns, data in reader.messages(connections=wanted):
             message = reader.deserialize(data, connection.msgtype)
             if frame_id is None or message.header.frame_id == frame_id:
-                _READERS[connection.msgtype](message, _seconds(message.header.stamp, stamp_ns), rows)
+                _add(message, time_s(message) or stamp_ns / 1e9, pedestrian_labels, rows)
     if len(rows.frames) > 1:
         raise FormatError(os.fspath(bag), 0, "positions in one frame (or frame_id)", ", ".join(sorted(rows.frames)))
     if not rows.ids:
         found = f"{rows.without_id} objects without an id" if rows.without_id else "no object"
         raise FormatError(os.fspath(bag), 0, "tracked objects with ids", found)
-    labels = ["pedestrian" if label in pedestrian_labels else label for label in rows.labels]
-    tracks = clean_rows(rows.ids, np.array(rows.t), np.array(rows.xy), labels, os.fspath(bag), merged("{}", config))
+    times, points, where = np.array(rows.t), np.array(rows.xy), os.fspath(bag)
+    tracks = clean_rows(rows.ids, times, points, rows.labels, where, merged("{}", config))
     tracks.report.update(rows_without_id=rows.without_id, frame_id=rows.frames.pop())
     return tracks
 
@@ -109,7 +105,7 @@ def _open(bag: str | os.PathLike[str]) -> Iterator[Any]:
     if not path.exists():
         raise FormatError(str(path), 0, "a ROS 2 bag", "no such file or folder")
     store = get_typestore(Stores.ROS2_HUMBLE)
-    for package, messages in _PACKAGES.items():
+    for package, messages in DEFINITIONS.items():
         types: dict[str, Any] = {}
         for name, text in messages.items():
             types.update(get_types_from_msg(text, f"{package}/msg/{name}"))
@@ -122,7 +118,7 @@ def _open(bag: str | os.PathLike[str]) -> Iterator[Any]:
 
 
 def _connections(bag: str | os.PathLike[str], reader: Any, topic: str | None) -> list[Any]:
-    known = [c for c in reader.connections if c.msgtype in _READERS]
+    known = [c for c in reader.connections if c.msgtype in TRACKED_TYPES]
     topics = sorted({c.topic for c in known})
     if topic is None and len(topics) == 1:
         return known
@@ -133,43 +129,17 @@ def _connections(bag: str | os.PathLike[str], reader: Any, topic: str | None) ->
     return wanted
 
 
-def _seconds(stamp: Any, received_ns: int) -> float:
-    """The stamp of a header, or when the message was recorded if it is not set."""
-    ns = stamp.sec * 1_000_000_000 + stamp.nanosec
-    return float((ns or received_ns) / 1e9)
-
-
-def _autoware(message: Any, t: float, rows: _Rows) -> None:
-    for tracked in message.objects:
-        best = max(tracked.classification, key=lambda c: c.probability, default=None)
-        code = 0 if best is None else best.label
-        position = tracked.kinematics.pose_with_covariance.pose.position
-        rows.ids.append(bytes(tracked.object_id.uuid).hex())
-        rows.labels.append(_AUTOWARE_LABELS[code] if code < len(_AUTOWARE_LABELS) else f"class {code}")
-        rows.t.append(t)
-        rows.xy.append((position.x, position.y))
-        rows.frames.add(message.header.frame_id)
-
-
-def _vision(message: Any, t: float, rows: _Rows) -> None:
-    for detection in message.detections:
-        name = getattr(detection, "id", "") or getattr(detection, "tracking_id", "")
-        if not name:
+def _add(message: Any, t: float, pedestrian_labels: Collection[str], rows: _Rows) -> None:
+    for tracked in tracked_objects(message, pedestrian_labels):
+        if not tracked.id:
             rows.without_id += 1
             continue
-        best = max(detection.results, key=lambda r: r.hypothesis.score, default=None)
-        rows.ids.append(name)
-        rows.labels.append("" if best is None else str(best.hypothesis.class_id))
+        rows.ids.append(tracked.id)
+        rows.labels.append(tracked.label)
         rows.t.append(t)
-        rows.xy.append((detection.bbox.center.position.x, detection.bbox.center.position.y))
+        rows.xy.append((tracked.pose.position.x, tracked.pose.position.y))
         rows.frames.add(message.header.frame_id)
 
-
-_READERS = {
-    "autoware_perception_msgs/msg/TrackedObjects": _autoware,
-    "autoware_auto_perception_msgs/msg/TrackedObjects": _autoware,
-    "vision_msgs/msg/Detection3DArray": _vision,
-}
 
 _COLOURS = ((0.76, 0.25, 0.05), (0.11, 0.31, 0.85), (0.02, 0.47, 0.34), (0.49, 0.13, 0.81), (0.63, 0.38, 0.03))
 

@@ -1,24 +1,29 @@
 """Bags are written here, message by message, as trackers write them."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 import sila
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sila import ros
+from sila._ros_messages import DEFINITIONS
 
 # Version 8 has no message definitions in the bag.
 STORAGES = [(StoragePlugin.SQLITE3, 8), (StoragePlugin.SQLITE3, 9), (StoragePlugin.MCAP, 9)]
 TRACKED = "autoware_perception_msgs/msg/TrackedObjects"
 DETECTED = "vision_msgs/msg/Detection3DArray"
+PREDICTED = "autoware_perception_msgs/msg/PredictedObjects"
 
 
 @pytest.fixture(scope="module")
 def store():
     store = get_typestore(Stores.ROS2_HUMBLE)
-    for package, messages in ros._PACKAGES.items():
+    for package, messages in DEFINITIONS.items():
         for name, text in messages.items():
             store.register(get_types_from_msg(text, f"{package}/msg/{name}"))
     return store
@@ -214,3 +219,111 @@ def test_predictions_are_written_for_foxglove(tmp_path, predictions, unseen):
             assert np.array_equal([(point.x, point.y) for point in line.points], mode.path_m)
         ellipses = [line for line in entity.lines if line.type == line.LINE_LOOP]
         assert len(ellipses) == 3 * len(prediction.modes)
+
+
+def answered(tmp_path, store, kind, messages):
+    """The messages of a bag and what a node would answer, written to a second bag and read again, with the predictions
+    that each answer was made of."""
+    asked = write_bag(tmp_path / "asked", store, STORAGES[-1], {"/tracks": (kind, messages)})
+    answers, given = [], []
+    with AnyReader([asked], default_typestore=store) as reader, sila.Stream() as stream:
+        for connection, _, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            found = ros.detections(message, pedestrian_labels=["walker_7"])
+            given.append(stream.update(ros.time_s(message), found))
+            answers.append(
+                ros.predicted_objects(message, given[-1], types=store.types.__getitem__, pedestrian_labels=["walker_7"])
+            )
+    bag = write_bag(tmp_path / "answered", store, STORAGES[-1], {"/predictions": (PREDICTED, answers)})
+    with AnyReader([bag], default_typestore=store) as reader:
+        read = [reader.deserialize(data, connection.msgtype) for connection, _, data in reader.messages()]
+    return list(zip(messages, read, given, strict=True))
+
+
+def xy(poses):
+    return np.array([(pose.position.x, pose.position.y) for pose in poses])
+
+
+def headings(poses):
+    return np.array([2.0 * np.arctan2(pose.orientation.z, pose.orientation.w) for pose in poses])
+
+
+def check_paths(answer, start, prediction):
+    """The paths of an object are the modes of its prediction, from where the message saw it."""
+    paths = answer.kinematics.predicted_paths
+    assert np.array_equal({path.path[0].position.z for path in paths}, {1.0})
+    expected = {mode.path_m.tobytes() for mode in prediction.modes}
+    assert {np.ascontiguousarray(xy(path.path)[1:]).tobytes() for path in paths} == expected
+    assert len(paths) == len(expected)
+    assert sum(path.confidence for path in paths) == pytest.approx(1.0, abs=1e-6)
+    for path in paths:
+        assert np.array_equal(xy(path.path)[0], start)
+        assert path.time_step.sec + path.time_step.nanosec / 1e9 == pytest.approx(prediction.times_s[0], abs=1e-9)
+        steps = np.diff(xy(path.path), axis=0)
+        moving = np.hypot(*steps.T) > 0.02
+        ahead = np.arctan2(steps[:, 1], steps[:, 0])
+        np.testing.assert_allclose(np.exp(1j * headings(path.path)[:-1][moving]), np.exp(1j * ahead[moving]), atol=1e-9)
+
+
+def test_tracked_objects_are_answered_with_their_predicted_paths(tmp_path, store):
+    make = Messages(store)
+    people = [(1, 7), (2, 7), (3, 1)]
+    messages = [make.tracked(t, [(who, *path_of(who)[k], label) for who, label in people]) for k, t in enumerate(TIMES)]
+    seen = answered(tmp_path, store, TRACKED, messages)
+    assert [len(given) for _, _, given in seen[:4]] == [0, 0, 0, 0]
+    assert all(len(given) == 2 for _, _, given in seen[5:])
+    for message, answer, given in seen:
+        assert astuple(answer.header) == astuple(message.header)
+        for before, after in zip(message.objects, answer.objects, strict=True):
+            assert np.array_equal(before.object_id.uuid, after.object_id.uuid)
+            assert [c.label for c in after.classification] == [c.label for c in before.classification]
+            assert astuple(after.shape.dimensions) == astuple(before.shape.dimensions)
+            position = before.kinematics.pose_with_covariance.pose.position
+            assert astuple(after.kinematics.initial_pose_with_covariance.pose.position) == astuple(position)
+            mine = given.of(bytes(before.object_id.uuid).hex())
+            if mine:
+                check_paths(after, (position.x, position.y), mine[0])
+            else:
+                assert after.kinematics.predicted_paths == []
+
+
+def test_detections_are_answered_with_heading_speed_and_uuid(tmp_path, store):
+    make = Messages(store)
+    known = "12345678-1234-5678-1234-567812345678"
+    names = ["17", known, ""]
+    messages = [
+        make.detected(t, [(name, *path_of(1 + n)[k], ["walker_7", "person", "person"][n]) for n, name in enumerate(names)])
+        for k, t in enumerate(TIMES)
+    ]
+    seen = answered(tmp_path, store, DETECTED, messages)
+    uuids = {tuple(bytes(answer.objects[0].object_id.uuid)) for _, answer, _ in seen}
+    assert len(uuids) == 1
+    for message, answer, given in seen[5:]:
+        assert [len(answer.objects), bytes(answer.objects[1].object_id.uuid).hex()] == [2, known.replace("-", "")]
+        for before, after, name in zip(message.detections, answer.objects, names, strict=False):
+            position, (prediction,) = before.bbox.center.position, given.of(name)
+            check_paths(after, (position.x, position.y), prediction)
+            assert after.classification[0].label == 7
+            assert after.existence_probability == pytest.approx(0.8)
+            assert astuple(after.shape.dimensions) == astuple(before.bbox.size)
+            step = prediction.modes[0].path_m[0] - [position.x, position.y]
+            state = after.kinematics
+            speed_mps = np.hypot(*step) / prediction.times_s[0]
+            assert state.initial_twist_with_covariance.twist.linear.x == pytest.approx(speed_mps)
+            assert headings([state.initial_pose_with_covariance.pose])[0] == pytest.approx(np.arctan2(*step[::-1]))
+
+
+def test_absurd_positions_and_old_predictions_have_no_path(store):
+    make = Messages(store)
+    with sila.Stream() as stream:
+        for k, t in enumerate(TIMES):
+            message = make.tracked(t, [(1, *path_of(1)[k], 7), (2, np.nan, 0.0, 7)])
+            predictions = stream.update(ros.time_s(message), ros.detections(message))
+        assert stream.counts["rejected"]["not_usable"] == len(TIMES)
+    types = store.types.__getitem__
+    now = ros.predicted_objects(message, predictions, types=types)
+    assert [len(one.kinematics.predicted_paths) > 0 for one in now.objects] == [True, False]
+    later = ros.predicted_objects(make.tracked(TIMES[-1] + 0.1, [(1, 0.0, 0.0, 7)]), predictions, types=types)
+    assert later.objects[0].kinematics.predicted_paths == []
+    with pytest.raises(TypeError, match="expected TrackedObjects or Detection3DArray, found"):
+        ros.detections(make.header(0.0, "map"))

@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "core/dropped_rows.hpp"
 #include "core/unit_warnings.hpp"
 
 namespace sila {
@@ -38,32 +39,11 @@ struct Tracklet {
   std::vector<Sample> samples;
 };
 
-/// The report while it grows.
-class Ledger {
- public:
-  TrackReport report;
-
-  void add(const DroppedRows& entry) {
-    DroppedRows& total = dropped_[entry.reason];
-    if (total.rows == 0) total = {entry.reason, 0, entry.first};
-    total.rows += entry.rows;
-  }
-  void drop(DropReason reason, const std::string& source, const std::string& track, std::size_t line) {
-    DroppedRows& total = dropped_[reason];
-    if (total.rows++ > 0) return;
-    total.reason = reason;
-    total.first = source;
-    if (line > 0) total.first.append(":").append(std::to_string(line));
-    total.first.append(", track ").append(track);
-  }
-  TrackReport finished() {
-    for (const auto& [reason, entry] : dropped_) report.dropped.push_back(entry);
-    return std::move(report);
-  }
-
- private:
-  std::map<DropReason, DroppedRows> dropped_;
-};
+void drop(TrackReport& report, DropReason reason, const std::string& source, const std::string& track,
+          std::size_t line) {
+  DroppedRows& total = entry_of(report.dropped, reason);
+  if (total.rows++ == 0) total.first = source + (line > 0 ? ":" + std::to_string(line) : "") + ", track " + track;
+}
 
 std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& config) {
   if (!std::isfinite(row.t_s) || !row.position_m.allFinite()) return DropReason::not_finite;
@@ -76,18 +56,18 @@ std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& conf
 
 /// The usable rows by id, sorted by time. Equal stamps are sorted by place, so that the order of the input cannot
 /// matter.
-std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& config, Ledger& ledger) {
+std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& config, TrackReport& report) {
   std::vector<RawTrack> tracks;
   std::unordered_map<std::string_view, std::size_t> index;
   for (const Detection& row : source.rows) {
     if (const auto fault = fault_of(row, config)) {
-      ledger.drop(*fault, source.source, row.track, row.line);
+      drop(report, *fault, source.source, row.track, row.line);
       continue;
     }
     const auto [entry, is_new] = index.try_emplace(row.track, tracks.size());
     if (is_new) tracks.push_back({row.track, {}});
     std::vector<Sample>& samples = tracks[entry->second].samples;
-    if (!samples.empty() && row.t_s < samples.back().t_s) ++ledger.report.out_of_order_rows;
+    if (!samples.empty() && row.t_s < samples.back().t_s) ++report.out_of_order_rows;
     samples.push_back({row.t_s, row.position_m, row.line});
   }
   const auto key = [](const Sample& s) { return std::make_tuple(s.t_s, s.position_m.x(), s.position_m.y(), s.line); };
@@ -95,7 +75,7 @@ std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& co
     std::sort(track.samples.begin(), track.samples.end(),
               [&](const Sample& a, const Sample& b) { return key(a) < key(b); });
   }
-  ledger.report.track_ids += tracks.size();
+  report.track_ids += tracks.size();
   return tracks;
 }
 
@@ -108,7 +88,7 @@ double spread(std::span<const Sample> samples) {
 
 /// The one sample of a stamp that several rows share; nothing if they contradict one another.
 std::optional<Sample> merged(std::span<const Sample> same, const std::string& id, const std::string& source,
-                             const CleanConfig& config, Ledger& ledger) {
+                             const CleanConfig& config, TrackReport& report) {
   if (same.size() == 1) return same.front();
   const bool contradictory = spread(same) > config.jump_tolerance_m;
   Vector2 sum = Vector2::Zero();
@@ -116,9 +96,9 @@ std::optional<Sample> merged(std::span<const Sample> same, const std::string& id
   for (std::size_t i = 0; i < same.size(); ++i) {
     const bool again = i > 0 && same[i].position_m == same[i - 1].position_m;
     if (!again) sum += same[i].position_m, ++places;
-    if (contradictory) ledger.drop(DropReason::contradictory, source, id, same[i].line);
+    if (contradictory) drop(report, DropReason::contradictory, source, id, same[i].line);
     if (!contradictory && i > 0)
-      ledger.drop(again ? DropReason::repeated : DropReason::averaged, source, id, same[i].line);
+      drop(report, again ? DropReason::repeated : DropReason::averaged, source, id, same[i].line);
   }
   if (contradictory) return std::nullopt;
   return Sample{same.front().t_s, sum / static_cast<double>(places), same.front().line};
@@ -126,13 +106,13 @@ std::optional<Sample> merged(std::span<const Sample> same, const std::string& id
 
 /// Sorted samples to samples with strictly increasing times.
 std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& source, const CleanConfig& config,
-                                  Ledger& ledger) {
+                                  TrackReport& report) {
   std::vector<Sample> result;
   result.reserve(track.samples.size());
   for (std::size_t begin = 0, end = 0; begin < track.samples.size(); begin = end) {
     while (end < track.samples.size() && track.samples[end].t_s == track.samples[begin].t_s) ++end;
     const std::span<const Sample> same(track.samples.data() + begin, end - begin);
-    if (const auto sample = merged(same, track.id, source, config, ledger)) result.push_back(*sample);
+    if (const auto sample = merged(same, track.id, source, config, report)) result.push_back(*sample);
   }
   return result;
 }
@@ -148,26 +128,26 @@ bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
 
 /// Cuts at gaps and jumps; a single sample off a path that continues without it is dropped.
 std::vector<Tracklet> tracklets_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
-                                   Ledger& ledger) {
-  const std::vector<Sample> samples = one_per_stamp(track, source, config, ledger);
+                                   TrackReport& report) {
+  const std::vector<Sample> samples = one_per_stamp(track, source, config, report);
   std::vector<Tracklet> tracklets;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Sample* last = tracklets.empty() ? nullptr : &tracklets.back().samples.back();
     const bool jump = last != nullptr && is_jump(*last, samples[i], config);
     if (jump && i + 1 < samples.size() && !is_jump(*last, samples[i + 1], config) &&
         !is_gap(*last, samples[i + 1], config)) {
-      ledger.drop(DropReason::outlier, source, track.id, samples[i].line);
+      drop(report, DropReason::outlier, source, track.id, samples[i].line);
       continue;
     }
     const bool gap = last != nullptr && is_gap(*last, samples[i], config);
-    if (jump) ++ledger.report.splits_at_jumps;
-    if (gap && !jump) ++ledger.report.splits_at_gaps;
+    if (jump) ++report.splits_at_jumps;
+    if (gap && !jump) ++report.splits_at_gaps;
     if (last == nullptr || jump || gap) tracklets.push_back({&track, {}});
     tracklets.back().samples.push_back(samples[i]);
   }
   std::erase_if(tracklets, [&](const Tracklet& tracklet) {
     if (tracklet.samples.size() > 1) return false;
-    ledger.drop(DropReason::single_sample, source, track.id, tracklet.samples.front().line);
+    drop(report, DropReason::single_sample, source, track.id, tracklet.samples.front().line);
     return true;
   });
   return tracklets;
@@ -238,15 +218,15 @@ struct CleanedTrack {
 
 /// The tracks of one source by start time, then id.
 std::vector<CleanedTrack> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
-                                       Ledger& ledger) {
-  for (const DroppedRows& entry : source.dropped) ledger.add(entry);
-  const std::vector<RawTrack> tracks = raw_tracks(source, config, ledger);
-  auto& warnings = ledger.report.warnings;
+                                       TrackReport& report) {
+  add(report.dropped, source.dropped);
+  const std::vector<RawTrack> tracks = raw_tracks(source, config, report);
+  auto& warnings = report.warnings;
   warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
   for (std::string& warning : unit_warnings(source, tracks, config)) warnings.push_back(std::move(warning));
   std::vector<Tracklet> tracklets;
   for (const RawTrack& track : tracks) {
-    for (Tracklet& tracklet : tracklets_of(track, source.source, config, ledger))
+    for (Tracklet& tracklet : tracklets_of(track, source.source, config, report))
       tracklets.push_back(std::move(tracklet));
   }
   std::sort(tracklets.begin(), tracklets.end(), [](const Tracklet& a, const Tracklet& b) {
@@ -265,14 +245,14 @@ CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::
                       const CleanConfig& config) {
   validate(config);
   CleanTracks result;
-  Ledger ledger;
+  TrackReport& report = result.report;
   std::size_t recordings = 0;
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    ledger.report.rows_read += sources[s].rows_read;
+    report.rows_read += sources[s].rows_read;
     std::map<std::string, std::size_t> recording_of;  // where there is more than one in a source
-    for (CleanedTrack& track : clean_source(sources[s], prefix[s], config, ledger)) {
-      ledger.report.rows_kept += track.trajectory.times_s.size();
-      if (extent_m(track.trajectory) < config.standing_extent_m) ++ledger.report.standing_tracks;
+    for (CleanedTrack& track : clean_source(sources[s], prefix[s], config, report)) {
+      report.rows_kept += track.trajectory.times_s.size();
+      if (extent_m(track.trajectory) < config.standing_extent_m) ++report.standing_tracks;
       result.trajectories.push_back(std::move(track.trajectory));
       const std::string clock = sources[s].own_clocks ? track.input_id : "";
       result.trajectories.back().recording =
@@ -281,9 +261,8 @@ CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::
     }
     recordings += std::max<std::size_t>(1, recording_of.size());
   }
-  ledger.report.sources = sources.size();
-  ledger.report.tracks_kept = result.trajectories.size();
-  result.report = ledger.finished();
+  report.sources = sources.size();
+  report.tracks_kept = result.trajectories.size();
   return result;
 }
 

@@ -1,5 +1,3 @@
-#include "sila/core/corner_proposal.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "core/kinematics.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 namespace {

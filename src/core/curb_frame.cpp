@@ -1,5 +1,3 @@
-#include "sila/core/curb_frame.hpp"
-
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
@@ -7,6 +5,7 @@
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 namespace {

@@ -13,12 +13,6 @@ namespace {
 /// Below this ratio of the two standard deviations' difference to the larger one no direction stands out.
 constexpr double kSmallestContrast = 1e-6;
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The direction of the largest variance.
 Vector2 principal_axis(const std::vector<Vector2>& positions_m) {
   Vector2 mean = Vector2::Zero();
@@ -35,19 +29,25 @@ Vector2 principal_axis(const std::vector<Vector2>& positions_m) {
 
 }  // namespace
 
+Vector2 median_position(const std::vector<Vector2>& positions) {
+  const auto median = [&](int axis) {
+    std::vector<double> values;
+    for (const Vector2& position : positions) values.push_back(position(axis));
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {median(0), median(1)};
+}
+
 CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling) {
   std::vector<Vector2> positions_m;
   for (const FramedTrajectory& entry : tracks)
     positions_m.insert(positions_m.end(), entry.track.positions_m.begin(), entry.track.positions_m.end());
   if (positions_m.empty()) throw std::invalid_argument("frame_of_tracks: tracks = [], one position is needed");
-  std::vector<double> x, y;
-  for (const Vector2& p : positions_m) {
-    x.push_back(p.x());
-    y.push_back(p.y());
-  }
   const Vector2 axis = principal_axis(positions_m);
   const SidewalkWidths widths{kTrackFrameWidth_m, kTrackFrameWidth_m, kTrackFrameWidth_m};
-  CurbFrame frame = make_curb_frame({median(std::move(x)), median(std::move(y))}, axis, left_of(axis), widths, scaling);
+  CurbFrame frame = make_curb_frame(median_position(positions_m), axis, left_of(axis), widths, scaling);
   frame.from_tracks = true;
   return frame;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "sila/core/trajectory.hpp"
 
@@ -8,6 +9,9 @@ namespace sila {
 
 /// Sidewalk width of a frame that is made from tracks [m].
 inline constexpr double kTrackFrameWidth_m = 3.0;
+
+/// The median along each axis. Precondition: not empty.
+Vector2 median_position(const std::vector<Vector2>& positions);
 
 /// The frame of a place of which no corner is known: origin at the median position, axis_1 along the direction of the
 /// largest variance of the positions (its first component that is not 0 is positive), axis_2 at a right angle,

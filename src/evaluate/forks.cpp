@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "predict/constant_velocity.hpp"
-#include "sila/evaluate/split.hpp"
 #include "sila/evaluate/training_support.hpp"
 
 namespace sila {

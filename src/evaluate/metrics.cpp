@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sila/refine/regions.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 namespace {
@@ -59,27 +59,16 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
 }
 
 Metrics operator+(const Metrics& a, const Metrics& b) {
-  Metrics sum{a.weighted_mhd_m + b.weighted_mhd_m,
-              a.most_likely_mhd_m + b.most_likely_mhd_m,
-              a.best_mhd_m + b.best_mhd_m,
-              a.mean_path_mhd_m + b.mean_path_mhd_m,
-              a.mean_path_ade_m + b.mean_path_ade_m,
-              a.mean_path_fde_m + b.mean_path_fde_m,
-              a.ade_m + b.ade_m,
-              a.fde_m + b.fde_m,
-              a.best_ade_m + b.best_ade_m,
-              a.best_fde_m + b.best_fde_m,
-              a.nll + b.nll,
-              a.coverage};
+  Metrics sum = a;
+  for (const auto& [name, member] : kMetrics) sum.*member += b.*member;
   for (std::size_t p = 0; p < sum.coverage.size(); ++p) sum.coverage[p] += b.coverage[p];
   return sum;
 }
 
-Metrics operator*(double f, const Metrics& a) {
-  Metrics scaled{f * a.weighted_mhd_m,  f * a.most_likely_mhd_m, f * a.best_mhd_m, f * a.mean_path_mhd_m,
-                 f * a.mean_path_ade_m, f * a.mean_path_fde_m,   f * a.ade_m,      f * a.fde_m,
-                 f * a.best_ade_m,      f * a.best_fde_m,        f * a.nll,        a.coverage};
-  for (double& share : scaled.coverage) share *= f;
+Metrics operator*(double factor, const Metrics& a) {
+  Metrics scaled = a;
+  for (const auto& [name, member] : kMetrics) scaled.*member *= factor;
+  for (double& share : scaled.coverage) share *= factor;
   return scaled;
 }
 

@@ -1,5 +1,5 @@
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 

@@ -8,7 +8,6 @@
 
 #include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
-#include "sila/evaluate/split.hpp"
 #include "sila/evaluate/training_support.hpp"
 
 namespace sila {

@@ -1,5 +1,3 @@
-#include "sila/evaluate/split.hpp"
-
 #include <algorithm>
 #include <iterator>
 #include <map>
@@ -9,6 +7,8 @@
 #include <utility>
 
 #include "core/concatenate.hpp"
+#include "core/unit_warnings.hpp"
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {
@@ -80,9 +80,7 @@ double usual_stay_s(std::span<const Person> people, std::size_t recording) {
   for (const Person& person : people) {
     if (person.recording() == recording) stays_s.push_back(person.end_s - person.begin_s);
   }
-  const auto quantile = stays_s.begin() + static_cast<std::ptrdiff_t>(3 * (stays_s.size() - 1) / 4);
-  std::ranges::nth_element(stays_s, quantile);
-  return *quantile;
+  return quantile(std::move(stays_s), 0.75);
 }
 
 /// The blocks of the held-back people: from the first begin of neighbours to the last one and a usual stay longer.

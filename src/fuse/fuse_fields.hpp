@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "gp/fit.hpp"
-#include "sila/gp/config.hpp"
+#include "sila/gp/sparse_gp.hpp"
 #include "sila/model/fusion_problem.hpp"
 #include "sila/model/increment.hpp"
 

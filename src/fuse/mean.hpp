@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "sila/fuse/config.hpp"
+#include "sila/fuse/fuse.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {

@@ -23,10 +23,6 @@ Eigen::MatrixXd greedy_pseudo_inputs(const GpData& data, const Kernel& kernel, c
                                     .chosen);
 }
 
-detail::Stopping stopping(const GpConfig& config) {
-  return {config.max_iterations, config.gradient_tolerance, config.relative_tolerance};
-}
-
 /// theta as the optimiser sees it: log length scales, log noise variance, log (signal variance / noise variance). In
 /// these the floors of noise and of noise to signal are both a box.
 Eigen::VectorXd to_vector(const Hyperparameters& theta) {
@@ -93,7 +89,7 @@ Hyperparameters optimise_theta(const std::vector<GpData>& sets, const std::vecto
     }
     return sum;
   };
-  return to_hyperparameters(detail::minimise_in_box(objective, box, stopping(config)).x);
+  return to_hyperparameters(detail::minimise_in_box(objective, box, {.max_iterations = config.max_iterations}).x);
 }
 
 /// Greedy Z under the theta so far, then theta under that Z, some rounds.
@@ -147,7 +143,7 @@ Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::Sear
     if (with_theta) result.gradient.tail(dimensions + 2) = gradient_of_vector(gradient);
     return result;
   };
-  return unpack(detail::minimise_in_box(objective, box, stopping(config)).x);
+  return unpack(detail::minimise_in_box(objective, box, {.max_iterations = config.max_iterations}).x);
 }
 
 Fit optimised_fit(const GpData& data, const Hyperparameters& start, const GpConfig& config) {
@@ -171,12 +167,8 @@ SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eige
                                                               config.selection_stop, default_jitter);
   SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen),
                                         mean, default_jitter);
-  Eigen::MatrixXd features = detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs));
-  const Eigen::MatrixXd residuals = data.outputs.rowwise() - mean.transpose();
-  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), theta.noise_variance);
-  detail::add(gp,
-              detail::statistics_of(std::move(features), residuals, noise, theta.kernel.signal_variance, config.alpha),
-              static_cast<double>(data.inputs.cols()));
+  detail::add_data(gp, data, detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs)),
+                   config.alpha);
   return gp;
 }
 

@@ -2,7 +2,6 @@
 
 #include <span>
 
-#include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila {

@@ -205,14 +205,6 @@ detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& 
                                into.kernel.signal_variance, alpha);
 }
 
-void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features, double alpha) {
-  if (data.inputs.cols() == 0) return;
-  const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
-  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance);
-  detail::add(gp, detail::statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
-              static_cast<double>(data.inputs.cols()));
-}
-
 /// A part of which only the constant mean is known.
 bool no_statistics(const SparseGp& part) {
   return part.pseudo_inputs.cols() == 0;
@@ -251,7 +243,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
       detail::add(fused, pseudo_data_statistics(*part, fused, lower, config.alpha), part->points);
     }
   }
-  add_data(fused, data, std::move(basis.features), config.alpha);
+  if (data_points > 0.0) detail::add_data(fused, data, std::move(basis.features), config.alpha);
   return fused;
 }
 

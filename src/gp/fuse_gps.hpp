@@ -3,7 +3,6 @@
 #include <optional>
 #include <span>
 
-#include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila {

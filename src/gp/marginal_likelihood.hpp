@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 
-#include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/concatenate.hpp"
+#include "sila/core/fields.hpp"
 #include "statistics.hpp"
 
 namespace sila {
@@ -68,12 +69,9 @@ SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eige
   validate("condition", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
   SparseGp updated = gp;
   if (inputs.cols() == 0) return updated;
-  const Eigen::MatrixXd residuals = outputs.rowwise() - gp.mean.transpose();
-  Eigen::MatrixXd features =
-      detail::whitened(detail::lower_factor(gp, "condition"), covariance(gp.kernel, inputs, gp.pseudo_inputs));
-  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(inputs.cols(), gp.noise_variance);
-  detail::add(updated, detail::statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
-              static_cast<double>(inputs.cols()));
+  detail::add_data(
+      updated, {inputs, outputs},
+      detail::whitened(detail::lower_factor(gp, "condition"), covariance(gp.kernel, inputs, gp.pseudo_inputs)), alpha);
   return updated;
 }
 
@@ -112,6 +110,33 @@ void validate(const char* function, const GpData& data, Eigen::Index input_dimen
   require_shape(function, "outputs", data.outputs.rows(), data.outputs.cols(), points, output_dimensions);
   require_finite(function, "inputs", data.inputs);
   require_finite(function, "outputs", data.outputs);
+}
+
+bool operator==(const Hyperparameters& a, const Hyperparameters& b) {
+  return a.kernel == b.kernel && a.noise_variance == b.noise_variance;
+}
+
+void validate(const Hyperparameters& hyperparameters) {
+  validate(hyperparameters.kernel);
+  const double noise = hyperparameters.noise_variance;
+  if (noise > 0.0 && std::isfinite(noise)) return;
+  throw std::invalid_argument(
+      concatenate("hyperparameters: noise_variance = ", noise, ", must be positive and finite"));
+}
+
+void validate(const GpConfig& config) {
+  const Range share{0.0, 1.0}, positive{.min = 0.0, .open_min = true};
+  const auto require = [](const char* name, double value, const Range& range) {
+    require_in_range("gp", name, value, range);
+  };
+  require("max_pseudo_inputs", config.max_pseudo_inputs, {1, 1000});
+  require("selection_stop", config.selection_stop, share);
+  require("alpha", config.alpha, share);
+  require("max_iterations", config.max_iterations, {1, 1e6});
+  require("min_length_scale", config.min_length_scale, positive);
+  require("min_noise_variance", config.min_noise_variance, positive);
+  require("max_fused_pseudo_inputs", config.max_fused_pseudo_inputs, {1, 1000});
+  require("keep_pseudo_inputs_share", config.keep_pseudo_inputs_share, share);
 }
 
 }  // namespace sila

@@ -82,6 +82,13 @@ void add(SparseGp& gp, const Statistics& statistics, double points) {
   gp.points += points;
 }
 
+void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features, double alpha) {
+  const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
+  const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance);
+  add(gp, statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
+      static_cast<double>(data.inputs.cols()));
+}
+
 void require_alpha(const std::string& function, double alpha) {
   if (alpha >= 0.0 && alpha <= 1.0) return;
   throw std::invalid_argument(concatenate(function, ": alpha = ", alpha, " is outside [0, 1]"));

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
 /// Shared by the sources of this folder.
@@ -47,6 +46,9 @@ Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residu
                          double signal_variance, double alpha);
 
 void add(SparseGp& gp, const Statistics& statistics, double points);
+
+/// Adds data whose features V' are known. Shapes: features n x M.
+void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features, double alpha);
 
 void require_alpha(const std::string& function, double alpha);
 

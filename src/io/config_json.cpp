@@ -1,12 +1,14 @@
 #include "sila/io/config_json.hpp"
 
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "old_settings.hpp"
 #include "sila/core/errors.hpp"
@@ -24,45 +26,25 @@ struct Rejection {
   std::string found;
 };
 
-/// How many letters must be put in, taken out or exchanged to make the words of a list of one name (Levenshtein). All
-/// the name's rows of the table are one machine word, as differences of neighbours (Myers, J. ACM 46(3), 1999; Hyyro,
-/// 2003), so 64 letters of it count.
-class EditDistance {
- public:
-  explicit EditDistance(std::string_view name) : letters_(std::min<std::size_t>(name.size(), 64)) {
-    for (std::size_t i = 0; i < letters_; ++i) rows_of_[static_cast<unsigned char>(name[i])] |= std::uint64_t{1} << i;
-  }
-
-  std::size_t to(std::string_view word) const {
-    if (letters_ == 0) return word.size();
-    const std::size_t last = letters_ - 1;
-    std::size_t distance = letters_;
-    std::uint64_t rises = ~std::uint64_t{0}, falls = 0;  // from the row above, in the column of the last letter
-    for (const char letter : word) {
-      const std::uint64_t same = rows_of_[static_cast<unsigned char>(letter)];
-      const std::uint64_t diagonal = (((same & rises) + rises) ^ rises) | same | falls;
-      std::uint64_t to_right_rises = falls | ~(diagonal | rises);
-      std::uint64_t to_right_falls = rises & diagonal;
-      distance += (to_right_rises >> last) & 1;
-      distance -= (to_right_falls >> last) & 1;
-      to_right_rises = to_right_rises << 1 | 1;  // in the empty name's row, every letter costs one
-      to_right_falls <<= 1;
-      rises = to_right_falls | ~(diagonal | to_right_rises);
-      falls = to_right_rises & diagonal;
+/// How many letters must be put in, taken out or exchanged to make one word of the other (Levenshtein).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t exchanged = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({exchanged, diagonal + 1, row[j] + 1});
     }
-    return distance;
   }
+  return row.back();
+}
 
- private:
-  std::size_t letters_;
-  std::array<std::uint64_t, 256> rows_of_{};  ///< by letter
-};
-
-/// Index of the first word that the fewest letters part from `name`.
+/// Index of the first word that the fewest letters part from `name`, of which 64 letters count.
 std::size_t nearest_word(std::string_view name, const std::vector<std::string_view>& words) {
-  const EditDistance distance(name);
   std::vector<std::size_t> distances;
-  for (const std::string_view word : words) distances.push_back(distance.to(word));
+  for (const std::string_view word : words) distances.push_back(edit_distance(name.substr(0, 64), word));
   return static_cast<std::size_t>(std::ranges::min_element(distances) - distances.begin());
 }
 

@@ -65,18 +65,10 @@ std::string coverage_row(const GroupScore& group) {
 }  // namespace
 
 nlohmann::ordered_json to_json(const Metrics& m) {
-  return {{"weighted_mhd_m", m.weighted_mhd_m},
-          {"most_likely_mhd_m", m.most_likely_mhd_m},
-          {"best_mhd_m", m.best_mhd_m},
-          {"mean_path_mhd_m", m.mean_path_mhd_m},
-          {"mean_path_ade_m", m.mean_path_ade_m},
-          {"mean_path_fde_m", m.mean_path_fde_m},
-          {"ade_m", m.ade_m},
-          {"fde_m", m.fde_m},
-          {"best_ade_m", m.best_ade_m},
-          {"best_fde_m", m.best_fde_m},
-          {"nll", m.nll},
-          {"coverage", coverage_json(m)}};
+  nlohmann::ordered_json json;
+  for (const auto& [name, member] : kMetrics) json[name] = m.*member;
+  json["coverage"] = coverage_json(m);
+  return json;
 }
 
 nlohmann::ordered_json to_json(const Evaluation& evaluation) {

@@ -1,14 +1,12 @@
-#include "sila/io/fusion_case.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iterator>
-#include <sstream>
 #include <stdexcept>
 
 #include "sila/core/errors.hpp"
+#include "sila/io/files.hpp"
+#include "sila/io/reports.hpp"
 
 namespace sila {
 namespace {
@@ -33,25 +31,6 @@ struct BadContent {
   std::string expected;
   std::string found;
 };
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw FormatError(path, 0, "a fusion case (JSON)", "a file that cannot be opened");
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (file.bad()) throw FormatError(path, 0, "a fusion case (JSON)", "a file that cannot be read");
-  return std::move(text).str();
-}
-
-json parse(const std::string& path, const std::string& text) {
-  try {
-    return json::parse(text);
-  } catch (const json::parse_error& error) {
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    const auto line = 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
-    throw FormatError(path, line, "a fusion case (JSON)", text.empty() ? "an empty file" : error.what());
-  }
-}
 
 const json& member(const json& object, const char* key) {
   if (!object.contains(key)) throw BadContent{std::string("the key '") + key + "'", "none"};
@@ -208,7 +187,7 @@ std::string difference(const std::string& key, const json& expected, const json&
 }  // namespace
 
 FusionCase read_fusion_case(const std::string& path) {
-  const json file = parse(path, text_of(path));
+  const json file = read_json(path);
   try {
     if (!file.is_object())
       throw BadContent{"a fusion case (an object)", std::string("JSON of type ") + file.type_name()};

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "bytes.hpp"
+#include "core/bytes.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
@@ -58,7 +58,7 @@ class Reader {
   }
   template <class Part>
   void packed(Part& part) {
-    unpack(bytes::to_numbers(rest_.take(rest_.word())), part);
+    part = unpack<Part>(bytes::to_numbers(rest_.take(rest_.word())));
   }
   template <class Element, class Members>
   void list(std::vector<Element>& elements, Members&& members) {
@@ -69,14 +69,6 @@ class Reader {
   }
 
  private:
-  using Numbers = std::span<const double>;
-  static void unpack(Numbers numbers, ErrorStatistics& part) { part = unpack_error_statistics(numbers); }
-  static void unpack(Numbers numbers, FlowField& part) { part = unpack_flow_field(numbers); }
-  static void unpack(Numbers numbers, SparseGp& part) { part = unpack_gp(numbers); }
-  static void unpack(Numbers numbers, CurbFrame& part) { part = unpack_frame(numbers); }
-  static void unpack(Numbers numbers, std::vector<SiteCount>& part) { part = unpack_site_counts(numbers); }
-  static void unpack(Numbers numbers, ModelSettings& part) { part = unpack_settings(numbers); }
-
   bytes::Reader rest_;
 };
 
@@ -104,9 +96,7 @@ void members(auto& archive, Is<Transition> auto& transition) {
 }
 
 template <class Part>
-requires requires(const Part& part) {
-  pack(part);
-}
+requires PackedPart<std::remove_const_t<Part>>
 void members(auto& archive, Part& part) {
   archive.packed(part);
 }

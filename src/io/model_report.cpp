@@ -185,6 +185,15 @@ ordered_json learning_json(const StoredModel& stored) {
   return json;
 }
 
+/// What both forms of reports have of an episode.
+ordered_json record_json(const EpisodeRecord& episode) {
+  return {{"number", episode.number},
+          {"tracks", episode.tracks},
+          {"seconds", episode.seconds},
+          {"size_before", episode.size_before},
+          {"size_after", episode.size_after}};
+}
+
 /// As ISO 8601, UTC; "-" if not known.
 std::string when(const EpisodeRecord& episode) {
   const auto time = static_cast<std::time_t>(episode.committed_s);
@@ -259,12 +268,8 @@ ordered_json inspect_json(const StoredModel& stored) {
   for (const EpisodeRecord& episode : stored.episodes) {
     ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
     if (statistics.is_object()) statistics.erase("change");  // thousands of numbers, which `sila report` draws
-    episodes.push_back({{"number", episode.number},
-                        {"tracks", episode.tracks},
-                        {"seconds", episode.seconds},
-                        {"size_before", episode.size_before},
-                        {"size_after", episode.size_after},
-                        {"statistics", std::move(statistics)}});
+    episodes.push_back(record_json(episode));
+    episodes.back()["statistics"] = std::move(statistics);
   }
   return {{"primitives", model.primitives.size()},
           {"transitions", model.transitions.size()},
@@ -324,12 +329,8 @@ std::string describe_log(const StoredModel& stored, int oldest) {
 ordered_json log_json(const StoredModel& stored, int oldest) {
   ordered_json list = ordered_json::array();
   for (const EpisodeRecord& episode : stored.episodes) {
-    ordered_json& entry = list.emplace_back(ordered_json{{"number", episode.number},
-                                                         {"committed_s", episode.committed_s},
-                                                         {"tracks", episode.tracks},
-                                                         {"seconds", episode.seconds},
-                                                         {"size_before", episode.size_before},
-                                                         {"size_after", episode.size_after}});
+    ordered_json& entry = list.emplace_back(record_json(episode));
+    entry["committed_s"] = episode.committed_s;
     if (const auto changes = changes_of(episode)) {
       entry["added"] = changes->added;
       entry["fused"] = changes->fused;

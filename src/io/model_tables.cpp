@@ -5,7 +5,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "bytes.hpp"
+#include "core/bytes.hpp"
 #include "model/hash.hpp"
 
 namespace sila::tables {

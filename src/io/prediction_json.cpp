@@ -18,12 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-nlohmann::ordered_json regions_json(const std::vector<Region>& regions) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Region& region : regions) list.push_back({{"probability", region.probability}, {"level", region.levels}});
-  return list;
-}
-
 nlohmann::ordered_json transitions_json(const std::vector<TransitionUse>& transitions) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const TransitionUse& use : transitions)
@@ -67,21 +61,6 @@ std::optional<ImagePoint> image_point(const Mode& mode, std::size_t j, const Cam
   return ImagePoint{*image_px, jacobian * mode.covariances_m2[j] * jacobian.transpose()};
 }
 
-void add_image(nlohmann::ordered_json& entry, const Mode& mode, const Camera& camera) {
-  for (const char* key : {"u", "v", "cov_uv"}) entry[key] = nlohmann::ordered_json::array();
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    const std::optional<ImagePoint> point = image_point(mode, j, camera);
-    if (!point) {
-      for (const char* key : {"u", "v", "cov_uv"}) entry[key].push_back(nullptr);
-      continue;
-    }
-    const Matrix2& c = point->covariance_px2;
-    entry["u"].push_back(point->mean_px.x());
-    entry["v"].push_back(point->mean_px.y());
-    entry["cov_uv"].push_back({c(0, 0), c(0, 1), c(1, 1)});
-  }
-}
-
 Mode mode_of(const json& object) {
   Mode mode;
   mode.weight = object.at("weight").get<double>();
@@ -118,38 +97,6 @@ Prediction prediction_of(const json& object) {
 // A track id that is not UTF-8 must not cost the line.
 std::string dumped(const nlohmann::ordered_json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-/// The first form of a line.
-std::string line_v1(const std::string& track, const Prediction& prediction, const Explanation* explanation,
-                    const Camera* camera) {
-  nlohmann::ordered_json line;
-  line["track"] = track;
-  line["t0"] = prediction.t0_s;
-  line["fallback"] = prediction.fallback;
-  line["novelty"] = prediction.novelty;
-  line["modes"] = nlohmann::ordered_json::array();
-  for (const Mode& mode : prediction.modes) {
-    nlohmann::ordered_json entry;
-    entry["weight"] = mode.weight;
-    entry["t"] = prediction.times_s;
-    std::vector<double> x, y;
-    for (const Vector2& position : mode.path_m) {
-      x.push_back(position.x());
-      y.push_back(position.y());
-    }
-    entry["x"] = x;
-    entry["y"] = y;
-    entry["cov"] = nlohmann::ordered_json::array();
-    for (const Matrix2& c : mode.covariances_m2) entry["cov"].push_back({c(0, 0), c(0, 1), c(1, 1)});
-    if (camera != nullptr) add_image(entry, mode, *camera);
-    entry["primitives"] = mode.primitives;
-    entry["variant"] = kVariantKinds[static_cast<std::size_t>(mode.variant)];
-    line["modes"].push_back(std::move(entry));
-  }
-  if (!prediction.regions.empty()) line["regions"] = regions_json(prediction.regions);
-  if (explanation) line["explanation"] = explanation_json(*explanation);
-  return dumped(line);
 }
 
 constexpr int kMaxDigits = std::numeric_limits<double>::max_digits10;
@@ -243,7 +190,7 @@ void add_times(std::string& text, const std::vector<double>& times_s, int digits
   add_list(text, "t", times_s.size(), [&](std::size_t j) { add(text, times_s[j], digits); });
 }
 
-/// `times_s`: null but for the first mode.
+/// `times_s`: null for a mode without times.
 void add_mode(std::string& text, const Mode& mode, double weight, const std::vector<double>* times_s,
               const Camera* camera, int digits) {
   const std::size_t steps = mode.path_m.size();
@@ -263,23 +210,23 @@ void add_mode(std::string& text, const Mode& mode, double weight, const std::vec
 
 std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation,
                             const Camera* camera, const LineFormat& format) {
-  const int digits = format.digits;
+  const int digits = format.v1 ? kMaxDigits : format.digits;
   if (digits < 1 || digits > kMaxDigits)
     throw std::invalid_argument("prediction_line: digits = " + std::to_string(digits) + " is outside [1, 17]");
-  if (format.v1) return line_v1(track, prediction, explanation, camera);
   std::string text = "{\"track\":" + dumped(track);
   add(text += ",\"t0\":", prediction.t0_s, kFull);
-  add(text += "\"observed_s\":", prediction.observed_s, digits);
+  if (!format.v1) add(text += "\"observed_s\":", prediction.observed_s, digits);
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
   add(text += "\"novelty\":", prediction.novelty, digits + 1);
-  add_times(text, prediction.times_s, digits);
-  if (!prediction.change_probabilities.empty()) {
+  if (!format.v1) add_times(text, prediction.times_s, digits);
+  if (!format.v1 && !prediction.change_probabilities.empty()) {
     add_list(text, prediction.standing ? "p_start" : "p_stop", prediction.change_probabilities.size(),
              [&](std::size_t j) { add(text, prediction.change_probabilities[j], digits + 1); });
   }
   const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
   add_list(text, "modes", weights.size(), [&](std::size_t m) {
-    add_mode(text, prediction.modes[m], weights[m], m == 0 ? &prediction.times_s : nullptr, camera, digits);
+    const bool with_times = m == 0 || format.v1;
+    add_mode(text, prediction.modes[m], weights[m], with_times ? &prediction.times_s : nullptr, camera, digits);
   });
   if (!prediction.regions.empty()) {
     add_list(text, "regions", prediction.regions.size(), [&](std::size_t r) {

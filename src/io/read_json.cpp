@@ -3,6 +3,7 @@
 #include <set>
 #include <utility>
 
+#include "core/dropped_rows.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "table_reader.hpp"
@@ -58,7 +59,7 @@ std::string json_cell(const Json& value) {
 struct JsonTable {
   std::string path, rows = {};
   std::vector<std::size_t> lines = {};
-  BadRows bad = {};
+  std::vector<DroppedRows> bad = {};
   std::size_t bad_rows = 0;
 
   void add(const std::vector<Json>& values, std::size_t line) {
@@ -68,7 +69,7 @@ struct JsonTable {
     lines.push_back(line);
   }
   void reject(const TextLine& element, DropReason reason = DropReason::not_json) {
-    bad.count(reason, path, element.number, element.text);
+    count_bad(bad, reason, path, element.number, element.text);
     ++bad_rows;
   }
   TextTable table() const {
@@ -78,7 +79,7 @@ struct JsonTable {
   }
   TrackFile with_bad_rows(TrackFile file) const {
     file.detections.rows_read += bad_rows;
-    for (DroppedRows& entry : bad.by_reason()) file.detections.dropped.push_back(std::move(entry));
+    sila::add(file.detections.dropped, bad);
     return file;
   }
 };

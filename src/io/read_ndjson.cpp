@@ -26,7 +26,6 @@ std::optional<Detection> detection_of(const nlohmann::json& json) {
 
 Detections read_detection_lines(const TextTable& table) {
   Detections result{table.path, {}};
-  BadRows bad;
   for (const TextLine& line : table.rows) {
     ++result.rows_read;
     const Json json = Json::parse(line.text.begin(), line.text.end(), nullptr, false);
@@ -35,16 +34,15 @@ Detections read_detection_lines(const TextTable& table) {
       row->line = line.number;
       result.rows.push_back(*std::move(row));
     } else {
-      bad.count(json.is_object() ? DropReason::not_a_number : DropReason::not_json, table.path, line.number, line.text);
+      count_bad(result.dropped, json.is_object() ? DropReason::not_a_number : DropReason::not_json, table.path,
+                line.number, line.text);
     }
   }
-  result.dropped = bad.by_reason();
   return result;
 }
 
 NdjsonRows read_trajnetpp(const TextTable& table) {
   NdjsonRows result{{table.path, {}}, {}};
-  BadRows bad;
   for (const TextLine& line : table.rows) {
     const Json json = Json::parse(line.text.begin(), line.text.end(), nullptr, false);
     if (json.is_object() && json.contains("scene")) {
@@ -54,7 +52,7 @@ NdjsonRows read_trajnetpp(const TextTable& table) {
     }
     ++result.detections.rows_read;
     if (!json.is_object() || !json.contains("track") || !json["track"].is_object()) {
-      bad.count(DropReason::not_json, table.path, line.number, line.text);
+      count_bad(result.detections.dropped, DropReason::not_json, table.path, line.number, line.text);
       continue;
     }
     const Json& track = json["track"];
@@ -65,10 +63,9 @@ NdjsonRows read_trajnetpp(const TextTable& table) {
     if (id && frame && x && y) {
       result.detections.rows.push_back({*id, *frame, Vector2(*x, *y), {}, line.number});
     } else {
-      bad.count(DropReason::not_a_number, table.path, line.number, line.text);
+      count_bad(result.detections.dropped, DropReason::not_a_number, table.path, line.number, line.text);
     }
   }
-  result.detections.dropped = bad.by_reason();
   return result;
 }
 

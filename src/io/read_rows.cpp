@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "clock.hpp"
+#include "core/dropped_rows.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {
@@ -83,23 +84,16 @@ class RowReader {
 
 }  // namespace
 
-void BadRows::count(DropReason reason, const std::string& path, std::size_t line, std::string_view found) {
-  DroppedRows& entry = counts_[reason];
+void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::string& path, std::size_t line,
+               std::string_view found) {
+  DroppedRows& entry = entry_of(dropped, reason);
   if (entry.rows++ > 0) return;
-  entry.reason = reason;
   entry.first = path + ":" + std::to_string(line);
   if (!found.empty()) entry.first += ", found " + excerpt(found);
 }
 
-std::vector<DroppedRows> BadRows::by_reason() const {
-  std::vector<DroppedRows> result;
-  for (const auto& [reason, entry] : counts_) result.push_back(entry);
-  return result;
-}
-
 Detections read_rows(const TextTable& table, const TrackColumns& columns, const std::string& only_track) {
   Detections result{table.path, {}};
-  BadRows bad;
   result.rows.reserve(table.rows.size());
   for (std::size_t i = columns.header ? 1 : 0; i < table.rows.size(); ++i) {
     const TextLine& line = table.rows[i];
@@ -114,13 +108,12 @@ Detections read_rows(const TextTable& table, const TrackColumns& columns, const 
     row.reject_lost();
     ++result.rows_read;
     if (row.fault()) {
-      bad.count(row.fault()->reason, table.path, line.number,
+      count_bad(result.dropped, row.fault()->reason, table.path, line.number,
                 row.fault()->found.empty() ? line.text : row.fault()->found);
     } else {
       result.rows.push_back(std::move(detection));
     }
   }
-  result.dropped = bad.by_reason();
   return result;
 }
 

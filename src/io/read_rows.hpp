@@ -14,16 +14,9 @@ namespace sila {
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
                          const std::string& only_track);
 
-/// Counts of bad rows while a file is read.
-class BadRows {
- public:
-  void count(DropReason reason, const std::string& path, std::size_t line, std::string_view found);
-  std::vector<DroppedRows> by_reason() const;
-  bool empty() const { return counts_.empty(); }
-
- private:
-  std::map<DropReason, DroppedRows> counts_;
-};
+/// Counts a row that cannot be used in a list by reason.
+void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::string& path, std::size_t line,
+               std::string_view found);
 
 /// The rows of a table. `t_s` is in seconds if there is a column of times, else it is the frame number; positions are
 /// in the units of the file. `only_track` is the id where the file is one track.

@@ -16,7 +16,6 @@ struct Reading {
   XML_Parser parser = nullptr;
   std::size_t line = 1, counted_bytes = 0;  ///< of the text before the last place that was asked for
   Detections detections;
-  BadRows bad;
   double t_s = 0.0;
   bool timed = false;  ///< the time of this step is a number
   bool begun = false;
@@ -62,9 +61,9 @@ void begin_element(void* data, const XML_Char* element, const XML_Char** attribu
   const char* const id = attribute(attributes, "id");
   const auto x_m = number(attributes, "x"), y_m = number(attributes, "y");
   if (id == nullptr || *id == '\0') {
-    reading.bad.count(DropReason::missing_cells, reading.path, line, element);
+    count_bad(reading.detections.dropped, DropReason::missing_cells, reading.path, line, element);
   } else if (!reading.timed || !x_m || !y_m) {
-    reading.bad.count(DropReason::not_a_number, reading.path, line, id);
+    count_bad(reading.detections.dropped, DropReason::not_a_number, reading.path, line, id);
   } else {
     reading.detections.rows.push_back({id, reading.t_s, {*x_m, *y_m}, element, line});
   }
@@ -96,7 +95,6 @@ TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {
   }
   if (!reading.begun || !reading.other_root.empty())
     throw FormatError(path, 1, "XML of SUMO whose outermost element is fcd-export", excerpt(reading.other_root));
-  reading.detections.dropped = reading.bad.by_reason();
   return {std::move(reading.detections), TrackFormat::sumo_fcd, "time of each timestep"};
 }
 

@@ -5,6 +5,7 @@
 
 #include "clock.hpp"
 #include "core/concatenate.hpp"
+#include "core/dropped_rows.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/track_files.hpp"
@@ -49,15 +50,7 @@ std::vector<std::filesystem::path> files_below(const std::filesystem::path& fold
 Detections joined(Detections all, Detections part) {
   all.rows_read += part.rows_read;
   all.rows.insert(all.rows.end(), std::make_move_iterator(part.rows.begin()), std::make_move_iterator(part.rows.end()));
-  for (DroppedRows& entry : part.dropped) {
-    const auto same = [&](const DroppedRows& other) { return other.reason == entry.reason; };
-    const auto found = std::find_if(all.dropped.begin(), all.dropped.end(), same);
-    if (found == all.dropped.end()) {
-      all.dropped.push_back(std::move(entry));
-    } else {
-      found->rows += entry.rows;
-    }
-  }
+  add(all.dropped, part.dropped);
   return all;
 }
 

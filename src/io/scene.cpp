@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "camera_file.hpp"
+#include "core/track_frame.hpp"
 #include "json_file.hpp"
 #include "scene_json.hpp"
 #include "sila/core/errors.hpp"
@@ -146,12 +147,6 @@ nlohmann::json file_json(const SceneFile& file) {
   return json;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
@@ -218,13 +213,7 @@ void write_scene(const std::filesystem::path& path, const Scene& scene) {
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
   if (scene.corners.empty()) throw std::invalid_argument("nearest_corner: scene.corners = [], at least one is needed");
   if (track.positions_m.empty()) throw std::invalid_argument("nearest_corner: track '" + track.id + "' has no sample");
-  std::vector<double> x;
-  std::vector<double> y;
-  for (const Vector2& position : track.positions_m) {
-    x.push_back(position.x());
-    y.push_back(position.y());
-  }
-  const Vector2 middle(median(std::move(x)), median(std::move(y)));
+  const Vector2 middle = median_position(track.positions_m);
   const auto distance = [&](const Corner& corner) { return (corner.frame.origin_m - middle).norm(); };
   const auto nearest = std::min_element(scene.corners.begin(), scene.corners.end(),
                                         [&](const Corner& a, const Corner& b) { return distance(a) < distance(b); });

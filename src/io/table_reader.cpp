@@ -55,7 +55,6 @@ FrameClock format_clock(TrackFormat format, const TextTable& table) {
 
 TrackFile on_ground(TrackFile file, const Camera& camera) {
   std::vector<Detection> seen;
-  BadRows bad;
   for (Detection& row : file.detections.rows) {
     const Vector2 image_px = row.position_m;
     const std::optional<Vector2> ground_m = image_px.allFinite() ? to_ground(camera, image_px) : image_px;
@@ -63,12 +62,11 @@ TrackFile on_ground(TrackFile file, const Camera& camera) {
       row.position_m = *ground_m;
       seen.push_back(std::move(row));
     } else {
-      bad.count(DropReason::above_horizon, file.detections.source, row.line,
+      count_bad(file.detections.dropped, DropReason::above_horizon, file.detections.source, row.line,
                 exact(image_px.x()) + ", " + exact(image_px.y()));
     }
   }
   file.detections.rows = std::move(seen);
-  for (DroppedRows& entry : bad.by_reason()) file.detections.dropped.push_back(std::move(entry));
   return file;
 }
 

@@ -96,52 +96,24 @@ std::size_t widest(const TrackColumns& columns) {
   return last + 1;
 }
 
-TrackColumns obsmat_columns() {
-  return {.format = TrackFormat::obsmat,
-          .separator = ' ',
-          .id = 1,
-          .frame = 0,
-          .x = 2,
-          .y = 4,
-          .cells = 8,
-          .numeric_ids = true};
-}
-
-TrackColumns frame_id_x_y_columns() {
-  return {.format = TrackFormat::frame_id_x_y,
-          .separator = ' ',
-          .id = 1,
-          .frame = 0,
-          .x = 2,
-          .y = 3,
-          .cells = 4,
-          .numeric_ids = true};
-}
-
-TrackColumns juelich_columns() {
-  return {.format = TrackFormat::juelich,
-          .separator = ' ',
-          .id = 0,
-          .frame = 1,
-          .x = 2,
-          .y = 3,
-          .cells = 4,
-          .numeric_ids = true};
-}
-
-TrackColumns stanford_drone_columns() {
-  return {.format = TrackFormat::stanford_drone,
-          .separator = ' ',
-          .id = 0,
-          .frame = 5,
-          .x = 1,
-          .y = 2,
-          .x2 = 3,
-          .y2 = 4,
-          .pixels = true,
-          .label = 9,
-          .lost = 6,
-          .cells = 10};
+/// The columns of a format that has no header line and only one meaning; null for others.
+std::optional<TrackColumns> fixed_columns(TrackFormat format) {
+  using enum TrackFormat;
+  TrackColumns columns{.format = format, .separator = ' ', .numeric_ids = true};
+  if (format == obsmat) {
+    columns.frame = 0, columns.id = 1, columns.x = 2, columns.y = 4, columns.cells = 8;
+  } else if (format == frame_id_x_y) {
+    columns.frame = 0, columns.id = 1, columns.x = 2, columns.y = 3, columns.cells = 4;
+  } else if (format == juelich) {
+    columns.id = 0, columns.frame = 1, columns.x = 2, columns.y = 3, columns.cells = 4;
+  } else if (format == stanford_drone) {
+    columns.id = 0, columns.x = 1, columns.y = 2, columns.x2 = 3, columns.y2 = 4, columns.frame = 5, columns.lost = 6;
+    columns.label = 9, columns.cells = 10;
+    columns.pixels = true, columns.numeric_ids = false;
+  } else {
+    return std::nullopt;
+  }
+  return columns;
 }
 
 TrackColumns mot_columns(std::size_t cells) {
@@ -230,11 +202,12 @@ std::optional<TrackColumns> headerless_columns(const TextTable& table) {
     return mot_columns(commas.cells);
   const Shape shape = common_shape(table, false);
   if ((shape.cells == 17 || shape.cells == 18) && shape.numbers == 2) return kitti_columns(table);
-  if (shape.cells == 10 && shape.numbers == 9) return stanford_drone_columns();
+  if (shape.cells == 10 && shape.numbers == 9) return fixed_columns(TrackFormat::stanford_drone);
   if (shape.numbers != shape.cells) return std::nullopt;
-  if (shape.cells == 8) return obsmat_columns();
-  if (shape.cells == 5 || (shape.cells == 4 && comments_name_juelich(table))) return juelich_columns();
-  if (shape.cells == 4) return frame_id_x_y_columns();
+  if (shape.cells == 8) return fixed_columns(TrackFormat::obsmat);
+  if (shape.cells == 5 || (shape.cells == 4 && comments_name_juelich(table)))
+    return fixed_columns(TrackFormat::juelich);
+  if (shape.cells == 4) return fixed_columns(TrackFormat::frame_id_x_y);
   return std::nullopt;
 }
 
@@ -247,10 +220,7 @@ bool looks_like_ndjson(const TextTable& table) {
 
 std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat format) {
   if (format == TrackFormat::trajnetpp || format == TrackFormat::ndjson) return std::nullopt;
-  if (format == TrackFormat::obsmat) return obsmat_columns();
-  if (format == TrackFormat::frame_id_x_y) return frame_id_x_y_columns();
-  if (format == TrackFormat::juelich) return juelich_columns();
-  if (format == TrackFormat::stanford_drone) return stanford_drone_columns();
+  if (const auto columns = fixed_columns(format)) return columns;
   if (format == TrackFormat::mot) return mot_columns(common_shape(table, true).cells);
   if (format == TrackFormat::kitti) return kitti_columns(table);
   const TextLine& header = table.rows.front();

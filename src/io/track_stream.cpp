@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/dropped_rows.hpp"
 #include "read_rows.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "table_reader.hpp"
@@ -81,16 +82,13 @@ class LargeFile {
 
   void look_through() {
     std::unordered_map<std::string, std::size_t> index;
-    std::map<DropReason, DroppedRows> dropped;
     dropped_.source = name_;
     for (;; ++block_count_) {
       const Detections rows = rows_of_block(block_count_);
       if (!block_) break;
       if (block_count_ == 0) dropped_.warnings = rows.warnings;
-      for (const DroppedRows& entry : rows.dropped) {
-        dropped.try_emplace(entry.reason, DroppedRows{entry.reason, 0, entry.first}).first->second.rows += entry.rows;
-        dropped_.rows_read += entry.rows;
-      }
+      add(dropped_.dropped, rows.dropped);
+      for (const DroppedRows& entry : rows.dropped) dropped_.rows_read += entry.rows;
       for (const Detection& row : rows.rows) {
         const auto [entry, is_new] = index.try_emplace(row.track, tracks_.size());
         if (is_new) tracks_.push_back({.id = row.track, .first_block = block_count_});
@@ -100,7 +98,6 @@ class LargeFile {
         if (row.t_s < track.start_s) track.start_s = row.t_s;
       }
     }
-    for (auto& [reason, entry] : dropped) dropped_.dropped.push_back(std::move(entry));
     std::ranges::sort(tracks_, [](const TrackPlace& a, const TrackPlace& b) {
       return a.start_s != b.start_s ? a.start_s < b.start_s : id_less(a.id, b.id);
     });
@@ -143,17 +140,6 @@ std::optional<TableReader> reader_in_parts(const TrackSource& source, const Stre
   if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))
     return std::nullopt;
   return reader;
-}
-
-void add(std::vector<DroppedRows>& total, const std::vector<DroppedRows>& part) {
-  for (const DroppedRows& entry : part) {
-    const auto at = std::ranges::lower_bound(total, entry.reason, {}, &DroppedRows::reason);
-    if (at != total.end() && at->reason == entry.reason) {
-      at->rows += entry.rows;
-    } else {
-      total.insert(at, entry);
-    }
-  }
 }
 
 }  // namespace

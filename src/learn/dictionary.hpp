@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "learn/grid_vectors.hpp"
-#include "sila/learn/config.hpp"
+#include "sila/learn/learn.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {

@@ -32,6 +32,13 @@ std::vector<GpData> gp_data(const Observed& observed, std::optional<Eigen::Index
   return data;
 }
 
+/// What fields start from, in curb units.
+Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config) {
+  const double width_m = settings.reference_width_m;
+  const double signal = config.signal_std_mps / width_m, noise = config.noise_std_mps / width_m;
+  return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
+}
+
 /// The bounds of the fit, configured in metres, in widths of the place where the model began.
 GpConfig in_widths(GpConfig config, double width_m) {
   config.min_length_scale /= width_m;
@@ -161,12 +168,6 @@ ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, doub
   settings.sample_interval_s = sample_interval_s;
   settings.reference_width_m = reference_width_m;
   return settings;
-}
-
-Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config) {
-  const double width_m = settings.reference_width_m;
-  const double signal = config.signal_std_mps / width_m, noise = config.noise_std_mps / width_m;
-  return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
 }
 
 LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {

@@ -1,44 +1,37 @@
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cstdio>
 #include <stdexcept>
 #include <vector>
 
+#include "core/bytes.hpp"
 #include "model/hash.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {
 namespace {
 
-/// Little endian on every machine.
-void append(std::string& bytes, std::uint64_t word) {
-  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<char>((word >> (8 * i)) & 0xffU));
-}
+using bytes::append;
 
-void append(std::string& bytes, double number) {
-  append(bytes, std::bit_cast<std::uint64_t>(number));
-}
-
-EpisodeId id_of(const std::string& bytes) {
-  const auto [high, low] = hash_of(bytes);
+EpisodeId id_of(const std::string& content) {
+  const auto [high, low] = hash_of(content);
   return {high, low};
 }
 
 EpisodeId id_of(const FramedTrajectory& placed) {
-  std::string bytes;
+  std::string content;
   const CurbFrame& frame = placed.frame;
   for (const Vector2& part : {frame.origin_m, frame.axis_1, frame.axis_2, frame.unit_m}) {
-    append(bytes, part.x());
-    append(bytes, part.y());
+    append(content, part.x());
+    append(content, part.y());
   }
-  append(bytes, frame.sidewalk_width_m);
-  for (const double time_s : placed.track.times_s) append(bytes, time_s);
+  append(content, frame.sidewalk_width_m);
+  for (const double time_s : placed.track.times_s) append(content, time_s);
   for (const Vector2& position : placed.track.positions_m) {
-    append(bytes, position.x());
-    append(bytes, position.y());
+    append(content, position.x());
+    append(content, position.y());
   }
-  return id_of(bytes);
+  return id_of(content);
 }
 
 }  // namespace
@@ -47,12 +40,12 @@ EpisodeId episode_id(std::span<const FramedTrajectory> batch) {
   std::vector<EpisodeId> tracks;
   for (const FramedTrajectory& track : batch) tracks.push_back(id_of(track));
   std::ranges::sort(tracks);
-  std::string bytes;
+  std::string content;
   for (const EpisodeId& track : tracks) {
-    append(bytes, track.high);
-    append(bytes, track.low);
+    append(content, track.high);
+    append(content, track.low);
   }
-  return id_of(bytes);
+  return id_of(content);
 }
 
 std::string to_text(const EpisodeId& id) {

@@ -101,6 +101,8 @@ void add(ErrorStatistics& sum, const ErrorStatistics& more) {
   }
   accumulate_cells(sum.slow, more.slow);
   for (std::size_t state = 0; state < kMotionStates; ++state) sum.changes[state] += more.changes[state];
+  sum.correction += more.correction;
+  sum.correction_share += more.correction_share;
   accumulate_bins(sum.novelties, more.novelties);
   for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) accumulate_bins(sum.scores[cell], more.scores[cell]);
 }
@@ -128,12 +130,16 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
   error_statistics.slow.resize(kSlowClasses);
   error_statistics.changes.fill(blank(kHazardFeatures, 1));
+  error_statistics.correction = blank(kCorrectionFeatures, 2 * kCorrectionKnots);
+  error_statistics.correction_share = blank(1, 1);
   return error_statistics;
 }
 
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
   for (RegressionMoments& cell : error_statistics.stacking) discount(cell, share);
   for (RegressionMoments& change : error_statistics.changes) discount(change, share);
+  discount(error_statistics.correction, share);
+  discount(error_statistics.correction_share, share);
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
     for (DensityMoments& density : *densities) {
       discount(density.scale, share);
@@ -201,6 +207,9 @@ void validate(const ErrorStatistics& error_statistics) {
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
   for (const RegressionMoments& change : error_statistics.changes)
     require_regressions("changes", {change}, 1, empty ? 0 : kHazardFeatures, empty ? 0 : 1);
+  require_regressions("correction", {error_statistics.correction}, 1, empty ? 0 : kCorrectionFeatures,
+                      empty ? 0 : 2 * kCorrectionKnots);
+  require_regressions("correction_share", {error_statistics.correction_share}, 1, empty ? 0 : 1, empty ? 0 : 1);
   require_length("slow", error_statistics.slow.size(), empty ? 0 : kSlowClasses);
   for (const SlowErrors& slow : error_statistics.slow) {
     require_sum("slow", slow.weight);

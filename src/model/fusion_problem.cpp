@@ -64,21 +64,8 @@ void validate(const FusionProblem& problem) {
 }
 
 const char* describe(FusionReason reason) {
-  switch (reason) {
-    case FusionReason::one_to_one:
-      return "one-to-one";
-    case FusionReason::case_1:
-      return "case 1";
-    case FusionReason::case_2:
-      return "case 2";
-    case FusionReason::case_3:
-      return "case 3";
-    case FusionReason::case_3_stronger:
-      return "case 3, stronger pair";
-    case FusionReason::apart:
-      return "apart";
-  }
-  return "unknown";
+  constexpr const char* names[] = {"one-to-one", "case 1", "case 2", "case 3", "case 3, stronger pair", "apart"};
+  return names[static_cast<std::size_t>(reason)];
 }
 
 }  // namespace sila

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 namespace sila {
 namespace {
@@ -15,20 +18,41 @@ namespace {
   throw std::invalid_argument("unpack: " + what);
 }
 
+// An archive is a Packer or an Unpacker; one function for both gives the members of a struct in their order, by
+// structured bindings: a member that is added to a struct and forgotten here does not compile.
+
 class Packer {
  public:
-  void add(double value) { numbers_.push_back(value); }
+  void number(double value) { numbers_.push_back(value); }
+  template <class Count>
+  void count(const Count& value) {
+    number(static_cast<double>(value));
+  }
   template <class Derived>
-  void add(const Eigen::PlainObjectBase<Derived>& matrix) {
-    add(static_cast<double>(matrix.rows()));
-    add(static_cast<double>(matrix.cols()));
+  void matrix(const Eigen::PlainObjectBase<Derived>& matrix) {
+    count(matrix.rows());
+    count(matrix.cols());
     numbers_.insert(numbers_.end(), matrix.data(), matrix.data() + matrix.size());
   }
-  template <class Element, class Add>
-  void add_list(const std::vector<Element>& list, Add&& add_element) {
-    add(static_cast<double>(list.size()));
-    for (const Element& element : list) add_element(element);
+  /// Its columns one after the other, from the diagonal down.
+  void lower_triangle(const Eigen::MatrixXd& matrix) {
+    count(matrix.rows());
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      for (Eigen::Index row = column; row < matrix.rows(); ++row) number(matrix(row, column));
+    }
   }
+  template <class Element>
+  void list(const std::vector<Element>& elements) {
+    count(elements.size());
+    for (const Element& element : elements) members(*this, element);
+  }
+  template <class Choice>
+  void choice(const Choice& value, std::size_t) {
+    count(value);
+  }
+  /// Of a part that may be left out at the end.
+  bool has(bool present) const { return present; }
+  void require(bool, const char*) const {}
   std::vector<double> numbers() && { return std::move(numbers_); }
 
  private:
@@ -39,40 +63,60 @@ class Unpacker {
  public:
   explicit Unpacker(std::span<const double> numbers) : rest_(numbers) {}
 
-  double number() { return take(1).front(); }
+  void number(double& value) { value = take(1).front(); }
   /// A whole number that counts something. No check against what remains: sizes of nothing may be any.
   template <class Count>
-  Count count() {
-    const double value = number();
+  void count(Count& result) {
+    double value = 0.0;
+    number(value);
     const double largest = std::min(9.0e15, static_cast<double>(std::numeric_limits<Count>::max()));
     if (!(value >= 0.0 && value <= largest) || std::trunc(value) != value || std::signbit(value))
       reject_blob(std::to_string(value) + " is no size");
-    return static_cast<Count>(value);
+    result = static_cast<Count>(value);
   }
-  Eigen::MatrixXd matrix() {
-    const auto rows = count<Eigen::Index>();
-    const auto columns = count<Eigen::Index>();
+  template <class Derived>
+  void matrix(Eigen::PlainObjectBase<Derived>& result) {
+    constexpr Eigen::Index fixed_rows = Derived::RowsAtCompileTime, fixed_columns = Derived::ColsAtCompileTime;
+    Eigen::Index rows = 0, columns = 0;
+    count(rows), count(columns);
     if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) reject_blob("a matrix goes over the end");
+    if (fixed_columns == 1 && columns != 1) reject_blob("a vector has " + std::to_string(columns) + " columns");
+    if (fixed_rows != Eigen::Dynamic && rows != fixed_rows)
+      reject_blob("a point has " + std::to_string(rows) + " coordinates");
     const std::span<const double> entries = take(static_cast<std::size_t>(rows * columns));
-    return Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
+    result.derived() = Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
   }
-  Eigen::VectorXd vector() {
-    const Eigen::MatrixXd column = matrix();
-    if (column.cols() != 1) reject_blob("a vector has " + std::to_string(column.cols()) + " columns");
-    return column;
+  void lower_triangle(Eigen::MatrixXd& matrix) {
+    Eigen::Index size = 0;
+    count(size);
+    if (size > 0 && (size + 1) / 2 > static_cast<Eigen::Index>(rest_.size()) / size)
+      reject_blob("a triangle goes over the end");
+    matrix.setZero(size, size);
+    for (Eigen::Index column = 0; column < size; ++column) {
+      for (Eigen::Index row = column; row < size; ++row) number(matrix(row, column));
+    }
   }
-  template <class Element, class Read>
-  std::vector<Element> list(Read&& read) {
-    const auto length = count<std::size_t>();
+  template <class Element>
+  void list(std::vector<Element>& elements) {
+    std::size_t length = 0;
+    count(length);
     if (length > rest_.size()) reject_blob("a list goes over the end");  // an element has a number at least
-    std::vector<Element> elements;
-    elements.reserve(length);
-    for (std::size_t i = 0; i < length; ++i) elements.push_back(read());
-    return elements;
+    elements.resize(length);
+    for (Element& element : elements) members(*this, element);
   }
-  bool empty() const { return rest_.empty(); }
+  template <class Choice>
+  void choice(Choice& value, std::size_t choices) {
+    std::size_t number = 0;
+    count(number);
+    if (number >= choices) reject_blob(std::to_string(number) + " is none of " + std::to_string(choices) + " choices");
+    value = static_cast<Choice>(number);
+  }
+  bool has(bool) const { return !rest_.empty(); }
+  void require(bool holds, const char* what) const {
+    if (!holds) reject_blob(what);
+  }
   void finish() const {
-    if (!empty()) reject_blob(std::to_string(rest_.size()) + " numbers are left over");
+    if (!rest_.empty()) reject_blob(std::to_string(rest_.size()) + " numbers are left over");
   }
 
  private:
@@ -86,35 +130,117 @@ class Unpacker {
   std::span<const double> rest_;
 };
 
-/// By structured bindings here and below: a member that is added to a struct and forgotten here does not compile.
-void add_gp(Packer& packer, const SparseGp& gp) {
-  const auto& [kernel, noise_variance, pseudo_inputs, mean, information, response, mean_response, points, jitter] = gp;
-  const auto& [signal_variance, length_scales] = kernel;
-  packer.add(signal_variance);
-  packer.add(length_scales);
-  packer.add(noise_variance);
-  packer.add(pseudo_inputs);
-  packer.add(mean);
-  packer.add(information);
-  packer.add(response);
-  packer.add(mean_response);
-  packer.add(points);
-  packer.add(jitter);
+template <class A, class B>
+concept Is = std::same_as<std::remove_const_t<A>, B>;
+
+void members(auto& archive, Is<double> auto& number) {
+  archive.number(number);
 }
 
-SparseGp read_gp(Unpacker& unpacker) {
-  SparseGp gp;
-  gp.kernel.signal_variance = unpacker.number();
-  gp.kernel.length_scales = unpacker.vector();
-  gp.noise_variance = unpacker.number();
-  gp.pseudo_inputs = unpacker.matrix();
-  gp.mean = unpacker.vector();
-  gp.information = unpacker.matrix();
-  gp.response = unpacker.matrix();
-  gp.mean_response = unpacker.vector();
-  gp.points = unpacker.number();
-  gp.jitter = unpacker.number();
-  return gp;
+void members(auto& archive, Is<std::vector<double>> auto& numbers) {
+  archive.list(numbers);
+}
+
+void members(auto& archive, Is<RegressionMoments> auto& moments) {
+  auto& [weight, features, products] = moments;
+  archive.number(weight);
+  archive.lower_triangle(features);
+  archive.matrix(products);
+}
+
+void members(auto& archive, Is<ErrorMoments> auto& moments) {
+  auto& [weight, along, across] = moments;
+  archive.number(weight);
+  archive.number(along);
+  archive.number(across);
+}
+
+void members(auto& archive, Is<DensityMoments> auto& moments) {
+  auto& [scale, components] = moments;
+  members(archive, scale);
+  archive.list(components);
+}
+
+void members(auto& archive, Is<SlowErrors> auto& errors) {
+  auto& [weight, errors_m] = errors;
+  archive.number(weight);
+  for (auto& error_m : errors_m) archive.number(error_m);
+}
+
+void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
+  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
+         correction, correction_share] = error_statistics;
+  archive.count(steps);
+  archive.number(interval_s);
+  archive.number(observe_s);
+  archive.list(stacking);
+  for (auto* densities : {&density, &density_place_free}) {
+    for (auto& moments : *densities) members(archive, moments);
+  }
+  archive.list(scores);
+  archive.list(novelties);
+  archive.list(slow);
+  for (auto& change : changes) members(archive, change);
+  members(archive, correction);
+  members(archive, correction_share);
+}
+
+void members(auto& archive, Is<SparseGp> auto& gp) {
+  auto& [kernel, noise_variance, pseudo_inputs, mean, information, response, mean_response, points, jitter] = gp;
+  auto& [signal_variance, length_scales] = kernel;
+  archive.number(signal_variance);
+  archive.matrix(length_scales);
+  archive.number(noise_variance);
+  archive.matrix(pseudo_inputs);
+  archive.matrix(mean);
+  archive.matrix(information);
+  archive.matrix(response);
+  archive.matrix(mean_response);
+  archive.number(points);
+  archive.number(jitter);
+}
+
+void members(auto& archive, Is<FlowField> auto& field) {
+  auto& [gp, extent, gp_y] = field;
+  members(archive, gp);
+  archive.matrix(extent.min());
+  archive.matrix(extent.max());
+  if (!archive.has(field.independent())) return;
+  members(archive, gp_y);
+  archive.require(field.independent(), "the second GP of a field has no output");
+}
+
+void members(auto& archive, Is<CurbFrame> auto& frame) {
+  auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m, from_tracks] = frame;
+  for (auto* part : {&origin_m, &axis_1, &axis_2, &unit_m}) archive.matrix(*part);
+  archive.number(sidewalk_width_m);
+  if (!archive.has(from_tracks)) return;  // left out for all others, as files had it before such frames were known
+  archive.choice(from_tracks, 2);
+  archive.require(from_tracks, "a frame ends with a mark that is not 1");
+}
+
+void members(auto& archive, Is<SiteCount> auto& part) {
+  auto& [site, count, last_episode] = part;
+  archive.count(site);
+  archive.number(count);
+  archive.count(last_episode);
+}
+
+void members(auto& archive, Is<std::vector<SiteCount>> auto& counts) {
+  archive.list(counts);
+}
+
+void members(auto& archive, Is<ModelSettings> auto& settings) {
+  auto& [grid, scaling, sample_interval_s, reference_width_m, residual_horizon_s, residual_knots] = settings;
+  auto& [cell, origin, tile_cells] = grid;
+  archive.number(cell);
+  archive.matrix(origin);
+  archive.count(tile_cells);
+  archive.choice(scaling, kCurbScalings.size());
+  archive.number(sample_interval_s);
+  archive.number(reference_width_m);
+  archive.number(residual_horizon_s);
+  archive.count(residual_knots);
 }
 
 bool same_bits(double a, double b) {
@@ -146,193 +272,34 @@ bool identical(const Site& a, const Site& b) {
 
 }  // namespace
 
-std::vector<double> pack(const ErrorStatistics& error_statistics) {
-  const auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes] =
-      error_statistics;
+template <PackedPart Part>
+std::vector<double> pack(const Part& part) {
   Packer packer;
-  const auto add_moments = [&](const RegressionMoments& moments) {
-    const auto& [weight, features, products] = moments;
-    packer.add(weight);
-    packer.add(features);
-    packer.add(products);
-  };
-  const auto add_errors = [&](const ErrorMoments& moments) {
-    const auto& [weight, along, across] = moments;
-    packer.add(weight);
-    packer.add(along);
-    packer.add(across);
-  };
-  const auto add_density = [&](const DensityMoments& moments) {
-    const auto& [scale, components] = moments;
-    add_moments(scale);
-    packer.add_list(components, add_errors);
-  };
-  packer.add(steps);
-  packer.add(interval_s);
-  packer.add(observe_s);
-  packer.add_list(stacking, add_moments);
-  for (const Densities* densities : {&density, &density_place_free}) {
-    for (const DensityMoments& moments : *densities) add_density(moments);
-  }
-  const auto add_number = [&](double number) { packer.add(number); };
-  packer.add_list(scores, [&](const std::vector<double>& bins) { packer.add_list(bins, add_number); });
-  packer.add_list(novelties, add_number);
-  packer.add_list(slow, [&](const SlowErrors& errors) {
-    const auto& [weight, errors_m] = errors;
-    packer.add(weight);
-    for (const double error_m : errors_m) packer.add(error_m);
-  });
-  for (const RegressionMoments& change : changes) add_moments(change);
+  members(packer, part);
   return std::move(packer).numbers();
 }
 
-ErrorStatistics unpack_error_statistics(std::span<const double> numbers) {
+template <PackedPart Part>
+Part unpack(std::span<const double> numbers) {
   Unpacker unpacker(numbers);
-  const auto moments = [&] {  // braces: the reads happen in this order
-    return RegressionMoments{unpacker.number(), unpacker.matrix(), unpacker.matrix()};
-  };
-  const auto error_moments = [&] { return ErrorMoments{unpacker.number(), unpacker.number(), unpacker.number()}; };
-  const auto density = [&] { return DensityMoments{moments(), unpacker.list<ErrorMoments>(error_moments)}; };
-  ErrorStatistics error_statistics;
-  error_statistics.steps = unpacker.count<int>();
-  error_statistics.interval_s = unpacker.number();
-  error_statistics.observe_s = unpacker.number();
-  error_statistics.stacking = unpacker.list<RegressionMoments>(moments);
-  for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
-    for (DensityMoments& read : *densities) read = density();
-  }
-  const auto number = [&] { return unpacker.number(); };
-  error_statistics.scores = unpacker.list<std::vector<double>>([&] { return unpacker.list<double>(number); });
-  error_statistics.novelties = unpacker.list<double>(number);
-  error_statistics.slow = unpacker.list<SlowErrors>([&] {
-    SlowErrors errors{unpacker.number(), {}};
-    for (double& error_m : errors.errors_m) error_m = unpacker.number();
-    return errors;
-  });
-  for (RegressionMoments& change : error_statistics.changes) change = moments();
+  Part part;
+  members(unpacker, part);
   unpacker.finish();
-  return error_statistics;
+  return part;
 }
 
-std::vector<double> pack(const FlowField& field) {
-  const auto& [gp, extent, gp_y] = field;
-  Packer packer;
-  add_gp(packer, gp);
-  packer.add(extent.min());
-  packer.add(extent.max());
-  if (field.independent()) add_gp(packer, gp_y);
-  return std::move(packer).numbers();
-}
-
-FlowField unpack_flow_field(std::span<const double> numbers) {
-  Unpacker unpacker(numbers);
-  const auto corner = [&] {
-    const Eigen::VectorXd point = unpacker.vector();
-    if (point.size() != 2) reject_blob("a corner of the extent has " + std::to_string(point.size()) + " coordinates");
-    return Vector2(point);
-  };
-  FlowField field;
-  field.gp = read_gp(unpacker);
-  field.extent.min() = corner();
-  field.extent.max() = corner();
-  if (!unpacker.empty()) {
-    field.gp_y = read_gp(unpacker);
-    if (!field.independent()) reject_blob("the second GP of a field has no output");
-  }
-  unpacker.finish();
-  return field;
-}
-
-std::vector<double> pack(const SparseGp& gp) {
-  Packer packer;
-  add_gp(packer, gp);
-  return std::move(packer).numbers();
-}
-
-SparseGp unpack_gp(std::span<const double> numbers) {
-  Unpacker unpacker(numbers);
-  SparseGp gp = read_gp(unpacker);
-  unpacker.finish();
-  return gp;
-}
-
-std::vector<double> pack(const CurbFrame& frame) {
-  const auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m, from_tracks] = frame;
-  Packer packer;
-  for (const Vector2& part : {origin_m, axis_1, axis_2, unit_m}) packer.add(part);
-  packer.add(sidewalk_width_m);
-  if (from_tracks) packer.add(1.0);  // left out for all others, as files had it before such frames were known
-  return std::move(packer).numbers();
-}
-
-CurbFrame unpack_frame(std::span<const double> numbers) {
-  Unpacker unpacker(numbers);
-  const auto pair = [&] {
-    const Eigen::VectorXd point = unpacker.vector();
-    if (point.size() != 2) reject_blob("a frame has a point with " + std::to_string(point.size()) + " coordinates");
-    return Vector2(point);
-  };
-  CurbFrame frame{pair(), pair(), pair(), pair(), unpacker.number()};  // braces: the reads happen in this order
-  if (!unpacker.empty()) frame.from_tracks = unpacker.number() == 1.0;
-  if (pack(frame).size() != numbers.size()) reject_blob("a frame ends with a mark that is not 1");
-  unpacker.finish();
-  return frame;
-}
-
-std::vector<double> pack(const std::vector<SiteCount>& counts) {
-  Packer packer;
-  packer.add_list(counts, [&](const SiteCount& part) {
-    const auto& [site, count, last_episode] = part;
-    packer.add(site);
-    packer.add(count);
-    packer.add(last_episode);
-  });
-  return std::move(packer).numbers();
-}
-
-std::vector<SiteCount> unpack_site_counts(std::span<const double> numbers) {
-  Unpacker unpacker(numbers);
-  std::vector<SiteCount> counts = unpacker.list<SiteCount>([&] {
-    return SiteCount{unpacker.count<int>(), unpacker.number(), unpacker.count<int>()};
-  });
-  unpacker.finish();
-  return counts;
-}
-
-std::vector<double> pack(const ModelSettings& settings) {
-  const auto& [grid, scaling, sample_interval_s, reference_width_m, residual_horizon_s, residual_knots] = settings;
-  const auto& [cell, origin, tile_cells] = grid;
-  Packer packer;
-  packer.add(cell);
-  packer.add(origin);
-  packer.add(tile_cells);
-  packer.add(static_cast<double>(scaling));
-  packer.add(sample_interval_s);
-  packer.add(reference_width_m);
-  packer.add(residual_horizon_s);
-  packer.add(residual_knots);
-  return std::move(packer).numbers();
-}
-
-ModelSettings unpack_settings(std::span<const double> numbers) {
-  Unpacker unpacker(numbers);
-  ModelSettings settings;
-  settings.grid.cell = unpacker.number();
-  const Eigen::VectorXd origin = unpacker.vector();
-  if (origin.size() != 2) reject_blob("the grid's origin has " + std::to_string(origin.size()) + " coordinates");
-  settings.grid.origin = origin;
-  settings.grid.tile_cells = unpacker.count<int>();
-  const int scaling = unpacker.count<int>();
-  if (scaling > static_cast<int>(CurbScaling::strip_widths))
-    reject_blob(std::to_string(scaling) + " is no curb scaling");
-  settings.scaling = static_cast<CurbScaling>(scaling);
-  settings.sample_interval_s = unpacker.number();
-  settings.reference_width_m = unpacker.number();
-  settings.residual_horizon_s = unpacker.number();
-  settings.residual_knots = unpacker.count<int>();
-  unpacker.finish();
-  return settings;
-}
+template std::vector<double> pack(const ErrorStatistics&);
+template std::vector<double> pack(const FlowField&);
+template std::vector<double> pack(const SparseGp&);
+template std::vector<double> pack(const CurbFrame&);
+template std::vector<double> pack(const std::vector<SiteCount>&);
+template std::vector<double> pack(const ModelSettings&);
+template ErrorStatistics unpack(std::span<const double>);
+template FlowField unpack(std::span<const double>);
+template SparseGp unpack(std::span<const double>);
+template CurbFrame unpack(std::span<const double>);
+template std::vector<SiteCount> unpack(std::span<const double>);
+template ModelSettings unpack(std::span<const double>);
 
 std::size_t packed_bytes(const MotionPrimitive& primitive) {
   const auto& [cells, weight, support] = primitive;

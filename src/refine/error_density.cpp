@@ -153,7 +153,7 @@ void add_errors(DensityMoments& moments, const ErrorDensity& density, const Scal
     return std::log(x + kSmallestSquare);
   });
   moments.scale.weight += weight;
-  moments.scale.features.noalias() += weight * features * features.transpose();
+  moments.scale.features.selfadjointView<Eigen::Lower>().rankUpdate(features, weight);
   moments.scale.products.noalias() += weight * features * logs.transpose();
 }
 

@@ -22,7 +22,7 @@ constexpr double kOtherSitesWindows = 20.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
   moments.weight += weight;
-  moments.features.noalias() += weight * features.transpose() * features;
+  moments.features.selfadjointView<Eigen::Lower>().rankUpdate(features.transpose(), weight);
   moments.products.noalias() += weight * features.transpose() * target;
 }
 
@@ -40,11 +40,13 @@ constexpr double kWindowsToKnowDensity = 500.0;
 struct Example {
   PersonClass person;
   double raw_novelty = 1.0;
-  bool fitted = false;  ///< by a model that had learnt something
+  bool fitted = false;     ///< by a model that had learnt something
+  bool corrected = false;  ///< see Stacking::corrects
   SlowErrors slow_errors;
   ScaleFeatures scale, scale_place_free;
   std::vector<Features> features;                      ///< of each step
   std::vector<Vector2> truths_mps;                     ///< true mean velocities
+  std::vector<Vector2> stacked_mps;                    ///< stacked ones
   std::vector<Vector2> errors_m, errors_place_free_m;  ///< along and across the predicted ways
   std::vector<double> nonconformities;
   HazardFeatures hazard;
@@ -93,23 +95,25 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const ObservedFeatures& seen = merged.seen;
   Example example;
   example.person = seen.person, example.raw_novelty = merged.raw_novelty;
-  example.fitted = seen.site && stacking.fitted();
+  example.fitted = seen.site && stacking.fitted(), example.corrected = stacking.corrects(seen);
   example.path = path_error(prediction, window, seen.person, steps, interval_s);
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
+  const Vector2 to_horizon =
+      stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
+  const VelocityCorrection correction = stacking.correction(window.observed, seen, to_horizon, interval_s);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const Vector2 truth = window.future_m[j] - start_m;
     example.features.push_back(stacked_features(seen, seen.residuals, j, interval_s));
     example.truths_mps.push_back(truth / seconds);
-    const Vector2 way = seconds * stacking.velocity_mps(example.features.back(), j, seen);
+    example.stacked_mps.push_back(stacking.velocity_mps(example.features.back(), j, seen));
+    const Vector2 way = seconds * (example.stacked_mps.back() + correction.at(seconds));
     const Vector2 place_free_way = seconds * place_free_mps(seen, j, interval_s);
     example.errors_m.push_back(oriented(way, truth - way));
     example.errors_place_free_m.push_back(oriented(place_free_way, truth - place_free_way));
     example.nonconformities.push_back(nonconformity(prediction, j, window.future_m[j]));
   }
-  const Vector2 to_horizon =
-      stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
   example.scale = scale_features(seen, seen.residuals, to_horizon);
   example.scale_place_free = scale_features(seen, {}, place_free_mps(seen, last, interval_s));
   example.hazard = hazard_features(seen, to_horizon);
@@ -130,12 +134,16 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
 }
 
 /// Statistics of the stacking and of changes of motion: only from windows that were observed whole.
-void add_path(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
+void add_path(ErrorStatistics& error_statistics, const Example& example, const CurbTrajectory& observed,
+              const Stacking& stacking) {
   const ErrorDensity& walking = stacking.density(kWalking, true);
   const std::size_t state = motion_state(example.person.speed);
   stacking.change(state).add_window(error_statistics.changes[state], example.hazard, example.change,
                                     example.features.size());
   if (example.person.slow) error_statistics.slow[*example.person.slow] += example.slow_errors;
+  const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
+  if (example.corrected && whole)
+    stacking.path_correction().add_window(error_statistics, observed, example.truths_mps, example.stacked_mps);
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
   const Vector2 scale = walking.scale(example.scale);
   for (std::size_t j = 0; j < example.features.size(); ++j) {
@@ -146,9 +154,10 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const S
   }
 }
 
-void add(ErrorStatistics& error_statistics, const Example& example, const Stacking& stacking) {
+void add(ErrorStatistics& error_statistics, const Example& example, const CurbTrajectory& observed,
+         const Stacking& stacking) {
   const ErrorDensity& walking = stacking.density(kWalking, true);
-  if (example.person.observed == 0) add_path(error_statistics, example, stacking);
+  if (example.person.observed == 0) add_path(error_statistics, example, observed, stacking);
   const double known = std::min(1.0, walking.windows() / kWindowsToKnowDensity);
   for (std::size_t j = 0; example.fitted && j < example.features.size(); ++j) {
     error_statistics.scores[j * kScoreClasses + example.person.score()]
@@ -176,7 +185,7 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking =
         predictor.prepared().stacking(predictor.prepared().map().site(windows[i].observed.frame));
-    add(sum.statistics, each[i], stacking.fitted() ? stacking : unseen);
+    add(sum.statistics, each[i], windows[i].observed, stacking.fitted() ? stacking : unseen);
     sum.path += each[i].path;
   }
   return sum;

@@ -17,6 +17,12 @@ Model k_anonymous(Model model, int min_people) {
   for (const Transition& transition : model.transitions)
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
   detail::remove_transitions(model, kept);
+  // Its sums tell places apart, those of a single person as well.
+  for (Site& site : model.sites) {
+    const ErrorStatistics& all = site.error_statistics;
+    if (!all.empty())
+      site.error_statistics.correction = zero_error_statistics(all.steps, all.interval_s, all.observe_s).correction;
+  }
   return model;
 }
 

@@ -93,7 +93,7 @@ void MotionChange::add_window(RegressionMoments& moments, const HazardFeatures& 
     const double information = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
     const double target = information * std::log(p / (1.0 - p)) + error;
     moments.weight += 1.0;
-    moments.features.noalias() += information * x * x.transpose();
+    moments.features.selfadjointView<Eigen::Lower>().rankUpdate(x, information);
     moments.products.noalias() += target * x;
   }
 }

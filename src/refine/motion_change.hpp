@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
 
 namespace sila {

@@ -24,10 +24,13 @@ Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, con
 
 /// Fills the path of a mode; the scale of its errors. `here`: the residual GPs of the place count.
 Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
-                  const ResidualPrediction& residuals, bool here, const Vector2& start_m, double interval_s) {
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j)
-    mode.path_m[j] = start_m + static_cast<double>(j + 1) * interval_s *
-                                   velocity_mps(stacking, seen, residuals, here, j, interval_s);
+                  const ResidualPrediction& residuals, bool here, const VelocityCorrection& correction,
+                  const Vector2& start_m, double interval_s) {
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    const double seconds = static_cast<double>(j + 1) * interval_s;
+    mode.path_m[j] =
+        start_m + seconds * (velocity_mps(stacking, seen, residuals, here, j, interval_s) + correction.at(seconds));
+  }
   const ErrorDensity& density = stacking.density(seen.person.density(), here);
   return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{},
                                       velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
@@ -125,13 +128,15 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   prediction.novelty = calibration.novelty(merged.raw_novelty);
   const bool here = seen.site || !config_.trained_sites_only;
   prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
+  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, here, stacking.last_step(), interval_s_);
+  const VelocityCorrection correction = stacking.correction(observed, seen, to_horizon, interval_s_);
   if (!stacking.fitted()) {
     prediction.regions.clear(), prediction.change_probabilities.clear();
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
       Mode& mode = add_mode(workspace, 1.0, steps);
-      fill_path(mode, stacking, seen, seen.residuals, true, to_world(observed.frame, observed.positions.back()),
-                interval_s_);
+      fill_path(mode, stacking, seen, seen.residuals, true, correction,
+                to_world(observed.frame, observed.positions.back()), interval_s_);
       for (std::size_t j = 0; j < steps; ++j) {
         const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
         mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
@@ -142,18 +147,17 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     }
     return prediction;
   }
-  add_stacked_modes(observed, merged, prediction.fallback, here, workspace);
+  add_stacked_modes(observed, merged, prediction.fallback, here, correction, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());
   prediction.change_probabilities.resize(steps);
-  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, here, stacking.last_step(), interval_s_);
   stacking.change(motion_state(seen.person.speed))
       .probabilities(hazard_features(seen, to_horizon), prediction.change_probabilities);
   return prediction;
 }
 
 void PreparedModel::add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback,
-                                      bool here, Workspace& workspace) const {
+                                      bool here, const VelocityCorrection& correction, Workspace& workspace) const {
   const auto steps = workspace.prediction.times_s.size();
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
@@ -164,7 +168,7 @@ void PreparedModel::add_stacked_modes(const CurbTrajectory& observed, const Merg
     Mode& mode = add_mode(workspace, density.weight(0) * (fallback ? 1.0 : merged.rollouts[m].weight), steps);
     if (!fallback) visit_primitives(map_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const Vector2 own = fill_path(mode, stacking, seen, residuals, here, start_m, interval_s_);
+    const Vector2 own = fill_path(mode, stacking, seen, residuals, here, correction, start_m, interval_s_);
     fill_covariances(mode, density, 0, own, start_m);
     if (m == 0) scale = own;
   }

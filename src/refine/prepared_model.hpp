@@ -9,7 +9,7 @@
 #include "refine/stacking.hpp"
 #include "sila/model/model.hpp"
 #include "sila/refine/config.hpp"
-#include "sila/refine/regions.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 
@@ -50,7 +50,7 @@ class PreparedModel {
     return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
   }
   void add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback, bool here,
-                         Workspace& workspace) const;
+                         const VelocityCorrection& correction, Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 
   RefineConfig config_;

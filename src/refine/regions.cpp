@@ -1,9 +1,9 @@
-#include "sila/refine/regions.hpp"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 namespace {

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "sila/core/trajectory.hpp"
-#include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 #include "sila/model/increment.hpp"
 #include "sila/model/model.hpp"

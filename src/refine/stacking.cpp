@@ -149,7 +149,8 @@ ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int
                                site,
                                {speed_class(observed), slow_class(observed), observed_class(observed, observe_s)},
                                mean_speed_mps(observed),
-                               observed.still_s};
+                               observed.still_s,
+                               !near.empty()};
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
   return observation;
 }
@@ -188,7 +189,8 @@ Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& 
       density_(densities_of(error_statistics.density, error_statistics)),
       density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)),
       changes_{MotionChange(error_statistics.changes[kWalking], kWalking, error_statistics.interval_s),
-               MotionChange(error_statistics.changes[kStanding], kStanding, error_statistics.interval_s)} {
+               MotionChange(error_statistics.changes[kStanding], kStanding, error_statistics.interval_s)},
+      correction_(error_statistics) {
   if (steps_ == 0) return;
   slow_choices_ = choices_of(error_statistics);
   const std::vector<RegressionMoments> walking = over_walking_classes(error_statistics.stacking);
@@ -206,6 +208,17 @@ Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const
   if (!seen.person.slow || !fitted()) return stacked;
   const SlowChoice& choice = slow_choices_[*seen.person.slow];
   return choice.constant_velocity * features.col(kConstantVelocityFeature) + choice.stacked * stacked;
+}
+
+bool Stacking::corrects(const ObservedFeatures& seen) const {
+  return fitted() && seen.site && seen.on_the_map && motion_state(seen.person.speed) == kWalking && !seen.person.slow;
+}
+
+VelocityCorrection Stacking::correction(const CurbTrajectory& observed, const ObservedFeatures& seen,
+                                        const Vector2& to_horizon_mps, double interval_s) const {
+  static const PathCorrection none{{}};
+  const double horizon_s = static_cast<double>(std::max(steps_, 1)) * interval_s;
+  return (corrects(seen) ? correction_ : none).correction(observed, to_horizon_mps, horizon_s);
 }
 
 Vector2 Stacking::stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const {

@@ -9,6 +9,7 @@
 
 #include "refine/error_density.hpp"
 #include "refine/motion_change.hpp"
+#include "refine/path_correction.hpp"
 #include "refine/residuals.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
@@ -42,7 +43,8 @@ struct ObservedFeatures {
   std::optional<int> site;       ///< none: at an untrained one
   PersonClass person;
   double mean_speed_mps = 0.0;
-  double still_s = 0.0;  ///< see CurbTrajectory
+  double still_s = 0.0;     ///< see CurbTrajectory
+  bool on_the_map = false;  ///< transitions are nearby
 };
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
                                    const CurbTrajectory& observed, double observe_s, Scratch& scratch);
@@ -85,6 +87,12 @@ class Stacking {
   const ErrorDensity& density(std::size_t number, bool here) const {
     return here ? density_[number] : density_place_free_[number];
   }
+  /// Whether a path is corrected: that of a person who walks where transitions are nearby.
+  bool corrects(const ObservedFeatures& seen) const;
+  /// Zero for people whose path is not corrected.
+  VelocityCorrection correction(const CurbTrajectory& observed, const ObservedFeatures& seen,
+                                const Vector2& to_horizon_mps, double interval_s) const;
+  const PathCorrection& path_correction() const { return correction_; }
   /// Of starting for kStanding, of stopping for kWalking.
   const MotionChange& change(std::size_t state) const { return changes_[state]; }
 
@@ -97,6 +105,7 @@ class Stacking {
   std::vector<ErrorDensity> density_, density_place_free_;
   std::array<MotionChange, kMotionStates> changes_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
+  PathCorrection correction_;
 };
 
 }  // namespace sila

@@ -1,8 +1,8 @@
-#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 
+#include "base64.hpp"
 #include "report/model_data.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/report/report.hpp"
@@ -12,19 +12,6 @@ namespace sila {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string base64(const std::string& bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
-}
 
 /// The file with the corners as they were read, so that the page finds each in one form.
 nlohmann::json file_json(const EditorInput& input) {
@@ -75,7 +62,7 @@ std::string picture_url(const std::filesystem::path& path) {
   const bool png = bytes.starts_with("\x89PNG\r\n\x1a\n");
   if (!png && !bytes.starts_with("\xff\xd8\xff"))
     throw FormatError(path.string(), 0, "a PNG or JPEG picture", "a file of another kind");
-  return (png ? "data:image/png;base64," : "data:image/jpeg;base64,") + base64(bytes);
+  return (png ? "data:image/png;base64," : "data:image/jpeg;base64,") + detail::base64(bytes);
 }
 
 }  // namespace sila

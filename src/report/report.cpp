@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "report/model_data.hpp"
+#include "report/predictor_data.hpp"
 #include "report/scored.hpp"
 #include "round.hpp"
 #include "sila/core/sampling.hpp"
@@ -19,6 +20,10 @@ namespace {
 using detail::path_json;
 using detail::rounded;
 using nlohmann::ordered_json;
+
+std::size_t size_of(const ordered_json& data) {
+  return data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size();
+}
 
 /// `how_many` of `count` indices, evenly spread.
 std::vector<std::size_t> spread(std::size_t count, std::size_t how_many) {
@@ -151,8 +156,7 @@ void add_scores(ordered_json& data, const ReportInput& input, const ReportLimits
   for (std::size_t most = limits.predicted_tracks;; most /= 2) {
     data["worst"] = worst_json(input, scored, worst, std::min(limits.worst, most));
     data["played"] = played_json(input, scored, played_tracks(scored, worst, most, limits.worst), 2);
-    if (most <= 1 || data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size() <= limits.most_bytes)
-      return;
+    if (most <= 1 || size_of(data) <= limits.most_bytes) return;
   }
 }
 
@@ -174,6 +178,10 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
+  if (ordered_json predictor =
+          predictor_json(input, limits.bytes_with_predictor - std::min(limits.bytes_with_predictor, size_of(data)));
+      !predictor.is_null())
+    data["predictor"] = std::move(predictor);
   add_picture(data, input.picture, input.scene);
   return data;
 }

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila::detail {
 

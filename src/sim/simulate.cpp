@@ -121,6 +121,10 @@ Simulation in_order(World world, std::size_t count) {
 
 }  // namespace
 
+void validate(const SimulationConfig& config) {
+  validate_fields("simulate", config);
+}
+
 Simulation simulate(const SimulationConfig& config) {
   validate(config);
   World world{

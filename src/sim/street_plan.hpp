@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/kinematics.hpp"
-#include "sila/core/curb_frame.hpp"
-#include "sila/sim/config.hpp"
+#include "sila/core/trajectory.hpp"
+#include "sila/sim/simulate.hpp"
 
 namespace sila::sim {
 

@@ -1,5 +1,3 @@
-#include "sila/train/training.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -7,6 +5,8 @@
 #include <optional>
 #include <stdexcept>
 #include <utility>
+
+#include "sila/train/episode.hpp"
 
 namespace sila {
 namespace {

@@ -1,11 +1,11 @@
-#include "sila/core/curb_frame.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <stdexcept>
+
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 namespace {

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

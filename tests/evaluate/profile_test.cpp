@@ -4,9 +4,9 @@
 
 #include "sila/config.hpp"
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/sim/simulate.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 
 namespace sila {
 namespace {

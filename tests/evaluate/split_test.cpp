@@ -1,10 +1,9 @@
-#include "sila/evaluate/split.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
+#include "sila/evaluate/training_support.hpp"
 #include "support/message_of.hpp"
 #include "support/walks.hpp"
 

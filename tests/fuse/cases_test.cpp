@@ -10,7 +10,7 @@
 #include "fuse/reindex.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/fuse/fuse.hpp"
-#include "sila/io/fusion_case.hpp"
+#include "sila/io/reports.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -133,7 +133,7 @@ TEST(FusionCases, ExplanationNamesTheReasonOfEachComponent) {
 
 TEST(FusionCases, BrokenFilesAreRejectedWithThePlace) {
   EXPECT_NE(rejection("").find("found an empty file"), std::string::npos);
-  EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:3: expected a fusion case"), std::string::npos);
+  EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:3: expected JSON"), std::string::npos);
   EXPECT_NE(rejection("[1]").find("found JSON of type array"), std::string::npos);
   EXPECT_NE(rejection("{\"similarity_threshold\": 0.7}").find("the key 'previous_primitives'"), std::string::npos);
 }

@@ -6,7 +6,7 @@
 #include "fuse/reindex.hpp"
 #include "fuse/similarity.hpp"
 #include "fuse_data.hpp"
-#include "sila/io/fusion_case.hpp"
+#include "sila/io/reports.hpp"
 #include "support/message_of.hpp"
 #include "support/random_models.hpp"
 

@@ -76,11 +76,11 @@ void apply(const Change& change, std::vector<double>& numbers) {
   }
 }
 
-template <class Part, class Unpack>
-void change_packed(Part& part, const Change& change, Unpack&& unpack) {
+template <class Part>
+void change_packed(Part& part, const Change& change) {
   std::vector<double> numbers = pack(part);
   apply(change, numbers);
-  part = unpack(numbers);
+  part = unpack<Part>(numbers);
 }
 
 int whole(double number) {
@@ -94,19 +94,19 @@ void apply(const Change& change, Model& model) {
   CellVelocity& cell = primitive.cells[change.way % primitive.cells.size()];
   switch (change.part % 16) {
     case 0:
-      return change_packed(model.settings, change, unpack_settings);
+      return change_packed(model.settings, change);
     case 1:
-      return change_packed(site.error_statistics, change, unpack_error_statistics);
+      return change_packed(site.error_statistics, change);
     case 2:
-      return change_packed(change.way % 2 == 0 ? model.global_residual : site.global_residual, change, unpack_gp);
+      return change_packed(change.way % 2 == 0 ? model.global_residual : site.global_residual, change);
     case 3:
-      return change_packed(site.frame, change, unpack_frame);
+      return change_packed(site.frame, change);
     case 4:
     case 5:
-      return change_packed(transition.field, change, unpack_flow_field);
+      return change_packed(transition.field, change);
     case 6:
     case 7:
-      return change_packed(transition.residual, change, unpack_gp);
+      return change_packed(transition.residual, change);
     case 8:
       primitive.weight = change.number;
       return;
@@ -126,7 +126,7 @@ void apply(const Change& change, Model& model) {
       transition.count = change.number;
       return;
     case 14:
-      return change_packed(transition.sites, change, unpack_site_counts);
+      return change_packed(transition.sites, change);
     default:
       model.episodes = site.episodes = whole(change.number);
       model.tracks = site.tracks = model.episodes;

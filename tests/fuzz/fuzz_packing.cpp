@@ -13,11 +13,11 @@ namespace {
 constexpr unsigned kParts = 6;
 
 /// What is unpacked packs to the same numbers, bit for bit.
-template <class Unpack>
-void unpack_and_pack(std::span<const double> numbers, Unpack&& unpack) {
+template <class Part>
+void unpack_and_pack(std::span<const double> numbers) {
   std::vector<double> again;
   try {
-    again = pack(unpack(numbers));
+    again = pack(unpack<Part>(numbers));
   } catch (const std::invalid_argument& error) {
     require(std::string_view(error.what()).starts_with("unpack: "), "the reason is said", error.what());
     return;
@@ -28,12 +28,12 @@ void unpack_and_pack(std::span<const double> numbers, Unpack&& unpack) {
 }
 
 void unpack_part(unsigned part, std::span<const double> numbers) {
-  if (part == 0) unpack_and_pack(numbers, unpack_error_statistics);
-  if (part == 1) unpack_and_pack(numbers, unpack_flow_field);
-  if (part == 2) unpack_and_pack(numbers, unpack_gp);
-  if (part == 3) unpack_and_pack(numbers, unpack_frame);
-  if (part == 4) unpack_and_pack(numbers, unpack_settings);
-  if (part == 5) unpack_and_pack(numbers, unpack_site_counts);
+  if (part == 0) unpack_and_pack<ErrorStatistics>(numbers);
+  if (part == 1) unpack_and_pack<FlowField>(numbers);
+  if (part == 2) unpack_and_pack<SparseGp>(numbers);
+  if (part == 3) unpack_and_pack<CurbFrame>(numbers);
+  if (part == 4) unpack_and_pack<ModelSettings>(numbers);
+  if (part == 5) unpack_and_pack<std::vector<SiteCount>>(numbers);
 }
 
 std::vector<double> part_of(unsigned part, const Model& model) {

@@ -4,7 +4,6 @@
 #include <initializer_list>
 #include <random>
 
-#include "sila/gp/config.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila::gp_tests {

@@ -66,12 +66,12 @@ TEST(ModelScene, OfAnEmptyModelCannotBeShown) {
 
 TEST(ModelScene, MarkOfAFrameMadeFromTracksIsStored) {
   CurbFrame frame = frame_of_tracks(walk(5), kMetres);
-  EXPECT_TRUE(unpack_frame(pack(frame)).from_tracks);
+  EXPECT_TRUE(unpack<CurbFrame>(pack(frame)).from_tracks);
   frame.from_tracks = false;
-  EXPECT_FALSE(unpack_frame(pack(frame)).from_tracks);
+  EXPECT_FALSE(unpack<CurbFrame>(pack(frame)).from_tracks);
   std::vector<double> numbers = pack(frame);
   numbers.push_back(2.0);
-  EXPECT_THROW(unpack_frame(numbers), std::invalid_argument);
+  EXPECT_THROW(unpack<CurbFrame>(numbers), std::invalid_argument);
 }
 
 }  // namespace

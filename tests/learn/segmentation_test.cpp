@@ -81,8 +81,8 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndTellsWhatBecameOfEveryTrack) {
 
 TEST(Learn, RejectsAConfigurationOutOfRangeByName) {
   LearnConfig config;
-  config.field.length_scale_m = -1.0;
-  EXPECT_TRUE(says(message_of([&] { learn({}, {}, config); }), "field.length_scale_m = -1"));
+  config.field.stride_s = -1.0;
+  EXPECT_TRUE(says(message_of([&] { learn({}, {}, config); }), "field.stride_s = -1"));
 }
 
 }  // namespace

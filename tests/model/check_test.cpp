@@ -114,8 +114,8 @@ TEST(CheckModel, RejectsCountsBySiteThatDoNotAddUp) {
 
 // Found by fuzzing: minus nothing was a size, and packed to other bits than it was unpacked from.
 TEST(Packing, MinusZeroIsNoSize) {
-  EXPECT_TRUE(unpack_site_counts(std::vector{0.0}).empty());
-  EXPECT_THROW(unpack_site_counts(std::vector{-0.0}), std::invalid_argument);
+  EXPECT_TRUE(unpack<std::vector<SiteCount>>(std::vector{0.0}).empty());
+  EXPECT_THROW(unpack<std::vector<SiteCount>>(std::vector{-0.0}), std::invalid_argument);
 }
 
 }  // namespace

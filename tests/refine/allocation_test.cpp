@@ -11,7 +11,6 @@
 #include "sila/config.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/sanitized.hpp"
 #include "support/walks.hpp"
 

@@ -8,9 +8,7 @@
 #include "refine/residual.hpp"
 #include "refine/residuals.hpp"
 #include "sila/refine/predictor.hpp"
-#include "sila/refine/regions.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

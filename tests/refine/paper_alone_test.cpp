@@ -6,7 +6,7 @@
 
 #include "sila/config.hpp"
 #include "sila/refine/predictor.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 
 namespace sila {
 namespace {

@@ -11,7 +11,6 @@
 #include "predict/modes.hpp"
 #include "sila/config.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

@@ -56,9 +56,6 @@ Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
 
 TEST(Prune, RejectsValuesOutOfRange) {
   PruneConfig config;
-  config.expire_after_episodes = 0.5;
-  EXPECT_THROW(prune({}, config), std::invalid_argument);
-  config = {};
   config.half_life_episodes = 0.0;
   EXPECT_THROW(prune({}, config), std::invalid_argument);
   config.half_life_episodes = std::numeric_limits<double>::quiet_NaN();

@@ -1,11 +1,10 @@
-#include "sila/refine/regions.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "refine/mode_variants.hpp"
 #include "refine/stacking.hpp"
+#include "sila/refine/predictor.hpp"
 
 namespace sila {
 namespace {

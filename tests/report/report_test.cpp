@@ -10,7 +10,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/reports.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"
 
@@ -85,10 +85,26 @@ TEST(Report, TheWorstCanBePlayedAndEachPersonIsThereOnce) {
 TEST(Report, FitsItsLimit) {
   const ReportInput input = made_up();
   ReportLimits limits;
-  limits.most_bytes = report_data(input).dump().size() / 2;
-  const nlohmann::ordered_json small = report_data(input, limits);
+  limits.bytes_with_predictor = 0;
+  limits.most_bytes = report_data(input, limits).dump().size() / 2;
+  nlohmann::ordered_json small = report_data(input, limits);
+  small.erase("predictor");
   EXPECT_LE(small.dump().size(), limits.most_bytes);
   EXPECT_FALSE(small.at("played").empty());
+}
+
+TEST(Report, HasWhatPredictsOnThePageIfItFits) {
+  const ReportInput input = made_up(), empty;
+  const nlohmann::ordered_json data = report_data(input);
+  EXPECT_EQ(data.at("predictor").at("wasm"),
+            text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/predictor.wasm.base64"));
+  EXPECT_GT(data.at("predictor").at("model").get<std::string>().size(), 1000u);
+  ReportLimits limits;
+  limits.bytes_with_predictor = data.dump().size() - 100;
+  const nlohmann::ordered_json small = report_data(input, limits);
+  EXPECT_FALSE(small.at("predictor").contains("model"));
+  EXPECT_GT(small.at("predictor").at("bytes"), small.at("predictor").at("most_bytes"));
+  EXPECT_FALSE(report_data(empty).contains("predictor"));
 }
 
 TEST(Report, WithoutTracksOrSceneShowsTheModelAlone) {

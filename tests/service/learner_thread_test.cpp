@@ -14,7 +14,7 @@
 #include "service/streams.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 
 namespace sila {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "service/streams.hpp"
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {

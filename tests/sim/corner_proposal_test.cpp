@@ -1,5 +1,3 @@
-#include "sila/core/corner_proposal.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sila/core/trajectory.hpp"
 #include "sila/sim/simulate.hpp"
 
 namespace sila {

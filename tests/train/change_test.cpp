@@ -7,7 +7,7 @@
 #include <set>
 
 #include "sila/io/reports.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

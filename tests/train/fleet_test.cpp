@@ -9,7 +9,7 @@
 #include <string>
 
 #include "sila/model/packing.hpp"
-#include "sila/train/training.hpp"
+#include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
 #include "support/walks.hpp"
 

@@ -7,7 +7,6 @@
 #include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 #include "train/change.hpp"
 

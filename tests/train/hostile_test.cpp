@@ -8,7 +8,6 @@
 #include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/hostile_tracks.hpp"
 #include "support/sanitized.hpp"
 #include "support/sound.hpp"

@@ -3,7 +3,6 @@
 
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -80,6 +79,8 @@ TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
     const Model model = learnt(tracks, 10);
     const Model shared = k_anonymous(model, 4);
     EXPECT_NO_THROW(check(shared));
+    EXPECT_GT(model.sites.front().error_statistics.correction.weight, 0.0);
+    EXPECT_EQ(shared.sites.front().error_statistics.correction.weight, 0.0);
     alone_at_home += goes_alone(model), alone_away += goes_alone(shared);
     if (people < 4) {
       EXPECT_FALSE(goes_alone(shared));

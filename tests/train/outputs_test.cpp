@@ -7,7 +7,6 @@
 #include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -62,7 +61,7 @@ TEST(IndependentOutputs, HaveAThetaAndPseudoInputsOfTheirOwn) {
 TEST(IndependentOutputs, ArePackedBitForBitAndFadeTogether) {
   const Model model = learnt(with_outputs(FieldOutputs::independent), testing::corner_walks(20, 6));
   for (const Transition& transition : model.transitions) {
-    const FlowField again = unpack_flow_field(pack(transition.field));
+    const FlowField again = unpack<FlowField>(pack(transition.field));
     EXPECT_TRUE(again.gp == transition.field.gp && again.gp_y == transition.field.gp_y);
   }
   const FlowField discounted = discount_model(model, 0.5, std::vector<int>{0}).transitions.front().field;

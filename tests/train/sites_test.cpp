@@ -8,8 +8,8 @@
 
 #include "sila/evaluate/metrics.hpp"
 #include "sila/model/packing.hpp"
+#include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
-#include "sila/train/training.hpp"
 #include "support/walks.hpp"
 
 namespace sila {

@@ -1,5 +1,3 @@
-#include "sila/train/training.hpp"
-
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -7,7 +5,7 @@
 #include <set>
 
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/evaluate/split.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"

@@ -1,5 +1,6 @@
 // What `sila report` puts into the page (docs/viewer.md). Lengths are metres in the world frame, unless a name says otherwise.
 import type { Homography } from "./camera";
+import type { Packed } from "./predictor";
 import type { SceneFile } from "./scene_file";
 
 export interface Corner {
@@ -154,6 +155,8 @@ export interface ReportData {
   /** A data URL, and the camera that it is of. */
   picture?: string;
   camera?: Homography;
+  /** What predicts on the page, or how large it would be. */
+  predictor?: Packed | { bytes: number; most_bytes: number };
 }
 
 /** What `sila scene edit` puts into its page. */

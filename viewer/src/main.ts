@@ -7,6 +7,7 @@ import { playerSection } from "./player";
 import { accuracySection, learningSection, worstSection } from "./quality";
 import { settingsSection } from "./settings";
 import { themeButton } from "./theme";
+import { tryItSection } from "./tryit";
 
 function tiles(data: ReportData): HTMLElement {
   const list: [string, string, string][] = [];
@@ -33,7 +34,7 @@ function page(data: ReportData, backdrop?: Backdrop): HTMLElement[] {
   const heading = data.scene?.known ? title.charAt(0).toUpperCase() + title.slice(1) : title;
   document.title = `sila: ${title}`;
   const player = playerSection(data, backdrop);
-  const sections = [learntSection(data), player?.element, accuracySection(data), learningSection(data), worstSection(data, player?.show), settingsSection(data)].filter((section) => section !== undefined);
+  const sections = [learntSection(data), player?.element, tryItSection(data), accuracySection(data), learningSection(data), worstSection(data, player?.show), settingsSection(data)].filter((section) => section !== undefined);
   const links = sections.map((section) => h("a", { href: `#${section.id}` }, section.querySelector("h2")?.textContent ?? ""));
   return [h("a", { class: "skip", href: "#main" }, "To the report"),
           h("header", {}, h("div", { class: "top" }, h("div", {}, h("p", { class: "brand" }, "sila · motion at intersections"), h("h1", {}, heading)), themeButton()), tiles(data), h("nav", { "aria-label": "Sections" }, ...links)),

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
 #include "sila/core/trajectory.hpp"
 
 namespace sila {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 

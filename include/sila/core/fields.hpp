@@ -54,7 +54,7 @@ class RangeCheck {
   template <class Group>
   void group(const char* name, const Group& nested) {
     const std::string outer = prefix_;
-    prefix_ += std::string(name) + ".";
+    prefix_.append(name).append(".");
     fields(nested, *this);
     prefix_ = outer;
   }

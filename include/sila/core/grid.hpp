@@ -3,7 +3,7 @@
 #include <compare>
 #include <cstdint>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 

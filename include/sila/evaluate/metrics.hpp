@@ -3,9 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 #include "sila/predict/prediction.hpp"
 
 namespace sila {
@@ -27,6 +28,21 @@ struct Metrics {
   /// 1 if the true position at the horizon lies in the region of that nominal probability; without nominal regions in
   /// that of the modes taken as Gaussian.
   std::array<double, kRegionProbabilities.size()> coverage = {};
+};
+
+/// Every metric but the coverage, under its name.
+inline constexpr std::pair<const char*, double Metrics::*> kMetrics[] = {
+    {"weighted_mhd_m", &Metrics::weighted_mhd_m},
+    {"most_likely_mhd_m", &Metrics::most_likely_mhd_m},
+    {"best_mhd_m", &Metrics::best_mhd_m},
+    {"mean_path_mhd_m", &Metrics::mean_path_mhd_m},
+    {"mean_path_ade_m", &Metrics::mean_path_ade_m},
+    {"mean_path_fde_m", &Metrics::mean_path_fde_m},
+    {"ade_m", &Metrics::ade_m},
+    {"fde_m", &Metrics::fde_m},
+    {"best_ade_m", &Metrics::best_ade_m},
+    {"best_fde_m", &Metrics::best_fde_m},
+    {"nll", &Metrics::nll},
 };
 
 /// `steps` positions of the truth are compared. Throws: std::invalid_argument if the truth or a mode is shorter.

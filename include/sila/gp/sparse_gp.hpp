@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 namespace sila {
 
@@ -78,5 +79,57 @@ void validate(const SparseGp& gp);
 /// Throws: std::invalid_argument, in the name of `function`, unless data has D rows of inputs, P columns of outputs,
 /// equally many points, and only finite numbers.
 void validate(const char* function, const GpData& data, Eigen::Index input_dimensions, Eigen::Index output_dimensions);
+
+/// Kernel and noise of a GP, theta.
+struct Hyperparameters {
+  Kernel kernel;
+  double noise_variance = 0.1;
+};
+
+bool operator==(const Hyperparameters& a, const Hyperparameters& b);
+void validate(const Hyperparameters& hyperparameters);
+
+enum class PseudoInputChoice { greedy, optimised };
+enum class HyperparameterChoice { fixed, pooled, optimised };
+enum class GpFusion { transfer, pseudo_data };
+enum class ConstantMean { data, zero };
+
+inline constexpr std::array<const char*, 2> pseudo_input_choice_names = {"greedy", "optimised"};
+inline constexpr std::array<const char*, 3> hyperparameter_choice_names = {"fixed", "pooled", "optimised"};
+inline constexpr std::array<const char*, 2> gp_fusion_names = {"transfer", "pseudo_data"};
+
+/// How sparse GPs are fitted and fused; the settings are those of `learn.field` and `fuse`. Lengths and variances are
+/// in the units of the data.
+struct GpConfig {
+  PseudoInputChoice pseudo_inputs = PseudoInputChoice::greedy;
+  HyperparameterChoice hyperparameters = HyperparameterChoice::fixed;
+  ConstantMean constant_mean = ConstantMean::data;
+  int max_pseudo_inputs = 30;  ///< of a fit, M
+  double selection_stop =
+      0.01;            ///< no more pseudo-inputs once conditional variances are below [of the signal variance]
+  double alpha = 1.0;  ///< how the unexplained variance counts: 1 FITC, 0 DTC
+  /// With fewer points Z is chosen greedily and theta kept.
+  static constexpr int min_points_to_optimise = 30;
+  int max_iterations = 50;  ///< of the optimiser
+  /// Bounds of an optimised theta: length scales, also in extents of the data, the noise, also of the signal variance.
+  double min_length_scale = 0.5;
+  static constexpr double max_length_scale_extents = 3.0;
+  double min_noise_variance = 0.0025;
+  static constexpr double min_noise_to_signal = 1e-3;
+  /// How often a greedy Z is chosen anew while theta is optimised.
+  static constexpr int pooling_rounds = 2;
+  GpFusion fusion = GpFusion::transfer;
+  int max_fused_pseudo_inputs = 30;
+  /// A GP at its limit of pseudo-inputs that holds at least this share of all points keeps them when fused; 1: none
+  /// does.
+  double keep_pseudo_inputs_share = 0.9;
+  /// More candidates are subsampled evenly [points].
+  static constexpr int max_candidates = 500;
+  /// Spacing of the lattice of candidates, so that none is a point of a track [length scales].
+  static constexpr double lattice_step = 0.25;
+};
+
+/// Throws: std::invalid_argument for the first member out of its range.
+void validate(const GpConfig& config);
 
 }  // namespace sila

@@ -1,22 +1,117 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
-#include <span>
 #include <vector>
 
+#include "sila/core/fields.hpp"
 #include "sila/core/trajectory.hpp"
-#include "sila/gp/config.hpp"
-#include "sila/learn/config.hpp"
+#include "sila/gp/sparse_gp.hpp"
 #include "sila/model/increment.hpp"
 
 namespace sila {
 
+/// Lengths in metres become curb units when a model begins (see ModelSettings).
+struct GridConfig {
+  double cell_m = 1.0;
+  /// Side of a tile, at whose borders aligned primitives are cut [cells].
+  static constexpr int tile_cells = 8;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, GridConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.number("cell_m", config.cell_m, Range{0.05, 20.0}, "m",
+               "side of a grid cell at the place where the model begins");
+}
+
+/// Where a path is cut into the support of a new primitive.
+enum class CutRule {
+  aligned,            ///< at the borders of a fixed tiling, so that two batches cut the same way
+  first_unexplained,  ///< at the first cells that no primitive explains yet (as the paper's growth suggests)
+};
+inline constexpr const char* kCutRules[] = {"aligned", "first_unexplained"};
+
+/// Dictionary learning (ASNSC). Source: Chen, Liu, How 2016; docs/learn.md, sections 2 to 5.
+struct DictionaryConfig {
+  /// Slower samples have no heading (v_min) [m/s].
+  static constexpr double min_speed_mps = 0.2;
+  /// Weight of the activeness channel (gamma).
+  static constexpr double activeness_weight = 1.0;
+  /// Using a primitive must pay for this number of cell visits (lambda).
+  static constexpr double sparsity = 1.0;
+  /// Minimum path length that a new primitive must explain (tau) [m].
+  static constexpr double gain_m = 6.0;
+  bool support_mask = true;
+  /// How far the support reaches beyond the path (delta) [cells].
+  static constexpr int dilation_cells = 1;
+  CutRule cut = CutRule::aligned;
+  /// Longest path of a primitive under first_unexplained [m]; no setting.
+  double run_m = 10.0;
+  int max_primitives = 2000;  ///< learnt from one batch (L_max); no setting
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.flag("support_mask", config.support_mask,
+             "limit each primitive to its own cells; off: one primitive swallows a whole route");
+  visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
+}
+
+/// How the two components of a field's velocity are modelled.
+enum class FieldOutputs {
+  shared,       ///< one GP with two outputs: one set of pseudo-inputs, one theta
+  independent,  ///< GP_x and GP_y, each with its own pseudo-inputs and theta (paper)
+};
+inline constexpr const char* kFieldOutputs[] = {"shared", "independent"};
+
+/// Velocity fields of the transitions: the kernel that they start from, and how the GPs are fitted.
+struct FieldConfig {
+  FieldOutputs outputs = FieldOutputs::shared;
+  double stride_s = 0.0;
+  /// Prior deviation of a field from its mean (sigma_f) [m/s].
+  static constexpr double signal_std_mps = 0.8;
+  /// Distance over which velocities agree (l) [m].
+  static constexpr double length_scale_m = 2.0;
+  /// Spread of people around a field (sigma_n) [m/s].
+  static constexpr double noise_std_mps = 0.3;
+  GpConfig gp;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, FieldConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.choice("outputs", config.outputs, kFieldOutputs,
+               "one GP for both components of the velocity, or one for each as in the paper");
+  visit.number(
+      "stride_s", config.stride_s, Range{0.0, 60.0}, "s",
+      "between the samples of a track that a field is fitted to, as neighbours are correlated; 0: all samples");
+  visit.choice("pseudo_inputs", config.gp.pseudo_inputs, pseudo_input_choice_names,
+               "pseudo-inputs Z: chosen from the data, or moved by gradient as in the paper");
+  visit.choice(
+      "hyperparameters", config.gp.hyperparameters, hyperparameter_choice_names,
+      "theta: as given, one for all transitions of a batch, or one per transition by gradient as in the paper");
+  visit.number("max_pseudo_inputs", config.gp.max_pseudo_inputs, Range{1, 1000}, "", "most pseudo-inputs of a fit, M");
+}
+
+struct LearnConfig {
+  GridConfig grid;
+  DictionaryConfig dictionary;
+  FieldConfig field;
+};
+
+template <class Config, class Visitor>
+requires std::same_as<std::remove_const_t<Config>, LearnConfig>
+void fields(Config& config, Visitor&& visit) {
+  visit.group("grid", config.grid);
+  visit.group("dictionary", config.dictionary);
+  visit.group("field", config.field);
+}
+
 /// The settings of a model. The length of its curb unit converts configured metres into units.
 ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                              const GridConfig& config);
-
-/// The hyper-parameters that fields start from, in curb units.
-Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config);
 
 /// A stretch of one track, samples [begin, end), that one primitive explains.
 struct Segment {

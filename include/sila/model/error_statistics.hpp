@@ -23,12 +23,15 @@ inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
 /// Features of the hazards of starting and of stopping (src/refine/motion_change.hpp).
 inline constexpr int kHazardFeatures = 12;
+/// Features and times ahead of the correction of paths (src/refine/path_correction.hpp).
+inline constexpr int kCorrectionFeatures = 150;
+inline constexpr int kCorrectionKnots = 5;
 
 /// Sums over weighted examples from which a linear regression of P outputs on F features is solved; the size does not
 /// grow with the examples.
 struct RegressionMoments {
   double weight = 0.0;
-  Eigen::MatrixXd features;  ///< F x F, sum of w f f'
+  Eigen::MatrixXd features;  ///< F x F, sum of w f f': the lower triangle, the rest is 0
   Eigen::MatrixXd products;  ///< F x P, sum of w f y'
 
   RegressionMoments& operator+=(const RegressionMoments& more) {
@@ -109,6 +112,8 @@ struct ErrorStatistics {
   std::vector<SlowErrors> slow;             ///< of each slow class
   /// Of each motion state, when it changes: kStanding when people start, kWalking when they stop.
   std::array<RegressionMoments, kMotionStates> changes;
+  RegressionMoments correction;        ///< of the errors of stacked velocities of people who walk
+  RegressionMoments correction_share;  ///< of the same on the correction known before: 1 x 1
 
   bool empty() const { return steps == 0; }
 };

@@ -9,7 +9,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
 #include "sila/core/grid.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/sparse_gp.hpp"

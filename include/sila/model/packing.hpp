@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -8,23 +9,21 @@
 
 namespace sila {
 
-/// Parts of a model as flat lists of numbers, bit for bit: the one place that knows their order. A matrix is its
-/// numbers of rows and columns and then its entries, column by column; a list is its length and then its elements.
-std::vector<double> pack(const ErrorStatistics& error_statistics);
-std::vector<double> pack(const FlowField& field);
-std::vector<double> pack(const SparseGp& gp);
-std::vector<double> pack(const CurbFrame& frame);
-std::vector<double> pack(const std::vector<SiteCount>& counts);
-std::vector<double> pack(const ModelSettings& settings);
+/// What a model has as flat lists of numbers.
+template <class Part>
+concept PackedPart =
+    std::same_as<Part, ErrorStatistics> || std::same_as<Part, FlowField> || std::same_as<Part, SparseGp> ||
+    std::same_as<Part, CurbFrame> || std::same_as<Part, std::vector<SiteCount>> || std::same_as<Part, ModelSettings>;
 
-/// The parts again.
+/// A part as numbers, bit for bit: the one place that knows their order. A matrix is its numbers of rows and columns
+/// and then its entries, column by column; a list is its length and then its elements.
+template <PackedPart Part>
+std::vector<double> pack(const Part& part);
+
+/// The part again.
 /// Throws: std::invalid_argument if the numbers are too few or too many, or a size is not valid.
-ErrorStatistics unpack_error_statistics(std::span<const double> numbers);
-FlowField unpack_flow_field(std::span<const double> numbers);
-SparseGp unpack_gp(std::span<const double> numbers);
-CurbFrame unpack_frame(std::span<const double> numbers);
-std::vector<SiteCount> unpack_site_counts(std::span<const double> numbers);
-ModelSettings unpack_settings(std::span<const double> numbers);
+template <PackedPart Part>
+Part unpack(std::span<const double> numbers);
 
 /// The size of a part, and of the whole model, in a file: its numbers, without the overhead of the database [bytes].
 std::size_t packed_bytes(const MotionPrimitive& primitive);

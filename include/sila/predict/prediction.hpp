@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "sila/core/curb_frame.hpp"
+#include "sila/core/trajectory.hpp"
 
 namespace sila {
 
@@ -28,7 +28,7 @@ struct Mode {
 };
 
 /// Where the person will be with a nominal probability: wherever the density of the modes is at least exp(-level) of
-/// its peak (`nonconformity` at most `level`, refine/regions.hpp). The levels were learnt from past errors.
+/// its peak (`nonconformity` at most `level`, refine/predictor.hpp). The levels were learnt from past errors.
 struct Region {
   double probability = 0.0;
   std::vector<double> levels;  ///< at each time of the prediction

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sila/core/fields.hpp"
-#include "sila/fuse/config.hpp"
+#include "sila/fuse/fuse.hpp"
 #include "sila/model/model.hpp"
 #include "sila/refine/config.hpp"
 
@@ -26,7 +26,8 @@ struct PruneConfig {
   static constexpr double agreement_mps = 0.3;
   /// A transition seen at most this often expires where another one knows its place [trajectories]; no setting.
   double expire_count = 3.0;
-  double expire_after_episodes = 10.0;
+  /// ... once it has not been seen for as long, counted at its site [episodes].
+  static constexpr double expire_after_episodes = 10.0;
   double half_life_episodes = std::numeric_limits<double>::infinity();
 };
 
@@ -36,8 +37,6 @@ void fields(Config& config, Visitor&& visit) {
   const double none = std::numeric_limits<double>::infinity();
   visit.flag("enabled", config.enabled,
              "remove rare transitions that others represent, after each episode (paper: off)");
-  visit.number("expire_after_episodes", config.expire_after_episodes, Range{1.0, none}, "episodes",
-               "without an observation, counted at its site, after which a rare transition expires");
   visit.number("half_life_episodes", config.half_life_episodes, Range{0.1, none}, "episodes",
                "after which all observations count half, also with `enabled` false");
 }
@@ -102,8 +101,9 @@ struct BudgetResult {
 BudgetResult apply_budget(Model model, const ModelBudget& budget, const PruneConfig& overlap = {});
 
 /// A model for export: only transitions that at least `min_people` different tracks support, between primitives with
-/// the same support. Nothing else remains except sums over all tracks (error statistics and global residual GP;
-/// docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is below 1.
+/// the same support. Nothing else remains except sums over all tracks (error statistics without the correction of
+/// paths, and global residual GP; docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is
+/// below 1.
 Model k_anonymous(Model model, int min_people);
 
 }  // namespace sila

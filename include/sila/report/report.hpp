@@ -21,6 +21,8 @@ struct ReportLimits {
   std::size_t worst = 12;              ///< rows of the table of the worst
   double stride_s = 1.0;               ///< between the predictions of a played track
   std::size_t most_bytes = 1'400'000;  ///< of the data; predicted tracks are halved until they fit
+  /// Of the data with what predicts on the page, which is left out if it does not fit: a page of 4 MB.
+  std::size_t bytes_with_predictor = 3'600'000;
 };
 
 /// A place and the people to score a model on; without tracks the model is shown alone, without a scene it is drawn at

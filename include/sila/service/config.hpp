@@ -20,9 +20,12 @@ struct ServiceConfig {
   static constexpr double silence_s = 5.0;
   int max_ids = 2000;
   int max_track_samples = 6000;
+  /// Predictions retained until their future is known; further ones are not scored; no setting.
   int max_pending_scores = 20000;
+  /// Tracks that wait to be learnt; beyond it the oldest are discarded; no setting.
   int max_waiting_tracks = 1000;
   double calibration_step = 0.05;
+  /// Errors and coverage are reported of the last ones [pedestrians]; no setting.
   int scored_pedestrians = 1000;
   /// The drift alarm compares the error of the last pedestrians with that of the earlier ones [pedestrians].
   static constexpr int drift_pedestrians = 50;
@@ -49,14 +52,8 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
   visit.number("max_track_samples", config.max_track_samples, Range{100, 10000000}, "samples",
                "a longer track ends, and a new one begins");
-  visit.number("max_pending_scores", config.max_pending_scores, Range{0, 10000000}, "predictions",
-               "retained until their future is known; further ones are not scored");
-  visit.number("max_waiting_tracks", config.max_waiting_tracks, Range{1, 10000000}, "tracks",
-               "waiting to be learnt; beyond it the oldest are discarded");
   visit.number("calibration_step", config.calibration_step, Range{0.0, 1.0}, "per pedestrian",
                "step of the online calibration of nominal regions; 0: off");
-  visit.number("scored_pedestrians", config.scored_pedestrians, Range{10, 1000000}, "pedestrians",
-               "the last ones, over which errors and coverage are reported");
   visit.number("max_line_bytes", config.max_line_bytes, Range{64, 1 << 20}, "bytes",
                "of a line; longer lines are rejected");
   visit.number("max_rate_hz", config.max_rate_hz, Range{0.0, 1e7, true}, "lines/s",

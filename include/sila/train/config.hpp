@@ -3,8 +3,8 @@
 #include <concepts>
 
 #include "sila/core/sampling.hpp"
-#include "sila/fuse/config.hpp"
-#include "sila/learn/config.hpp"
+#include "sila/fuse/fuse.hpp"
+#include "sila/learn/learn.hpp"
 #include "sila/refine/config.hpp"
 #include "sila/refine/prune.hpp"
 
