@@ -214,9 +214,9 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
   if (!options.http.empty()) state.listen_http(note);
   if (!options.tcp.empty()) state.listen_tcp(note);
   if (!options.unix_path.empty()) state.listen_unix(note);
+  if (!options.mqtt.empty()) state.mqtt = std::make_shared<detail::MqttConnection>(state.registry);
   for (const std::string& where : listening) announce(where);
   state.registry.announce = std::move(announce);
-  if (!options.mqtt.empty()) state.mqtt = std::make_shared<detail::MqttConnection>(state.registry);
   state.signals.async_wait([&state](const boost::system::error_code& error, int) {
     if (!error) state.close();
   });
