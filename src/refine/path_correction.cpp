@@ -42,8 +42,10 @@ struct FourierBasis {
   FourierBasis() {
     std::mt19937_64 engine(1);
     const auto uniform = [&] { return (static_cast<double>(engine() >> 11) + 0.5) * 0x1p-53; };
-    for (double& frequency : frequencies.reshaped())  // Box and Muller
-      frequency = std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform());
+    for (double& frequency : frequencies.reshaped()) {  // Box and Muller
+      const double radius = std::sqrt(-2.0 * std::log(uniform()));
+      frequency = radius * std::cos(2.0 * std::numbers::pi * uniform());
+    }
     for (double& phase : phases.reshaped()) phase = 2.0 * std::numbers::pi * uniform();
     frequencies.array().rowwise() /= length_scales().transpose().array();
   }
