@@ -17,7 +17,7 @@ Model k_anonymous(Model model, int min_people) {
   for (const Transition& transition : model.transitions)
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
   detail::remove_transitions(model, kept);
-  // Its sums tell places apart, those of a single person as well.
+  // The sums of the correction tell places apart, also a place where only one person was.
   for (Site& site : model.sites) {
     const ErrorStatistics& all = site.error_statistics;
     if (!all.empty())

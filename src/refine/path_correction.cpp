@@ -107,7 +107,8 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
   const Matrix2 to_site = axes_of(observed.frame).transpose();
   Knots left_mps;
   for (std::size_t k = 0; k < kCorrectionKnots; ++k) {
-    const std::size_t step = ((k + 1) * steps + kCorrectionKnots - 1) / kCorrectionKnots - 1;  // the end of it
+    const std::size_t step =
+        ((k + 1) * steps + kCorrectionKnots - 1) / kCorrectionKnots - 1;  // the last one before the knot
     left_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * (truths_mps[step] - stacked_mps[step]);
   }
   const CorrectionInput step = length_scales() / kLatticePoints;

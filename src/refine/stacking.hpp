@@ -87,7 +87,7 @@ class Stacking {
   const ErrorDensity& density(std::size_t number, bool here) const {
     return here ? density_[number] : density_place_free_[number];
   }
-  /// Whether a path is corrected: that of a person who walks where transitions are nearby.
+  /// Whether the path of this person is corrected: the person walks, at a trained site, and transitions are nearby.
   bool corrects(const ObservedFeatures& seen) const;
   /// Zero for people whose path is not corrected.
   VelocityCorrection correction(const CurbTrajectory& observed, const ObservedFeatures& seen,

@@ -226,7 +226,7 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     assert.ok(Math.hypot(there[0] - x - 100, there[1] - y + 60) < 1, "the pedestrian is where the mouse is");
     assert.ok(shown.every((d) => d && !d.includes("NaN") && !before.includes(d)), "every mode and region follows");
     const region = (await page.locator("#try .region").last().boundingBox())!;
-    assert.ok((region.x + region.width / 2 - there[0]) * 5 + (region.y + region.height / 2 - there[1]) * -3 > 0, "the region lies ahead of who walks there");
+    assert.ok((region.x + region.width / 2 - there[0]) * 5 + (region.y + region.height / 2 - there[1]) * -3 > 0, "the region lies ahead of the pedestrian");
     await page.locator("#try").screenshot({ path: join(pictures, "try.png") });
     const frames = await framesOf(page, there);
     console.log(`      ${frames.map((n) => n.toFixed(0)).join(", ")} frames a second`);
