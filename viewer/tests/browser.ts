@@ -3,38 +3,11 @@
 // FOLDER has report.html, picture.html (a report on a picture), results.html, editor.html and camera.html; what is saved there goes to FOLDER, pictures to FOLDER/pictures.
 import assert from "node:assert/strict";
 import { mkdir, readFile, writeFile } from "node:fs/promises";
-import { join, resolve } from "node:path";
+import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { chromium, type Browser, type Page } from "playwright-core";
-
-const folder = resolve(process.argv[2] ?? ".");
-const [modelReport, pictureReport, resultsReport, editor, cameraEditor, pictures] = ["report.html", "picture.html", "results.html", "editor.html", "camera.html", "pictures"].map((name) => join(folder, name)) as [string, string, string, string, string, string];
-
-interface Visit { width?: number; height?: number; dark?: boolean; touch?: boolean }
-
-/** Opens a page without a network and fails if it complains or asks for anything. */
-async function visiting(browser: Browser, file: string, { width = 1280, height = 900, dark = false, touch = false }: Visit, act: (page: Page) => Promise<void>): Promise<void> {
-  const context = await browser.newContext({ viewport: { width, height }, colorScheme: dark ? "dark" : "light", offline: true, hasTouch: touch, isMobile: touch, deviceScaleFactor: touch ? 2 : 1, reducedMotion: "reduce" });
-  const page = await context.newPage();
-  const complaints: string[] = [];
-  const url = pathToFileURL(file).href;
-  page.on("console", (message) => { if (["error", "warning"].includes(message.type())) complaints.push(message.text()); });
-  page.on("pageerror", (error) => complaints.push(String(error)));
-  page.on("request", (request) => { if (!request.url().startsWith(url) && !request.url().startsWith("data:")) complaints.push(`asks for ${request.url()}`); });
-  await page.goto(url);
-  await page.waitForSelector("main section");
-  await page.waitForTimeout(300);
-  await act(page);
-  assert.deepEqual(complaints, [], "the page complains or asks for something");
-  await context.close();
-}
-
-const value = (page: Page, selector: string): Promise<number> => page.locator(selector).inputValue().then(Number);
-const text = (page: Page, selector: string): Promise<string> => page.locator(selector).innerText();
-const picture = (page: Page, name: string, fullPage = false): Promise<Buffer> => page.screenshot({ path: join(pictures, `${name}.png`), fullPage });
-
-/** Everything that can be used and has no name. */
-const nameless = (page: Page): Promise<string[]> => page.$$eval("button, select, input, textarea, a", (all) => all.filter((e) => !e.closest("[aria-hidden=true]") && !(e.textContent?.trim() || e.getAttribute("aria-label") || (e as HTMLInputElement).labels?.length)).map((e) => e.outerHTML));
+import { chromium, type Page } from "playwright-core";
+import { tryTests } from "./try_browser";
+import { cameraEditor, editor, folder, modelReport, nameless, picture, pictureReport, pictures, resultsReport, text, value, visiting, type BrowserTest } from "./visit";
 
 /** u, v in the picture of made_up_camera.ts, x, y on the ground. */
 const knownPoints = [[60, 690, -10, -10], [1220, 690, 14, -10], [860, 130, 14, 24], [420, 130, -10, 24]] as const;
@@ -70,7 +43,7 @@ async function save(page: Page, name: string): Promise<void> {
   assert.equal(await readFile(join(folder, name), "utf8"), await page.locator("#json").inputValue());
 }
 
-const tests: [string, (browser: Browser) => Promise<void>][] = [
+const tests: BrowserTest[] = [
   ["has every section and says what it shows", (browser) => visiting(browser, modelReport, {}, async (page) => {
     for (const id of ["learnt", "predictions", "try", "accuracy", "learning", "worst", "made"]) assert.equal(await page.locator(`section#${id}`).count(), 1, id);
     assert.ok(await page.locator(".primitive").count() > 10);
@@ -206,67 +179,7 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await page.locator("#play").tap();
     await picture(page, "phone-predictions");
   })],
-  ["predicts for a pedestrian that is dragged", (browser) => visiting(browser, modelReport, {}, async (page) => {
-    await page.waitForSelector("#try .mode");
-    const pedestrian = page.locator("#try .pedestrian");
-    const drawn = (): Promise<string[]> => page.$$eval("#try .mode, #try .region", (all) => all.map((e) => e.getAttribute("d") ?? ""));
-    const mouseAt = async (): Promise<[number, number]> => {
-      const { x, y, width, height } = (await pedestrian.locator(".touch").boundingBox())!;
-      return [x + width / 2, y + height / 2];
-    };
-    await page.locator("#try .map").scrollIntoViewIfNeeded();
-    const before = await drawn();
-    assert.equal(await page.locator("#try .region").count(), 2);
-    const [x, y] = await mouseAt();
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    for (let k = 1; k <= 20; ++k) await page.mouse.move(x + 5 * k, y - 3 * k);
-    await page.waitForTimeout(100);
-    const [there, shown] = [await mouseAt(), await drawn()];
-    assert.ok(Math.hypot(there[0] - x - 100, there[1] - y + 60) < 1, "the pedestrian is where the mouse is");
-    assert.ok(shown.every((d) => d && !d.includes("NaN") && !before.includes(d)), "every mode and region follows");
-    const region = (await page.locator("#try .region").last().boundingBox())!;
-    assert.ok((region.x + region.width / 2 - there[0]) * 5 + (region.y + region.height / 2 - there[1]) * -3 > 0, "the region lies ahead of the pedestrian");
-    await page.locator("#try").screenshot({ path: join(pictures, "try.png") });
-    const frames = await framesOf(page, there);
-    console.log(`      ${frames.map((n) => n.toFixed(0)).join(", ")} frames a second`);
-    assert.ok(Math.max(...frames) >= 30, "30 frames a second");
-    await page.mouse.up();
-    await page.locator("#try-ahead").fill("5");
-    const later = (await page.locator("#try .region").first().boundingBox())!;
-    await page.locator("#try-ahead").fill("1");
-    const sooner = (await page.locator("#try .region").first().boundingBox())!;
-    assert.ok(later.width * later.height > 2 * sooner.width * sooner.height, "regions grow with time");
-    await page.getByRole("button", { name: "Start again" }).click();
-    await page.locator("#try-ahead").fill("3");
-    assert.deepEqual(await drawn(), before);
-    await pedestrian.focus();
-    for (let k = 0; k < 8; ++k) await page.keyboard.press("ArrowUp");
-    assert.ok((await mouseAt())[1] < y - 20);
-    assert.match(await text(page, "#try-readout"), /^\d+ modes, the most likely with a weight of \d+ %\. /);
-    await page.locator("#try .toggle", { hasText: "Regions" }).locator("input").uncheck();
-    assert.equal(await page.locator("#try .region").count(), 0);
-    assert.deepEqual(await nameless(page), []);
-  })],
-  ["says what to do where the page cannot predict", async (browser) => {
-    const html = await readFile(modelReport, "utf8");
-    const data = JSON.parse(/<script id="data"[^>]*>(.*?)<\/script>/s.exec(html)![1]!) as { predictor: { wasm: string; model: string } };
-    const alerted = async (predictor: object, init?: string): Promise<string> => {
-      const file = join(pictures, "no-predictor.html");
-      await writeFile(file, html.replace(/(<script id="data"[^>]*>).*?(<\/script>)/s, (_, begin: string, end: string) => begin + JSON.stringify({ ...data, predictor }).replaceAll("<", "\\u003c") + end));
-      const page = await browser.newPage();
-      if (init) await page.addInitScript(init);
-      await page.goto(pathToFileURL(file).href);
-      const said = await page.locator("#try [role=alert]").innerText();
-      assert.ok(await page.locator("#learnt .primitive").count() > 10, "the other sections are there");
-      await page.close();
-      return said;
-    };
-    assert.match(await alerted(data.predictor, "delete globalThis.WebAssembly"), /no WebAssembly, or it is switched off\. Allow it .* or open this file in/);
-    assert.match(await alerted(data.predictor, "delete globalThis.DecompressionStream"), /no DecompressionStream.*or open this file in/);
-    assert.match(await alerted({ bytes: 5_100_000, most_bytes: 2_200_000 }), /too large for this page \(5\.1 MB of at most 2\.2 MB\)\. `sila serve`/);
-    assert.match(await alerted({ wasm: data.predictor.wasm, model: data.predictor.model.slice(0, 4000) }), /^The model cannot be loaded: .*Make the report anew/);
-  }],
+  ...tryTests,
   ["draws predictions on a picture", (browser) => visiting(browser, pictureReport, {}, async (page) => {
     const image = (await page.locator("#predictions svg.place image").boundingBox())!;
     const person = (await page.locator("#predictions .person").boundingBox())!;
@@ -321,18 +234,17 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
   ["sets a camera by clicks on a picture and the places of the points", (browser) => visiting(browser, cameraEditor, {}, async (page) => {
     assert.ok(await page.locator("#save").isDisabled(), "without a camera there is no corner to save");
     assert.equal(await page.locator("#json").inputValue(), "");
-    const points = knownPoints;
     const add = async (u: number, v: number, x: number, y: number): Promise<void> => {
       await addAt(page, u, v);
       const row = page.locator("#points tr").last();
       await row.getByLabel(": x").fill(String(x));
       await row.getByLabel(": y").fill(String(y));
     };
-    for (const [u, v, x, y] of points) await add(u, v, x, y);
+    for (const [u, v, x, y] of knownPoints) await add(u, v, x, y);
     assert.match(await text(page, "#camera-state"), /fits 4 points exactly/);
     const { camera, y_axis } = await saved(page);
     assert.equal(y_axis, "up");
-    points.forEach(([u, v, x, y], i) => {
+    knownPoints.forEach(([u, v, x, y], i) => {
       const [a, b] = camera!.image_points[i]!;
       assert.ok(Math.hypot(a - u, b - v) < 3, `point ${i + 1} at ${a}, ${b}`);
       assert.deepEqual(camera!.ground_points[i], [x, y]);
@@ -388,28 +300,6 @@ const tests: [string, (browser: Browser) => Promise<void>][] = [
     await page.close();
   }],
 ];
-
-/** Frames a second in which the pedestrian of "Try it", held by the mouse, was drawn with its predictions, of seconds with a move in each frame of the browser: until one has 30, at most eight, for other processes may be busy. */
-function framesOf(page: Page, [x, y]: [number, number]): Promise<number[]> {
-  return page.evaluate(async ([x, y]) => {
-    const handle = document.querySelector("#try .pedestrian")!;
-    let drawn = 0;
-    new MutationObserver(() => ++drawn).observe(handle, { attributes: true, attributeFilter: ["transform"] });
-    const frames: number[] = [];
-    while (frames.length < 8 && !(Math.max(...frames) >= 30)) {
-      drawn = 0;
-      const began = performance.now();
-      let now = began;
-      while (now < began + 1000) {
-        const angle = now / 400;
-        handle.dispatchEvent(new PointerEvent("pointermove", { pointerId: 1, clientX: x + 60 * Math.sin(angle), clientY: y + 60 * (Math.cos(angle) - 1) }));
-        now = await new Promise<number>((resolve) => requestAnimationFrame(resolve));
-      }
-      frames.push(1000 * drawn / (performance.now() - began));
-    }
-    return frames;
-  }, [x, y] as const);
-}
 
 /** Contrast of the text of an element with what is behind it, as WCAG defines it. */
 function contrast(page: Page, selector: string): Promise<number> {
