@@ -6,6 +6,7 @@
 
 #include "options.hpp"
 #include "sila/config.hpp"
+#include "sila/core/companions.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
@@ -40,12 +41,14 @@ struct TrackLines {
   std::size_t count = 0;
 };
 
-TrackLines lines_of(const FramedTrajectory& placed, const std::string& input_id, const Predictor& predictor,
-                    const Config& config, const PredictOptions& options, const Camera* camera) {
+TrackLines lines_of(const FramedTrajectory& placed, const std::string& input_id, const PresentPeople& present,
+                    const Predictor& predictor, const Config& config, const PredictOptions& options,
+                    const Camera* camera) {
   TrackLines lines;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.min_observe_s, options.stride_s)) {
-    const CurbTrajectory observed =
+    CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
+    observed.companions_mps = present.companions_mps(placed.track, last);
     const Prediction prediction = predictor.predict(observed);
     std::optional<Explanation> explanation;
     if (options.explain) explanation = explain(predictor, observed);
@@ -66,9 +69,10 @@ void predict_tracks(const PredictOptions& options) {
   const bool pixels = config.metres_per_pixel > 0.0;
   const Camera* const camera = options.image || pixels ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);
+  const PresentPeople present(input.tracks);
   std::vector<TrackLines> lines(input.tracks.size());
   tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
-    lines[i] = lines_of(input.tracks[i], input.input_ids[i], predictor, config, options, camera);
+    lines[i] = lines_of(input.tracks[i], input.input_ids[i], present, predictor, config, options, camera);
   });
   std::optional<OutputFile> file;
   if (!options.out.empty()) file.emplace(options.out);

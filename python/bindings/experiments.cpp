@@ -97,12 +97,15 @@ std::string hash_of(const FramedTracks& framed) {
   return text;
 }
 
-WindowSet windows_in(const FramedTracks& framed, const std::string& config_json, double stride_s) {
+/// `present`: the people among whom there may be companions; null: those of `framed`.
+WindowSet windows_in(const FramedTracks& framed, const std::string& config_json, double stride_s,
+                     const FramedTracks* present) {
   const Config config = config_of(config_json);
   const auto& [sampling, predict] = std::pair(config.episode.sampling, config.episode.predict);
   WindowSet set{{}, sampling.interval_s, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s))};
+  const PresentPeople people(present != nullptr ? present->tracks : framed.tracks);
   for (Window& window :
-       windows_of(framed.tracks, sampling, predict, stride_s, std::span(&config.evaluate.observed_s, 1))) {
+       windows_of(framed.tracks, sampling, predict, stride_s, std::span(&config.evaluate.observed_s, 1), &people)) {
     if (window.future_m.size() == set.steps) set.windows.push_back(std::move(window));
   }
   return set;
@@ -315,7 +318,7 @@ void bind_framed_tracks(nb::module_& module) {
           "test_people"_a, "seed"_a, "by"_a)
       .def("samples", &samples_of, "config"_a, "frame"_a,
            "Positions and velocities of the resampled tracks, as at the site of a frame.")
-      .def("windows", &windows_in, "config"_a, "stride_s"_a);
+      .def("windows", &windows_in, "config"_a, "stride_s"_a, "present"_a.none() = nb::none());
 }
 
 void bind_window_set(nb::module_& module) {

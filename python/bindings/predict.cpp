@@ -2,6 +2,7 @@
 
 #include "arrays.hpp"
 #include "sila/config.hpp"
+#include "sila/core/companions.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
@@ -26,6 +27,7 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
   const ThreadLimit limit(threads);
   const std::vector<FramedTrajectory> input = placed(tracks, scene, made.config);
   const double observe_s = made.config.episode.predict.observe_s;
+  const PresentPeople present(input);
   std::vector<std::vector<Value>> of_track(input.size());
   tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
     const Trajectory& track = input[i].track;
@@ -33,8 +35,9 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
         at_end ? std::vector{track.times_s.size() - 1}
                : prediction_samples(track, made.config.episode.predict.min_observe_s, stride_s);
     for (const std::size_t last : due) {
-      of_track[i].push_back(
-          of_window(tracks[i], observe(track, last, input[i].frame, observe_s, made.config.episode.sampling)));
+      CurbTrajectory observed = observe(track, last, input[i].frame, observe_s, made.config.episode.sampling);
+      observed.companions_mps = present.companions_mps(track, last);
+      of_track[i].push_back(of_window(tracks[i], observed));
     }
   });
   std::vector<Value> all;

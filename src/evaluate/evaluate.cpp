@@ -32,9 +32,11 @@ TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const 
                                 const EvaluateConfig& evaluate_config, std::size_t steps) {
   TestWindows found;
   std::map<std::string, std::size_t> skipped;
+  const PresentPeople present(tracks);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    std::vector<Window> windows = windows_of(tracks.subspan(i, 1), config.sampling, config.predict,
-                                             evaluate_config.stride_s, std::span(&evaluate_config.observed_s, 1));
+    std::vector<Window> windows =
+        windows_of(tracks.subspan(i, 1), config.sampling, config.predict, evaluate_config.stride_s,
+                   std::span(&evaluate_config.observed_s, 1), &present);
     const std::size_t before = found.windows.size();
     for (Window& window : windows) {
       if (window.future_m.size() == steps) found.windows.push_back({i, std::move(window)});

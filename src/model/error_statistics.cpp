@@ -74,6 +74,10 @@ void discount(RegressionMoments& moments, double share) {
   moments.products *= share;
 }
 
+void discount(std::vector<double>& counts, double share) {
+  for (double& count : counts) count *= share;
+}
+
 void discount(ErrorMoments& moments, double share) {
   moments.weight *= share;
   moments.along *= share;
@@ -83,13 +87,18 @@ void discount(ErrorMoments& moments, double share) {
 /// From about this number of windows on, recent ones count more.
 constexpr double kEarlyWindows = 150.0;
 
-/// Errors were larger when less was known, so a window of people who walk counts as the square of how many came before
-/// it: online expectation maximisation with steps of up to 3 / n instead of 1 / n (Cappe and Moulines 2009).
+/// What is left of past windows when recent ones count more: errors were larger when less was known, so a window counts
+/// as the square of how many came before it: online expectation maximisation with steps of up to 3 / n instead of 1 / n
+/// (Cappe and Moulines 2009).
+double share_of_past(double before, double now) {
+  const double share = (kEarlyWindows + before) / (kEarlyWindows + before + now);
+  return share * share;
+}
+
 void favour_recent(Densities& past, const Densities& recent) {
   for (std::size_t d = kWalking; d < kErrorDensities; d += kMotionStates) {
-    const double before = past[d].scale.weight, now = recent[d].scale.weight;
-    const double share = (kEarlyWindows + before) / (kEarlyWindows + before + now);
-    for (ErrorMoments& cell : past[d].components) discount(cell, share * share);
+    const double share = share_of_past(past[d].scale.weight, recent[d].scale.weight);
+    for (ErrorMoments& cell : past[d].components) discount(cell, share);
   }
 }
 
@@ -101,6 +110,8 @@ void add(ErrorStatistics& sum, const ErrorStatistics& more) {
   }
   accumulate_cells(sum.slow, more.slow);
   for (std::size_t state = 0; state < kMotionStates; ++state) sum.changes[state] += more.changes[state];
+  for (std::size_t axis = 0; axis < sum.motion.size(); ++axis) sum.motion[axis] += more.motion[axis];
+  sum.motion_share += more.motion_share;
   sum.correction += more.correction;
   sum.correction_share += more.correction_share;
   accumulate_bins(sum.novelties, more.novelties);
@@ -130,6 +141,8 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
   error_statistics.slow.resize(kSlowClasses);
   error_statistics.changes.fill(blank(kHazardFeatures, 1));
+  error_statistics.motion.fill(blank(kMotionFeatures, kCorrectionKnots));
+  error_statistics.motion_share = blank(1, 1);
   error_statistics.correction = blank(kCorrectionFeatures, 2 * kCorrectionKnots);
   error_statistics.correction_share = blank(1, 1);
   return error_statistics;
@@ -138,6 +151,8 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
   for (RegressionMoments& cell : error_statistics.stacking) discount(cell, share);
   for (RegressionMoments& change : error_statistics.changes) discount(change, share);
+  for (RegressionMoments& motion : error_statistics.motion) discount(motion, share);
+  discount(error_statistics.motion_share, share);
   discount(error_statistics.correction, share);
   discount(error_statistics.correction_share, share);
   for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
@@ -146,10 +161,8 @@ ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
       for (ErrorMoments& cell : density.components) discount(cell, share);
     }
   }
-  for (std::vector<double>& bins : error_statistics.scores) {
-    for (double& count : bins) count *= share;
-  }
-  for (double& count : error_statistics.novelties) count *= share;
+  for (std::vector<double>& bins : error_statistics.scores) discount(bins, share);
+  discount(error_statistics.novelties, share);
   for (SlowErrors& slow : error_statistics.slow) {
     slow.weight *= share;
     for (double& error_m : slow.errors_m) error_m *= share;
@@ -176,6 +189,8 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
   if (std::isfinite(memory_windows)) {
     favour_recent(sum.density, recent.density);
     favour_recent(sum.density_place_free, recent.density_place_free);
+    const double share = share_of_past(windows_in(past.density), windows_in(recent.density));
+    for (std::vector<double>& bins : sum.scores) discount(bins, share);
   }
   add(sum, recent);
   return sum;
@@ -207,6 +222,9 @@ void validate(const ErrorStatistics& error_statistics) {
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
   for (const RegressionMoments& change : error_statistics.changes)
     require_regressions("changes", {change}, 1, empty ? 0 : kHazardFeatures, empty ? 0 : 1);
+  for (const RegressionMoments& motion : error_statistics.motion)
+    require_regressions("motion", {motion}, 1, empty ? 0 : kMotionFeatures, empty ? 0 : kCorrectionKnots);
+  require_regressions("motion_share", {error_statistics.motion_share}, 1, empty ? 0 : 1, empty ? 0 : 1);
   require_regressions("correction", {error_statistics.correction}, 1, empty ? 0 : kCorrectionFeatures,
                       empty ? 0 : 2 * kCorrectionKnots);
   require_regressions("correction_share", {error_statistics.correction_share}, 1, empty ? 0 : 1, empty ? 0 : 1);

@@ -168,8 +168,8 @@ void members(auto& archive, Is<SlowErrors> auto& errors) {
 }
 
 void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
-  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
-         correction, correction_share] = error_statistics;
+  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes, motion,
+         motion_share, correction, correction_share] = error_statistics;
   archive.count(steps);
   archive.number(interval_s);
   archive.number(observe_s);
@@ -181,6 +181,8 @@ void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
   archive.list(novelties);
   archive.list(slow);
   for (auto& change : changes) members(archive, change);
+  for (auto& moments : motion) members(archive, moments);
+  members(archive, motion_share);
   members(archive, correction);
   members(archive, correction_share);
 }

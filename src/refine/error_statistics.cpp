@@ -49,6 +49,7 @@ struct Example {
   std::vector<Vector2> stacked_mps;                    ///< stacked ones
   std::vector<Vector2> errors_m, errors_place_free_m;  ///< along and across the predicted ways
   std::vector<double> nonconformities;
+  Corrections corrections;
   HazardFeatures hazard;
   std::optional<std::size_t> change;  ///< the step in which the motion changed
   PrequentialError path;
@@ -101,14 +102,14 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   const Vector2 to_horizon =
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
-  const VelocityCorrection correction = stacking.correction(window.observed, seen, to_horizon, interval_s);
+  example.corrections = stacking.corrections(window.observed, seen, to_horizon, interval_s);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     const Vector2 truth = window.future_m[j] - start_m;
     example.features.push_back(stacked_features(seen, seen.residuals, j, interval_s));
     example.truths_mps.push_back(truth / seconds);
     example.stacked_mps.push_back(stacking.velocity_mps(example.features.back(), j, seen));
-    const Vector2 way = seconds * (example.stacked_mps.back() + correction.at(seconds));
+    const Vector2 way = seconds * (example.stacked_mps.back() + example.corrections.total.at(seconds));
     const Vector2 place_free_way = seconds * place_free_mps(seen, j, interval_s);
     example.errors_m.push_back(oriented(way, truth - way));
     example.errors_place_free_m.push_back(oriented(place_free_way, truth - place_free_way));
@@ -143,7 +144,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   if (example.person.slow) error_statistics.slow[*example.person.slow] += example.slow_errors;
   const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
   if (example.corrected && whole)
-    stacking.path_correction().add_window(error_statistics, observed, example.truths_mps, example.stacked_mps);
+    stacking.add_window(error_statistics, observed, example.corrections, example.truths_mps, example.stacked_mps);
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
   const Vector2 scale = walking.scale(example.scale);
   for (std::size_t j = 0; j < example.features.size(); ++j) {

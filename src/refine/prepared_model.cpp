@@ -129,7 +129,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   const bool here = seen.site || !config_.trained_sites_only;
   prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
   const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, here, stacking.last_step(), interval_s_);
-  const VelocityCorrection correction = stacking.correction(observed, seen, to_horizon, interval_s_);
+  const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon, interval_s_).total;
   if (!stacking.fitted()) {
     prediction.regions.clear(), prediction.change_probabilities.clear();
     // Before errors are known the residual GPs alone are better than constant velocity.

@@ -190,7 +190,8 @@ Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& 
       density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)),
       changes_{MotionChange(error_statistics.changes[kWalking], kWalking, error_statistics.interval_s),
                MotionChange(error_statistics.changes[kStanding], kStanding, error_statistics.interval_s)},
-      correction_(error_statistics) {
+      by_motion_(error_statistics),
+      by_place_(error_statistics) {
   if (steps_ == 0) return;
   slow_choices_ = choices_of(error_statistics);
   const std::vector<RegressionMoments> walking = over_walking_classes(error_statistics.stacking);
@@ -214,11 +215,31 @@ bool Stacking::corrects(const ObservedFeatures& seen) const {
   return fitted() && seen.site && seen.on_the_map && motion_state(seen.person.speed) == kWalking && !seen.person.slow;
 }
 
-VelocityCorrection Stacking::correction(const CurbTrajectory& observed, const ObservedFeatures& seen,
-                                        const Vector2& to_horizon_mps, double interval_s) const {
-  static const PathCorrection none{{}};
-  const double horizon_s = static_cast<double>(std::max(steps_, 1)) * interval_s;
-  return (corrects(seen) ? correction_ : none).correction(observed, to_horizon_mps, horizon_s);
+Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,
+                                  const Vector2& to_horizon_mps, double interval_s) const {
+  const auto& v = seen.kinematics;
+  Corrections found{
+      motion_input(v.col(kConstantVelocityFeature), v.col(0), v.col(2), to_horizon_mps, observed.companions_mps),
+      {},
+      {}};
+  if (!corrects(seen)) return found;
+  const double horizon_s = static_cast<double>(steps_) * interval_s;
+  found.motion = by_motion_.correction(found.input, horizon_s);
+  found.total = by_place_.correction(observed, to_horizon_mps + found.motion.at(horizon_s), horizon_s);
+  for (std::size_t k = 0; k < kCorrectionKnots; ++k) found.total.knots_mps[k] += found.motion.knots_mps[k];
+  return found;
+}
+
+void Stacking::add_window(ErrorStatistics& error_statistics, const CurbTrajectory& observed, const Corrections& known,
+                          std::span<const Vector2> truths_mps, std::span<const Vector2> stacked_mps) const {
+  const std::size_t steps = truths_mps.size();
+  std::vector<Vector2> errors_mps, left_mps;  // of stacking, and what the correction by motion leaves of them
+  for (std::size_t j = 0; j < steps; ++j) {
+    errors_mps.push_back(truths_mps[j] - stacked_mps[j]);
+    left_mps.push_back(errors_mps[j] - known.motion.at(static_cast<double>(j + 1) * error_statistics.interval_s));
+  }
+  by_motion_.add_window(error_statistics, known.input, errors_mps);
+  by_place_.add_window(error_statistics, observed, left_mps, truths_mps.back() - left_mps.back());
 }
 
 Vector2 Stacking::stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const {

@@ -9,6 +9,7 @@
 
 #include "refine/error_density.hpp"
 #include "refine/motion_change.hpp"
+#include "refine/motion_correction.hpp"
 #include "refine/path_correction.hpp"
 #include "refine/residuals.hpp"
 #include "sila/core/trajectory.hpp"
@@ -61,6 +62,13 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
 /// The features of the hazards of starting and of stopping.
 HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
 
+/// What is added to the stacked velocities of one person.
+struct Corrections {
+  MotionInput input;
+  VelocityCorrection motion;
+  VelocityCorrection total;  ///< by motion and by place
+};
+
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
 /// solved once from the error statistics. Ridge regression towards the prediction of the residual GPs (constant
 /// velocity where they have no data). At an untrained site the global residual GP alone predicts: coefficients learnt
@@ -89,10 +97,12 @@ class Stacking {
   }
   /// Whether the path of this person is corrected: the person walks, at a trained site, and transitions are nearby.
   bool corrects(const ObservedFeatures& seen) const;
-  /// Zero for people whose path is not corrected.
-  VelocityCorrection correction(const CurbTrajectory& observed, const ObservedFeatures& seen,
-                                const Vector2& to_horizon_mps, double interval_s) const;
-  const PathCorrection& path_correction() const { return correction_; }
+  /// Zero for people whose path is not corrected. `to_horizon_mps`: the stacked mean velocity until the horizon.
+  Corrections corrections(const CurbTrajectory& observed, const ObservedFeatures& seen, const Vector2& to_horizon_mps,
+                          double interval_s) const;
+  /// Adds what a window of a person shows whose path is corrected. Mean velocities until each step.
+  void add_window(ErrorStatistics& error_statistics, const CurbTrajectory& observed, const Corrections& known,
+                  std::span<const Vector2> truths_mps, std::span<const Vector2> stacked_mps) const;
   /// Of starting for kStanding, of stopping for kWalking.
   const MotionChange& change(std::size_t state) const { return changes_[state]; }
 
@@ -105,7 +115,8 @@ class Stacking {
   std::vector<ErrorDensity> density_, density_place_free_;
   std::array<MotionChange, kMotionStates> changes_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
-  PathCorrection correction_;
+  MotionCorrection by_motion_;
+  PathCorrection by_place_;
 };
 
 }  // namespace sila

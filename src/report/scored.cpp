@@ -84,8 +84,9 @@ std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<co
   const auto steps = static_cast<std::size_t>(steps_in(config.predict.horizon_s, predictor.interval_s()));
   const std::vector<double> horizons_s = horizons_until(config.predict.horizon_s);
   std::vector<std::pair<std::size_t, Window>> windows;
+  const PresentPeople present(tracks);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    for (Window& window : windows_of(tracks.subspan(i, 1), config.sampling, config.predict, stride_s)) {
+    for (Window& window : windows_of(tracks.subspan(i, 1), config.sampling, config.predict, stride_s, {}, &present)) {
       if (window.future_m.size() == steps) windows.emplace_back(i, std::move(window));
     }
   }

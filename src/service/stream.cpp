@@ -7,6 +7,7 @@
 
 #include "clock.hpp"
 #include "open_track.hpp"
+#include "sila/core/companions.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {
@@ -132,6 +133,24 @@ Pedestrian* pedestrian_of(StreamCore& core, Stream& stream, const Detection& row
   return &found->second;
 }
 
+/// Of a pedestrian whose path ends now, among those of the same stream. People so far away are no companions.
+Vector2 companions_of(const Pedestrian& pedestrian, const Stream& stream) {
+  constexpr double far_m = 8.0;
+  const Trajectory& path = pedestrian.track.path;
+  const double t0_s = path.times_s.back();
+  const std::optional<MotionState> own = motion_at(path, t0_s);
+  if (!own) return Vector2::Zero();
+  std::vector<MotionState> others;
+  for (const auto& [track, other] : stream.pedestrians) {
+    const Trajectory& path_of_other = other.track.path;
+    if (&other == &pedestrian || path_of_other.times_s.empty() ||
+        (path_of_other.positions_m.back() - own->position_m).squaredNorm() > far_m * far_m)
+      continue;
+    if (const auto motion = motion_at(path_of_other, t0_s)) others.push_back(*motion);
+  }
+  return companions_mps(*own, others);
+}
+
 /// The first stream after the last served one, in a circle, that has a due prediction; null if there is none.
 std::pair<const StreamId, Stream>* next_stream(StreamCore& core) {
   const auto has_due = [](const auto& stream) { return !stream.second.due.empty(); };
@@ -200,9 +219,10 @@ std::vector<PredictionRequest> take_due_requests(StreamCore& core, std::size_t c
       continue;
     }
     ++core.counters.predictions;
-    requests.push_back({id, track, pedestrian->arrived_s,
-                        observe(path, path.times_s.size() - 1, settings.frame_for(path),
-                                settings.episode.predict.observe_s, settings.episode.sampling)});
+    CurbTrajectory observed = observe(path, path.times_s.size() - 1, settings.frame_for(path),
+                                      settings.episode.predict.observe_s, settings.episode.sampling);
+    observed.companions_mps = companions_of(*pedestrian, stream);
+    requests.push_back({id, track, pedestrian->arrived_s, std::move(observed)});
   }
   return requests;
 }

@@ -176,27 +176,34 @@ Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
 }
 
 /// `observed_s` below `predict.observe_s`: as if the person had appeared so long before.
-Window window_at(const FramedTrajectory& placed, std::size_t last, double observed_s, const SamplingConfig& sampling,
-                 const RefineConfig& predict) {
+Window window_at(const FramedTrajectory& placed, std::size_t last, double observed_s, const PresentPeople& present,
+                 const SamplingConfig& sampling, const RefineConfig& predict) {
   std::vector<Vector2> future_m =
       future(placed.track, last, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s)), sampling);
   const bool whole = observed_s >= predict.observe_s;
   const Trajectory recent = whole ? placed.track : appeared(placed.track, last, observed_s);
   const std::size_t end = whole ? last : recent.times_s.size() - 1;
   const double reach_s = whole ? predict.observe_s : std::min(observed_s + sampling.interval_s, predict.observe_s);
-  return {observe(recent, end, placed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
-          std::move(future_m)};
+  Window window{observe(recent, end, placed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
+                std::move(future_m)};
+  window.observed.companions_mps = present.companions_mps(recent, end);
+  return window;
 }
 
 }  // namespace
 
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
-                               const RefineConfig& predict, double stride_s, std::span<const double> observed_s) {
+                               const RefineConfig& predict, double stride_s, std::span<const double> observed_s,
+                               const PresentPeople* present) {
+  if (present == nullptr) {
+    const PresentPeople own(tracks);
+    return windows_of(tracks, sampling, predict, stride_s, observed_s, &own);
+  }
   std::vector<Window> windows;
   for (const FramedTrajectory& placed : tracks) {
     for (std::size_t last : prediction_samples(placed.track, predict.observe_s, stride_s)) {
       const double seconds = observed_s.empty() ? predict.observe_s : observed_s[windows.size() % observed_s.size()];
-      windows.push_back(window_at(placed, last, seconds, sampling, predict));
+      windows.push_back(window_at(placed, last, seconds, *present, sampling, predict));
     }
   }
   return windows;

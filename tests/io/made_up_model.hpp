@@ -83,6 +83,8 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   error_statistics.density.fill(density(1.5)), error_statistics.density[kWalking] = density(2.5);
   error_statistics.density_place_free.fill(density(0.25));
   error_statistics.changes = {regression(3.0, kHazardFeatures, 1), regression(0.5, kHazardFeatures, 1)};
+  error_statistics.motion.fill(regression(1.5, kMotionFeatures, kCorrectionKnots));
+  error_statistics.motion_share = regression(1.5, 1, 1);
   error_statistics.correction = regression(1.5, kCorrectionFeatures, 2 * kCorrectionKnots);
   error_statistics.correction_share = regression(1.5, 1, 1);
   for (int i = 0; i < error_statistics.steps * kSpeedClasses; ++i) {

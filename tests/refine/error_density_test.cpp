@@ -126,16 +126,18 @@ ErrorStatistics seen(double windows, double along_m2) {
     statistics.density[state].scale.weight = windows;
     statistics.density[state].components[0] = {windows, windows * along_m2, windows * along_m2};
   }
+  statistics.scores[0][0] = windows;
   return statistics;
 }
 
-TEST(ErrorStatistics, RecentWindowsOfPeopleWhoWalkCountMore) {
+TEST(ErrorStatistics, RecentWindowsCountMoreInDensitiesOfWalkersAndScores) {
   const ErrorStatistics sum = add_error_statistics(seen(850.0, 4.0), seen(1000.0, 1.0), 1e12);
   // ((150 + 850) / (150 + 850 + 1000))^2 of the past.
   EXPECT_NEAR(sum.density[kWalking].components[0].weight, 850.0 / 4.0 + 1000.0, 1e-5);
   EXPECT_NEAR(sum.density[kWalking].components[0].along, 850.0 + 1000.0, 1e-5);
   EXPECT_NEAR(sum.density[kWalking].scale.weight, 1850.0, 1e-5);
   EXPECT_NEAR(sum.density[kStanding].components[0].weight, 1850.0, 1e-5);
+  EXPECT_NEAR(sum.scores[0][0], 850.0 * (1850.0 * 1850.0) / (3850.0 * 3850.0) + 1000.0, 1e-5);  // of both states
 }
 
 TEST(ErrorStatistics, OfAnInfiniteMemoryAddExactly) {
@@ -143,6 +145,7 @@ TEST(ErrorStatistics, OfAnInfiniteMemoryAddExactly) {
   const ErrorStatistics sum = add_error_statistics(seen(850.0, 4.0), seen(1000.0, 1.0), infinite);
   EXPECT_EQ(sum.density[kWalking].components[0].weight, 1850.0);
   EXPECT_EQ(sum.density[kWalking].components[0].along, 4400.0);
+  EXPECT_EQ(sum.scores[0][0], 1850.0);
 }
 
 }  // namespace

@@ -43,9 +43,8 @@ void learn(ErrorStatistics& past, const CurbFrame& frame, int batches, unsigned 
       const Vector2 position_m(x_m(random), y_m(random));
       const Vector2 error_mps(noise_mps(random),
                               noise_mps(random) + (std::abs(position_m.x()) < 3.0 ? drift_mps : 0.0));
-      const std::vector<Vector2> stacked(kSteps, to_world * Vector2::UnitX());
-      const std::vector<Vector2> truths(kSteps, to_world * (Vector2::UnitX() + error_mps));
-      known.add_window(past, seen_at(frame, position_m), truths, stacked);
+      known.add_window(past, seen_at(frame, position_m), std::vector<Vector2>(kSteps, to_world * error_mps),
+                       to_world * Vector2::UnitX());
     }
   }
 }
@@ -93,19 +92,19 @@ TEST(PathCorrection, TurnsWithTheCorner) {
 }
 
 TEST(PathCorrection, LearnsFromLessStepsThanKnots) {
-  const std::vector<Vector2> stacked(2, Vector2::UnitX()), truths(2, Vector2(1.0, 0.1));
+  const std::vector<Vector2> errors(2, Vector2(0.0, 0.1));
   ErrorStatistics past = zero_error_statistics(2, kInterval_s, 3.2);
-  PathCorrection(past).add_window(past, seen_at(turned_frame(0.0), {1.0, 0.0}), truths, stacked);
+  PathCorrection(past).add_window(past, seen_at(turned_frame(0.0), {1.0, 0.0}), errors, Vector2::UnitX());
   const Eigen::RowVectorXd at_each_knot = past.correction.products.row(0) / past.correction.products(0, 1);
   for (int k = 0; k < kCorrectionKnots; ++k) EXPECT_NEAR(at_each_knot(2 * k + 1), 1.0, 1e-12);
 }
 
 TEST(PathCorrection, KeepsNoPosition) {
   const CurbFrame frame = turned_frame(0.0);
-  const std::vector<Vector2> stacked(kSteps, Vector2::UnitX()), truths(kSteps, Vector2(1.0, 0.1));
+  const std::vector<Vector2> errors(kSteps, Vector2(0.0, 0.1));
   const auto features_of = [&](const Vector2& position_m) {
     ErrorStatistics past = nothing();
-    PathCorrection(past).add_window(past, seen_at(frame, position_m), truths, stacked);
+    PathCorrection(past).add_window(past, seen_at(frame, position_m), errors, Vector2::UnitX());
     return past.correction.features;
   };
   EXPECT_EQ(features_of({1.03, 0.1}), features_of({0.97, -0.2}));

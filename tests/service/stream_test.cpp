@@ -108,6 +108,28 @@ TEST(StreamCore, TakesImagePointsThroughACamera) {
   EXPECT_TRUE(core.finished[0].track.positions_m.back().isApprox(Vector2(2.0, 1.0)));
 }
 
+TEST(StreamCore, SeesTheCompanionsThatAFileShows) {
+  const ServiceSettings settings = service_settings();
+  std::vector<FramedTrajectory> tracks = {{{"a", {}, {}, 0}, {}}, {{"b", {}, {}, 0}, {}}, {{"c", {}, {}, 0}, {}}};
+  const Vector2 starts_m[] = {{0, 0}, {0, 0.8}, {0, 30}}, velocities_mps[] = {{1.2, 0}, {1.1, 0.2}, {1.2, 0}};
+  StreamCore core;
+  std::size_t with_companions = 0;
+  for (int k = 0; k <= 40; ++k) {
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      Trajectory& track = tracks[i].track;
+      track.times_s.push_back(0.1 * k), track.positions_m.push_back(starts_m[i] + 0.1 * k * velocities_mps[i]);
+      ingest(core, 1, {track.id, track.times_s.back(), track.positions_m.back()}, 0.0, settings);
+    }
+    for (const PredictionRequest& request : take_due_requests(core, 10, settings)) {
+      const auto own = std::ranges::find(tracks, request.track, [](const auto& placed) { return placed.track.id; });
+      const Vector2 expected_mps = PresentPeople(tracks).companions_mps(own->track, own->track.times_s.size() - 1);
+      EXPECT_LT((request.observed.companions_mps - expected_mps).norm(), 1e-6);
+      if (expected_mps.norm() > 0.05) ++with_companions;
+    }
+  }
+  EXPECT_GE(with_companions, 4U);
+}
+
 TEST(StreamCore, PredictsAtTheSamplesOfAFile) {
   for (const double stride_s : {0.5, 1.0, 1.6}) {
     ServiceSettings settings = service_settings();

@@ -80,6 +80,9 @@ struct CurbTrajectory {
   std::vector<Vector2> positions;   ///< curb units
   std::vector<Vector2> velocities;  ///< curb units per second
   double still_s = 0.0;  ///< how long the whole track had stayed within 0.5 m of its last position; at most 60
+  /// Velocity of companions relative to the person's own at the end [m/s], world frame (core/companions.hpp); zero
+  /// without companions, or if the other people are not known.
+  Vector2 companions_mps = Vector2::Zero();
 };
 
 /// Throws std::invalid_argument, naming the track and the sample, if the invariant does not hold.

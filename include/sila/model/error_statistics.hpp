@@ -23,7 +23,8 @@ inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
 /// Features of the hazards of starting and of stopping (src/refine/motion_change.hpp).
 inline constexpr int kHazardFeatures = 12;
-/// Features and times ahead of the correction of paths (src/refine/path_correction.hpp).
+/// Features of the corrections of paths by motion and by place, and times ahead at which they are learnt.
+inline constexpr int kMotionFeatures = 100;
 inline constexpr int kCorrectionFeatures = 150;
 inline constexpr int kCorrectionKnots = 5;
 
@@ -112,8 +113,12 @@ struct ErrorStatistics {
   std::vector<SlowErrors> slow;             ///< of each slow class
   /// Of each motion state, when it changes: kStanding when people start, kWalking when they stop.
   std::array<RegressionMoments, kMotionStates> changes;
-  RegressionMoments correction;        ///< of the errors of stacked velocities of people who walk
-  RegressionMoments correction_share;  ///< of the same on the correction known before: 1 x 1
+  /// Of the errors of stacked velocities of people who walk, along the heading and to the left of it, on motion; and on
+  /// the correction known before: 1 x 1.
+  std::array<RegressionMoments, 2> motion;
+  RegressionMoments motion_share;
+  RegressionMoments correction;  ///< the same of what that leaves, on places
+  RegressionMoments correction_share;
 
   bool empty() const { return steps == 0; }
 };
@@ -128,7 +133,7 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
 /// Past error statistics and new ones; each new window multiplies the past ones by exp(-1 / memory_windows). Unless the
-/// memory is infinite, recent windows of people who walk count more in the components of the densities.
+/// memory is infinite, recent windows count more in the nonconformity scores and in the densities of people who walk.
 /// Throws: std::invalid_argument if they differ in shape.
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double memory_windows);
 

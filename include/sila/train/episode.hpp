@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sila/core/companions.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
@@ -82,9 +83,11 @@ Update retrain_update(const EpisodeConfig& config);
 
 /// The windows of tracks that were observed for predict.observe_s, `stride_s` apart: the observed part until t0, and
 /// the future as far as the track goes. `observed_s`: window i keeps only the last observed_s[i modulo size] seconds
-/// before t0, as if the person had appeared then; if it is empty, every window is whole.
+/// before t0, as if the person had appeared then; if it is empty, every window is whole. `present`: the people among
+/// whom there may be companions; those of `tracks` if null.
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
-                               const RefineConfig& predict, double stride_s, std::span<const double> observed_s = {});
+                               const RefineConfig& predict, double stride_s, std::span<const double> observed_s = {},
+                               const PresentPeople* present = nullptr);
 
 /// The settings under which a batch at this corner is learnt: the model's, or for an empty model those of the
 /// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model.

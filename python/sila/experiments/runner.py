@@ -90,7 +90,7 @@ def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Js
 def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -> tuple[Json, Json]:
     """The scores of a method at a scene, and what a checkpoint keeps of them."""
     stride_s = json.loads(config)["evaluate"]["stride_s"]
-    windows = site.test.windows(config, stride_s)
+    windows = site.test.windows(config, stride_s, site.present)
     inputs = inputs_of(method, windows, site.present)
     started = time.perf_counter()
     found = method.predict(*inputs)

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <span>
+
+#include "refine/residuals.hpp"
+#include "sila/core/trajectory.hpp"
+#include "sila/model/error_statistics.hpp"
+
+namespace sila {
+
+/// What to add to the mean velocity from t0 to each of some times ahead [m/s], in the world frame.
+struct VelocityCorrection {
+  std::array<Vector2, kCorrectionKnots> knots_mps = zero();
+  double knot_interval_s = 1.0;
+
+  static std::array<Vector2, kCorrectionKnots> zero() {
+    std::array<Vector2, kCorrectionKnots> zeros;
+    zeros.fill(Vector2::Zero());
+    return zeros;
+  }
+
+  Vector2 at(double seconds) const { return ResidualPrediction{knots_mps, knot_interval_s}.residual_mps(seconds); }
+};
+
+/// Frequencies of a Gaussian kernel with these length scales, and phases, of random Fourier features (Rahimi and Recht
+/// 2007): the same numbers everywhere, as they are part of what is learnt.
+template <int Features, int Inputs>
+struct FourierBasis {
+  Eigen::Matrix<double, Features, Inputs> frequencies;
+  Eigen::Matrix<double, Features, 1> phases;
+
+  explicit FourierBasis(const Eigen::Matrix<double, Inputs, 1>& length_scales) {
+    std::mt19937_64 engine(1);
+    const auto uniform = [&] { return (static_cast<double>(engine() >> 11) + 0.5) * 0x1p-53; };
+    for (double& frequency : frequencies.reshaped()) {  // Box and Muller
+      const double radius = std::sqrt(-2.0 * std::log(uniform()));
+      frequency = radius * std::cos(2.0 * std::numbers::pi * uniform());
+    }
+    for (double& phase : phases.reshaped()) phase = 2.0 * std::numbers::pi * uniform();
+    frequencies.array().rowwise() /= length_scales.transpose().array();
+  }
+};
+
+/// The coefficients of a ridge regression, a column of features to an output; empty without windows.
+Eigen::MatrixXd ridge_coefficients(const RegressionMoments& moments);
+
+/// The share of a correction that would have been best so far, less while few windows are known. `past`: 1 x 1 moments
+/// of errors on corrections.
+double learnt_share(const RegressionMoments& past);
+
+/// Errors of mean velocities at the knots of a correction [m/s], from those at the steps until the horizon.
+std::array<Vector2, kCorrectionKnots> at_knots(std::span<const Vector2> errors_mps);
+
+}  // namespace sila
