@@ -4,7 +4,7 @@
 
 namespace sila::cli {
 
-/// Experiments are in the Python package, whose `sila` knows this verb.
+/// Experiments are in the Python package; the program `sila` of that package has this verb.
 void add_experiment(CLI::App& app) {
   CLI::App* verb =
       app.add_subcommand("experiment", "Compare methods on scenes, trial by trial (in the Python package).");

@@ -4,7 +4,7 @@
 
 namespace sila::cli {
 
-/// The verb needs Dask and is therefore in the Python package, whose `sila` has it.
+/// The verb needs Dask, so the program `sila` of the Python package has it.
 void add_fleet(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("fleet", "Learn many places side by side on Dask (in the Python package).");
   verb->prefix_command();

@@ -35,7 +35,7 @@ std::vector<std::filesystem::path> case_files(const std::string& folder) {
   return files;
 }
 
-/// Runs every case of a folder and says of each whether the fusion gives exactly what it expects.
+/// Runs every case of a folder; prints for each whether the fusion gives exactly the expected result.
 void run_cases(const FuseOptions& options) {
   int failed = 0;
   nlohmann::ordered_json results = nlohmann::ordered_json::array();

@@ -32,7 +32,7 @@ struct LearnOptions {
   std::string share;
 };
 
-/// What all episodes together did not keep apart, or not at all.
+/// Sums over all episodes: transitions merged or removed by pruning and by the budget.
 struct Removed {
   int subsumed = 0;
   int expired = 0;
@@ -48,7 +48,7 @@ struct Removed {
   }
 };
 
-void tell_episode(int number, const EpisodeReport& report) {
+void print_episode(int number, const EpisodeReport& report) {
   std::ostringstream line;
   line << "episode " << number << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
@@ -134,8 +134,8 @@ void write_k_anonymous(const LearnOptions& options, const Model& model, const st
 }
 
 /// The result of all episodes, on standard output, and how many batches were known, on stderr.
-void tell_result(const LearnOptions& options, const Model& model, int episodes, int known, std::size_t tracks,
-                 const Removed& removed) {
+void print_result(const LearnOptions& options, const Model& model, int episodes, int known, std::size_t tracks,
+                  const Removed& removed) {
   if (known > 0) {
     std::cerr << known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
@@ -199,11 +199,11 @@ void learn_tracks(const LearnOptions& options) {
       std::move(stored.model), [&] { return batches.next(); }, config.episode, sila_update(config.episode),
       [&](int number, const Model& previous, const Episode& episode) {
         file.commit(episode.model, record_of(before + number, previous, episode), configuration);
-        tell_episode(number, episode.report);
+        print_episode(number, episode.report);
         removed.add(episode.report);
       });
   if (!options.share.empty()) write_k_anonymous(options, model, configuration);
-  tell_result(options, model, learnt + known, known, batches.tracks(), removed);
+  print_result(options, model, learnt + known, known, batches.tracks(), removed);
 }
 
 }  // namespace
@@ -222,10 +222,10 @@ void add_learn(CLI::App& app) {
       ->check(CLI::IsMember({"metres", "pixels"}))
       ->type_name("UNIT");
   verb->add_option("--min-people", options->min_people,
-                   "omit from --share what fewer different tracks than this showed")
+                   "number of different tracks that must have shown each part of --share")
       ->check(CLI::Range(1, 1000000000));
   verb->add_option("--share", options->share,
-                   "also write a k-anonymous copy of the model to this file, by --min-people")
+                   "also write a k-anonymous copy of the model to this file; needs --min-people")
       ->type_name("S.sila");
   verb->callback([options] { learn_tracks(*options); });
 }

@@ -63,7 +63,7 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
   verb->add_option("--set", common.sets,
                    "set one configuration value, e.g. fuse.similarity_threshold=0.5; see `sila config`")
       ->type_name("PATH=VALUE");
-  verb->add_option("--threads", common.threads, "most threads to use [as many as there are processors]")
+  verb->add_option("--threads", common.threads, "maximum number of threads [the number of processors]")
       ->check(CLI::Range(1, 1024));
   verb->add_option("--seed", common.seed, "seed of everything random in this verb");
   verb->add_flag("--json", common.json, "print the result as JSON");
@@ -97,7 +97,8 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
       ->check(CLI::Range(0.0, 0.99));
   verb.add_option("--split", options.split,
                   "how --hold-out chooses: a block of time with an embargo, or by track [time]")
-      ->transform(CLI::CheckedTransformer(split_names()));
+      ->transform(CLI::CheckedTransformer(split_names()).description(""))
+      ->type_name("time|track");
 }
 
 void add_lines(CLI::App& verb, LineFormat& format) {
@@ -105,7 +106,8 @@ void add_lines(CLI::App& verb, LineFormat& format) {
                   "decimals of metres and seconds; shares, levels and covariances have one more; 17: all in full [3]")
       ->check(CLI::Range(1, 17));
   verb.add_option("--lines", format.v1, "v1: the times in each mode, every number in full [v2]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"v1", true}, {"v2", false}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"v1", true}, {"v2", false}}).description(""))
+      ->type_name("v1|v2");
 }
 
 std::map<std::string, SplitBy> split_names() {

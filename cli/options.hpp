@@ -25,7 +25,7 @@ inline constexpr const char* kSceneHelp =
 
 /// The options of every verb.
 struct CommonOptions {
-  std::string profile;  ///< before everything else; instead of that in the configuration file
+  std::string profile;  ///< replaces that of the configuration file; other settings override its values
   std::string config_file;
   std::vector<std::string> sets;
   int threads = 0;  ///< 0: as many as there are processors
@@ -53,7 +53,7 @@ struct SceneTracks {
   TrackReport report;
 };
 
-/// The same before anything is put in the frame of a corner; without a scene if none is given.
+/// The same in world coordinates, before the frame of a corner is chosen; without a scene if none is given.
 struct ReadTracks {
   Scene scene;
   CleanTracks tracks;
@@ -65,7 +65,7 @@ std::map<std::string, SplitBy> split_names();
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options);
-/// Which of the objects that are seen count.
+/// The classes, and the camera of Frigate, that count.
 void add_classes(CLI::App& verb, ReadOptions& options);
 /// How predictions are written.
 void add_lines(CLI::App& verb, LineFormat& format);
@@ -99,7 +99,7 @@ struct OpenedTracks {
 };
 OpenedTracks open_tracks(const TrackOptions& options, const Config& config);
 
-/// What became of the rows, on stderr.
+/// Prints the counts of kept and dropped rows on stderr.
 void tell(const TrackReport& report);
 
 /// Reads tracks, reports their rows on stderr, and puts each in the frame of its corner: of the scene, or

@@ -62,12 +62,13 @@ void add_replay(CLI::App& app) {
       add_verb(app, "replay", "Play recorded tracks as a live tracker would.",
                "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson", options->common);
   add_tracks(*verb, options->tracks);
-  verb->add_option("--rate", options->rate, "times as fast as it happened [1]")->check(positive_number);
+  verb->add_option("--rate", options->rate, "speed: 10 plays the recording ten times as fast [1]")
+      ->check(positive_number);
   verb->add_option("--to", options->to,
                    "tcp:ADDRESS:PORT or unix:PATH [standard output]; predictions go to standard output")
       ->type_name("ADDRESS");
   verb->add_option("--apart", options->apart_s,
-                   "start each track so many seconds after the one before it, for tracks without a common clock");
+                   "seconds between the starts of consecutive tracks, for tracks without a common clock");
   verb->add_option("--linger", options->linger_s, "seconds to wait for the last predictions [2]");
   verb->add_option("--token-file", options->token_file, "file whose first line is the token of the service")
       ->type_name("FILE");

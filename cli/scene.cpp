@@ -30,7 +30,7 @@ double heading_deg(const Vector2& axis) {
   return std::atan2(axis.y(), axis.x()) * kDegrees;
 }
 
-/// What is proposed, and how sure that is, in plain words.
+/// The proposed corner and its standard errors, as a sentence.
 std::string describe(const CornerProposal& made) {
   const CurbFrame& frame = made.frame;
   std::ostringstream text;

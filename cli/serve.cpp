@@ -144,12 +144,12 @@ void add_serve(CLI::App& app) {
                    "address of the live page, the metrics and WebSockets, or off [127.0.0.1:8765]")
       ->type_name("ADDRESS:PORT");
   verb->add_option("--tcp", options->server.tcp, "address for lines, both ways")->type_name("ADDRESS:PORT");
-  verb->add_option("--unix", options->server.unix_path, "the same, as a socket in the file system")->type_name("PATH");
+  verb->add_option("--unix", options->server.unix_path, "Unix socket for lines, both ways")->type_name("PATH");
   verb->add_option("--mqtt", options->server.mqtt, "broker and topic of detections, as in mqtt://host/frigate/events")
       ->type_name("mqtt[s]://[USER@]HOST[:PORT]/TOPIC");
   verb->add_option("--mqtt-out", options->server.mqtt_out, "topic of predictions and reports")->type_name("TOPIC");
   verb->add_option("--mqtt-ca", options->server.mqtt_ca,
-                   "file of certificates that vouch for an mqtts broker [those of the system]")
+                   "file of certificates by which an mqtts broker is checked [those of the system]")
       ->type_name("FILE");
   verb->add_option("--mqtt-password-file", options->mqtt_password_file, "file whose first line is the password of USER")
       ->type_name("FILE");

@@ -1,7 +1,7 @@
 """Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.
 
 Lengths are metres, times seconds, positions are in the world frame of the scene, arrays have one point a row.
-Everything is computed by the C++ library that `sila`, the program, stands on too.
+Everything is computed by the C++ library, as in the program `sila`.
 """
 
 from . import errors

@@ -78,7 +78,7 @@ def merged(base: str, changes: ConfigLike) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """NumPy scalars as numbers, infinities as the text that stands for them in JSON."""
+    """NumPy scalars as numbers, infinities as their text in JSON."""
     if isinstance(value, Mapping):
         return {str(key): _plain(entry) for key, entry in value.items()}
     if hasattr(value, "item") and getattr(value, "ndim", None) == 0:

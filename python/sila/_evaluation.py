@@ -1,4 +1,4 @@
-"""What `evaluate` finds."""
+"""The result of `evaluate`."""
 
 from __future__ import annotations
 

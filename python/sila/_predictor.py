@@ -1,4 +1,4 @@
-"""The scikit-learn style door; scikit-learn itself is not needed."""
+"""An estimator in the style of scikit-learn, which is not needed itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The `sila` program that the wheel brings, and the verbs that are Python."""
+"""The program `sila` of the wheel, and the verbs that are Python."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PROGRAM = Path(__file__).parent / "bin" / "sila"
 
 
 def main() -> None:
-    """Puts the program in the place of this process; `sila fleet` and `sila experiment` run in it."""
+    """Replaces this process by the program; `sila fleet` and `sila experiment` run in this process."""
     if sys.argv[1:2] == ["fleet"]:
         from ._fleet_program import run
 

@@ -17,7 +17,7 @@ class _Silent:
 
 
 def bar(progress: bool | None, total: int, text: str, unit: str) -> Any:
-    """`progress`: True shows it, False does not, None shows it where someone looks: in a terminal or a notebook."""
+    """`progress`: True shows it, False does not, None shows it in a terminal or a notebook."""
     if progress is None:
         progress = sys.stderr.isatty() or "ipykernel" in sys.modules
     if not progress:

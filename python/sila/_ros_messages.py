@@ -96,7 +96,7 @@ def tracked_objects(message: Any, pedestrian_labels: Collection[str] = ()) -> It
 
 
 def detections(message: Any, *, pedestrian_labels: Collection[str] = ()) -> list[tuple[str, float, float, str]]:
-    """What `Stream.update` takes of a message: (id, x, y, label) of each object that has an id, in metres in the frame
+    """The detections of a message for `Stream.update`: (id, x, y, label) of each object that has an id, in metres in the frame
     of the message."""
     objects = tracked_objects(message, pedestrian_labels)
     return [(one.id, one.pose.position.x, one.pose.position.y, one.label) for one in objects if one.id]

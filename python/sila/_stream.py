@@ -24,15 +24,15 @@ _Rows = tuple[list[str], Any, list[str]]
 
 
 class Stream:
-    """What `sila serve` does with the lines of one tracker, in process: each `update` gives the predictions that are
-    due, and finished tracks are learnt in a thread of their own.
+    """Does in process what `sila serve` does with the lines of one tracker: each `update` returns the predictions that
+    are due, and finished tracks are learnt in a background thread.
 
-    `model`: a Model to continue, or the path of a model file, which then keeps every episode as the service's does and
-    need not exist; without one a new model. `scene` as for `learn`. `camera`: the path of a camera file
+    `model`: a Model to continue, or the path of a model file, which stores every episode as that of the service
+    does and need not exist; without one a new model. `scene` as for `learn`. `camera`: the path of a camera file
     (docs/formats.md); positions are then image points [pixels] on the ground, as the foot of a box. `person_classes`:
     labels that are pedestrians, instead of the usual names. `stride_s`: seconds between the predictions of a
-    pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes what the
-    model was learnt with; its group `service` has the limits. Methods may be called from several threads.
+    pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes the
+    configuration of the model; its group `service` has the limits. Methods may be called from several threads.
 
     Raises FormatError for a model or camera file that cannot be used, or a configuration out of range.
     """
@@ -60,7 +60,7 @@ class Stream:
         self._live = _sila.LiveStream(start, file, _place(scene, start, [], settings), camera_file, settings)
 
     def update(self, t: float, detections: Any) -> Predictions:
-        """Takes the detections of the time `t` [s] and gives the predictions that are due, in their order.
+        """Takes the detections of the time `t` [s] and returns the predictions that are due, in their order.
 
         `detections`: tuples (id, x, y) or (id, x, y, label); a dictionary from id to (x, y); an array of shape (n, 3)
         with the columns id, x, y; a data frame with the columns track_id or id, x, y (and label); or, with a camera,
@@ -80,7 +80,7 @@ class Stream:
         self._live.close()
 
     def wait(self) -> None:
-        """Returns when no whole batch waits to be learnt: for recordings: the result does not depend on speed."""
+        """Returns when no whole batch waits to be learnt: the result for a recording does not depend on speed."""
         self._live.wait()
 
     @property
@@ -90,7 +90,7 @@ class Stream:
 
     @property
     def counts(self) -> dict[str, Any]:
-        """What became of the detections and the tracks. Detections that were not rejected are
+        """Counts of detections and tracks. Detections that were not rejected are
         detections = not_due + predictions + superseded; `rejected` has the others by reason (docs/service.md)."""
         return self._live.counts()
 

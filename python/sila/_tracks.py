@@ -1,4 +1,4 @@
-"""Tracks, and what else is accepted where tracks are."""
+"""Tracks, and the other forms of tracks that functions accept."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def as_scene(scene: Any) -> Scene:
 
 
 def as_tracks(tracks: TracksLike, *, config: ConfigLike = None) -> Tracks:
-    """Tracks from whatever is taken for them:
+    """Tracks from any accepted form:
 
     - `Tracks`, a `Track`, or any sequence of `Track`;
     - a pandas data frame with the columns track_id, t [s], x, y [m] (and label, if there is one);

@@ -29,14 +29,14 @@ def learn(
     threads: int = 0,
     progress: bool | None = None,
 ) -> Model:
-    """Learns tracks, `batch` of them an episode, and gives the model that then knows them; `model` goes on if given.
+    """Learns tracks, `batch` of them an episode, as `sila learn` does; returns the model. A given `model` is continued.
 
-    `scene` says where corners are. Without it a new model makes a frame from its first batch and keeps it for its life.
-    As `sila learn`: each batch is predicted before it is learnt, and the errors calibrate it. `config` changes what `model`
-    was learnt with. `threads`: 0 means all.
+    `scene` has the corners. Without it a new model makes a frame from its first batch and keeps it. Each batch is
+    predicted before it is learnt, and the errors calibrate the model. `config` changes the configuration of `model`.
+    `threads`: 0 means all.
 
-    `units`: "pixels" for files, tables and arrays in pixels without a camera: a new model measures their scale by how
-    fast people walk and keeps it as `model.config["metres_per_pixel"]`; all that is read for it later is then in pixels.
+    `units`: "pixels" for files, tables and arrays in pixels without a camera. A new model measures their scale by how
+    fast people walk and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
 
     Raises ValueError for a configuration that the model did not begin with, and without tracks.
     """
@@ -97,7 +97,7 @@ def _some(verb: str, tracks: TracksLike, settings: str) -> Tracks:
 
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
-    """Fuses two models whose tracks are gone, as `sila fuse` does. `config` changes what `previous` was learnt with."""
+    """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`."""
     settings = merged(_model("previous", previous).config_json, config)
     return _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
 
@@ -123,9 +123,9 @@ def predict(
     progress: bool | None = None,
 ) -> Predictions:
     """Predicts each track whenever a prediction is due: at the first sample at or after predict.min_observe_s, then every
-    `stride_s` seconds. With `at_end`, once a track, from its last sample: what comes next.
+    `stride_s` seconds. With `at_end`, once a track, from its last sample.
 
-    What lies after t0 never influences a prediction. `config` changes what the model was learnt with, for instance
+    Samples after t0 never influence a prediction. `config` changes the configuration of the model, for instance
     {"predict": {"horizon_s": 3}}.
     """
     settings = merged(_model("model", model).config_json, config)
@@ -151,8 +151,8 @@ def explain(
     config: ConfigLike = None,
     threads: int = 0,
 ) -> list[dict[str, Any]]:
-    """Predicts as `predict` does and says why: the lines of `sila predict --explain` as dictionaries, each with the
-    primitives, transitions and terms behind its modes."""
+    """Predicts as `predict` does, with explanations: the lines of `sila predict --explain` as dictionaries, each with
+    the primitives, transitions and terms behind its modes."""
     settings = merged(_model("model", model).config_json, config)
     given = list(as_tracks(tracks, config=json.loads(settings)))
     ready = _sila.ReadyPredictor(model, settings)
@@ -174,8 +174,8 @@ def evaluate(
 
 @dataclass(frozen=True)
 class Simulation:
-    """Simulated pedestrians: `tracks`, ready to be learnt; `reported`, the same as the tracker reports them, gaps and
-    all, which is what a file of them holds; `truth` behind each reported one (same ids); and the scene."""
+    """Simulated pedestrians: `tracks`, cleaned, to be learnt; `reported`, as the tracker reports them, with gaps, as in
+    a file; `truth`, the true path of each reported track (same ids); and the scene."""
 
     tracks: Tracks
     reported: Tracks

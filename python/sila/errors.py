@@ -1,4 +1,4 @@
-"""What goes wrong beside ValueError and TypeError."""
+"""Exceptions beside ValueError and TypeError."""
 
 from __future__ import annotations
 

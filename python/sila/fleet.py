@@ -1,7 +1,7 @@
-"""Learning more tracks than one machine should: each partition of them by itself, fused in a tree, on dask.distributed.
+"""Distributed learning on dask.distributed: partitions of the tracks are learnt apart, and models are fused in a tree.
 
-What is done is planned by the C++ library (`plan_fleet`); where and when, by Dask. The model is the same to the last bit
-whatever the number of workers and the order in which they finish, and after a worker was killed.
+The C++ library plans the tasks (`plan_fleet`), Dask schedules them. The model is the same to the last bit whatever the
+number of workers, the order in which they finish, and workers that are killed.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ PARTITION = 200
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a fleet learnt, and what it could not read."""
+    """The model that a fleet learnt, and the sources that it could not read."""
 
     model: Model
     #: Reasons by source.
@@ -77,13 +77,14 @@ def learn(
     strict: bool = False,
     progress: bool | None = None,
 ) -> Outcome:
-    """Learns sources side by side, `partition` tracks a task and `batch` of them an episode, and fuses what they learnt.
+    """Learns sources in parallel, `partition` tracks a task and `batch` of them an episode, and fuses the models.
 
-    `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them; `scene` holds for all of
-    them, or a dictionary says which for each. Without, the scene beside a track file (tracks.scene.json for tracks.csv,
-    else scene.json) is taken. If there is none at all, all track files are taken for one place with one origin, whose
-    frame is that of `model`, or made from the first tracks of the first file. `model` goes on if given. Episodes that stand in it, or in two sources, are learnt once.
-    `client`: a dask.distributed.Client; without one a cluster of this machine's processors lives as long as the call.
+    `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them, or a dictionary from
+    path to scene. `scene`: that of all sources; without it the scene beside a track file (tracks.scene.json for
+    tracks.csv, else scene.json). Without any scene all track files are of one place with one origin; its frame is that
+    of `model`, or made from the first tracks of the first file. A given `model` is continued. Episodes that it has, or
+    that are in two sources, are learnt once. `client`: a dask.distributed.Client; without one a cluster of this
+    machine's processors, for the time of the call.
 
     A source that cannot be read is left out and named in `unread`; with `strict` it raises FormatError. Scenes that
     cannot be read, models of another schema and models that cannot be fused raise before anything is learnt.
@@ -329,7 +330,7 @@ def _any_scene(model: Model) -> Scene:
 
 
 def _agreed(settings: str, start: Model, found: list[_Source]) -> str:
-    """The settings with one width by which all of them count, where curb coordinates are scaled by width."""
+    """The settings with one reference width for all sites, if curb coordinates are scaled by width."""
     config = json.loads(settings)
     if start.episodes > 0:
         _sila.require_settings(start, found[0].scene if found else _any_scene(start), settings)
@@ -368,7 +369,7 @@ def local_client(workers: int | None = None) -> Iterator[Client]:
 
 
 def engine() -> Any:
-    """dask.distributed, or what to do."""
+    """dask.distributed; raises an error with the remedy if it is not installed."""
     try:
         return importlib.import_module("distributed")
     except ImportError as error:

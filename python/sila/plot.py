@@ -30,7 +30,7 @@ _MODE_COLOURS = ("#c2410c", "#1d4ed8", "#047857", "#7e22ce", "#a16207", "#0e7490
 
 
 def scene(place: SceneLike, *, ax: Axes | None = None) -> Axes:
-    """What the scene has to draw: sidewalks, crosswalks, buildings. Scenes of files have none of these."""
+    """Sidewalks, crosswalks and buildings of a simulated scene; scenes of files have none."""
     place, ax = as_scene(place), _world(ax)
     for name, colour in _LAYERS.items():
         polygons = place.layers.get(name, [])
@@ -100,7 +100,7 @@ def tracks(
 
 
 def primitives(model: Model, *, scene: SceneLike | None = None, ax: Axes | None = None) -> Axes:
-    """Motion primitives as arrows in the cells of the grid, one colour each; brought to the scene's primary corner."""
+    """Motion primitives as arrows in the cells of the grid, one colour each, at the scene's primary corner."""
     place = Scene.of_model(model) if scene is None else as_scene(scene)
     ax = _place(place, ax)
     frame = place.frame(scaling=model.config.get("scaling", "metres"))
@@ -116,8 +116,8 @@ def primitives(model: Model, *, scene: SceneLike | None = None, ax: Axes | None 
 def primitive_graph(
     model: Model, *, scene: SceneLike | None = None, min_count: float = 0.0, ax: Axes | None = None
 ) -> Axes:
-    """The graph of primitives: a node at the middle of each, an arrow where walks went from one to another, the wider
-    the more of them; the size of a node says how many walks stayed in it. Rarer ones than `min_count` are left out."""
+    """The graph of primitives. A node is at the middle of each primitive; its size shows the count of the self
+    transition. An arrow is a transition, wider for a larger count. Transitions below `min_count` are left out."""
     place = Scene.of_model(model) if scene is None else as_scene(scene)
     ax = _place(place, ax)
     frame = place.frame(scaling=model.config.get("scaling", "metres"))
@@ -169,11 +169,11 @@ def predictions(
     camera: str | os.PathLike[str] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Predicted paths, one colour a mode from the heaviest on, the fainter the lighter, with ellipses at the seconds
-    `at_s` after t0 (at the horizon if there are none) that are to hold the share `coverage` of the outcomes of that mode;
-    several shares give nested ellipses.
+    """Predicted paths, one colour a mode; lighter modes are fainter. Ellipses at the seconds `at_s` after t0 (at the
+    horizon if there are none) contain the share `coverage` of the outcomes of their mode; several shares give nested
+    ellipses.
 
-    With `tracks`, what was observed until t0 (black) and what happened then (dotted). `image`: the path of a picture, or
+    With `tracks` also the observed path until t0 (black) and the true future (dotted). `image`: the path of a picture, or
     an array of shape (height, width) or (height, width, 3), on which all is drawn instead of on the scene, by `camera`,
     the path of a camera file or of a scene file with a camera (docs/formats.md). A model in pixels needs no `camera`.
     Points that the camera cannot see are left out.

@@ -25,7 +25,7 @@ inline void append(std::string& bytes, std::int64_t number) {
 inline void append(std::string& bytes, double number) {
   append(bytes, std::bit_cast<std::uint64_t>(number));
 }
-/// Its length, then itself.
+/// Appends the length of a text, then the text.
 inline void append_text(std::string& bytes, std::string_view text) {
   append(bytes, std::uint64_t{text.size()});
   bytes += text;
@@ -43,7 +43,7 @@ Word word_at(const char* bytes) {
   return word;
 }
 
-/// Numbers that are words of so many bits. Throws: std::invalid_argument unless the bytes are whole words.
+/// Numbers as words of this size. Throws: std::invalid_argument unless the bytes are whole words.
 template <std::unsigned_integral Word, class Number = Word>
 std::vector<Number> words(std::string_view bytes) {
   if (bytes.size() % sizeof(Word) != 0) {

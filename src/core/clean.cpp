@@ -17,7 +17,7 @@
 namespace sila {
 namespace {
 
-/// Beyond this a double has no tenth of a millisecond left; no clock counts that far in seconds.
+/// Beyond this a double resolves no tenth of a millisecond; no clock counts that many seconds.
 constexpr double kLargestTime_s = 1e12;
 constexpr double kSlack_s = 1e-6;  ///< frame numbers become seconds with rounding; a gap of exactly the limit is none
 
@@ -54,8 +54,8 @@ std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& conf
   return std::nullopt;
 }
 
-/// The usable rows by id, sorted by time. Equal stamps are sorted by place, so that the order of the input cannot
-/// matter.
+/// The usable rows by id, sorted by time. Equal stamps are sorted by position, so that the order of the input has no
+/// influence.
 std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& config, TrackReport& report) {
   std::vector<RawTrack> tracks;
   std::unordered_map<std::string_view, std::size_t> index;
@@ -86,7 +86,7 @@ double spread(std::span<const Sample> samples) {
   return widest;
 }
 
-/// The one sample of a stamp that several rows share; nothing if they contradict one another.
+/// One sample for several rows of the same stamp; none if they contradict one another.
 std::optional<Sample> merged(std::span<const Sample> same, const std::string& id, const std::string& source,
                              const CleanConfig& config, TrackReport& report) {
   if (same.size() == 1) return same.front();

@@ -77,7 +77,7 @@ bool is_along(const Piece& piece, double heading) {
   return between(std::atan2(piece.step_m.y(), piece.step_m.x()), heading) <= kNearHeading;
 }
 
-/// The mean heading modulo pi of the pieces along one.
+/// The mean heading, modulo pi, of the pieces along a heading.
 double refined(const std::vector<Piece>& pieces, double heading) {
   Vector2 sum = Vector2::Zero();
   for (const Piece& piece : pieces) {
@@ -87,7 +87,7 @@ double refined(const std::vector<Piece>& pieces, double heading) {
   return 0.5 * std::atan2(sum.y(), sum.x());
 }
 
-/// The two main headings [rad]; nothing without a second one.
+/// The two main headings [rad]; none if there is no second one.
 std::optional<std::array<double, 2>> main_headings(const std::vector<Piece>& pieces) {
   std::vector<double> counts(180);
   for (const Piece& piece : pieces) {
@@ -133,12 +133,12 @@ std::vector<Strip> strips_along(const std::vector<Piece>& pieces, double heading
   return strips;
 }
 
-/// Where the lines at these positions along the normals of two axes cross.
+/// The crossing of two lines, each given by its position along the normal of its axis.
 Vector2 crossing(const Vector2& axis_a, double a_m, const Vector2& axis_b, double b_m) {
   return (a_m * axis_b - b_m * axis_a) / cross(axis_a, axis_b);
 }
 
-/// A crossing of two strips, and in which sense along the two axes most tracks turn there.
+/// A crossing of two strips, and the senses along the two axes between which most tracks turn there.
 struct Crossing {
   Strip a, b;
   Vector2 place_m = Vector2::Zero();
@@ -146,7 +146,7 @@ struct Crossing {
   std::size_t turning = 0;
 };
 
-/// On which arm of a crossing a place is: +-1 along axis a, +-2 along axis b, 0 if it is too near.
+/// The arm of a crossing that has this position: +-1 along axis a, +-2 along axis b, 0 if it is too near.
 int arm_of(const Vector2& from_crossing_m, const Vector2& axis_a, const Vector2& axis_b) {
   if (from_crossing_m.norm() < kOnArm_m) return 0;
   const double a = axis_a.dot(from_crossing_m), b = axis_b.dot(from_crossing_m);
@@ -188,7 +188,7 @@ double curb_m(const Strip& strip, const Vector2& axis, const Vector2& other) {
   return left_of(axis).dot(other) > 0.0 ? strip.low_m : strip.high_m;
 }
 
-/// Without errors; nothing if there is no second direction.
+/// The proposal without standard errors; none if there is no second direction.
 std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks, CurbScaling scaling) {
   const std::vector<Piece> pieces = pieces_of(tracks);
   const auto headings = main_headings(pieces);

@@ -3,8 +3,7 @@
 namespace sila {
 namespace {
 
-/// What was found stands in the message as it is: cut, and without characters that would break its line or be commands
-/// to a terminal.
+/// The text that was found, for a message: cut, and without characters that would break the line or command a terminal.
 std::string printable(std::string text) {
   constexpr std::size_t longest = 1000;
   if (text.size() > longest) text.replace(longest, std::string::npos, "...");

@@ -14,13 +14,13 @@ inline double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// Turned to the left by a right angle.
+/// The vector turned to the left by a right angle.
 inline Vector2 left_of(const Vector2& direction) {
   return {-direction.y(), direction.x()};
 }
 
-/// Mean velocity over the last `window_s` of the observed path, or over what there is; of a single sample its own
-/// velocity. Units: widths/s. Throws: std::invalid_argument for an empty path.
+/// Mean velocity over the last `window_s` of the observed path, or over the whole path if it is shorter; of a single
+/// sample its own velocity. Units: curb units/s. Throws: std::invalid_argument for an empty path.
 Vector2 mean_velocity(const CurbTrajectory& observed, double window_s);
 
 /// The same in the world frame [m/s].

@@ -11,10 +11,10 @@
 namespace sila {
 namespace {
 
-/// Prior of a tracker's noise [m], with the weight of this number of differences.
+/// Prior of a tracker's noise [m], and its weight as a number of differences.
 constexpr double kPriorNoise_m = 0.005, kPriorDifferences = 10.0;
 constexpr double kMinNoise_m = 1e-3;
-/// Before the first sample: the mean velocity of the samples, give or take [m/s].
+/// Prior standard deviation of the velocity before the first sample, about the mean velocity of the samples [m/s].
 constexpr double kPriorSpeed_mps = 2.0;
 /// Time from the beginning of the filter to the first requested state [s].
 constexpr double kRunIn_s = 1.0;
@@ -26,7 +26,7 @@ double square(double x) {
 }
 
 /// Variance of a tracker's noise [m^2]: the median of squared second differences, relative to the variance that unit
-/// noise would give them, less what the motion itself accounts for.
+/// noise would give them, minus the contribution of the motion.
 double noise_variance_m2(std::span<const double> times_s, std::span<const Vector2> positions_m, double density) {
   std::vector<double> squares;
   for (std::size_t i = 2; i < times_s.size(); ++i) {
@@ -102,8 +102,8 @@ std::vector<MotionState> smoothed_states(std::span<const double> times_s, std::s
   return states;
 }
 
-/// Between two states the cubic that has both, which is what the process is believed to do; before the first and after
-/// the last the straight line.
+/// Between two states the cubic through both, which is the mean of the process; before the first and after the last a
+/// straight line.
 MotionState between(std::span<const double> times_s, std::span<const MotionState> states, double time_s) {
   const auto later = std::lower_bound(times_s.begin(), times_s.end(), time_s);
   const auto next = static_cast<std::size_t>(later - times_s.begin());
@@ -143,7 +143,7 @@ std::vector<double> observed_times_s(const Trajectory& track, std::size_t last, 
   return times_s;
 }
 
-/// How long the track had stayed within kStandingReach_m of where it is at sample `last`, at most 60 s.
+/// Time for which the track has stayed within kStandingReach_m of its position at sample `last`, at most 60 s.
 double still_s(const Trajectory& track, std::size_t last) {
   constexpr double most_s = 60.0;
   std::size_t first = last;

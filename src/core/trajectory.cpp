@@ -8,7 +8,7 @@
 namespace sila {
 namespace {
 
-/// Beyond these, sums of squares overflow and stamps have no tenth of a millisecond left.
+/// Beyond these, sums of squares overflow, and a double resolves no tenth of a millisecond.
 constexpr double kFarthest = 1e12;
 constexpr double kLongest_s = 1e6;
 

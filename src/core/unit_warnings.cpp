@@ -12,10 +12,10 @@ namespace {
 constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a place moves faster
 constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
-constexpr double kSlowWalk_mps = 0.25;  ///< those who get anywhere are faster, in a dense crowd, too
+constexpr double kSlowWalk_mps = 0.25;  ///< people who walk are faster, also in a dense crowd
 
-/// Displacement over about a second, per second, at every sample of a track that has one. A whole second, because
-/// interpolated pixel positions stand still for some frames and then leap.
+/// Displacement over about one second, per second, at every sample of a track where it exists. Shorter times would not
+/// do: interpolated pixel positions stand still for some frames and then leap.
 std::vector<double> speeds_of(const Trajectory& track) {
   constexpr double window_s = 1.0;
   std::vector<double> speeds;
@@ -63,7 +63,7 @@ std::string size_text(const Eigen::AlignedBox2d& box) {
   return concatenate(box.sizes().x(), " x ", box.sizes().y());
 }
 
-/// Null for one that stands, strolls to and fro or is seen too shortly.
+/// Null for a track that stands, goes to and fro, or is too short.
 std::optional<double> walking_speed(const Trajectory& track) {
   constexpr double step_s = 1.0 - 1e-6;
   constexpr std::size_t fewest_steps = 3;

@@ -55,7 +55,7 @@ void require_compatible(const std::string& function, const Model& previous, cons
   }
 }
 
-/// Line 4 of Alg. 1: both models side by side, as far as the re-indexing looks at them.
+/// Line 4 of Alg. 1: both models side by side, reduced to the numbers that the re-indexing needs.
 FusionProblem joint_problem(const Model& previous, const Model& incoming) {
   FusionProblem problem;
   problem.previous_primitives = static_cast<int>(previous.primitives.size());
@@ -90,8 +90,8 @@ std::vector<std::vector<SiteCount>> all_counts(const Model& previous, const Mode
   return counts;
 }
 
-/// Removes the edges between primitives that have no site in common. A primitive that no transition touches yet counts
-/// to all sites of its model.
+/// Removes the edges between primitives that have no site in common. A primitive without transitions belongs to all
+/// sites of its model.
 void keep_sites_apart(SimilarityGraph& graph, const FusionProblem& problem, const JoinedSites& joined,
                       const std::vector<std::vector<SiteCount>>& counts, std::size_t previous_sites) {
   std::vector<std::set<int>> sites(static_cast<std::size_t>(problem.primitives()));
@@ -114,7 +114,7 @@ void keep_sites_apart(SimilarityGraph& graph, const FusionProblem& problem, cons
   });
 }
 
-/// The edges of the similarity graph and what case 2 may ask for.
+/// The edges of the similarity graph, and the similarities within a model that case 2 needs.
 std::vector<Similarity> similarities_of(const Model& previous, const Model& incoming, const FusionProblem& problem,
                                         const JoinedSites& joined, const FuseConfig& config) {
   SimilarityGraph graph = similarity_graph(previous, incoming, config.similarity_threshold);
@@ -131,8 +131,8 @@ const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming
   return index < shift ? previous.primitives[index] : incoming.primitives[index - shift];
 }
 
-/// How many different tracks support what is made of parts of both models, at the least: the models have no track in
-/// common, but a track may have shown several parts of one model.
+/// Lower bound of the number of different tracks that support a part made of parts of both models. The models have no
+/// track in common, but one track may have shown several parts of one model.
 struct Support {
   int previous = 0;
   int incoming = 0;
@@ -164,7 +164,7 @@ std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model
   return result;
 }
 
-/// How many walked through a split primitive: of those who came and those who left the larger number, by site.
+/// Number of tracks through a split primitive, by site: the larger of the counts that enter and that leave.
 std::vector<SiteCount> flow_through(int primitive, const FusionProblem& problem,
                                     const std::vector<std::vector<SiteCount>>& counts) {
   std::vector<SiteCount> came, left;

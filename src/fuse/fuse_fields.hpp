@@ -10,7 +10,7 @@
 
 namespace sila {
 
-/// The transitions that become one, by what is known of them.
+/// The transitions that become one: with samples, or as GPs alone.
 struct FieldSources {
   std::vector<const Transition*> stored;  ///< their data are gone
   std::vector<const Transition*> fresh;   ///< their samples are at hand: `samples`, in the same order

@@ -12,7 +12,7 @@ namespace {
 
 using Pair = std::pair<int, int>;
 
-/// The total order of relaxing: what comes last is removed first.
+/// The total order of relaxing: the last edge is removed first.
 bool stronger(const Similarity& a, const Similarity& b) {
   return std::tuple(-a.value, a.first, a.second) < std::tuple(-b.value, b.first, b.second);
 }
@@ -26,7 +26,7 @@ SimilarityEdges sorted(SimilarityEdges edges) {
   return edges;
 }
 
-/// Disjoint sets of the primitives that a few edges touch.
+/// Disjoint sets (union-find) of the primitives that some edges touch.
 class PrimitiveSets {
  public:
   explicit PrimitiveSets(const SimilarityEdges& edges) {
@@ -90,7 +90,7 @@ struct Star {
   int leaf_2 = 0;
 };
 
-/// Case 1: the centre is one leaf followed by the other, if pedestrians walk from one to the other; otherwise nullopt.
+/// Case 1: the two leaves replace the centre, if a transition leads from one to the other; otherwise nullopt.
 std::optional<PrimitiveSplit> split_of(const Star& star, const Tables& tables, const FusionRules& rules) {
   const double forth = lookup(tables.transitions, star.leaf_1, star.leaf_2);
   const double back = rules.both_directions ? lookup(tables.transitions, star.leaf_2, star.leaf_1) : 0.0;
@@ -164,7 +164,7 @@ FusionPlan reindex(int primitives, std::vector<FusionComponent> components) {
   return plan;
 }
 
-/// The primitives that still begin and end where they did.
+/// The primitives that keep their index: in = out = their own.
 std::vector<int> kept_primitives(const FusionPlan& plan) {
   std::vector<int> kept;
   for (std::size_t p = 0; p < plan.in.size(); ++p) {
@@ -182,7 +182,7 @@ Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRul
   return {plan.out[from], plan.in[static_cast<std::size_t>(edge.to)]};
 }
 
-/// How many walked through a primitive: the larger of those who came and those who left.
+/// Number of tracks through a primitive: the larger of the counts that enter and that leave.
 double flow_through(int primitive, const std::vector<TransitionCount>& transitions) {
   double came = 0.0;
   double left = 0.0;
@@ -210,7 +210,7 @@ std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, con
   for (const PrimitiveSplit& split : plan.splits) {
     if (!rules.split_credit) break;
     const double credit = flow_through(split.primitive, transitions);
-    TransitionGroup& between = groups.at({split.first, split.second});  // case 1 asks for this very transition
+    TransitionGroup& between = groups.at({split.first, split.second});  // case 1 requires this transition
     between.credit += credit;
     between.count += credit;
   }

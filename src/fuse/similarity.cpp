@@ -38,14 +38,14 @@ double cosine(double product, double length_a, double length_b) {
   return lengths > 0.0 ? std::clamp(product / lengths, -1.0, 1.0) : 0.0;
 }
 
-/// An arrow of the model and whose it is.
+/// An arrow and the primitive that has it.
 struct OwnedArrow {
   CellKey cell;
   std::size_t primitive = 0;
   Vector2 velocity;
 };
 
-/// The arrows of all primitives by cell: who has an arrow here?
+/// The arrows of all primitives, sorted by cell.
 std::vector<OwnedArrow> arrows_by_cell(const Model& model) {
   std::vector<OwnedArrow> arrows;
   for (std::size_t p = 0; p < model.primitives.size(); ++p) {

@@ -24,7 +24,7 @@ struct SimilarityGraph {
 /// cell are never compared. Throws: std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
 SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold);
 
-/// Similarities within a model, of those pairs that case 2 may ask for: two primitives with a common neighbour in the
+/// Similarities within a model, of the pairs that case 2 needs: two primitives with a common neighbour in the
 /// graph. Joint indices, sorted.
 std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming);
 

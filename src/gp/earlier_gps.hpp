@@ -7,8 +7,8 @@
 
 namespace sila {
 
-/// Finds GPs that a later model has unchanged from an earlier one. The GPs are not copied: they must stay where they
-/// are.
+/// Finds GPs that a later model has unchanged from an earlier one. The GPs are not copied: they must outlive this
+/// object.
 class EarlierGps {
  public:
   void add(const SparseGp& gp, int index) { by_mark_.emplace(mark_of(gp), Entry{&gp, index}); }

@@ -50,7 +50,7 @@ Eigen::VectorXd gradient_of_vector(const MarginalLikelihoodGradient& gradient) {
 }
 
 /// Bounds of theta for this number of points of this extent and mean square; the start, if outside, is clamped to them.
-/// The log marginal likelihood is curved about as much as there are points.
+/// The curvature of the log marginal likelihood is about the number of points.
 detail::SearchBox theta_box(const Hyperparameters& start, double points, const Eigen::VectorXd& extent,
                             double mean_square, const GpConfig& config) {
   constexpr double max_noise_to_signal = 10.0;
@@ -109,8 +109,8 @@ struct Fit {
   Eigen::MatrixXd pseudo_inputs;
 };
 
-/// Z by gradient, and theta with it if `with_theta`. Z stays within a length scale of the data; each of its points has
-/// its share of the data, so the log marginal likelihood is curved less by it than by theta.
+/// Z by gradient, and theta with it if `with_theta`. Z stays within a length scale of the data. Each point of Z
+/// explains a part of the data only, so the log marginal likelihood has less curvature in it than in theta.
 Fit optimise_jointly(const GpData& centred, const Fit& start, const detail::SearchBox& theta_box, bool with_theta,
                      const GpConfig& config) {
   const Eigen::Index dimensions = centred.inputs.rows();

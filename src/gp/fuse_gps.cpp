@@ -105,7 +105,7 @@ bool one_basis(const Parts& parts, const Kernel& kernel) {
                      [&](const SparseGp* part) { return detail::same_basis(*part, *parts.front()); });
 }
 
-/// The order of the columns as numbers in a dictionary.
+/// The columns in lexicographic order.
 std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(points.cols()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
@@ -137,7 +137,7 @@ Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& cand
   return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, kernel, jitter);
 }
 
-/// The parts' one basis, grown by data on new ground; nothing if that makes it too large.
+/// The common basis of the parts, extended by points near data that it does not explain; none if it becomes too large.
 std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const Eigen::MatrixXd& fresh,
                                  const GpConfig& config) {
   const Eigen::Index kept = part.pseudo_inputs.cols();

@@ -15,7 +15,7 @@ namespace detail {
 namespace {
 
 constexpr double tie = 1e-9;         // relative to the signal variance: rounding must not decide
-constexpr double exhausted = 1e-11;  // likewise: what is left is rounding
+constexpr double exhausted = 1e-11;  // relative to the signal variance: below it only rounding is left
 
 Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_variance) {
   const double bar = variances.maxCoeff() - tie * signal_variance;
@@ -24,7 +24,7 @@ Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_varian
   return first;
 }
 
-/// One column of the covariance again and again.
+/// Computes single columns of the covariance.
 class CovarianceColumns {
  public:
   CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)

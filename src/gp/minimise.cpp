@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-// dlib is used from its headers alone. The distribution's configuration requires BLAS and LAPACK, which vectors of some
-// ten numbers do not need, and for the link-time check that headers and a linked dlib agree, which there is nothing to
-// check with.
+// Only the headers of dlib are used. Debian's configuration of dlib would require BLAS and LAPACK, which vectors of
+// about ten numbers do not need, and a link-time check against the library of dlib, which is not linked.
 #define DLIB_TEST_FOR_ODR_VIOLATIONS_H_
 #include <dlib/assert.h>
 #undef DLIB_USE_BLAS
@@ -29,8 +28,8 @@ Eigen::VectorXd to_eigen(const Column& column) {
   return v;
 }
 
-/// The objective in typical steps. dlib asks for value and gradient in turn, at the same point: one evaluation serves
-/// both. Remembers the best point.
+/// The objective in typical steps. dlib requests value and gradient one after the other at the same point; one
+/// evaluation gives both. Keeps the best point.
 class Memo {
  public:
   Memo(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box)
@@ -40,7 +39,7 @@ class Memo {
     const Eigen::VectorXd steps = to_eigen(column);
     if (evaluations_ > 0 && steps == steps_) return last_;
     steps_ = steps;
-    // Clamped, for the way to steps and back rounds.
+    // Clamped, because the conversion to steps and back rounds.
     const Eigen::VectorXd x = steps.cwiseProduct(box_.typical_step).cwiseMax(box_.lower).cwiseMin(box_.upper);
     last_ = objective_(x);
     if (evaluations_ == 0 || last_.value < best_.value) best_ = {x, last_.value, 0};

@@ -22,8 +22,8 @@ struct Minimum {
   int evaluations = 0;
 };
 
-/// Where the search begins and must stay. The optimiser sees the numbers in typical steps: so far does each have to go
-/// for about the same change of the objective.
+/// The start of the search, its box, and the typical steps: the distances by which each number must change for about
+/// the same change of the objective. The optimiser works in units of these.
 struct SearchBox {
   Eigen::VectorXd start, lower, upper, typical_step;
 };

@@ -35,7 +35,7 @@ void kernel_vector_simd(const KernelView& view, const double* x, double* k) {
   }
 }
 
-/// The first rows of `weights` times k; two rows at a time, for their sums do not wait for one another.
+/// The first rows of `weights` times k; two rows at a time, as their sums are independent.
 void weighted_sums(const PosteriorView& view, const double* k, std::size_t rows, double* sums) {
   const Tag d;
   for (std::size_t row = 0; row < rows; row += 2) {
@@ -102,8 +102,8 @@ void jacobian_simd(const PosteriorView& view, const double* x, const double* k, 
   }
 }
 
-/// Two registers of rows and four columns at a time: eight sums that do not wait for one another. The table is read
-/// from its first number to its last, which is what memory is quickest at.
+/// Two registers of rows and four columns at a time: eight independent sums. The table is read from its first number to
+/// its last, in the order of the memory.
 double explained_variance_simd(const PosteriorView& view, const double* k) {
   const Tag d;
   const std::size_t lanes = hn::Lanes(d);

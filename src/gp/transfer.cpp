@@ -12,8 +12,8 @@ namespace sila {
 namespace detail {
 namespace {
 
-/// k_b(Z_a, Z_b), where pseudo-inputs that stand in both are one variable of into, jitter included; and which of those
-/// of `from` do not.
+/// k_b(Z_a, Z_b), where pseudo-inputs common to both are one variable of `into`, jitter included; and the pseudo-inputs
+/// of `from` that `into` lacks. Letters: docs/gp.md, section 7, with a = `from` and b = `into`.
 struct CrossCovariance {
   Eigen::MatrixXd values;  // M_a x M_b
   std::vector<Eigen::Index> dropped;
@@ -42,7 +42,7 @@ Statistics about_mean(const SparseGp& from, const Eigen::VectorXd& mean) {
 /// The relation of the pseudo-inputs of two GPs, whitened.
 struct Link {
   Eigen::MatrixXd basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
-  Eigen::MatrixXd hidden;  ///< G with E = G G', what `into` leaves unexplained of those of `from`
+  Eigen::MatrixXd hidden;  ///< F with E = F F', the covariance of v_a that v_b leaves unexplained
 };
 
 /// `into` explains common pseudo-inputs completely, so the rank of E is at most the number of the others.
@@ -69,11 +69,11 @@ Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::Matri
   return {explained.transpose(), std::move(hidden)};
 }
 
-/// chol(I + alpha seen). With very many points rounding makes it indefinite; then the diagonal is increased until there
+/// chol(I + alpha A). With very many points rounding makes it indefinite; then the diagonal is increased until there
 /// is a factor, and the transferred information is slightly too small.
-Eigen::MatrixXd damping_factor(double alpha, const Eigen::MatrixXd& seen) {
+Eigen::MatrixXd damping_factor(double alpha, const Eigen::MatrixXd& a) {
   for (double more = 1.0; std::isfinite(more); more *= 10.0) {
-    Eigen::MatrixXd damping = alpha * seen;
+    Eigen::MatrixXd damping = alpha * a;
     damping.diagonal().array() += more;
     if (cholesky_in_place(damping)) return damping;
   }
@@ -90,17 +90,17 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
 Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha) {
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return stored;
-  const auto [u, g] = link_between(from, into, lower);
-  const Eigen::MatrixXd known = u * stored.information;  // U S
-  Eigen::MatrixXd information(u.rows(), u.rows());       // U S U'; only the lower triangle, until it is mirrored
+  const auto [u, f] = link_between(from, into, lower);
+  const Eigen::MatrixXd known = u * stored.information;  // U G
+  Eigen::MatrixXd information(u.rows(), u.rows());       // U G U'; only the lower triangle, until it is mirrored
   information.triangularView<Eigen::Lower>() = known * u.transpose();
   Statistics result{{}, u * stored.response, u * stored.mean_response};
-  if (alpha > 0.0 && g.cols() > 0) {
-    const Eigen::MatrixXd damping = damping_factor(alpha, g.transpose() * (stored.information * g));
+  if (alpha > 0.0 && f.cols() > 0) {
+    const Eigen::MatrixXd damping = damping_factor(alpha, f.transpose() * (stored.information * f));  // A = F' G F
     const auto damping_lower = damping.triangularView<Eigen::Lower>();
-    const Eigen::MatrixXd lost = whitened(damping, known * g);  // U S G, whitened
-    result.response -= alpha * lost * damping_lower.solve(g.transpose() * stored.response);
-    result.mean_response -= alpha * lost * damping_lower.solve(g.transpose() * stored.mean_response);
+    const Eigen::MatrixXd lost = whitened(damping, known * f);  // U G F, whitened
+    result.response -= alpha * lost * damping_lower.solve(f.transpose() * stored.response);
+    result.mean_response -= alpha * lost * damping_lower.solve(f.transpose() * stored.mean_response);
     information.selfadjointView<Eigen::Lower>().rankUpdate(lost, -alpha);
   }
   result.information = information.selfadjointView<Eigen::Lower>();

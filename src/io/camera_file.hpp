@@ -8,7 +8,7 @@
 
 namespace sila {
 
-/// What read_camera makes of the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".
+/// As read_camera, for the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".
 CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, const std::string& where);
 
 }  // namespace sila

@@ -48,7 +48,7 @@ TrackFile at_interval(TrackFile file, double interval_s) {
   return file;
 }
 
-/// A number of `digits` digits at a place of a text; -1 if it is something else.
+/// The number of `digits` digits at an offset of a text; -1 for any other text.
 int digits_at(std::string_view text, std::size_t at, std::size_t digits) {
   if (at + digits > text.size()) return -1;
   int value = 0;

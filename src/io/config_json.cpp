@@ -20,13 +20,13 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-/// A wrong value of a configuration. The callers make their kind of error of it.
+/// A wrong value of a configuration. Callers convert it to an exception of their own.
 struct Rejection {
   std::string expected;
   std::string found;
 };
 
-/// How many letters must be put in, taken out or exchanged to make one word of the other (Levenshtein).
+/// Edit distance of two words: insertions, deletions and replacements of letters (Levenshtein).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -41,7 +41,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// Index of the first word that the fewest letters part from `name`, of which 64 letters count.
+/// Index of the first word with the least edit distance to `name`, of which 64 letters count.
 std::size_t nearest_word(std::string_view name, const std::vector<std::string_view>& words) {
   std::vector<std::size_t> distances;
   for (const std::string_view word : words) distances.push_back(edit_distance(name.substr(0, 64), word));
@@ -72,7 +72,7 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
   };
   if (std::ranges::any_of(kConstants, names_path))
     throw Rejection{"a field that can be set (this one is a constant now)", excerpt(path)};
-  std::vector<std::string_view> names;  // the whole path, and its last name alone: people forget the group
+  std::vector<std::string_view> names;  // the whole path, and its last name alone, as users leave the group out
   for (const Field& field : list) {
     names.push_back(field.path);
     names.push_back(names.back().substr(field.path.rfind('.') + 1));

@@ -62,7 +62,7 @@ nlohmann::json json_of_text(const std::string& path, const std::string& text) {
   } catch (const Json::parse_error& error) {
     throw FormatError(path, line_of(error.byte), "JSON", excerpt(trimmed(text)));
   } catch (const Json::out_of_range& error) {
-    // It says which number, between quotes, and not where: the first place that has it.
+    // The exception has the number in quotes, but not its position: take the first position that has this number.
     const std::string_view said = error.what();
     const std::size_t begin = said.find('\'') + 1;
     const std::string_view number = said.substr(begin, said.rfind('\'') - begin);

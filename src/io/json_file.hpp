@@ -13,7 +13,7 @@ namespace sila {
 /// JSON is copied and printed by recursion: deeper nesting could exhaust the stack.
 inline constexpr std::size_t kDeepestJson = 100;
 
-/// What read_json makes of a file, of the text that is in it; `path` is for messages.
+/// As read_json, for the text of a file; `path` is for messages.
 nlohmann::json json_of_text(const std::string& path, const std::string& text);
 
 /// Typed access to the fields of one JSON object of a file; every error names the file, the field, what was expected

@@ -94,7 +94,7 @@ Prediction prediction_of(const json& object) {
   return prediction;
 }
 
-// A track id that is not UTF-8 must not cost the line.
+// A track id that is not UTF-8 does not make the line invalid.
 std::string dumped(const nlohmann::ordered_json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

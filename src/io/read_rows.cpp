@@ -14,7 +14,7 @@ struct Fault {
   std::string_view found;
 };
 
-/// Reads the cells of one row; remembers the first fault instead of throwing.
+/// Reads the cells of one row; keeps the first fault instead of throwing.
 class RowReader {
  public:
   RowReader(const std::vector<std::string_view>& cells, const TrackColumns& columns)

@@ -9,7 +9,7 @@
 
 namespace sila {
 
-/// What read_detections makes of a file, of the text that is in it. `path` is for messages and, in the format of inD,
+/// As read_detections, for the text of a file. `path` is for messages and, in the format of inD,
 /// for the meta files beside it.
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
                          const std::string& only_track);

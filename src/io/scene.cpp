@@ -103,7 +103,7 @@ ReadOptions options_in(const JsonFields& entry) {
   options.frames_per_second = entry.optional_positive("frames_per_second");
   options.sample_interval_s = entry.optional_positive("sample_interval_s");
   options.metres_per_unit = entry.optional_positive("metres_per_unit");
-  // A scale of pixels says more than "one metre a unit", which stands in many files as a matter of form.
+  // metres_per_pixel wins: many files have metres_per_unit = 1 without a meaning.
   if (const auto scale = entry.optional_positive("metres_per_pixel")) options.metres_per_unit = scale;
   for (const std::string& name : entry.texts("person_classes")) options.person_classes.push_back(name);
   // `format` may be a description for people; only the names of formats count.

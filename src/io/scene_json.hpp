@@ -7,7 +7,7 @@
 
 namespace sila {
 
-/// What read_scene makes of a file, of the JSON that is in it.
+/// As read_scene, for the JSON of a file.
 Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json, CurbScaling scaling,
                     const std::filesystem::path& data_dir);
 

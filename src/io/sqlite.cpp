@@ -5,8 +5,8 @@
 namespace sila::sqlite {
 namespace {
 
-/// SQLite's own handler ends up asking ten times a second; a reader beside a writer that commits without a pause then
-/// waits for very long. Asked 500 times a second, it slips in between two commits.
+/// SQLite's own busy handler retries at last ten times a second, and a reader beside a writer that commits without a
+/// pause waits for very long. With 500 retries a second it reads between two commits.
 int wait_for_lock(void*, int attempts) {
   constexpr int kPause_ms = 2;
   constexpr int kPatience_ms = 10000;
@@ -103,8 +103,8 @@ Database::Database(const std::string& path, int flags) {
   if (code != SQLITE_OK) fail(database, code);
   sqlite3_extended_result_codes(database, 1);
   sqlite3_busy_handler(database, wait_for_lock, nullptr);
-  // By default the journal is deleted without syncing its folder: after a loss of power it may be there again, and undo
-  // a commit that was said to be kept.
+  // By default the journal is deleted without syncing its folder: after a loss of power it may exist again, and undo a
+  // commit that was reported as stored.
   execute("PRAGMA synchronous = EXTRA");
 }
 
@@ -147,7 +147,7 @@ Transaction::~Transaction() {
   try {
     database_.execute("ROLLBACK");
   } catch (const Error&) {
-    // SQLite has rolled back by itself, or will when the file is next opened.
+    // SQLite has rolled back, or will do so when the file is opened again.
   }
 }
 

@@ -54,7 +54,7 @@ class Database {
   Database(const std::string& path, int flags);
   void execute(const std::string& sql);
   Statement prepare(std::string_view sql) { return {database_.get(), sql}; }
-  /// The one number that a statement gives.
+  /// The result of a statement with one row of one number.
   std::int64_t integer(std::string_view sql);
 
   /// The bytes that a file with this content has, and a database that has the content of such bytes.

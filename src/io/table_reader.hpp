@@ -9,7 +9,7 @@
 
 namespace sila {
 
-/// How the rows of a file are to be understood: what its first lines say, the files beside it, and the options.
+/// How to interpret the rows of a file: by its first lines, the files beside it, and the options.
 struct TableReader {
   TrackColumns columns;
   ReadOptions options;

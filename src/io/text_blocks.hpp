@@ -24,7 +24,7 @@ class TextBlocks {
   TextBlocks(const std::filesystem::path& path, std::size_t block_bytes);
 
   /// Block `index`; null behind the last one. A block is known once all before it were read.
-  /// Throws: FormatError for bytes that are truncated or no text, or a line that is longer than a block.
+  /// Throws: FormatError for truncated bytes, bytes that are no text, or a line that is longer than a block.
   std::optional<TextBlock> read(std::size_t index);
 
  private:

@@ -25,7 +25,7 @@ std::vector<TrackSource> sources_of(const Scene& scene);
 std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
                                     const ReadOptions& options);
 
-/// What rows of the source are in the scene's frame.
+/// The rows of the source in the frame of the scene.
 Detections in_scene(Detections detections, const SimilarityTransform& to_scene);
 
 /// Throws: FormatError with the counts of dropped rows, if they made no track.

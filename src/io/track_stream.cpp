@@ -27,7 +27,7 @@ struct TrackPlace {
   std::size_t last_block = 0;
 };
 
-/// One file, looked through for its tracks first and then read in parts of whole tracks.
+/// One file: a first pass finds its tracks, then it is read in parts of whole tracks.
 class LargeFile {
  public:
   LargeFile(const TrackSource& source, TableReader reader, const StreamLimits& limits)
@@ -122,7 +122,7 @@ bool has_clock_of_rows(const TableReader& reader) {
   return !reader.options.sample_interval_s && reader.clock.frames_per_second.has_value();
 }
 
-/// How to read a file in parts; nothing if it is to be read whole. Throws: FormatError for what is no file of tracks.
+/// How to read a file in parts; none if it must be read whole. Throws: FormatError if it is no track file.
 std::optional<TableReader> reader_in_parts(const TrackSource& source, const StreamLimits& limits) {
   std::error_code unknown;
   if (std::filesystem::is_directory(source.path, unknown)) return std::nullopt;

@@ -10,7 +10,7 @@
 namespace sila {
 namespace {
 
-/// Which primitives are where; the inner products are left empty.
+/// The primitives of each cell; inner products are left empty.
 Overlap primitives_at(const CodingProblem& problem, const CodingState& state) {
   Overlap overlap;
   overlap.first.assign(problem.cells.size() + 1, 0);
@@ -39,14 +39,14 @@ Eigen::MatrixXd gram_of(const CodingProblem& problem, const CodingState& state, 
   return gram;
 }
 
-/// The lasso of one track on the primitives that share a cell with it and could be used.
+/// The lasso of one track, on the primitives that share a cell with it and may get a positive coefficient.
 struct TrackLasso {
   std::vector<int> primitives;
   Eigen::VectorXd products;
   Eigen::VectorXd start;
 };
 
-/// Scratch memory, of each primitive; between tracks all zero.
+/// Scratch memory with an entry for each primitive; all zero between tracks.
 struct Touched {
   explicit Touched(const CodingState& state)
       : products(state.primitives.size(), 0.0), yet(products.size(), false), used(products.size(), false) {}
@@ -55,8 +55,8 @@ struct Touched {
   std::vector<bool> used;  ///< by the track's present code
 };
 
-/// Whether a coefficient that is 0 stays there whatever the others are: each inner product of primitives is at least 0
-/// (for g >= 1: no arrow is longer than its activeness), so that the others can only lower what it would gain.
+/// Whether a coefficient of 0 stays 0 whatever the others are. For g >= 1 no arrow is longer than its activeness, so
+/// all inner products of primitives are at least 0, and the others can only lower its gain.
 bool stays_zero(double product, double penalty, const CodingProblem& problem) {
   return problem.g >= 1.0 && product <= penalty;
 }
@@ -173,7 +173,8 @@ CodingState with_new_primitives(const CodingProblem& problem, CodingState state)
       for (const Coefficient& b : state.codes[i]) code_gram(b.primitive, a.primitive) += a.value * b.value;
     }
   }
-  const Overlap overlap = primitives_at(problem, state);  // into state: later primitives see the new earlier ones
+  const Overlap overlap =
+      primitives_at(problem, state);  // points into `state`: later primitives use the new earlier ones
   for (Eigen::Index k = 0; k < count; ++k) {
     const double self = code_gram(k, k);
     if (self <= 1e-8) continue;

@@ -95,7 +95,8 @@ double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
   return product / std::sqrt(squared_norm(a) * squared_norm(b));
 }
 
-/// The most promising stretches: at most a tenth as many as there are tracks, one a track, no two the same.
+/// The stretches with the largest unexplained energy: at most a tenth of the number of tracks, one a track, no two
+/// alike.
 std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const CodingProblem& problem,
                                                                      const CodingState& state, const Banned& banned,
                                                                      double run_cells, const DictionaryConfig& config) {
@@ -142,7 +143,7 @@ CodingState alternate(const CodingProblem& problem, CodingState state, int times
   return state;
 }
 
-/// Drops, newest first, each primitive from index `first` on that does not pay its price.
+/// Removes, newest first, each primitive from index `first` on whose removal costs less than its price.
 CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double penalty,
                               double gain_cells) {
   Overlap overlap = overlap_of(problem, state);
@@ -169,8 +170,7 @@ CodingState grow(const CodingProblem& problem, double gain_cells, double run_cel
     CodingState tried = state;
     for (auto& [section, seed] : seeds) {
       tried.primitives.push_back(std::move(seed));
-      banned.insert(
-          section.key());  // one try each; what the primitive leaves unexplained makes other stretches stand out
+      banned.insert(section.key());  // each stretch is tried once
     }
     tried = alternate(problem, std::move(tried), kAlternationsPerRound, config.sparsity, gain_cells, nullptr);
     tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), config.sparsity, gain_cells);

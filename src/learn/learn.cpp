@@ -32,14 +32,14 @@ std::vector<GpData> gp_data(const Observed& observed, std::optional<Eigen::Index
   return data;
 }
 
-/// What fields start from, in curb units.
+/// The initial hyperparameters of fields, in curb units.
 Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config) {
   const double width_m = settings.reference_width_m;
   const double signal = config.signal_std_mps / width_m, noise = config.noise_std_mps / width_m;
   return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
 }
 
-/// The bounds of the fit, configured in metres, in widths of the place where the model began.
+/// The bounds of the fit, configured in metres, in curb units of the place where the model began.
 GpConfig in_widths(GpConfig config, double width_m) {
   config.min_length_scale /= width_m;
   config.min_noise_variance /= width_m * width_m;
@@ -52,7 +52,7 @@ Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2
   return {Vector2(step * (least / step).floor()), Vector2(step * (most / step).ceil())};
 }
 
-/// One GP a transition, fitted side by side; the result does not depend on the number of threads.
+/// One GP a transition, fitted in parallel; the result does not depend on the number of threads.
 std::vector<SparseGp> fit_gps(const std::vector<GpData>& data, const Hyperparameters& start, const GpConfig& config) {
   const Hyperparameters pooled =
       config.hyperparameters == HyperparameterChoice::pooled ? pool_hyperparameters(data, start, config) : start;
@@ -106,7 +106,7 @@ std::vector<SitePart> by_site(const Batch& batch) {
   return parts;
 }
 
-/// Adds the increment of another site, side by side.
+/// Adds the increment of another site without fusing.
 void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& tracks) {
   Model& model = all.increment.model;
   const auto shift = static_cast<int>(model.primitives.size()), site = static_cast<int>(model.sites.size());
@@ -133,7 +133,7 @@ void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& 
   report.transitions += more.report.transitions;
 }
 
-/// Notes how many tracks show each primitive.
+/// Sets the support: the number of tracks that show each primitive.
 void count_support(std::span<const std::vector<Segment>> segments, std::vector<MotionPrimitive>& primitives) {
   for (const std::vector<Segment>& runs : segments) {
     std::set<int> shown;

@@ -36,7 +36,8 @@ Eigen::MatrixXd label_scores(const CurbTrajectory& track, std::span<const Coeffi
   return scores;
 }
 
-/// The label sequence of the highest total score, changes paid for (Viterbi); the lower label wins ties.
+/// The label sequence with the highest total score, minus the penalties of changes (Viterbi); the lower label wins
+/// ties.
 std::vector<Eigen::Index> best_labels(const Eigen::MatrixXd& scores) {
   const Eigen::Index samples = scores.rows(), labels = scores.cols();
   Eigen::MatrixXi before = Eigen::MatrixXi::Zero(samples, labels);

@@ -21,7 +21,7 @@ std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
   return static_cast<std::size_t>(std::max(1L, std::lround(stride_s / (track.times_s[1] - track.times_s[0]))));
 }
 
-/// Of each stretch the samples one every `stride_s`, beginning half of it after the start; of a short one the middle.
+/// Subsamples each stretch: one sample every `stride_s`, from half of it after the start on; of a short one the middle.
 std::vector<SampleOf> subsampled(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches,
                                  double stride_s) {
   std::vector<SampleOf> samples;

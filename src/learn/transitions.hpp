@@ -22,8 +22,8 @@ using TransitionKey = std::pair<int, int>;
 
 /// Counts each transition at most once a trajectory and gathers the samples of both of its segments; a track of one
 /// segment makes a self transition, so that its data are not lost. Shapes: one list of segments and the index of its
-/// site a track. Samples are real velocities, slow ones included: that people slow down here is worth knowing; of each
-/// stretch of a track one every `stride_s`, or all. Source: SILA paper, T(i, j); docs/learn.md, section 7.
+/// site a track. Samples are real velocities, slow ones included, so that fields show where people slow down; of
+/// each stretch of a track one every `stride_s`, or all. Source: SILA paper, T(i, j); docs/learn.md, section 7.
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
                                                                 std::span<const std::vector<Segment>> segments,
                                                                 std::span<const int> sites, double stride_s = 0.0);

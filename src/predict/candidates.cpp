@@ -9,10 +9,10 @@
 namespace sila {
 namespace {
 
-/// How many transitions are scored on the whole window for each that may be rolled out.
-constexpr std::size_t kLookedAtPerCandidate = 2;
+/// Number of transitions that are scored on the whole window, for each that may be rolled out.
+constexpr std::size_t kScoredPerCandidate = 2;
 
-/// Of two independent differences.
+/// Log density of two independent differences.
 double log_normal(const Vector2& differences, const Vector2& variance) {
   constexpr double two_pi = 2.0 * std::numbers::pi;
   if (variance.x() == variance.y()) [[likely]]  // outputs that share a GP: one logarithm
@@ -43,21 +43,21 @@ std::size_t first_of_last(std::size_t samples, double seconds, double interval_s
 
 /// The terms of one field for the last sample, if the field covers it.
 std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
-                               double& least_known, const PredictConfig& config) {
+                               double& least_unknown, const PredictConfig& config) {
   const FieldPrediction here = field.posterior.predict(observed.positions.back());
   const double unknown = field.posterior.unexplained_share(here);
   if (unknown >= config.support_ratio) return std::nullopt;
-  least_known = std::min(least_known, unknown);
+  least_unknown = std::min(least_unknown, unknown);
   const double log_likelihood =
       log_normal(observed.velocities.back() - here.mean, here.variance + field.posterior.noise_variance());
   return Candidate{index, log_likelihood, log_prior(field, here.variance, config.prior), 0.0};
 }
 
-/// Adds the terms of the earlier samples; false if the field covers too few of them. `least_known` falls to var /
-/// sigma_f^2 where the field knows a sample better.
-bool look_closely(Candidate& candidate, const FlowFieldIndex::Field& field, const CurbTrajectory& observed,
-                  std::span<double> least_known, const PredictConfig& config) {
-  const std::size_t first = observed.positions.size() - least_known.size();
+/// Adds the terms of the earlier samples; false if the field covers too few of them. `least_unknown` becomes the
+/// smaller var / sigma_f^2 at each sample.
+bool add_earlier_samples(Candidate& candidate, const FlowFieldIndex::Field& field, const CurbTrajectory& observed,
+                         std::span<double> least_unknown, const PredictConfig& config) {
+  const std::size_t first = observed.positions.size() - least_unknown.size();
   int supported = 1;
   for (std::size_t t = first; t + 1 < observed.positions.size(); ++t) {
     const FieldPrediction flow = field.posterior.predict(observed.positions[t]);
@@ -65,10 +65,10 @@ bool look_closely(Candidate& candidate, const FlowFieldIndex::Field& field, cons
         log_normal(observed.velocities[t] - flow.mean, flow.variance + field.posterior.noise_variance());
     const double unknown = field.posterior.unexplained_share(flow);
     supported += unknown < config.support_ratio ? 1 : 0;
-    least_known[t - first] = std::min(least_known[t - first], unknown);
+    least_unknown[t - first] = std::min(least_unknown[t - first], unknown);
   }
   candidate.score = config.likelihood_power * candidate.log_likelihood + candidate.log_prior;
-  return supported >= std::min(config.min_supported_samples, static_cast<int>(least_known.size()));
+  return supported >= std::min(config.min_supported_samples, static_cast<int>(least_unknown.size()));
 }
 
 bool better(const Candidate& a, const Candidate& b) {
@@ -77,7 +77,7 @@ bool better(const Candidate& a, const Candidate& b) {
 
 /// If very many transitions overlap, those with the lowest score of the last sample alone are left out.
 std::span<Candidate> shortlist(std::span<Candidate> list, std::size_t samples, const PredictConfig& config) {
-  const std::size_t most = kLookedAtPerCandidate * static_cast<std::size_t>(config.max_candidates);
+  const std::size_t most = kScoredPerCandidate * static_cast<std::size_t>(config.max_candidates);
   if (list.size() <= most) return list;
   for (Candidate& candidate : list) {
     candidate.score =
@@ -87,8 +87,8 @@ std::span<Candidate> shortlist(std::span<Candidate> list, std::size_t samples, c
   return list.first(most);
 }
 
-/// How many of the candidates, best first, are worth a roll-out.
-std::size_t worth_keeping(std::span<const Candidate> list, const PredictConfig& config) {
+/// Number of the candidates, best first, that are rolled out.
+std::size_t count_rolled_out(std::span<const Candidate> list, const PredictConfig& config) {
   std::size_t kept = 0;
   while (kept < list.size() && kept < static_cast<std::size_t>(config.max_candidates) &&
          list[kept].score >= list.front().score + std::log(config.min_relative_weight)) {
@@ -105,23 +105,23 @@ Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near,
   const std::size_t samples = observed.positions.size();
   if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
-  const auto least_known = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
-  std::fill(least_known.begin(), least_known.end(), 1.0);
+  const auto least_unknown = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
+  std::fill(least_unknown.begin(), least_unknown.end(), 1.0);
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;
   for (const int index : near) {
-    if (const auto candidate = score(map.field(index), index, observed, least_known.back(), config))
+    if (const auto candidate = score(map.field(index), index, observed, least_unknown.back(), config))
       list[count++] = *candidate;
   }
-  const std::span<Candidate> shorter = shortlist(list.first(count), least_known.size(), config);
+  const std::span<Candidate> shorter = shortlist(list.first(count), least_unknown.size(), config);
   const auto end = std::remove_if(shorter.begin(), shorter.end(), [&](Candidate& candidate) {
-    return !look_closely(candidate, map.field(candidate.transition), observed, least_known, config);
+    return !add_earlier_samples(candidate, map.field(candidate.transition), observed, least_unknown, config);
   });
   found.list = shorter.first(static_cast<std::size_t>(end - shorter.begin()));
   found.novelty =
-      std::accumulate(least_known.begin(), least_known.end(), 0.0) / static_cast<double>(least_known.size());
+      std::accumulate(least_unknown.begin(), least_unknown.end(), 0.0) / static_cast<double>(least_unknown.size());
   std::sort(found.list.begin(), found.list.end(), better);
-  found.list = found.list.first(worth_keeping(found.list, config));
+  found.list = found.list.first(count_rolled_out(found.list, config));
   return found;
 }
 

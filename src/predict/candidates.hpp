@@ -22,8 +22,8 @@ struct Candidates {
   double novelty = 1.0;       ///< mean over the observed samples of var / sigma_f^2 of the field that knows it best
 };
 
-/// Of the transitions nearby those whose fields know the last observed point and enough of those before it, scored by
-/// how well they explain the observed velocities. Source: docs/predict.md, section 1.
+/// Selects, from the transitions nearby, those whose fields cover the last observed point and enough points before it;
+/// scores them by the likelihood of the observed velocities. Source: docs/predict.md, section 1.
 Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near, const CurbTrajectory& observed,
                            const PredictConfig& config, Scratch& scratch);
 

@@ -8,7 +8,7 @@
 
 namespace sila {
 
-/// How the error of constant velocity grows where nothing is known about it [m/s].
+/// Growth of the error of constant velocity before any error is known [m/s].
 inline constexpr double kConstantVelocitySpread_mps = 0.3;
 
 /// The baseline: from the last position on with the mean velocity of the last `window_s` of a path that was sampled by

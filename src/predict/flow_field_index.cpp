@@ -16,18 +16,18 @@
 namespace sila {
 namespace {
 
-/// Square buckets that the plane is cut into, to find what is near a point; `size` is their side.
-/// Points over 2^31 buckets away share buckets with others.
+/// Spatial hash: the plane is cut into square buckets of side `size`. Points over 2^31 buckets away share buckets with
+/// others.
 std::int64_t bucket_key(std::int64_t column, std::int64_t row) {
   return (column << 32) ^ (row & 0xffffffff);
 }
 
 std::int64_t bucket_column(double coordinate, double size) {
-  constexpr double farthest = 9e18;  // what an integer can hold
+  constexpr double farthest = 9e18;  // limit of a 64-bit integer
   return static_cast<std::int64_t>(std::clamp(std::floor(coordinate / size), -farthest, farthest));
 }
 
-/// Where the bucket with this key is, if it shares the key with no other.
+/// The middle of the bucket with this key, if no other bucket has the key.
 Vector2 bucket_middle(std::int64_t key, double size) {
   const auto column = key >> 32, row = static_cast<std::int64_t>(static_cast<std::int32_t>(key));
   return size * (Vector2(static_cast<double>(column), static_cast<double>(row)) + Vector2::Constant(0.5));
@@ -37,7 +37,7 @@ std::int64_t bucket_of(const Vector2& position, double size) {
   return bucket_key(bucket_column(position.x(), size), bucket_column(position.y(), size));
 }
 
-/// About how many buckets touch the box from `low` to `high`.
+/// Approximate number of buckets that touch the box from `low` to `high`.
 double count_buckets(const Vector2& low, const Vector2& high, double size) {
   return ((high.x() - low.x()) / size + 1.0) * ((high.y() - low.y()) / size + 1.0);
 }
@@ -55,7 +55,7 @@ struct Entry {
   std::vector<std::int64_t> buckets;  ///< that it may cover; in order, each once
 };
 
-/// A transition where many overlap.
+/// A transition in a bucket where many overlap.
 struct Ranked {
   double score = 0.0;
   int transition = 0;
@@ -69,7 +69,7 @@ struct Stretch {
   }
 };
 
-/// Adds the buckets of which some point is within the ellipse with these half axes.
+/// Adds the buckets that have a point inside the ellipse with these half axes.
 void add_stretches(const Vector2& centre, const Vector2& reach, double size, std::vector<Stretch>& stretches) {
   const std::int64_t last = bucket_column(centre.x() + reach.x(), size);
   for (std::int64_t column = bucket_column(centre.x() - reach.x(), size); column <= last; ++column) {
@@ -99,10 +99,10 @@ std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   return buckets;
 }
 
-/// The fields of an earlier model, whose posteriors may serve again.
-class Known {
+/// The fields of an earlier model, whose posteriors may be reused.
+class EarlierFields {
  public:
-  Known(const Model* earlier, const FlowFieldIndex* of_earlier) : earlier_(earlier), index_(of_earlier) {
+  EarlierFields(const Model* earlier, const FlowFieldIndex* of_earlier) : earlier_(earlier), index_(of_earlier) {
     if (!earlier) return;
     for (std::size_t i = 0; i < earlier->transitions.size(); ++i)
       gps_.add(earlier->transitions[i].field.gp, static_cast<int>(i));
@@ -121,7 +121,7 @@ class Known {
   EarlierGps gps_;
 };
 
-Entry entry_of(const Transition& transition, const Known& known, double leaving_count, double bucket_size) {
+Entry entry_of(const Transition& transition, const EarlierFields& known, double leaving_count, double bucket_size) {
   const SparseGp& gp = transition.field.gp;
   Entry entry{FlowFieldIndex::Field{transition.from, transition.to, transition.count, transition.count / leaving_count,
                                     known.field(transition.field)},
@@ -170,7 +170,7 @@ FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, 
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
     leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
-  const Known known(earlier, of_earlier);
+  const EarlierFields known(earlier, of_earlier);
   std::vector<Entry> entries(model.transitions.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
     const Transition& transition = model.transitions[i];

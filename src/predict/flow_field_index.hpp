@@ -26,14 +26,14 @@ class FlowFieldIndex {
     int from = 0, to = 0;
     double count = 0.0;
     double probability = 0.0;  ///< P(to | from)
-    FlowPosterior posterior;   ///< variances [widths²/s²]
+    FlowPosterior posterior;   ///< variances [curb units²/s²]
   };
 
   const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
   /// The trained site at which this frame stands.
   std::optional<int> site(const CurbFrame& frame) const;
-  /// Transitions whose field may know where the person is now, in order: of sites that are apart those of this one, at
-  /// an untrained site none (with `trained_sites_only`) or all. Where more than `max_shortlisted` overlap, those whose
+  /// Transitions whose field may cover the current position, in order. If sites are apart: those of this site; at an
+  /// untrained site none (with `trained_sites_only`) or all. Where more than `max_shortlisted` overlap, those whose
   /// flow in the middle of the bucket best matches the current velocity.
   std::span<const int> near(const CurbTrajectory& observed, std::optional<int> site, Scratch& scratch) const;
   /// Transitions that leave a primitive, in order.
@@ -68,7 +68,7 @@ class FlowFieldIndex {
   bool apart_ = true, trained_sites_only_ = true;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;
-  /// Of sites that are apart one each, and one of all if it is wanted; else one of all.
+  /// If sites are apart: one for each, and one for all if untrained sites need it; else one for all.
   std::vector<Buckets> buckets_;
 };
 

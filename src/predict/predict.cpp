@@ -82,7 +82,7 @@ Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
   mode.variant = VariantKind::expected;
   mode.source = modes.size() - 1;
   mode.primitives.clear();
-  mode.primitives.reserve(32);  // modes are swapped, with their capacities
+  mode.primitives.reserve(32);  // reused modes keep their capacity
   mode.path_m.resize(steps);
   mode.covariances_m2.resize(steps);
   return mode;

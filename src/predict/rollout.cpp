@@ -11,7 +11,7 @@ namespace {
 
 /// One step of a path, and the one before it: paths that branch share their common steps.
 struct Step {
-  Vector2 position;  ///< [widths]
+  Vector2 position;  ///< [curb units]
   Matrix2 covariance;
   const Step* before = nullptr;
 };
@@ -28,8 +28,8 @@ struct Branch {
   Candidate origin;
   const Link* link = nullptr;
   const Step* step = nullptr;
-  Vector2 deviation = Vector2::Zero();  ///< of the person from the field, what is left of it [widths/s]
-  Vector2 position, velocity;           ///< [widths], [widths/s]
+  Vector2 deviation = Vector2::Zero();  ///< of the person from the field, decayed [curb units/s]
+  Vector2 position, velocity;           ///< [curb units], [curb units/s]
   Matrix2 covariance = Matrix2::Zero();
   FieldLinearisation here;  ///< of the field that it follows, at `position`
   bool off_map = false;     ///< left the last field: keeps its velocity
@@ -96,7 +96,7 @@ class Roller {
     }
     if (with_covariances_) spread(branch, field, steps_before);
     branch.position += dt_ * branch.velocity;
-    if (!branch.off_map || with_covariances_) look(branch);
+    if (!branch.off_map || with_covariances_) evaluate_field(branch);
     Step& step = scratch_.array<Step>(1).front();
     step = {branch.position, branch.covariance, branch.step};
     branch.step = &step;
@@ -109,8 +109,7 @@ class Roller {
     return posterior.unexplained_share(branch.here.flow) > config_.leave_ratio;
   }
 
-  /// The branches with those that have left their field replaced by what follows: one a successor, or the branch
-  /// itself, off the map.
+  /// Replaces each branch that has left its field: by one branch for each successor, or by itself, off the map.
   std::span<Branch> split(std::span<const Branch> branches, bool may_branch) const {
     const auto nexts = scratch_.array<std::span<const Successor>>(branches.size());
     std::size_t most = branches.size();
@@ -164,11 +163,11 @@ class Roller {
     Link& link = scratch_.array<Link>(1).front();
     link = {transition, branch.link};
     branch.link = &link;
-    look(branch);
+    evaluate_field(branch);
   }
 
-  /// Evaluates the field that the branch follows once, where it is.
-  void look(Branch& branch) const {
+  /// Evaluates the field that the branch follows once, at the current position.
+  void evaluate_field(Branch& branch) const {
     const FlowPosterior& posterior = map_.field(branch.link->transition).posterior;
     if (with_covariances_)
       branch.here = posterior.linearise(branch.position);
@@ -185,8 +184,8 @@ class Roller {
     branch.covariance = 0.5 * (grown + grown.transpose()) + added;
   }
 
-  /// A deviation from the field lasts for a while, so it adds up like noise of that correlation time, not like white
-  /// noise; where it is known at the beginning (own_deviation), like what it gains after that.
+  /// Deviations from the field are correlated in time, so errors add up as for noise of that correlation time, not as
+  /// for white noise. If the deviation at the beginning is known (own_deviation), only its later change counts.
   double lasting_s(int steps_before) const {
     const double correlation_s = config_.noise_correlation_s;
     if (!config_.own_deviation) return std::min(2.0 * correlation_s, dt_ * (2.0 * steps_before + 1.0));
@@ -201,7 +200,7 @@ class Roller {
   Scratch& scratch_;
 };
 
-/// Light branches go, then those beyond the limit.
+/// Removes the lightest branches: those beyond the limit, and those below the least weight.
 std::span<Branch> prune(std::span<Branch> branches, const PredictConfig& config) {
   for (std::size_t b = 0; b < branches.size(); ++b) branches[b].number = b;
   std::sort(branches.begin(), branches.end(), [](const Branch& a, const Branch& b) {

@@ -14,9 +14,9 @@
 namespace sila {
 namespace {
 
-/// Minimum share by which an overlapped transition counts: its residual GP is lost with it.
+/// Least unique share of a transition: even if others represent its whole field, its residual GP is lost with it.
 constexpr double kMinUniqueShare = 0.25;
-/// Where bytes are short, all residual GPs are reduced to this many pseudo-inputs, then to the next number, before any
+/// To save bytes, residual GPs are reduced to the first of these numbers of pseudo-inputs, then to the next, before a
 /// transition is evicted.
 constexpr std::array kReducedPseudoInputs{60, 30};
 
@@ -26,9 +26,9 @@ struct PseudoInputIndex {
   std::size_t input = 0;
 };
 
-/// Which transitions represent the pseudo-inputs of which, while transitions are evicted.
+/// For each transition: its pseudo-inputs that others represent, and those of others that it represents.
 struct SubsumptionTable {
-  std::vector<std::vector<int>> subsumers;              ///< of each pseudo-input: how many others know it and agree
+  std::vector<std::vector<int>> subsumers;  ///< of each pseudo-input: number of others that know it and agree
   std::vector<std::vector<PseudoInputIndex>> subsumes;  ///< of each transition
   std::vector<bool> kept;
   std::vector<double> bytes;
@@ -41,9 +41,9 @@ void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std
   const FlowPosterior& other = index.posterior(static_cast<int>(by), transitions[by]);
   const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
-    const FieldPrediction said = other.predict(places.col(m));
-    if (other.unexplained_share(said) >= criteria.known_ratio) continue;
-    if ((said.mean - own.col(m)).norm() >= criteria.agreement) continue;
+    const FieldPrediction predicted = other.predict(places.col(m));
+    if (other.unexplained_share(predicted) >= criteria.known_ratio) continue;
+    if ((predicted.mean - own.col(m)).norm() >= criteria.agreement) continue;
     ++table.subsumers[of][static_cast<std::size_t>(m)];
     table.subsumes[by].push_back({of, static_cast<std::size_t>(m)});
   }
@@ -86,7 +86,7 @@ void evict(SubsumptionTable& table, const Transition& transition, std::size_t i,
   report.count += transition.count;
 }
 
-/// The primitives that transitions touch, each with the worth of those transitions; negative: none touches it.
+/// For each primitive the sum of the worth of its transitions; negative if it has none.
 std::vector<double> worth_of_primitives(const SubsumptionTable& table, const Model& model) {
   std::vector<double> sums(model.primitives.size(), -1.0);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) {
@@ -118,7 +118,7 @@ void keep_to_primitives(SubsumptionTable& table, const Model& model, double most
   }
 }
 
-/// Bytes of the primitives that transitions touch.
+/// Bytes of the primitives that have transitions.
 double bytes_of_primitives(const SubsumptionTable& table, const Model& model) {
   const std::vector<double> sums = worth_of_primitives(table, model);
   double bytes = 0.0;

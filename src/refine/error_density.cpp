@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// Nominal growth of errors: the prior before any was seen, and the unit of the variances.
+/// Nominal growth of errors: the prior before any error is known, and the unit of the variances.
 constexpr double kNominalVelocity_mps = 0.15, kNominalPosition_m = 0.01;
 /// The mixture before any error was seen, with the weight of this number of windows.
 struct Prior {
@@ -22,9 +22,9 @@ constexpr double kPriorWindows = 10.0;
 constexpr double kScaleRidge = 60.0;
 /// Keeps the logarithm of an error of zero finite.
 constexpr double kSmallestSquare = 0.1;
-/// A covariance thinner than this is as good as singular.
+/// Least ratio of the variances of a covariance, so that it is not nearly singular.
 constexpr double kThinnest = 1e-12;
-/// The scale stays within this factor, however far a window is from those that were seen.
+/// The scale stays within this factor, however different a window is from those learnt.
 constexpr double kMaxLogScale = 4.0;
 
 double square(double x) {

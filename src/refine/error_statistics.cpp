@@ -15,7 +15,7 @@
 namespace sila {
 namespace {
 
-/// Weight of a window that was predicted before anything was learnt: later errors are smaller.
+/// Weight of a window that an empty model predicted: later errors are smaller.
 constexpr double kUnfittedWeight = 0.2;
 /// Maximum weight of all other sites together in a cell of a site's nonconformity scores.
 constexpr double kOtherSitesWindows = 20.0;
@@ -33,7 +33,7 @@ Vector2 oriented(const Vector2& way, const Vector2& error) {
   return {along.dot(error), cross(along, error)};
 }
 
-/// Scores under a density that rests on fewer windows count less: its errors will soon be better known.
+/// Scores under a density that was fitted to fewer windows count less, because that density still changes.
 constexpr double kWindowsToKnowDensity = 500.0;
 
 /// The errors and features of one window.
@@ -123,8 +123,8 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   return example;
 }
 
-/// Precision of a true mean velocity, given how large its error was: large errors are believed to be of the wide
-/// component and count less.
+/// Precision of a true mean velocity, given its error. A large error is more probable under a wide component, and
+/// counts less.
 double precision(const ErrorDensity& density, std::size_t step, const Vector2& scale, const Vector2& error_m,
                  double seconds) {
   const auto shares = density.responsibilities(step, scale, error_m);

@@ -22,7 +22,7 @@ void discount_gp(SparseGp& gp, double factor) {
   gp.points = points;
 }
 
-/// The factor of a whole of which a part is discounted.
+/// The factor of a sum if only a part of it is discounted.
 double factor_of_whole(double factor, double part, double whole) {
   return part > 0.0 ? 1.0 - (1.0 - factor) * std::min(1.0, part / whole) : 1.0;
 }

@@ -20,7 +20,7 @@ GlobalResidualSamples join_samples(const std::vector<GlobalResidualSamples>& par
 SparseGp learn_global_residual(const SparseGp& known, const GlobalResidualSamples& samples,
                                const ResidualConfig& config);
 
-/// One global residual GP of two whose samples are gone.
+/// Merges two global residual GPs whose samples are gone.
 SparseGp merge_global_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config);
 
 /// The global residual GP for an untrained site: pedestrians of one place walk more alike than those of two, so its

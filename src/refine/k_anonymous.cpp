@@ -17,7 +17,7 @@ Model k_anonymous(Model model, int min_people) {
   for (const Transition& transition : model.transitions)
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
   detail::remove_transitions(model, kept);
-  // The sums of the correction tell places apart, also a place where only one person was.
+  // The sums of the path correction depend on positions, also on those where only one person was.
   for (Site& site : model.sites) {
     const ErrorStatistics& all = site.error_statistics;
     if (!all.empty())

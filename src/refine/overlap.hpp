@@ -8,10 +8,10 @@
 
 namespace sila::detail {
 
-/// When a field represents another one at a place. Two fields are compared at the pseudo-inputs of the first.
+/// When a field represents another one. Two fields are compared at the pseudo-inputs of the represented one.
 struct OverlapCriteria {
   double known_ratio = 0.4;  ///< a field knows a position if variance / signal variance is below this
-  double agreement = 0.3;    ///< velocities that differ by less are alike [widths/s]
+  double agreement = 0.3;    ///< velocities that differ by less are alike [curb units/s]
   double share = 0.8;        ///< of the pseudo-inputs of the other field, which it must know
 };
 
@@ -21,18 +21,18 @@ class OverlapIndex {
  public:
   explicit OverlapIndex(const std::vector<Transition>& transitions);
 
-  /// Of the `wanted` transitions those whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs
+  /// Those of the `wanted` transitions whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs
   /// of `of`; sorted.
   std::vector<int> candidates(const Transition& of, double share, const std::vector<bool>& wanted) const;
   const FlowPosterior& posterior(int transition, const Transition& content);
   /// The means of a field at its own pseudo-inputs.
   const Eigen::Matrix2Xd& own_means(int transition, const Transition& content);
   /// Root mean square difference of the fields of `by` and `of` at the pseudo-inputs of `of` that `by` knows
-  /// [widths/s], if `by` meets the criteria.
+  /// [curb units/s], if `by` meets the criteria.
   std::optional<double> difference(int of, const Transition& rare, int by, const Transition& subsumer,
                                    const OverlapCriteria& criteria);
   void remove(int transition);
-  /// The transition has another field now.
+  /// To be called when the field of a transition has changed.
   void replace(int transition, const Transition& content);
 
  private:

@@ -22,7 +22,7 @@ Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, con
               : place_free_mps(seen, step, interval_s);
 }
 
-/// Fills the path of a mode; the scale of its errors. `here`: the residual GPs of the place count.
+/// Fills the path of a mode; returns the scale of its errors. `here`: at a trained site, whose residual GPs are used.
 Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
                   const ResidualPrediction& residuals, bool here, const VelocityCorrection& correction,
                   const Vector2& start_m, double interval_s) {
@@ -36,7 +36,7 @@ Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& 
                                       velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
 }
 
-/// Transitions with which roll-outs of other modes began, and none of this mode.
+/// Transitions with which roll-outs of other modes begin, and no roll-out of this mode.
 std::span<const int> rivals_of(const RolloutSet& set, std::size_t mode, Scratch& scratch) {
   const auto first_of = [&](std::size_t member) { return set.rollouts[member].origin.transition; };
   const RolloutGroup own = set.groups[mode];

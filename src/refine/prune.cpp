@@ -69,7 +69,7 @@ void subsume(PruningState& state, int rare, int into, const FuseConfig& fusing, 
   state.changed[static_cast<std::size_t>(into)] = true;
 }
 
-/// Repeats until no transition agrees, because one that subsumed another may agree with further ones.
+/// Repeats until no pair agrees: a transition that subsumed another one may agree with further ones.
 int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count,
                  const detail::OverlapCriteria& criteria, const FuseConfig& fusing, const ResidualConfig& residual) {
   std::vector<int> order(state.transitions.size());
@@ -144,7 +144,7 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
     result.report.subsumed += old.subsumed;
     result.report.expired += old.expired;
     compared = std::exchange(state.changed, std::vector<bool>(transitions, false));
-    goes_on = old.subsumed > 0;  // a transition that grew may agree with others now
+    goes_on = old.subsumed > 0;  // a transition that grew may agree with further ones
   }
   result.kept = detail::remove_transitions(model, state.kept);
   result.report.primitives = static_cast<int>(primitives - model.primitives.size());

@@ -14,8 +14,8 @@ constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.
 /// Weight of the pooled classes, in windows of the speed class.
 constexpr double kPooledWindows = 20.0;
 constexpr double kGaussianWindows = 10.0;
-/// Mean score of a person who hardly moves, before any was seen: the narrow peak of those who stay makes the others'
-/// scores large.
+/// Mean score of a person who hardly moves, before any score is known. People who stay make the density narrow, so the
+/// scores of the others are large.
 constexpr double kStandingScore = 4.5;
 constexpr double kLeastDensity = 1e-300;
 
@@ -41,7 +41,7 @@ std::vector<double> shrunk(const std::vector<double>& counts, const std::vector<
   return shares;
 }
 
-/// The nonconformity score below which this share of all lies, along a line within a bin.
+/// Quantile of the nonconformity scores, with linear interpolation inside a bin.
 double quantile(const std::vector<double>& shares, double probability) {
   double below = 0.0;
   for (int bin = 0; bin + 1 < kScoreBins; ++bin) {
@@ -90,7 +90,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
   steps_ = error_statistics.steps;
   const std::vector<double> gaussian = exponential_shares(1.0), standing = exponential_shares(kStandingScore);
   for (int step = 0; step < steps_; ++step) {
-    std::vector<double> pooled(kScoreBins, 0.0);  // without people who stand, another population
+    std::vector<double> pooled(kScoreBins, 0.0);  // without people who stand: their scores differ
     const auto cell = [&](int c) -> const std::vector<double>& {
       return error_statistics.scores[static_cast<std::size_t>(step * kScoreClasses + c)];
     };

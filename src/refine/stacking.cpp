@@ -10,8 +10,8 @@
 namespace sila {
 namespace {
 
-/// Ridge towards the residual GPs (without them: constant velocity), all who walk together; the examples are weighted
-/// by their precision [s^2/m^2].
+/// Ridge towards the residual GPs (without them: constant velocity), for all people who walk together. Examples are
+/// weighted by their precision [s^2/m^2].
 constexpr double kRidge = 30.0;
 /// Ridge of each speed class towards the coefficients of all people who walk.
 constexpr double kClassRidge = 50.0;
@@ -26,7 +26,7 @@ static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityW
 
 using Coefficients = Eigen::Matrix<double, kStackedFeatures, 1>;
 
-/// The classes of each step together, without people who stand: their small errors would outweigh all others.
+/// Sums over the speed classes of each step, without people who stand: their small errors would outweigh all others.
 std::vector<RegressionMoments> over_walking_classes(const std::vector<RegressionMoments>& moments) {
   std::vector<RegressionMoments> sums;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
@@ -67,7 +67,7 @@ std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, s
   return solved;
 }
 
-/// All people who walk together, towards the residual GPs; then each class towards their coefficients.
+/// First all people who walk together, towards the residual GPs; then each class towards these coefficients.
 std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
                                 const std::vector<RegressionMoments>& of_walking, std::size_t observed_class) {
   const std::vector<Coefficients> walking = solve(of_walking, observed_class, kRidge, [](std::size_t) -> Coefficients {
@@ -77,8 +77,8 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
                [&](std::size_t cell) { return walking[cell / kSpeedClasses]; });
 }
 
-/// With fewer windows than this, a person who hardly moves is predicted to stay or to continue at half the speed, by
-/// slow class.
+/// Below this number of windows the slow class alone decides: a person who hardly moves is predicted to stay, or to
+/// continue at half the speed.
 constexpr double kLeastSlowWindows = 10.0;
 constexpr std::array<SlowChoice, kSlowClasses> kUnfittedSlowChoices = {{{0.0, 0.0}, {0.5, 0.0}}};
 

@@ -34,7 +34,7 @@ std::optional<double> LineReceiver::receive(std::string_view line) {
     parsed.rejections = {*rejection};
   } else {
     parsed = parse_line(line, registry_.options.read, registry_.has_camera);
-    // A token where none is needed is no mistake.
+    // A token is accepted where none is needed.
     if (!parsed.rejections.empty() && parse_token(line)) return std::nullopt;
   }
   ++registry_.lines;

@@ -55,7 +55,7 @@ void Engine::offer(StreamEvent event) {
     const std::lock_guard lock(mutex_);
     const auto limit = static_cast<std::size_t>(settings_.service.max_queued_lines);
     const auto own = queue_.find(event.stream);
-    // A stream that sends little is not rejected, however much the others send.
+    // A stream with less than its share of the queue is not rejected, however much the others send.
     if (event.detection && queued_ >= limit && own != queue_.end() && own->second.size() >= limit / queue_.size()) {
       count_rejection(event.stream, Rejection::overloaded);
       return;
@@ -214,7 +214,7 @@ void Engine::report(double now_s) {
   if (page_timer_.has_passed(now_s)) update_page();
 }
 
-/// Tells connections of rejected lines and superseded predictions.
+/// Reports rejected lines and superseded predictions to their connections.
 void Engine::report_losses() {
   std::map<std::pair<StreamId, Rejection>, std::size_t> rejected;
   {

@@ -33,8 +33,8 @@ Model ready_to_predict(Model model, const EpisodeConfig& config) {
   return model;
 }
 
-/// Tracks that came before a model without a scene file had its frame are placed now: in the frame of the model, or
-/// for its first batch in one made from the batch.
+/// Puts tracks that came before the model had a frame (no scene file) in the frame of the model; for its first batch in
+/// a frame made from the batch.
 std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedTrajectory> batch, CurbScaling scaling) {
   if (batch.empty() || !batch.front().frame.from_tracks) return batch;
   const CurbFrame frame = frame_from_tracks(model).value_or(frame_of_tracks(batch, scaling));

@@ -24,10 +24,10 @@ ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool ha
 /// The token of a line `{"token": "..."}`.
 std::optional<std::string> parse_token(std::string_view line);
 
-/// Tells a connection of rejected lines: `{"rejected": "late", "count": 12, "why": "..."}`.
+/// The report of rejected lines to a connection: `{"rejected": "late", "count": 12, "why": "..."}`.
 std::string rejection_line(Rejection rejection, std::size_t count);
 
-/// Tells a connection of predictions that will not come: `{"dropped": 12, "why": "..."}`.
+/// The report of predictions that will not come: `{"dropped": 12, "why": "..."}`.
 std::string dropped_line(std::size_t count, std::string_view why);
 
 /// Compares tokens in a time that does not depend on where they differ.

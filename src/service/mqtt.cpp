@@ -14,10 +14,10 @@ namespace sila::detail {
 namespace {
 
 constexpr int kKeepAlive_s = 30;
-/// For which the broker keeps the messages of a lost connection.
+/// Time for which the broker keeps the messages of a lost connection.
 constexpr unsigned kSession_s = 600;
 constexpr int kFirstDelay_s = 1, kLongestDelay_s = 30;
-/// At the end, for the last predictions.
+/// Time to send the last predictions at the end.
 constexpr double kFlush_s = 2.0;
 /// Interval at which the client checks whether the service stops [ms].
 constexpr int kStopCheck_ms = 100;
@@ -175,7 +175,7 @@ void MqttConnection::wait_s(int seconds) {
   changed_.wait_for(lock, std::chrono::seconds(seconds), [this] { return stopping_.load(); });
 }
 
-/// Sends the last predictions and takes leave, so that the broker keeps what comes from now on.
+/// Sends the last predictions and disconnects, so that the broker keeps later messages.
 void MqttConnection::flush() {
   const double until_s = monotonic_s() + kFlush_s;
   const auto waiting = [this] {

@@ -23,7 +23,7 @@ namespace {
 using Local = boost::asio::local::stream_protocol;
 using boost::asio::ip::tcp;
 
-/// What each recording is moved by so that they follow one another `pause_s` apart.
+/// The shift in time of each recording, so that they follow one another `pause_s` apart.
 std::map<std::size_t, double> recording_shifts(const CleanTracks& tracks, double pause_s) {
   std::map<std::size_t, std::pair<double, double>> spans;
   for (const Trajectory& track : tracks.trajectories) {

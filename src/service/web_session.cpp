@@ -24,7 +24,7 @@ constexpr std::chrono::seconds kTimeout(30);
 constexpr std::size_t kMaxHeader = 8192, kMaxBody = 1024;
 /// A message of a WebSocket may have several lines.
 constexpr std::size_t kMaxMessage = 1 << 16;
-/// Old messages are dropped for a page that reads slower than they come.
+/// If a page reads too slowly, old messages are dropped.
 constexpr std::size_t kMaxPageBytes = 8 << 20;
 
 /// One WebSocket: a stream of lines, or a live page, which only reads.

@@ -6,11 +6,11 @@
 namespace sila::sim {
 namespace {
 
-constexpr double kRelaxation_s = 0.5;    ///< to take up the wished velocity (social force models use about 0.5 s)
+constexpr double kRelaxation_s = 0.5;    ///< relaxation to the desired velocity (about 0.5 s in social force models)
 constexpr double kBraking_mps2 = 0.7;    ///< comfortable
 constexpr double kStrongest_mps2 = 2.5;  ///< bound of all accelerations
 constexpr double kLookAhead_m = 1.4;     ///< the point of the path steered at
-constexpr double kForesight_s = 2.5;     ///< encounters later than this are ignored
+constexpr double kAnticipation_s = 2.5;  ///< later encounters are ignored
 constexpr double kSight_m = 6.0;
 constexpr double kRoom_m = 0.9;  ///< distance that strangers leave when they pass
 constexpr double kGroupRoom_m = 0.55;
@@ -50,7 +50,7 @@ Vector2 path_heading(const Walker& walker, std::size_t ahead) {
   return (walker.route.path[i + 1] - walker.route.path[i]).normalized();
 }
 
-/// The nearest path point round the last one; also backwards, for a walker whom others pushed back.
+/// The nearest path point near the last one; also behind it, as others may push a walker back.
 void follow_path(Walker& walker) {
   constexpr std::size_t kWindow = 8;
   const std::vector<Vector2>& path = walker.route.path;
@@ -71,7 +71,7 @@ bool behind(const Walker& walker, const Gate& gate, const StreetPlan& plan) {
   return walker.index > gate.end && block_of(plan, walker.position);
 }
 
-/// Decides whether the gate ahead may be passed, and forgets it once it lies behind.
+/// Decides whether the gate ahead may be passed; goes to the next gate once it lies behind.
 void attend_gate(Walker& walker, const StreetPlan& plan, const SimulationConfig& config, double time_s, double step_s) {
   const Gate* gate = gate_ahead(walker);
   if (gate != nullptr && walker.gate_open && behind(walker, *gate, plan)) {
@@ -87,7 +87,7 @@ void attend_gate(Walker& walker, const StreetPlan& plan, const SimulationConfig&
   if (walker.gate_open && (!gate->signal || walking || walker.index + 2 >= gate->begin)) return;
   if (distance > 1.5) return;
   if (gate->signal) {
-    // Whoever was held up on the sidewalk until the signal changed waits again.
+    // A walker who was still on the sidewalk when the signal changed waits again.
     if (!walk_sign(config, *plan.legs[gate->leg].crossed_arm, time_s)) {
       walker.gate_waited_s = 0.0;
       walker.gate_open = walker.route.traits.ignores_red;
@@ -130,7 +130,7 @@ double queueing_speed(const Walker& walker, const std::vector<Walker>& walkers) 
   return speed;
 }
 
-double wished_speed(const Walker& walker, const std::vector<Walker>& walkers, const Gate* stop) {
+double desired_speed(const Walker& walker, const std::vector<Walker>& walkers, const Gate* stop) {
   const double bend = std::max(0.0, path_heading(walker, 0).dot(path_heading(walker, 6)));
   double speed = walker.speed_mps * (1.0 + walker.pace) * (0.6 + 0.4 * bend);
   for (const Walker& other : walkers) {
@@ -152,7 +152,7 @@ Vector2 avoid(const Walker& walker, const Walker& other) {
   if (distance2 > kSight_m * kSight_m) return Vector2::Zero();
   const Vector2 closing = walker.velocity - other.velocity;
   const double closing2 = closing.squaredNorm();
-  const double meet_s = closing2 > 1e-4 ? std::clamp(-apart.dot(closing) / closing2, 0.0, kForesight_s) : 0.0;
+  const double meet_s = closing2 > 1e-4 ? std::clamp(-apart.dot(closing) / closing2, 0.0, kAnticipation_s) : 0.0;
   const Vector2 miss = apart + meet_s * closing;
   const double room = other.party == walker.party ? kGroupRoom_m : kRoom_m;
   const double miss_m = miss.norm();
@@ -162,7 +162,7 @@ Vector2 avoid(const Walker& walker, const Walker& other) {
     const Vector2 heading = walker.velocity / speed;
     const Vector2 aside = miss - 0.2 * left_of(heading);
     push = (3.0 * (1.0 - miss_m / room) / (1.0 + meet_s)) * aside / (aside.norm() + 1e-6);
-    push -= (0.6 * push.dot(heading)) * heading;  // swerving is liked better than braking
+    push -= (0.6 * push.dot(heading)) * heading;  // people swerve rather than brake
   }
   const double distance = std::sqrt(distance2);
   if (distance < room) push += (2.0 * (1.0 - distance / room) / (distance + 1e-6)) * apart;
@@ -175,7 +175,7 @@ const Block& nearest_block(const StreetPlan& plan, const Vector2& point) {
                                    [&](const Block& block) { return depths(block, point).minCoeff(); });
 }
 
-/// Away from the building, and from the curb unless one crosses.
+/// The push away from the building, and from the curb unless the walker crosses.
 Vector2 keep_off_edges(const Walker& walker, const StreetPlan& plan) {
   const Block& block = nearest_block(plan, walker.position);
   const Vector2 depth = depths(block, walker.position);
@@ -193,8 +193,8 @@ Vector2 keep_off_edges(const Walker& walker, const StreetPlan& plan) {
   return push;
 }
 
-/// Where the walker steers: the furthest point of the path near ahead that no building hides; in a narrow bend that may
-/// be a point already passed.
+/// The point that the walker steers to: the furthest path point within kLookAhead_m that no building hides. In a narrow
+/// bend it may be a point already passed.
 Vector2 steering_point(const Walker& walker, const StreetPlan& plan) {
   const Vector2 aside = walker.wander_m * left_of(path_heading(walker, 0));
   const Block& block = nearest_block(plan, walker.position);
@@ -216,27 +216,26 @@ Vector2 acceleration(const Walker& walker, const std::vector<Walker>& walkers, c
                      const SimulationConfig& config, double time_s) {
   const Gate* stop = closed_gate(walker, plan, config, time_s);
   const Vector2 towards = steering_point(walker, plan) - walker.position;
-  const double wished = wished_speed(walker, walkers, stop);
-  Vector2 sum = (wished / (towards.norm() + 1e-6) * towards - walker.velocity) / kRelaxation_s;
+  const double desired_mps = desired_speed(walker, walkers, stop);
+  Vector2 sum = (desired_mps / (towards.norm() + 1e-6) * towards - walker.velocity) / kRelaxation_s;
   Vector2 push = keep_off_edges(walker, plan);
   for (const Walker& other : walkers)
     if (&other != &walker) push += avoid(walker, other);
-  // Those who stand let others go round them.
-  const bool standing = stop != nullptr && walker.velocity.norm() < kSlowest_mps && wished < kSlowest_mps;
+  // A standing walker does not step aside.
+  const bool standing = stop != nullptr && walker.velocity.norm() < kSlowest_mps && desired_mps < kSlowest_mps;
   sum += (standing ? 0.2 : 1.0) * push;
   const double size = sum.norm();
   return size > kStrongest_mps2 ? Vector2(sum * (kStrongest_mps2 / size)) : sum;
 }
 
-/// Moves a point back over a line if it is beyond, no faster than a step to the side, with the velocity that led there
-/// taken away.
+/// Moves a walker who is beyond a line back to it, at most by kLongestHold_m, and removes the velocity across the line.
 void hold_behind(Walker& walker, const Vector2& normal, double excess_m) {
   if (excess_m <= 0.0) return;
   walker.position -= std::min(excess_m, kLongestHold_m) * normal;
   walker.velocity -= std::max(0.0, walker.velocity.dot(normal)) * normal;
 }
 
-/// The hard limits: no building, no roadway outside the crosswalk for those who use it.
+/// The hard limits: no building; no roadway outside the crosswalk, unless the walker leaves crosswalks.
 void stay_on_ground(Walker& walker, const StreetPlan& plan) {
   const Block& here = nearest_block(plan, walker.position);
   const Vector2 depth = depths(here, walker.position);
@@ -258,7 +257,7 @@ void stay_on_ground(Walker& walker, const StreetPlan& plan) {
   hold_behind(walker, -leg.inward, -slack - across);
 }
 
-/// No walker walks through another.
+/// Pushes overlapping walkers apart.
 void keep_apart(std::vector<Walker>& walkers) {
   for (std::size_t i = 0; i < walkers.size(); ++i) {
     for (std::size_t j = i + 1; j < walkers.size(); ++j) {

@@ -9,13 +9,13 @@
 
 namespace sila::sim {
 
-/// One person under way.
+/// One walker and the state of the motion.
 struct Walker {
   Walker(Route way, Random draws) : route(std::move(way)), random(draws) {}
 
   Route route;
   Random random;
-  std::size_t party = 0;  ///< those who arrived together
+  std::size_t party = 0;  ///< group: walkers who arrived together
   double speed_mps = 1.3;
   double reaction_s = 0.8;  ///< from green to the first step
 
@@ -34,7 +34,7 @@ struct Walker {
 
 bool finished(const Walker& walker);
 
-/// Moves all walkers from `time_s` to `time_s + step_s`; all decide on the same picture of the others.
+/// Moves all walkers from `time_s` to `time_s + step_s`; all decisions use the positions at `time_s`.
 void step(std::vector<Walker>& walkers, const StreetPlan& plan, const SimulationConfig& config, double time_s,
           double step_s);
 

@@ -8,8 +8,8 @@
 namespace sila::sim {
 namespace {
 
-constexpr double kOutside_m = 4.0;    ///< ways begin and end so far out of view
-constexpr double kShyOfWall_m = 0.7;  ///< people keep so far from the building
+constexpr double kOutside_m = 4.0;    ///< ways begin and end this far out of view
+constexpr double kShyOfWall_m = 0.7;  ///< distance that people keep from the building
 constexpr double kShyOfCurb_m = 0.5;
 constexpr std::size_t kMostCrossings = 2;
 
@@ -29,7 +29,7 @@ Vector2 heading_of(const StreetPlan& plan, const Stretch& stretch) {
   return stretch.forward ? plan.legs[stretch.leg].direction : Vector2(-plan.legs[stretch.leg].direction);
 }
 
-/// Keeps to the right of the strip, each person in an own way.
+/// The lateral position of a person, who keeps to the right of the strip.
 double draw_lateral(const StreetPlan& plan, std::size_t leg, bool forward, Random& random) {
   const Vector2 heading = forward ? plan.legs[leg].direction : Vector2(-plan.legs[leg].direction);
   const double right = cross(heading, plan.legs[leg].inward) > 0.0 ? -1.0 : 1.0;
@@ -49,7 +49,7 @@ std::size_t draw_index(std::size_t count, Weight weight, Random& random) {
   return count;
 }
 
-/// People come from the ends of sidewalks, mostly those of the corner in view.
+/// Draws the end of a sidewalk where a person begins, mostly one of the corner in view.
 Stretch draw_start(const StreetPlan& plan, Random& random) {
   const auto weight = [&](std::size_t i) {
     const Leg& leg = plan.legs[i];
@@ -66,8 +66,8 @@ struct Draft {
   std::vector<std::size_t> nodes;
 };
 
-/// How much a walker likes to go on along leg `i`; nothing for legs that do not start here or lead back.
-double liking(const StreetPlan& plan, const SimulationConfig& config, const Draft& draft, std::size_t i) {
+/// The relative probability that a walker continues along leg `i`; 0 for legs that do not start here or lead back.
+double leg_weight(const StreetPlan& plan, const SimulationConfig& config, const Draft& draft, std::size_t i) {
   const Leg& leg = plan.legs[i];
   const std::size_t node = draft.nodes.back();
   const Stretch& last = draft.stretches.back();
@@ -89,9 +89,9 @@ Draft draw_legs(const StreetPlan& plan, const SimulationConfig& config, Random& 
   draft.stretches.push_back(draw_start(plan, random));
   draft.nodes.push_back(plan.legs[draft.stretches.front().leg].node_a);
   while (true) {
-    const auto weight = [&](std::size_t i) { return liking(plan, config, draft, i); };
+    const auto weight = [&](std::size_t i) { return leg_weight(plan, config, draft, i); };
     const std::size_t i = draw_index(plan.legs.size(), weight, random);
-    if (i == plan.legs.size()) return draw_legs(plan, config, random);  // nowhere to go on: think again
+    if (i == plan.legs.size()) return draw_legs(plan, config, random);  // a dead end: draw anew
     const Leg& leg = plan.legs[i];
     const Stretch& last = draft.stretches.back();
     const bool forward = leg.node_a == draft.nodes.back();
@@ -221,11 +221,11 @@ std::size_t steps(double length_m) {
   return static_cast<std::size_t>(length_m / kPathStep_m + 0.5);
 }
 
-/// How far before and behind works people leave the sidewalk, and where works begin.
+/// Distance before and behind a construction site at which people leave the sidewalk, and where the site begins.
 constexpr double kDetourRamp_m = 3.0;
 constexpr double kWorksBegin_m = 4.0;
 
-/// The way round works: where the sidewalk is closed its width is walked on the roadway, beside the curb.
+/// The way round a construction site: on the roadway, beside the curb, as wide as the closed sidewalk.
 void go_round_works(Route& route, const StreetPlan& plan, const SimulationConfig& config) {
   const Block& block = plan.blocks.front();
   const Vector2 along_curb = -left_of(block.inward_1);  // away from the corner
@@ -296,7 +296,7 @@ bool rounds_corner(const StreetPlan& plan, const std::vector<Stretch>& stretches
   return false;
 }
 
-/// The smallest value within `reach` of each.
+/// For each value the smallest one within `reach` of it.
 std::vector<double> least_around(const std::vector<double>& values, std::size_t reach) {
   std::vector<double> least;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -349,7 +349,7 @@ Route beside(const Route& route, const StreetPlan& plan, double offset_m) {
     const Vector2 ahead = path[std::min(i + 1, path.size() - 1)] - path[i > 0 ? i - 1 : 0];
     return Vector2(path[i] + share * offset_m * left_of(ahead.normalized()));
   };
-  // Where the strip is too narrow for two, and in bends, the companion falls in line, gradually.
+  // In bends, and where the strip is too narrow for two, the companion gradually moves behind the first.
   std::vector<double> room;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const auto block = block_of(plan, path[i]);

@@ -33,8 +33,8 @@ struct Leg {
   std::optional<std::size_t> crossed_arm;  ///< a crosswalk over this arm
 };
 
-/// The intersection as walkers see it: arms (half streets) counter-clockwise round the centre, block k between arms k
-/// and k + 1.
+/// The walkable geometry of the intersection: arms (half streets) counter-clockwise round the centre, block k between
+/// arms k and k + 1.
 struct StreetPlan {
   std::vector<Vector2> arms;
   std::vector<Block> blocks;

@@ -42,8 +42,7 @@ Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& se
   return batch;
 }
 
-/// Merges the `recent` error statistics into those of each site; a site without recent ones stays as it
-/// was.
+/// Merges the `recent` error statistics into those of each site; a site without recent ones does not change.
 void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
                           double memory_windows) {
   const auto error_statistics_in = [](const std::vector<Site>& of, const CurbFrame& frame) {
@@ -266,8 +265,8 @@ EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model
   return report;
 }
 
-/// A site's first batch has no model that could predict it. Its error statistics are gathered as if it had come in so
-/// many parts: each is predicted by a model of those before.
+/// The first batch of a site has no model that could predict it. It is split into this number of parts; a model of the
+/// earlier parts predicts each, and the errors are the error statistics of the site.
 constexpr std::size_t kFirstParts = 4;
 constexpr std::size_t kLeastPartTracks = 2;
 

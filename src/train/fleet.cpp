@@ -21,7 +21,7 @@ int add_task(Plan& plan, FleetTask task) {
   return static_cast<int>(plan.size()) - 1;
 }
 
-/// Halves recursively: parts of similar size are fused, and each takes part in few fusions.
+/// Halves recursively, so that parts of similar size are fused and each takes part in few fusions.
 int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   if (values.empty()) return kFleetNothing;
   if (values.size() == 1) return values.front();
@@ -129,7 +129,7 @@ SiteErrorStatistics calibrate(const Partition& partition, Model known, const Sit
   std::optional<Model> alone;
   for (Site& site : fitted.sites) {
     if (find_site(known.sites, site.frame)) continue;
-    // A half that never saw the site has no roll-outs; the partition itself has, batch by batch.
+    // A half without tracks of the site has no roll-outs; the partition, learnt batch by batch, has them.
     if (!alone) alone = learn_in_turn(partition, config);
     site.error_statistics =
         alone->sites[static_cast<std::size_t>(find_site(alone->sites, site.frame).value())].error_statistics;

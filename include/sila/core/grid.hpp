@@ -23,7 +23,7 @@ struct Grid {
   bool operator==(const Grid& other) const = default;
 };
 
-/// Cells farther from the grid's origin are none: their numbers, and those of their tiles, must be integers.
+/// Largest distance of a cell from the grid's origin [cells]: its number and that of its tile must be integers.
 inline constexpr double kFarthestCell = 1e9;
 
 /// The cell that holds a point. Throws std::invalid_argument if the point is not finite or over 1e9 cells away.

@@ -43,7 +43,7 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
 
 /// The part of a track that a predictor may use at sample `last`: states every `interval_s`, ending exactly at that
 /// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
-/// Units: widths and widths/s in `frame`.
+/// Units: curb units of `frame`, and curb units/s.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 
@@ -51,7 +51,7 @@ CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFram
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config);
 
 /// The path until sample `last` as it was measured [m]: on straight lines between raw samples, at the times of
-/// `observe`. What baselines predict from, so that no smoothing flatters or handicaps them.
+/// `observe`. Baselines predict from it, so that smoothing neither helps nor harms them.
 std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config);
 
 /// The true path after sample `last` as it was measured [m]: on straight lines between raw samples, at the `steps`

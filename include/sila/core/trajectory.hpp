@@ -21,7 +21,7 @@ enum class CurbScaling {
 inline constexpr std::array<const char*, 3> kCurbScalings = {"metres", "mean_width", "strip_widths"};
 
 /// The common curbside frame: contravariant coordinates along the two curbs of a corner, in curb units (metres, or
-/// sidewalk widths: see CurbScaling; a "width" in older comments is a curb unit).
+/// sidewalk widths: see CurbScaling).
 /// Invariant: axes of length 1, |sin(angle between them)| >= 0.35, unit_m > 0; `to_world(f, to_curb(f, p)) == p`.
 /// Source: Jaipuria, Habibi, How 2018 (contravariant distances); SILA paper, section on the common frame.
 struct CurbFrame {
@@ -47,8 +47,8 @@ struct SidewalkWidths {
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
                           const SidewalkWidths& widths, CurbScaling scaling);
 
-/// The same corner with another unit of the curb coordinates. By strip widths it stays as it is: they are not known any
-/// more.
+/// The same corner with another unit of the curb coordinates. A frame with units by strip widths does not change, as a
+/// frame does not have the two widths.
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
@@ -75,7 +75,7 @@ struct Trajectory {
 /// frames cannot be mixed up. Invariant: as `Trajectory`; as many velocities as positions.
 struct CurbTrajectory {
   std::string id;
-  CurbFrame frame;                  ///< where it was seen; brings predictions back to metres
+  CurbFrame frame;                  ///< of the corner; converts predictions to metres
   std::vector<double> times_s;      ///< on the clock of the input
   std::vector<Vector2> positions;   ///< curb units
   std::vector<Vector2> velocities;  ///< curb units per second
@@ -89,13 +89,13 @@ struct CurbTrajectory {
 void validate(const Trajectory& track);
 void validate(const CurbTrajectory& track);
 
-/// A track in the world frame and the corner by which it is looked at.
+/// A track in the world frame, and the frame of the corner that it belongs to.
 struct FramedTrajectory {
   Trajectory track;
   CurbFrame frame;
 };
 
-/// An observed path and what came after it.
+/// An observed path and its future.
 struct Window {
   CurbTrajectory observed;
   std::vector<Vector2> past_m;    ///< the raw positions at the times of `observed`

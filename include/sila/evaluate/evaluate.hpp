@@ -76,7 +76,7 @@ struct Evaluation {
   std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
 };
 
-/// Whatever predicts: a model made ready, a baseline, or a recording. No mode means no prediction: such windows are
+/// A predictor: a prepared model, a baseline, or recorded predictions. No mode means no prediction: such windows are
 /// left out. Called from many threads.
 using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 

@@ -33,13 +33,13 @@ struct Split {
   std::vector<FramedTrajectory> test;
 };
 
-/// Holds back a share of the people, never single windows; tracklets of one person stay on one side.
-/// By time: recordings are laid end to end in the seed's order, and from a place that the seed draws on, the first
-/// people are held back. Their block of time ends a usual stay (of three quarters of the people) after the last of them
-/// came, and their tracks with it. Of the others those whom the embargo parts from every such block of their recording
-/// are learnt from, by recording and begin. By track: people in the seed's order, the first are held back. The same
-/// seed gives the same split on every machine. Throws: std::invalid_argument for a share outside [0, 1), and by time
-/// for a single recording without a clock: all of its tracks begin at one instant.
+/// Holds back a share of the people, never single windows; all tracklets of a person are on one side. By time: the
+/// recordings are put end to end in an order by the seed; from a random person on, consecutive people are held
+/// back. Their block ends a typical stay (75 % quantile) after the last of them came; their tracks are cut there. Other
+/// people are learnt from if they were not present within the embargo of a block, in the order of recording and begin.
+/// By track: people are drawn in an order by the seed. The same seed gives the same split on every machine. Throws:
+/// std::invalid_argument for a share outside [0, 1), and by time for a single recording without a clock: all of its
+/// tracks begin at one instant.
 Split split_tracks(std::vector<FramedTrajectory> tracks, double test_share, std::uint64_t seed, SplitBy by);
 
 /// The same with a number of people to hold back.
@@ -57,7 +57,7 @@ CoveredArea covered_area(std::span<const FramedTrajectory> tracks, double cell_m
 
 bool contains(const CoveredArea& area, const Vector2& position_m);
 
-/// The simple predictors beside which every other one is scored. All begin at the last raw position.
+/// The simple predictors that every other one is compared with. All begin at the last raw position.
 enum class Reference {
   constant_velocity,  ///< mean velocity of the last 0.8 s
   stays,              ///< at the last position

@@ -55,7 +55,7 @@ void validate(const FuseConfig& config);
 
 /// Counts of the decisions of a fusion.
 struct FuseReport {
-  int one_to_one = 0;  ///< components, or what relaxing left of them, by what became of them
+  int one_to_one = 0;  ///< components, or their parts after relaxing, by the decision
   int case_1 = 0;
   int case_2 = 0;
   int case_3 = 0;           ///< with those of which the stronger pair was fused
@@ -67,7 +67,7 @@ struct FuseReport {
   double split_credit = 0;  ///< by which the counts of the model exceed the sum of those that came in
 };
 
-/// A fused model and how it came about. `explain_fusion(name, problem, config, plan)` writes it down.
+/// A fused model and how it was made. `explain_fusion(name, problem, config, plan)` writes it down.
 struct FuseResult {
   Model model;
   FusionProblem problem;
@@ -84,7 +84,7 @@ struct FuseResult {
 /// to 0046, 0097.
 FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {});
 
-/// Standard incremental learning: all that was known and all that came, side by side. Equals `fuse` with a threshold
+/// Standard incremental learning: the union of the previous and the incoming model. Equals `fuse` with a threshold
 /// that nothing reaches. Throws: as fuse. Source: SILA paper, second baseline.
 FuseResult accumulate(const Model& previous, const Increment& incoming);
 

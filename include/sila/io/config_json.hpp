@@ -18,16 +18,16 @@
 
 namespace sila {
 
-/// The value of a field in transit; a choice travels by its name.
+/// The value of a field of any type; of a choice its name.
 using FieldValue = std::variant<double, std::int64_t, bool, std::string>;
 
-/// One field of a configuration, with its type erased: what is known of it, and how to read and write it.
+/// One field of a configuration, with its type erased: its properties, and functions that read and write it.
 struct Field {
   std::string path;  ///< dotted, as in fuse.similarity_threshold
   const char* unit;
   const char* text;
-  Range range;                           ///< of numbers: what makes sense
-  Range storable;                        ///< of numbers: what the member can hold
+  Range range;                           ///< of numbers: the documented range
+  Range storable;                        ///< of numbers: the range of the member's type
   std::span<const char* const> choices;  ///< of choices
   std::function<FieldValue()> read;
   std::function<void(const FieldValue&)> write;  ///< takes the mode variant that `read` gives, already checked

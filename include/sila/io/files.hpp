@@ -7,8 +7,8 @@
 
 namespace sila {
 
-/// A file that comes into being in one step: what is written goes to a temporary file beside the target, and `commit`
-/// puts that in the target's place. A reader of the target sees the old content or the whole new one; without a
+/// A file that is written in one step: the content goes to a temporary file beside the target, and `commit` replaces
+/// the target by it. A reader of the target sees the old content or the whole new one; without a
 /// `commit` nothing changes. A target that is no regular file (a pipe, /dev/stdout) cannot be replaced and is written
 /// to directly.
 class OutputFile {

@@ -21,7 +21,7 @@ using GlobalResidualInput = Eigen::Matrix<double, kGlobalResidualInputs, 1>;
 struct ResidualSample {
   double t0_s = 0.0;
   ResidualInput state = ResidualInput::Zero();
-  /// Mean velocity from t0 to each knot minus constant velocity [widths/s]: x, y of the first knot, of the second, ...
+  /// Mean velocity from t0 to each knot minus constant velocity [curb units/s]: x, y of the first knot, second, ...
   Eigen::VectorXd residuals;
   /// The same in the heading frame: inputs, and residuals ahead and left [m/s].
   GlobalResidualInput global_residual = GlobalResidualInput::Zero();
@@ -44,7 +44,7 @@ struct Batch {
 /// The samples of one transition in this batch, d_2 of the paper.
 struct TransitionSamples {
   Eigen::MatrixXd positions;       ///< 2 x n [curb units]
-  Eigen::MatrixXd velocities;      ///< n x 2 [widths/s]
+  Eigen::MatrixXd velocities;      ///< n x 2 [curb units/s]
   Eigen::MatrixXd states = {};     ///< 6 x m: of the residual GP's examples
   Eigen::MatrixXd residuals = {};  ///< m x 2 per knot
 };

@@ -9,8 +9,8 @@
 namespace sila {
 
 /// How residual GPs are learnt: for each transition, a sparse GP from (position, velocity, mean velocity) to the
-/// deviation of the future path from constant velocity. Lengths in metres become widths when a model begins. Source:
-/// none in the paper; docs/decisions/0070-residuals.md.
+/// deviation of the future path from constant velocity. Lengths in metres become curb units when a model begins.
+/// Source: none in the paper; docs/decisions/0070-residuals.md.
 struct ResidualConfig {
   bool enabled = true;
   /// Number of times until the horizon at which they are learnt.

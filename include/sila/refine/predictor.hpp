@@ -16,7 +16,7 @@ namespace sila {
 class PreparedModel;
 struct Snapshot;
 
-/// A model made ready to predict thousands of tracks; immutable, may be used from many threads; copies are cheap.
+/// A model prepared for thousands of predictions; immutable, may be used from many threads; copies are cheap.
 class Predictor {
  public:
   /// Throws: std::invalid_argument for a configuration out of range.

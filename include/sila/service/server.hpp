@@ -19,7 +19,7 @@ struct ServerOptions {
   std::string unix_path;
   std::string mqtt;           ///< mqtt[s]://[USER@]HOST[:PORT]/TOPIC of detections; empty: none
   std::string mqtt_out;       ///< topic of the predictions
-  std::string mqtt_ca;        ///< file of certificates that vouch for an mqtts broker; empty: those of the system
+  std::string mqtt_ca;        ///< certificates by which an mqtts broker is checked; empty: those of the system
   std::string mqtt_password;  ///< of USER
   std::string token;          ///< that clients must send; empty: none, loopback only
   /// A TCP or Unix connection that sends no token within this time is closed.
