@@ -11,7 +11,7 @@ constexpr double kMotionScale_mps = 0.5;
 using MotionFeatures = Eigen::Matrix<double, kMotionFeatures, 1>;
 using Knots = Eigen::Matrix<double, kCorrectionKnots, 1>;
 
-/// Half the sum and half the difference of the features of a motion and its mirror image, of length 1 on average:
+/// Sums and differences of the features of a motion and of its mirror image, scaled to length 1 on average:
 /// cos(a + b) +- cos(a - b), where `a` has the components along the heading and `b` those to the left of it.
 struct SymmetricFeatures {
   MotionFeatures even, odd;
@@ -21,9 +21,9 @@ SymmetricFeatures symmetric_features(const MotionInput& input) {
   static const FourierBasis<kMotionFeatures, 8> basis(Eigen::Matrix<double, 8, 1>::Constant(kMotionScale_mps));
   const MotionFeatures along = basis.frequencies.leftCols<4>().lazyProduct(input.along) + basis.phases;
   const MotionFeatures to_left = basis.frequencies.rightCols<4>().lazyProduct(input.to_left);
-  const double scale = std::sqrt(4.0 / kMotionFeatures);
-  return {scale * (along.array().cos() * to_left.array().cos()).matrix(),
-          -scale * (along.array().sin() * to_left.array().sin()).matrix()};
+  const MotionFeatures own = (along + to_left).array().cos(), mirrored = (along - to_left).array().cos();
+  const double scale = std::sqrt(1.0 / kMotionFeatures);
+  return {scale * (own + mirrored), scale * (own - mirrored)};
 }
 
 }  // namespace
