@@ -67,24 +67,6 @@ class FieldSetter {
   std::span<const double> rest_;
 };
 
-/// Calls `change` for every GP of a model.
-void for_each_gp(Model& model, const auto& change) {
-  change(model.global_residual);
-  for (Site& site : model.sites) change(site.global_residual);
-  for (Transition& transition : model.transitions) {
-    for (SparseGp* gp : {&transition.field.gp, &transition.field.gp_y, &transition.residual}) change(*gp);
-  }
-}
-
-/// Information matrices are symmetric bit for bit; zeros above the diagonal make the deflated bytes half as long.
-void drop_upper_triangle(SparseGp& gp) {
-  gp.information.triangularView<Eigen::StrictlyUpper>().setZero();
-}
-
-void mirror_lower_triangle(SparseGp& gp) {
-  gp.information.triangularView<Eigen::StrictlyUpper>() = gp.information.transpose();
-}
-
 }  // namespace
 
 std::string predictor_bytes(const PortablePredictor& predictor) {
@@ -93,7 +75,6 @@ std::string predictor_bytes(const PortablePredictor& predictor) {
   settings.group("predict", predictor.predict);
   Model model = predictor.model;
   model.episode_ids.clear();
-  for_each_gp(model, drop_upper_triangle);
   const ModelParts parts = parts_of(model, bytes::of_numbers(settings.values));
   std::string bytes;
   bytes::append_text(bytes, bytes::of_numbers(pack(predictor.frame)));
@@ -111,7 +92,6 @@ PortablePredictor predictor_of_bytes(std::string_view bytes) {
   parts.head = text();
   while (!reader.at_end()) parts.parts.emplace_back(text());
   ModelContent content = content_of(parts);
-  for_each_gp(content.model, mirror_lower_triangle);
   check(content.model);
   predictor.model = std::move(content.model);
   const std::vector<double> settings = bytes::to_numbers(content.configuration);

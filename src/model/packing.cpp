@@ -37,10 +37,10 @@ class Packer {
   /// Its columns one after the other, from the diagonal down.
   void lower_triangle(const Eigen::MatrixXd& matrix) {
     count(matrix.rows());
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
-      for (Eigen::Index row = column; row < matrix.rows(); ++row) number(matrix(row, column));
-    }
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      numbers_.insert(numbers_.end(), &matrix(column, column), matrix.data() + (column + 1) * matrix.rows());
   }
+  void symmetric(const Eigen::MatrixXd& matrix) { lower_triangle(matrix); }
   template <class Element>
   void list(const std::vector<Element>& elements) {
     count(elements.size());
@@ -92,9 +92,12 @@ class Unpacker {
     if (size > 0 && (size + 1) / 2 > static_cast<Eigen::Index>(rest_.size()) / size)
       reject_blob("a triangle goes over the end");
     matrix.setZero(size, size);
-    for (Eigen::Index column = 0; column < size; ++column) {
-      for (Eigen::Index row = column; row < size; ++row) number(matrix(row, column));
-    }
+    for (Eigen::Index column = 0; column < size; ++column)
+      std::ranges::copy(take(static_cast<std::size_t>(size - column)), &matrix(column, column));
+  }
+  void symmetric(Eigen::MatrixXd& matrix) {
+    lower_triangle(matrix);
+    matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
   }
   template <class Element>
   void list(std::vector<Element>& elements) {
@@ -195,7 +198,7 @@ void members(auto& archive, Is<SparseGp> auto& gp) {
   archive.number(noise_variance);
   archive.matrix(pseudo_inputs);
   archive.matrix(mean);
-  archive.matrix(information);
+  archive.symmetric(information);
   archive.matrix(response);
   archive.matrix(mean_response);
   archive.number(points);

@@ -12,6 +12,7 @@
 #include "sila/io/reports.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -63,8 +64,8 @@ RecordedPredictions predictions_of(const Model& model, const EpisodeConfig& conf
 
 void write_golden() {
   const StoredModel stored = learnt(small_config());
-  std::filesystem::remove(kGolden / "schema_9.sila");
-  save_model(kGolden / "schema_9.sila", stored);
+  std::filesystem::remove(kGolden / "schema_10.sila");
+  save_model(kGolden / "schema_10.sila", stored);
   std::string v1, rounded;
   for (const auto& [key, prediction] : predictions_of(stored.model, small_config())) {
     v1 += prediction_line(key.first, prediction, nullptr, nullptr, {.v1 = true}) + "\n";
@@ -102,10 +103,10 @@ void expect_same(const RecordedPredictions& a, const RecordedPredictions& b, dou
   }
 }
 
-TEST(GoldenFiles, ModelOfSchema9PredictsAsItDid) {
+TEST(GoldenFiles, ModelOfSchema10PredictsAsItDid) {
   if (std::getenv("SILA_WRITE_GOLDEN") != nullptr) write_golden();
   const tests::ScratchFolder folder;  // reading needs write permission where a writer was killed
-  std::filesystem::copy_file(kGolden / "schema_9.sila", folder / "m.sila");
+  std::filesystem::copy_file(kGolden / "schema_10.sila", folder / "m.sila");
   ModelFile file = ModelFile::open(folder / "m.sila");
   EXPECT_EQ(file.verify().episodes, 2u);
   const StoredModel stored = file.read();
@@ -114,21 +115,20 @@ TEST(GoldenFiles, ModelOfSchema9PredictsAsItDid) {
   expect_same(read_predictions(kGolden / "lines_v1.ndjson"), predictions_of(stored.model, small_config()), 1e-9, 1e-9);
 }
 
-TEST(GoldenFiles, ModelOfSchema9CanBeLearntOn) {
-  const Model model = load_model(kGolden / "schema_9.sila").model;
+TEST(GoldenFiles, ModelOfSchema10CanBeLearntOn) {
+  const Model model = load_model(kGolden / "schema_10.sila").model;
   std::vector<FramedTrajectory> more = simulated_tracks();
   more.resize(6);
   EXPECT_EQ(run_episode(model, more, small_config()).model.episodes, 3);
 }
 
-TEST(GoldenFiles, ModelOfSchema8IsRejectedWithWhatToDo) {
-  const tests::ScratchFolder folder;
-  std::filesystem::copy_file(kGolden / "schema_8.sila", folder / "m.sila");
-  try {
-    load_model(folder / "m.sila");
-    ADD_FAILURE();
-  } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find("schema 8"), std::string::npos) << error.what();
+TEST(GoldenFiles, OlderSchemasAreRejectedWithWhatToDo) {
+  for (const std::string schema : {"8", "9"}) {
+    const tests::ScratchFolder folder;
+    std::filesystem::copy_file(kGolden / ("schema_" + schema + ".sila"), folder / "m.sila");
+    const std::string message = message_of<std::exception>([&] { load_model(folder / "m.sila"); });
+    EXPECT_TRUE(says(message, "schema " + schema)) << message;
+    EXPECT_TRUE(says(message, "sila learn TRACKS --model NEW.sila")) << message;
   }
 }
 

@@ -29,6 +29,12 @@ inline double least_noise(const EpisodeConfig& config, const Model& model) {
   return (fitted ? field.gp.min_noise_variance : field.noise_std_mps * field.noise_std_mps) / (width_m * width_m);
 }
 
+/// Bit for bit, since a file has the lower triangle alone.
+inline ::testing::AssertionResult symmetric(const SparseGp& gp) {
+  if (gp.information == gp.information.transpose()) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "information is not symmetric:\n" << gp.information;
+}
+
 /// Everything that a model promises whatever it was fitted.
 inline void expect_sound(const Model& model, const EpisodeConfig& config) {
   ASSERT_NO_THROW(check(model));
@@ -36,9 +42,11 @@ inline void expect_sound(const Model& model, const EpisodeConfig& config) {
   for (const Site& site : model.sites) {
     EXPECT_TRUE(finite(pack(site.error_statistics), "error_statistics"));
     EXPECT_TRUE(finite(pack(site.global_residual), "global residual GP of a site"));
+    EXPECT_TRUE(symmetric(site.global_residual));
     EXPECT_TRUE(finite(pack(site.frame), "frame"));
   }
   EXPECT_TRUE(finite(pack(model.global_residual), "global_residual"));
+  EXPECT_TRUE(symmetric(model.global_residual));
   for (const MotionPrimitive& primitive : model.primitives) {
     EXPECT_TRUE(std::isfinite(primitive.weight));
     for (const CellVelocity& cell : primitive.cells) EXPECT_TRUE(cell.velocity.allFinite());
@@ -46,6 +54,8 @@ inline void expect_sound(const Model& model, const EpisodeConfig& config) {
   for (const Transition& transition : model.transitions) {
     EXPECT_TRUE(finite(pack(transition.field), "field"));
     EXPECT_TRUE(finite(pack(transition.residual), "residual"));
+    for (const SparseGp* gp : {&transition.field.gp, &transition.field.gp_y, &transition.residual})
+      EXPECT_TRUE(symmetric(*gp));
     EXPECT_GE(transition.field.gp.noise_variance, (1.0 - 1e-9) * least_noise(config, model));
   }
 }

@@ -42,7 +42,7 @@ struct SparseGp {
   double noise_variance = 1.0;
   Eigen::MatrixXd pseudo_inputs;   ///< D x M, Z
   Eigen::VectorXd mean;            ///< P, constant mean of each output
-  Eigen::MatrixXd information;     ///< M x M, G = V diag(1/lambda) V'
+  Eigen::MatrixXd information;     ///< M x M, G = V diag(1/lambda) V'; symmetric bit for bit
   Eigen::MatrixXd response;        ///< M x P, h = V diag(1/lambda) (y - mean)
   Eigen::VectorXd mean_response;   ///< M, e = V diag(1/lambda) 1; lets the constant mean be changed later
   double points = 0.0;             ///< number of data points, n

@@ -16,7 +16,8 @@ concept PackedPart =
     std::same_as<Part, CurbFrame> || std::same_as<Part, std::vector<SiteCount>> || std::same_as<Part, ModelSettings>;
 
 /// A part as numbers, bit for bit: the one place that knows their order. A matrix is its numbers of rows and columns
-/// and then its entries, column by column; a list is its length and then its elements.
+/// and then its entries, column by column, a symmetric one its size and the lower triangle; a list is its length and
+/// then its elements.
 template <PackedPart Part>
 std::vector<double> pack(const Part& part);
 
