@@ -6,8 +6,11 @@ namespace sila {
 namespace {
 
 constexpr double kCorrectionRidge = 1.0;
-/// Windows after which half of the share that would have been best is added.
-constexpr double kHalfWindows = 50.0;
+/// Sum of weights after which half of the share that would have been best is added: of some 50 windows.
+constexpr double kHalfWeight = 40.0;
+/// Errors have Student's distribution with one degree of freedom and this scale: a step of iteratively reweighted least
+/// squares (Lange, Little, Taylor 1989).
+constexpr double kTypicalError_mps = 0.6;
 
 }  // namespace
 
@@ -22,13 +25,17 @@ Eigen::MatrixXd ridge_coefficients(const RegressionMoments& moments) {
 
 double learnt_share(const RegressionMoments& past) {
   if (!(past.features.size() > 0 && past.features(0, 0) > 0.0)) return 0.0;
-  return std::clamp(past.products(0, 0) / past.features(0, 0), 0.0, 1.0) * past.weight / (past.weight + kHalfWindows);
+  return std::clamp(past.products(0, 0) / past.features(0, 0), 0.0, 1.0) * past.weight / (past.weight + kHalfWeight);
 }
 
-std::array<Vector2, kCorrectionKnots> at_knots(std::span<const Vector2> errors_mps) {
-  std::array<Vector2, kCorrectionKnots> knots;
-  for (std::size_t k = 0; k < knots.size(); ++k)  // the last step before the knot
-    knots[k] = errors_mps[((k + 1) * errors_mps.size() + kCorrectionKnots - 1) / kCorrectionKnots - 1];
+KnotErrors knot_errors(std::span<const Vector2> errors_mps) {
+  KnotErrors knots;
+  double square = 0.0;
+  for (std::size_t k = 0; k < kCorrectionKnots; ++k) {  // the last step before the knot
+    knots.at_mps[k] = errors_mps[((k + 1) * errors_mps.size() + kCorrectionKnots - 1) / kCorrectionKnots - 1];
+    square += knots.at_mps[k].squaredNorm() / kCorrectionKnots;
+  }
+  knots.weight = 1.0 / (1.0 + square / (kTypicalError_mps * kTypicalError_mps));
   return knots;
 }
 

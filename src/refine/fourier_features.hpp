@@ -53,7 +53,22 @@ Eigen::MatrixXd ridge_coefficients(const RegressionMoments& moments);
 /// of errors on corrections.
 double learnt_share(const RegressionMoments& past);
 
-/// Errors of mean velocities at the knots of a correction [m/s], from those at the steps until the horizon.
-std::array<Vector2, kCorrectionKnots> at_knots(std::span<const Vector2> errors_mps);
+/// Errors of mean velocities at the knots of a correction [m/s].
+struct KnotErrors {
+  std::array<Vector2, kCorrectionKnots> at_mps;
+  /// Of the window in the regression: large errors, of people who do something else, count less.
+  double weight = 1.0;
+};
+
+/// From those at the steps until the horizon.
+KnotErrors knot_errors(std::span<const Vector2> errors_mps);
+
+/// Adds a window with the weight of its errors.
+template <class Features, class Errors>
+void add_weighted(RegressionMoments& moments, const Features& features, const Errors& errors, double weight) {
+  moments.weight += weight;
+  moments.features.template selfadjointView<Eigen::Lower>().rankUpdate(features, weight);
+  moments.products.noalias() += weight * features * errors.transpose();
+}
 
 }  // namespace sila

@@ -58,26 +58,21 @@ VelocityCorrection MotionCorrection::correction(const MotionInput& input, double
 
 void MotionCorrection::add_window(ErrorStatistics& error_statistics, const MotionInput& input,
                                   std::span<const Vector2> errors_mps) const {
-  const std::array<Vector2, kCorrectionKnots> knots_mps = at_knots(errors_mps);
+  const KnotErrors errors = knot_errors(errors_mps);
   Knots along, to_left;
   for (int k = 0; k < kCorrectionKnots; ++k) {
-    along(k) = input.heading.dot(knots_mps[static_cast<std::size_t>(k)]);
-    to_left(k) = cross(input.heading, knots_mps[static_cast<std::size_t>(k)]);
+    const Vector2& error = errors.at_mps[static_cast<std::size_t>(k)];
+    along(k) = input.heading.dot(error), to_left(k) = cross(input.heading, error);
   }
   const SymmetricFeatures features = symmetric_features(input);
-  const auto add = [](RegressionMoments& moments, const MotionFeatures& of_window, const Knots& errors) {
-    moments.weight += 1.0;
-    moments.features.selfadjointView<Eigen::Lower>().rankUpdate(of_window);
-    moments.products.noalias() += of_window * errors.transpose();
-  };
-  add(error_statistics.motion[0], features.even, along);
-  add(error_statistics.motion[1], features.odd, to_left);
+  add_weighted(error_statistics.motion[0], features.even, along, errors.weight);
+  add_weighted(error_statistics.motion[1], features.odd, to_left, errors.weight);
   if (along_.size() == 0 || to_left_.size() == 0) return;
   const Knots known_along = along_ * features.even, known_to_left = to_left_ * features.odd;
   RegressionMoments& share = error_statistics.motion_share;
-  share.weight += 1.0;
-  share.features(0, 0) += known_along.squaredNorm() + known_to_left.squaredNorm();
-  share.products(0, 0) += known_along.dot(along) + known_to_left.dot(to_left);
+  share.weight += errors.weight;
+  share.features(0, 0) += errors.weight * (known_along.squaredNorm() + known_to_left.squaredNorm());
+  share.products(0, 0) += errors.weight * (known_along.dot(along) + known_to_left.dot(to_left));
 }
 
 }  // namespace sila

@@ -70,22 +70,20 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
                                 std::span<const Vector2> errors_mps, const Vector2& to_horizon_mps) const {
   const double horizon_s = static_cast<double>(errors_mps.size()) * error_statistics.interval_s;
   const Matrix2 to_site = axes_of(observed.frame).transpose();
-  const std::array<Vector2, kCorrectionKnots> knots_mps = at_knots(errors_mps);
+  const KnotErrors errors = knot_errors(errors_mps);
   Knots left_mps;
   for (std::size_t k = 0; k < kCorrectionKnots; ++k)
-    left_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * knots_mps[k];
+    left_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * errors.at_mps[k];
   const CorrectionInput step = length_scales() / kLatticePoints;
   const CorrectionInput input = correction_input(observed, to_horizon_mps, horizon_s);
   const FourierFeatures features = fourier_features((input.array() / step.array()).round() * step.array());
-  RegressionMoments& moments = error_statistics.correction;
-  moments.weight += 1.0;
-  moments.features.selfadjointView<Eigen::Lower>().rankUpdate(features);
-  moments.products.noalias() += features * left_mps.transpose();
+  add_weighted(error_statistics.correction, features, left_mps, errors.weight);
   if (coefficients_.size() == 0) return;
   const Knots known_mps = coefficients_ * features;
-  error_statistics.correction_share.weight += 1.0;
-  error_statistics.correction_share.features(0, 0) += known_mps.squaredNorm();
-  error_statistics.correction_share.products(0, 0) += known_mps.dot(left_mps);
+  RegressionMoments& share = error_statistics.correction_share;
+  share.weight += errors.weight;
+  share.features(0, 0) += errors.weight * known_mps.squaredNorm();
+  share.products(0, 0) += errors.weight * known_mps.dot(left_mps);
 }
 
 }  // namespace sila

@@ -24,7 +24,7 @@ inline constexpr int kNoveltyBins = 50;
 /// Features of the hazards of starting and of stopping (src/refine/motion_change.hpp).
 inline constexpr int kHazardFeatures = 12;
 /// Features of the corrections of paths by motion and by place, and times ahead at which they are learnt.
-inline constexpr int kMotionFeatures = 100;
+inline constexpr int kMotionFeatures = 64;
 inline constexpr int kCorrectionFeatures = 150;
 inline constexpr int kCorrectionKnots = 5;
 
