@@ -1,4 +1,5 @@
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 
 #include <iostream>
 #include <memory>
@@ -41,15 +42,28 @@ struct TrackLines {
   std::size_t count = 0;
 };
 
+/// Writes the lines of tracks in their order, each as soon as those before it are written: only a few are in memory.
+void write_in_order(std::size_t tracks, const auto& lines_of_track, const auto& write) {
+  constexpr std::size_t kTracksAhead = 4;  // of each thread
+  using tbb::filter_mode;
+  std::size_t next = 0;
+  const auto number = [&](tbb::flow_control& flow) { return next < tracks ? next++ : (flow.stop(), next); };
+  tbb::parallel_pipeline(kTracksAhead * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()),
+                         tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number) &
+                             tbb::make_filter<std::size_t, TrackLines>(filter_mode::parallel, lines_of_track) &
+                             tbb::make_filter<TrackLines, void>(filter_mode::serial_in_order, write));
+}
+
 TrackLines lines_of(const FramedTrajectory& placed, const std::string& input_id, const PresentPeople& present,
                     const Predictor& predictor, const Config& config, const PredictOptions& options,
                     const Camera* camera) {
   TrackLines lines;
+  Workspace workspace;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.min_observe_s, options.stride_s)) {
     CurbTrajectory observed =
         observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
     observed.companions_mps = present.companions_mps(placed.track, last);
-    const Prediction prediction = predictor.predict(observed);
+    const Prediction& prediction = predictor.predict(observed, workspace);
     std::optional<Explanation> explanation;
     if (options.explain) explanation = explain(predictor, observed);
     lines.text += prediction_line(input_id, prediction, explanation ? &*explanation : nullptr, camera, options.lines);
@@ -70,19 +84,18 @@ void predict_tracks(const PredictOptions& options) {
   const Camera* const camera = options.image || pixels ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);
   const PresentPeople present(input.tracks);
-  std::vector<TrackLines> lines(input.tracks.size());
-  tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
-    lines[i] = lines_of(input.tracks[i], input.input_ids[i], present, predictor, config, options, camera);
-  });
   std::optional<OutputFile> file;
   if (!options.out.empty()) file.emplace(options.out);
   std::ostream& out = file ? file->stream() : std::cout;
   std::size_t count = 0, too_short = 0;
-  for (const TrackLines& of_track : lines) {
-    out << of_track.text;
-    count += of_track.count;
-    too_short += of_track.count == 0 ? 1 : 0;
-  }
+  const auto lines_of_track = [&](std::size_t i) {
+    return lines_of(input.tracks[i], input.input_ids[i], present, predictor, config, options, camera);
+  };
+  write_in_order(input.tracks.size(), lines_of_track, [&](const TrackLines& lines) {
+    out << lines.text;
+    count += lines.count;
+    too_short += lines.count == 0 ? 1 : 0;
+  });
   if (file) file->commit();
   std::cerr << count << " predictions for " << input.tracks.size() - too_short << " tracks";
   if (too_short > 0) std::cerr << "; " << too_short << " tracks are shorter than predict.min_observe_s";

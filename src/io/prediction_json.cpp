@@ -213,7 +213,9 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   const int digits = format.v1 ? kMaxDigits : format.digits;
   if (digits < 1 || digits > kMaxDigits)
     throw std::invalid_argument("prediction_line: digits = " + std::to_string(digits) + " is outside [1, 17]");
-  std::string text = "{\"track\":" + dumped(track);
+  std::string text;
+  text.reserve(512 + 64 * prediction.modes.size() * prediction.times_s.size());  // enough for three digits
+  text += "{\"track\":" + dumped(track);
   add(text += ",\"t0\":", prediction.t0_s, kFull);
   if (!format.v1) add(text += "\"observed_s\":", prediction.observed_s, digits);
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
