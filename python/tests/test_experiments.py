@@ -299,9 +299,15 @@ def test_collisions_are_found_between_steps():
 
     east = np.stack([np.arange(12.0), np.zeros(12)], -1)
     west = np.stack([11 - np.arange(12.0), np.zeros(12)], -1)  # they meet between two steps
-    assert collides(east, west[None])
-    assert not collides(east, (west + [0, 0.5])[None])
-    assert not collides(east, np.empty((0, 12, 2)))
+    far = east + [0, 50]
+
+    def of(*paths):
+        return collides(np.stack(paths), np.stack(paths)).tolist()
+
+    assert of(east, west, far) == [True, True, False]
+    assert of(east, west + [0, 0.5]) == [False, False]
+    assert of(east) == [False]  # nobody collides with himself
+    assert collides(np.stack([east, far]), np.stack([east, west])).tolist() == [True, False]
 
 
 def test_trajnet_files_are_as_documented_and_read_by_its_tool(tmp_path):

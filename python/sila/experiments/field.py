@@ -164,9 +164,8 @@ def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any],
             samples_of[np.searchsorted(mixed, at[here])] = samples[here]
     collisions = np.zeros((n, 2))
     for group in together(scene):
-        for i, w in enumerate(group):
-            others = np.delete(group, i)
-            collisions[w] = collides(paths[w], paths[others]), collides(paths[w], scene.true_m[others])
+        for kind, others in enumerate((paths, scene.true_m)):
+            collisions[group, kind] = collides(paths[group], others[group])
     values |= {"col_1": collisions[:, 0], "col_2": collisions[:, 1]}
     amd, amv = mixture_scores(samples_of, scene.true_m[mixed])
     windows = list(zip(scene.track_ids, scene.frames.tolist(), scene.seen_m, scene.true_m))

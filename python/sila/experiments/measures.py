@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._sila import Prediction
 from .method import Array, Forecast
@@ -98,7 +99,7 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
     return {**values, **_modes_measures(modes, truth_m)}, reliability
 
 
-def _areas(density: Array, confidence: Array, chosen: Array, n: int) -> dict[str, Array]:
+def _areas(density: Array, confidence: Array, chosen: NDArray[np.intp], n: int) -> dict[str, Array]:
     """Of the regions of highest density, mean over the steps. density (windows, samples, steps) is that of the samples,
     and a region holds the truth if its nominal probability is at least `confidence` (windows, steps)."""
     areas = {f"{name}_{100 * p:.0f}_m2": np.zeros(n) for name in ("area", "equal_area") for p in AREAS}
