@@ -222,12 +222,13 @@ def run_field(file: str, out: str, data_dir: str | None) -> None:
     folder, seed, build = Path(out), settings.get("seed", 100), build_hash()
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     results: list[dict[str, Any]] = []
-    for m, entry in enumerate(methods):
-        for i, scene in enumerate(scenes):
+    for i, scene in enumerate(scenes):
+        for m, entry in enumerate(methods):
             if entry["cls"] is None:
                 continue
             said = {key: entry[key] for key in ("name", "method", "learnt", "parameters", "config")}
-            key = hash_of(build, said, scene.tracks.hash, seed)
+            others = [other.tracks.hash for other in scenes if entry["learnt"] == "elsewhere"]
+            key = hash_of(build, said, scene.tracks.hash, others, seed)
             path = folder / "runs" / f"{m:02}-{scene.name}.json"
             kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
             if kept.get("key") != key:
