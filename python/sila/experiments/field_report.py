@@ -43,7 +43,8 @@ def markdown(
         "A sample of a mixture is one component for the whole path, and one standard normal vector that the covariance of "
         "each step scales. "
         f"AMD, AMV: on {MIXTURE_WINDOWS} windows a scene. In place: tracks of the same scene, another fold; published "
-        "methods have not seen the scene, and draw people together. Training on one thread. "
+        "methods have not seen the scene, and draw people together. Training on one thread; in place the seconds of all "
+        "folds. "
         f"Bold: better than {reference[0]}, {LEARNT[reference[1]]}.\n",
     ]
     mean = table.groupby(["method", "learnt"], sort=False).mean(numeric_only=True)
