@@ -74,8 +74,8 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
 
     energy_score_m: E|X - y| - E|X - X'| / 2, mean over the steps. area_68_m2, area_95_m2: of the regions of highest
     density of that nominal probability, mean over the steps; equal_area_*: of the one nominal probability whose regions
-    hold that share of the truths, NaN where it is beyond the samples. min_ade_6_m: least ADE of the six heaviest modes. ece_*: by bins of a mode's weight,
-    the modes, their weights and how many of them came nearest.
+    hold that share of the truths, NaN where it is beyond the samples. min_ade_6_m: least ADE of the six heaviest modes.
+    ece_*: by bins of a mode's weight, the modes, their weights and how many of them came nearest.
     """
     n, steps = len(truth_m), truth_m.shape[1]
     chosen = np.flatnonzero(np.asarray(moving, dtype=bool))
