@@ -27,6 +27,7 @@ def module(name):
 
 class SocialImplicit(Sampler):
     parameters = {"samples": 20}
+    upstream = "abduallahmohamed/Social-Implicit", "02d6a14"
 
     def __init__(self, config="{}", **settings):
         super().__init__(config, **settings)

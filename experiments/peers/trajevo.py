@@ -10,6 +10,8 @@ FILES = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "
 
 
 class TrajEvo(Sampler):
+    upstream = "ai4co/trajevo", "d30234e"
+
     def __init__(self, config="{}", **settings):
         super().__init__(config, **settings)
         path = FOLDER / f"{FILES.get(self.scene, 'univ')}.py"

@@ -212,8 +212,14 @@ def test_measures_of_a_gaussian_are_those_of_the_textbook():
     assert values["area_95_m2"].mean() == pytest.approx(-2 * np.log(0.05) * np.pi * 0.49, rel=0.08)
     # E|X - Y| - E|X - X'| / 2 of equal Gaussians in the plane: half of sqrt(pi) sigma
     assert values["energy_score_m"].mean() == pytest.approx(0.5 * np.sqrt(np.pi) * 0.7, rel=0.03)
-    narrow, _ = measures_of(modes_of(gaussians(2000, 0.3)), truth, [True] * 2000)
+    narrow, _ = measures_of(modes_of(gaussians(2000, 0.5)), truth, [True] * 2000)
     assert narrow["energy_score_m"].mean() > values["energy_score_m"].mean()
+    assert narrow["area_68_m2"].mean() < 0.6 * values["area_68_m2"].mean()
+    for at_equal_coverage in (values, narrow):  # circles that hold 68 % of the truths, whatever the density says
+        area = at_equal_coverage["equal_area_68_m2"].mean()
+        assert area == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.08)
+    narrowest, _ = measures_of(modes_of(gaussians(2000, 0.2)), truth, [True] * 2000)
+    assert np.isnan(narrowest["equal_area_95_m2"]).all()  # beyond its samples
 
 
 def test_the_kernel_of_samples_grows_with_their_spread():
@@ -293,9 +299,15 @@ def test_collisions_are_found_between_steps():
 
     east = np.stack([np.arange(12.0), np.zeros(12)], -1)
     west = np.stack([11 - np.arange(12.0), np.zeros(12)], -1)  # they meet between two steps
-    assert collides(east, west[None])
-    assert not collides(east, (west + [0, 0.5])[None])
-    assert not collides(east, np.empty((0, 12, 2)))
+    far = east + [0, 50]
+
+    def of(*paths):
+        return collides(np.stack(paths), np.stack(paths)).tolist()
+
+    assert of(east, west, far) == [True, True, False]
+    assert of(east, west + [0, 0.5]) == [False, False]
+    assert of(east) == [False]  # nobody collides with himself
+    assert collides(np.stack([east, far]), np.stack([east, west])).tolist() == [True, False]
 
 
 def test_trajnet_files_are_as_documented_and_read_by_its_tool(tmp_path):

@@ -53,7 +53,8 @@ def kde_log_density(samples_m: Array, truth_m: Array) -> Array:
     covariance = np.einsum("nsta,nstb->ntab", off, off) / (count - 1) * count ** (-1 / 3) + 1e-9 * np.eye(2)
     inverse, determinant = np.linalg.inv(covariance), np.linalg.det(covariance)
     d = samples_m - truth_m[:, None]
-    squared = np.einsum("nsta,ntab,nstb->nst", d, inverse, d)
+    x, y, (a, b, c) = d[..., 0], d[..., 1], (inverse[:, None, :, i, j] for i, j in ((0, 0), (0, 1), (1, 1)))
+    squared = a * x * x + 2 * b * x * y + c * y * y
     log_density = logsumexp(-0.5 * squared, axis=1) - np.log(count) - np.log(2 * np.pi * np.sqrt(determinant))
     return np.asarray(np.maximum(log_density, LEAST_LOG_DENSITY))
 
@@ -103,12 +104,12 @@ def mixture_distance(centre: Array, point: Array, weights: Array, means: Array, 
     return float(np.sqrt(line @ (top / bottom) @ line)) if bottom > 0 else 0.0
 
 
-def collides(path_m: Array, others_m: Array) -> bool:
-    """Whether a path (t, 2) comes near one of others (k, t, 2) at the same time; steps are divided into parts."""
-    if len(others_m) == 0:
-        return False
-    apart = others_m - path_m
+def collides(paths_m: Array, others_m: Array) -> Array:
+    """(n,): whether the path of a person comes near another person's at the same time. Both (n, t, 2) of the same people;
+    steps are divided into parts."""
+    apart = others_m[None] - paths_m[:, None]  # (n, n, t, 2)
     share = np.arange(PARTS)[:, None, None] / PARTS
-    between = apart[:, None, :-1] * (1 - share) + apart[:, None, 1:] * share
-    nearest = min(np.linalg.norm(between, axis=-1).min(), np.linalg.norm(apart[:, -1], axis=-1).min())
-    return bool(nearest <= COLLISION_M)
+    between = apart[:, :, None, :-1] * (1 - share) + apart[:, :, None, 1:] * share
+    nearest = np.minimum(np.linalg.norm(between, axis=-1).min((2, 3)), np.linalg.norm(apart[:, :, -1], axis=-1))
+    np.fill_diagonal(nearest, np.inf)
+    return np.asarray((nearest <= COLLISION_M).any(1))

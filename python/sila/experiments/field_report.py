@@ -23,7 +23,7 @@ VALUES = {
     "amv": ("AMV", 3),
     "col_1": ("Col-I [%]", 1),
     "col_2": ("Col-II [%]", 1),
-    "training_s": ("training [s]", 1),
+    "training_s": ("training [s of CPU]", 1),
     "bytes": ("bytes", 0),
 }
 PAIRED = ("ade_m", "min_ade_20_m", "kde_nll")
@@ -35,12 +35,16 @@ def markdown(
     values = [_values(result) for result in results]
     table = pd.DataFrame(values).set_index(["scene", "method", "learnt"])
     reference = (methods[0]["name"], methods[0]["learnt"])
+    made = made_with(entry["cls"] for entry in methods)
     text = [
-        f"# {Path(file).stem}\n\n{provenance(made_with())}\n",
+        f"# {Path(file).stem}\n\n{provenance(made)}\n",
         "Eight positions seen, twelve predicted, 0.4 s apart; every run of twenty samples of one person is a window. "
         f"Metres and nats. ADE, FDE, Col: of the mean path; the others of {SAMPLES} samples, the best of the first 20. "
+        "A sample of a mixture is one component for the whole path, and one standard normal vector that the covariance of "
+        "each step scales. "
         f"AMD, AMV: on {MIXTURE_WINDOWS} windows a scene. In place: tracks of the same scene, another fold; published "
-        "methods have not seen the scene, and draw people together. "
+        "methods have not seen the scene, and draw people together. Training on one thread; in place the seconds of all "
+        "folds. "
         f"Bold: better than {reference[0]}, {LEARNT[reference[1]]}.\n",
     ]
     mean = table.groupby(["method", "learnt"], sort=False).mean(numeric_only=True)

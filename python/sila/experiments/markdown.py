@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from .. import _sila
+from .method import Method
 from .tables import BY_NAME
 
 
@@ -46,13 +47,14 @@ def provenance(made: Mapping[str, Any], details: str = "") -> str:
     return f"Revision {made['revision']}; {details}{versions}."
 
 
-def made_with() -> dict[str, Any]:
+def made_with(methods: Iterable[type[Method] | None]) -> dict[str, Any]:
     """The git revision of sila, and the versions of everything."""
-    packages = ("numpy", "scipy", "pandas", "matplotlib", "scikit-learn", "torch", "filterpy", "gpytorch")
+    packages = "numpy scipy pandas matplotlib scikit-learn torch filterpy gpytorch linear-operator".split()
     versions = {"sila": _sila.version, "python": platform.python_version()}
     for package in packages:
         try:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
+    versions |= dict(cls.upstream for cls in methods if cls is not None and cls.upstream)
     return {"revision": _sila.revision, "versions": versions, "machine": platform.machine()}

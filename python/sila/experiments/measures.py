@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._sila import Prediction
 from .method import Array, Forecast
@@ -72,13 +73,14 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
     probability. Densities are looked at every second step, the last included.
 
     energy_score_m: E|X - y| - E|X - X'| / 2, mean over the steps. area_68_m2, area_95_m2: of the regions of highest
-    density, mean over the steps. min_ade_6_m: least ADE of the six heaviest modes. ece_*: by bins of a mode's weight,
-    the modes, their weights and how many of them came nearest.
+    density of that nominal probability, mean over the steps; equal_area_*: of the one nominal probability whose regions
+    hold that share of the truths, NaN where it is beyond the samples. min_ade_6_m: least ADE of the six heaviest modes.
+    ece_*: by bins of a mode's weight, the modes, their weights and how many of them came nearest.
     """
     n, steps = len(truth_m), truth_m.shape[1]
     chosen = np.flatnonzero(np.asarray(moving, dtype=bool))
     every = np.arange(steps - 1, -1, -2)[::-1]
-    values = {name: np.zeros(n) for name in ("energy_score_m", *(f"area_{100 * p:.0f}_m2" for p in AREAS))}
+    energy_score, densities = np.zeros(n), [np.zeros((0, SAMPLES, len(every)))]
     confidence = np.zeros((len(chosen), len(every)))
     random = np.random.default_rng(0)
     for some in _chunks(len(chosen), len(every), modes[0].shape[1]):
@@ -88,15 +90,27 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
         first, second = samples_of(part, SAMPLES, random), samples_of(part, SAMPLES, random)
         to_truth = np.linalg.norm(first - truth[:, None], axis=-1).mean(1)
         apart = np.linalg.norm(first - second, axis=-1).mean(1)
-        values["energy_score_m"][at] = (to_truth - 0.5 * apart).mean(1)
-        density = mixture_density(part, first)
-        confidence[some] = (density > mixture_density(part, truth[:, None])).mean(1)
-        for p in AREAS:
-            inside = density >= np.quantile(density, 1 - p, axis=1, keepdims=True)
-            values[f"area_{100 * p:.0f}_m2"][at] = (inside / np.maximum(density, 1e-300)).mean(1).mean(1)
+        energy_score[at] = (to_truth - 0.5 * apart).mean(1)
+        densities.append(mixture_density(part, first))
+        confidence[some] = (densities[-1] > mixture_density(part, truth[:, None])).mean(1)
+    values = {"energy_score_m": energy_score, **_areas(np.concatenate(densities), confidence, chosen, n)}
     held = [[int(count) for count in (confidence <= p).sum(0)] for p in NOMINAL]
     reliability = {"nominal": list(NOMINAL), "held": held, "windows": len(chosen), "steps": every.tolist()}
     return {**values, **_modes_measures(modes, truth_m)}, reliability
+
+
+def _areas(density: Array, confidence: Array, chosen: NDArray[np.intp], n: int) -> dict[str, Array]:
+    """Of the regions of highest density, mean over the steps. density (windows, samples, steps) is that of the samples,
+    and a region holds the truth if its nominal probability is at least `confidence` (windows, steps)."""
+    areas = {f"{name}_{100 * p:.0f}_m2": np.zeros(n) for name in ("area", "equal_area") for p in AREAS}
+    if len(chosen) == 0:
+        return areas
+    for p in AREAS:
+        for name, level in (("area", p), ("equal_area", float(np.quantile(confidence, p)))):
+            inside = density >= np.quantile(density, 1 - level, axis=1, keepdims=True)
+            area = (inside / np.maximum(density, 1e-300)).mean(1).mean(1)
+            areas[f"{name}_{100 * p:.0f}_m2"][chosen] = area if level < 1 else np.nan
+    return areas
 
 
 def stepwise_measures(modes: Modes, truth_m: Array) -> dict[str, Array]:

@@ -38,6 +38,7 @@ class Method:
     parameters: ClassVar[dict[str, Any]] = {}
     at_once: ClassVar[bool] = False
     social: ClassVar[bool] = False  #: `predict(windows, neighbours)` also gets the people who are present at each t0
+    upstream: ClassVar[tuple[str, str] | None] = None  #: repository and commit of the code of others that it runs
     published: ClassVar[bool] = False  #: it is used as others have published it, and learns nothing here
 
     if TYPE_CHECKING:  # parameters are attributes

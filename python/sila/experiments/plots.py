@@ -168,7 +168,7 @@ def _tradeoff(rows: pd.DataFrame, styles: Styles) -> Figure | None:
     return figure
 
 
-COSTS = {"training_s": "training [s]", "bytes": "bytes", "us_per_prediction": "µs a prediction, one thread"}
+COSTS = {"training_s": "training [s of CPU]", "bytes": "bytes", "us_per_prediction": "µs of CPU a prediction, one thread"}
 ERRORS = {"ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
 
 

@@ -34,12 +34,19 @@ BRIEF = {
     "energy_score_m": "energy score [m]",
     "reliability_average": "reliability",
     "reliability_least": "least",
-    "training_s": "training [s]",
+    "training_s": "training [s of CPU]",
     "bytes": "bytes",
     "us_per_prediction": "µs a prediction",
 }
 #: By place, in tables of their own.
-BY_PLACE = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step", "energy_score_m": "energy score [m]"}
+BY_PLACE = {
+    "ratio": "wMHD / CV",
+    "ade_ratio": "ADE / CV",
+    "nll": "NLL a step",
+    "energy_score_m": "energy score [m]",
+    "equal_area_68_m2": "area of the regions that hold 68 % [m²]",
+    "equal_area_95_m2": "area of the regions that hold 95 % [m²]",
+}
 LARGER_IS_BETTER = ("reliability_average", "reliability_least")
 GEOMETRIC = ("size", "training_s", "bytes", "us_per_prediction")  # places differ by orders of magnitude
 #: Means over places leave out places with fewer such windows in all trials.
@@ -64,7 +71,7 @@ def write_results(
     written: dict[str, Any] = {
         "version": _sila.version,
         "build": build_hash(),
-        "made_with": made_with(),
+        "made_with": made_with(method.cls for method in experiment.methods),
         "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split}",
         "seed": settings.seed,
         "experiment": experiment.resolved(),

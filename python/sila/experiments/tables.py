@@ -89,13 +89,15 @@ COLUMNS = [
     Column("energy_score_m", "energy score [m]", 3, per_window("energy_score_m")),
     Column("area_68_m2", "68 % area [m²]", 2, per_window("area_68_m2")),
     Column("area_95_m2", "95 % area [m²]", 2, per_window("area_95_m2")),
+    Column("equal_area_68_m2", "68 % area, equal coverage [m²]", 2, per_window("equal_area_68_m2")),
+    Column("equal_area_95_m2", "95 % area, equal coverage [m²]", 2, per_window("equal_area_95_m2")),
     Column("mode_ece", "ECE of modes", 3, lambda groups: calibration_error(dict(groups["moving"]))),
     Column("inside_50", "in 50 %", 2, per_window("inside_50")),
     Column("inside_90", "in 90 %", 2, per_window("inside_90")),
     Column("fallback", "", 3, per_window("fallbacks")),
     Column("size", "size", 0, None),  # type: ignore[arg-type]
     Column("seconds_per_episode", "s per episode", 3, None),  # type: ignore[arg-type]
-    Column("training_s", "training [s]", 2, None),  # type: ignore[arg-type]
+    Column("training_s", "training [s of CPU]", 2, None),  # type: ignore[arg-type]
     Column("bytes", "bytes", 0, None),  # type: ignore[arg-type]
     Column("us_per_prediction", "µs per prediction", 1, None),  # type: ignore[arg-type]
     Column("people", "", 0, None),  # type: ignore[arg-type]

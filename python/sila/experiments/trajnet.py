@@ -26,20 +26,19 @@ def write_trajnet(folder: Path, name: str, windows: Sequence[Window], paths_m: A
         person = numbers[track]
         frames = range(t0 - SEEN + 1, t0 + DRAWN + 1)
         scene = {"id": i, "p": person, "s": frames[0], "e": frames[-1], "fps": 1 / STEP_S, "tag": [0, []]}
-        scenes.append({"scene": scene})
+        scenes.append(json.dumps({"scene": scene}))
         for frame, point in zip(frames, np.concatenate([seen, true])):
-            truth[frame, person] = {"track": {"f": frame, "p": person, **_point(point)}}
+            truth[frame, person] = _track(frame, person, point)
         for k, path in enumerate(paths):
             for frame, point in zip(frames[SEEN:], path):
-                row = {"f": frame, "p": person, **_point(point), "prediction_number": k, "scene_id": i}
-                predicted.append({"track": row})
+                predicted.append(_track(frame, person, point, f', "prediction_number": {k}, "scene_id": {i}'))
     written = []
     for kind, rows in (("truth", [truth[key] for key in sorted(truth)]), ("predicted", predicted)):
         (folder / kind).mkdir(parents=True, exist_ok=True)
         written.append(folder / kind / f"{name}.ndjson")
-        written[-1].write_text("".join(json.dumps(row) + "\n" for row in [*scenes, *rows]), encoding="utf-8")
+        written[-1].write_text("".join(row + "\n" for row in [*scenes, *rows]), encoding="utf-8")
     return written[0], written[1]
 
 
-def _point(point: Array) -> dict[str, float]:
-    return {"x": round(float(point[0]), 4), "y": round(float(point[1]), 4)}
+def _track(frame: int, person: int, point: Array, more: str = "") -> str:
+    return f'{{"track": {{"f": {frame}, "p": {person}, "x": {point[0]:.4f}, "y": {point[1]:.4f}{more}}}}}'
