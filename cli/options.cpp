@@ -108,6 +108,8 @@ void add_lines(CLI::App& verb, LineFormat& format) {
   verb.add_option("--lines", format.v1, "v1: the times in each mode, every number in full [v2]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"v1", true}, {"v2", false}}).description(""))
       ->type_name("v1|v2");
+  verb.add_flag("--outcomes", format.outcomes,
+                "add the probabilities that the person stays, goes straight on, left, right or back");
 }
 
 std::map<std::string, SplitBy> split_names() {

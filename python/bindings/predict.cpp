@@ -6,6 +6,7 @@
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
+#include "sila/refine/outcomes.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace sila::python {
@@ -80,6 +81,18 @@ auto scores(const TrackPrediction& prediction, nb::handle given) {
   return array_of(std::move(found), {steps});
 }
 
+/// Times and, of each outcome, probabilities; empty without a heading.
+std::map<std::string, std::vector<double>> outcomes_of(const Prediction& prediction) {
+  std::map<std::string, std::vector<double>> lists;
+  if (prediction.heading.isZero()) return lists;
+  for (const std::size_t step : outcome_steps(prediction)) {
+    const OutcomeProbabilities probabilities = outcome_probabilities(prediction, step);
+    lists["within_s"].push_back(prediction.times_s[step]);
+    for (std::size_t k = 0; k < kOutcomeCount; ++k) lists[kOutcomes[k]].push_back(probabilities[k]);
+  }
+  return lists;
+}
+
 void append(std::vector<double>& numbers, const Matrix2& m) {
   numbers.insert(numbers.end(), {m(0, 0), m(0, 1), m(1, 0), m(1, 1)});
 }
@@ -126,8 +139,11 @@ auto all_weights(const Prediction& prediction) {
 
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
 using RegionState = std::pair<double, std::vector<double>>;
-using PredictionState = std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double,
-                                   std::vector<ModeState>, std::vector<RegionState>, bool, std::vector<double>, double>;
+/// The position at t0 and the heading.
+using PoseState = std::tuple<double, double, double, double>;
+using PredictionState =
+    std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double, std::vector<ModeState>,
+               std::vector<RegionState>, bool, std::vector<double>, double, PoseState>;
 
 PredictionState state_of(const TrackPrediction& prediction) {
   std::vector<ModeState> modes;
@@ -152,14 +168,17 @@ PredictionState state_of(const TrackPrediction& prediction) {
           regions,
           content.standing,
           content.change_probabilities,
-          prediction.metres_per_pixel};
+          prediction.metres_per_pixel,
+          {content.start_m.x(), content.start_m.y(), content.heading.x(), content.heading.y()}};
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {
-  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions, standing, changes,
-               scale] = state;
+  const auto& [track, tracklet, t0_s, times_s, fallback, novelty, observed_s, modes, regions, standing, changes, scale,
+               pose] = state;
   TrackPrediction prediction{
       track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s, standing, changes}, scale};
+  prediction.content.start_m = {std::get<0>(pose), std::get<1>(pose)};
+  prediction.content.heading = {std::get<2>(pose), std::get<3>(pose)};
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
   for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
     Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
@@ -222,6 +241,17 @@ void bind_prediction(nb::module_& module) {
           "Shape (t,): that the person has changed their motion by each time: one who stands has started (is 0.5 m "
           "away), one who walks has stopped (slower than 0.3 m/s over 0.8 s). Shape (0,) before errors are known.")
       .def_prop_ro(
+          "position_m", [](const TrackPrediction& p) { return array_of_pair(p.content.start_m); },
+          nb::rv_policy::automatic, "Shape (2,): where the person was at t0, as it was estimated, metres.")
+      .def_prop_ro(
+          "heading", [](const TrackPrediction& p) { return array_of_pair(p.content.heading); },
+          nb::rv_policy::automatic,
+          "Shape (2,): unit vector of the last 0.8 s; of a person who stands axis 1 of the site; zero if not known.")
+      .def_prop_ro(
+          "outcomes", [](const TrackPrediction& p) { return outcomes_of(p.content); },
+          "Where the person will be: lists of within_s (whole seconds and the horizon) and of the probabilities stays, "
+          "straight, left, right and back then, relative to position_m and heading.")
+      .def_prop_ro(
           "regions",
           [](const TrackPrediction& p) {
             std::vector<RegionState> regions;
@@ -253,12 +283,13 @@ void bind_prediction(nb::module_& module) {
           nb::rv_policy::automatic, "Shape (m, t, 2, 2), square metres.")
       .def(
           "to_json",
-          [](const TrackPrediction& p, int digits) {
+          [](const TrackPrediction& p, int digits, bool outcomes) {
             const Camera camera = flat_camera(p.metres_per_pixel > 0.0 ? p.metres_per_pixel : 1.0);
             return prediction_line(p.track, p.content, nullptr, p.metres_per_pixel > 0.0 ? &camera : nullptr,
-                                   {.digits = digits});
+                                   {.digits = digits, .outcomes = outcomes});
           },
-          "digits"_a = LineFormat{}.digits, "The line that `sila predict --digits` writes; 17: every number in full.")
+          "digits"_a = LineFormat{}.digits, "outcomes"_a = false,
+          "The line that `sila predict --digits` writes, 17: every number in full; with outcomes as by `--outcomes`.")
       .def(
           "to_frame", [](nb::handle p) { return nb::module_::import_("sila._predictions").attr("frame_of")(p); },
           nb::sig("def to_frame(self) -> pandas.DataFrame"),

@@ -72,6 +72,18 @@ def test_a_region_says_of_each_point_whether_it_is_inside(predictions):
         prediction.nonconformity_scores(np.zeros((3, 3)))
 
 
+def test_outcomes_are_probabilities_at_whole_seconds_and_the_horizon(predictions):
+    for prediction in predictions:
+        outcomes = prediction.outcomes
+        assert outcomes["within_s"] == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0])
+        kinds = np.array([outcomes[kind] for kind in ("stays", "straight", "left", "right", "back")])
+        assert np.all(kinds >= 0.0) and kinds.sum(0) == pytest.approx(np.ones(5))
+        assert np.linalg.norm(prediction.heading) == pytest.approx(1.0)
+        line = json.loads(prediction.to_json(17, outcomes=True))["outcomes"]
+        assert line["position"] == prediction.position_m.tolist() and line["straight"] == outcomes["straight"]
+        assert "outcomes" not in json.loads(prediction.to_json())
+
+
 def test_manners_and_novelty_are_said_of_every_prediction(predictions):
     for prediction in predictions:
         assert 0.0 <= prediction.novelty <= 1.0

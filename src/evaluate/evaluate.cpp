@@ -122,14 +122,25 @@ void add_groups(Evaluation& evaluation, bool with_area) {
   add("outside", [](const WindowScore& w) { return w.moving && !w.inside; });
 }
 
-void add_changes(Evaluation& evaluation) {
+/// The forecasts at a horizon of people who stand or walk; `member`: of a window, at each horizon.
+template <class ForecastType>
+std::vector<ForecastType> forecasts_at(const Evaluation& evaluation, std::size_t state, std::size_t horizon,
+                                       std::vector<ForecastType> WindowScore::*member) {
+  std::vector<ForecastType> forecasts;
+  for (const WindowScore& window : evaluation.windows) {
+    if (window.motion_state == state && !(window.*member).empty()) forecasts.push_back((window.*member)[horizon]);
+  }
+  return forecasts;
+}
+
+void add_changes_and_outcomes(Evaluation& evaluation) {
   for (const std::size_t state : {kStanding, kWalking}) {
     for (std::size_t h = 0; h < evaluation.horizons_s.size(); ++h) {
-      std::vector<ChangeForecast> forecasts;
-      for (const WindowScore& window : evaluation.windows) {
-        if (window.motion_state == state && !window.changes.empty()) forecasts.push_back(window.changes[h]);
-      }
-      if (!forecasts.empty()) evaluation.changes.push_back(score_changes(state, evaluation.horizons_s[h], forecasts));
+      const double horizon_s = evaluation.horizons_s[h];
+      const auto changes = forecasts_at(evaluation, state, h, &WindowScore::changes);
+      if (!changes.empty()) evaluation.changes.push_back(score_changes(state, horizon_s, changes));
+      const auto outcomes = forecasts_at(evaluation, state, h, &WindowScore::outcomes);
+      if (!outcomes.empty()) evaluation.outcomes.push_back(score_outcomes(state, horizon_s, outcomes));
     }
   }
 }
@@ -159,6 +170,9 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
     score.constant.push_back(measure(constant, window.future_m, count));
     if (!prediction.change_probabilities.empty())
       score.changes.push_back({prediction.change_probabilities.at(count - 1), change && *change < count});
+    if (!prediction.heading.isZero())
+      score.outcomes.push_back(
+          {outcome_probabilities(prediction, count - 1), outcome_of(prediction, window.future_m[count - 1])});
   }
   const auto steps = static_cast<std::size_t>(steps_of(config));
   for (const LinearReference& reference : references)
@@ -214,7 +228,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, support != nullptr);
-  add_changes(evaluation);
+  add_changes_and_outcomes(evaluation);
   return evaluation;
 }
 

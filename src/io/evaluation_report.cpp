@@ -33,6 +33,22 @@ nlohmann::ordered_json to_json(const ChangeScore& score) {
       {"brier", score.brier},         {"base_brier", score.base_brier}, {"calibration_error", score.calibration_error}};
 }
 
+nlohmann::ordered_json by_outcome(const OutcomeProbabilities& values) {
+  nlohmann::ordered_json entry;
+  for (std::size_t k = 0; k < kOutcomeCount; ++k) entry[kOutcomes[k]] = values[k];
+  return entry;
+}
+
+nlohmann::ordered_json to_json(const OutcomeScore& score) {
+  return {{"horizon_s", score.horizon_s},
+          {"windows", score.windows},
+          {"rates", by_outcome(score.rates)},
+          {"stated", by_outcome(score.stated)},
+          {"brier", score.brier},
+          {"base_brier", score.base_brier},
+          {"calibration_error", score.calibration_error}};
+}
+
 std::string row(const GroupScore& group, double horizon_s, const Metrics& m, const Metrics& c) {
   char text[200];
   std::snprintf(text, sizeof text,
@@ -48,6 +64,20 @@ std::string row(const ChangeScore& score) {
                 score.motion_state == kStanding ? "start" : "stop", score.windows, score.horizon_s, 100.0 * score.rate,
                 score.brier, score.base_brier, score.calibration_error);
   return text;
+}
+
+std::string row(const OutcomeScore& score) {
+  char text[200];
+  int length = std::snprintf(text, sizeof text, "%-8s %7zu %5.1f ",
+                             score.motion_state == kStanding ? "standing" : "walking", score.windows, score.horizon_s);
+  std::string line(text, static_cast<std::size_t>(length));
+  for (std::size_t k = 0; k < kOutcomeCount; ++k) {
+    length = std::snprintf(text, sizeof text, " %4.0f/%.0f", 100.0 * score.rates[k], 100.0 * score.stated[k]);
+    line.append(text, static_cast<std::size_t>(length));
+  }
+  length =
+      std::snprintf(text, sizeof text, "  %6.3f %6.3f %6.3f\n", score.brier, score.base_brier, score.calibration_error);
+  return line.append(text, static_cast<std::size_t>(length));
 }
 
 /// How much of the truth the nominal regions hold at the whole horizon.
@@ -77,6 +107,9 @@ nlohmann::ordered_json to_json(const Evaluation& evaluation) {
   json["changes"] = nlohmann::ordered_json::object();
   for (const ChangeScore& score : evaluation.changes)
     json["changes"][score.motion_state == kStanding ? "start" : "stop"].push_back(to_json(score));
+  json["outcomes"] = nlohmann::ordered_json::object();
+  for (const OutcomeScore& score : evaluation.outcomes)
+    json["outcomes"][score.motion_state == kStanding ? "standing" : "walking"].push_back(to_json(score));
   json["skipped"] = nlohmann::ordered_json::object();
   for (const SkippedTracks& skipped : evaluation.skipped) json["skipped"][skipped.reason] = skipped.tracks;
   return json;
@@ -101,6 +134,9 @@ std::string to_text(const Evaluation& evaluation) {
   }
   if (!evaluation.changes.empty()) text += "change   windows  to s     did   Brier  (base  rate)  ECE\n";
   for (const ChangeScore& score : evaluation.changes) text += row(score);
+  if (!evaluation.outcomes.empty())
+    text += "outcome  windows  to s  stays straight left right back [% came/stated]   Brier  (base  rate)  ECE\n";
+  for (const OutcomeScore& score : evaluation.outcomes) text += row(score);
   for (const SkippedTracks& skipped : evaluation.skipped)
     text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";
   return text;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sila/core/errors.hpp"
+#include "sila/refine/outcomes.hpp"
 
 namespace sila {
 namespace {
@@ -87,6 +88,13 @@ Prediction prediction_of(const json& object) {
   const char* change = prediction.standing ? "p_start" : "p_stop";
   if (object.contains(change)) prediction.change_probabilities = object.at(change).get<std::vector<double>>();
   for (const json& mode : object.at("modes")) prediction.modes.push_back(mode_of(mode));
+  if (object.contains("outcomes")) {
+    const json& outcomes = object.at("outcomes");
+    const json &position = outcomes.at("position"), &heading = outcomes.at("heading");
+    prediction.standing = outcomes.at("standing").get<bool>();
+    prediction.start_m = {position.at(0).get<double>(), position.at(1).get<double>()};
+    prediction.heading = {heading.at(0).get<double>(), heading.at(1).get<double>()};
+  }
   if (!object.contains("regions")) return prediction;
   for (const json& region : object.at("regions"))
     prediction.regions.push_back(
@@ -206,6 +214,23 @@ void add_mode(std::string& text, const Mode& mode, double weight, const std::vec
   close(text, '}');
 }
 
+/// Appends the probabilities of outcomes, and what they refer to.
+void add_outcomes(std::string& text, const Prediction& prediction, int digits) {
+  const std::vector<std::size_t> steps = outcome_steps(prediction);
+  std::vector<OutcomeProbabilities> outcomes;
+  for (const std::size_t step : steps) outcomes.push_back(outcome_probabilities(prediction, step));
+  const auto add_vector = [&](const char* key, const Vector2& v, int decimals) {
+    add_list(text, key, 2, [&](std::size_t i) { add(text, v(static_cast<Eigen::Index>(i)), decimals); });
+  };
+  text += prediction.standing ? "\"outcomes\":{\"standing\":true," : "\"outcomes\":{\"standing\":false,";
+  add_vector("position", prediction.start_m, digits);
+  add_vector("heading", prediction.heading, digits + 1);
+  add_list(text, "within_s", steps.size(), [&](std::size_t i) { add(text, prediction.times_s[steps[i]], digits); });
+  for (std::size_t k = 0; k < kOutcomeCount; ++k)
+    add_list(text, kOutcomes[k], steps.size(), [&](std::size_t i) { add(text, outcomes[i][k], digits + 1); });
+  close(text, '}');
+}
+
 }  // namespace
 
 std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation,
@@ -225,6 +250,7 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
     add_list(text, prediction.standing ? "p_start" : "p_stop", prediction.change_probabilities.size(),
              [&](std::size_t j) { add(text, prediction.change_probabilities[j], digits + 1); });
   }
+  if (format.outcomes && !prediction.heading.isZero()) add_outcomes(text, prediction, digits);
   const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
   add_list(text, "modes", weights.size(), [&](std::size_t m) {
     const bool with_times = m == 0 || format.v1;

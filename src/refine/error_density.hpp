@@ -38,6 +38,7 @@ class ErrorDensity {
   Vector2 scale(const ScaleFeatures& features) const;
   /// Share of the component, from 0 (narrow) to kMixtureComponents - 1 (wide).
   double weight(std::size_t component) const { return weights_[component]; }
+  const std::array<double, kMixtureComponents>& weights() const { return weights_; }
   /// Variances [m^2] of a component along and across; steps beyond the fitted ones go on growing with the square of
   /// time.
   Vector2 variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const;

@@ -8,6 +8,12 @@
 namespace sila {
 namespace {
 
+/// Tilted weights leave at least this much within reach and beyond.
+constexpr double kLeastShare = 0.02;
+constexpr double kMostTilt = 30.0;
+/// Where few people stood the hazard may be wrong: the rest of the weights are those of the density.
+constexpr double kTiltedShare = 0.5;
+
 Mode& add_twin(Workspace& workspace, VariantKind variant, double weight) {
   Mode& twin = add_mode(workspace, weight, workspace.prediction.times_s.size());
   const Mode& first = workspace.prediction.modes.front();
@@ -52,10 +58,36 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
   modes.front().weight -= count * weight;
 }
 
-void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m) {
+ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const Vector2& scale, double stays) {
+  ComponentWeights inside, weights;  // mass of each component within reach, as if it was round
+  for (std::size_t c = 0; c < kMixtureComponents; ++c) {
+    const double variance_m2 = density.variances_m2(c, step, scale).mean();
+    inside[c] = 1.0 - std::exp(-0.5 * kStandingReach_m * kStandingReach_m / variance_m2);
+  }
+  const auto [least, most] = std::ranges::minmax(inside);
+  const double low = std::max(kLeastShare, least + kLeastShare), high = std::min(1.0, most) - kLeastShare;
+  if (!(low < high)) return density.weights();
+  const double wanted = std::clamp(stays, low, high);
+  double from = -kMostTilt, to = kMostTilt;
+  while (to - from > 1e-3) {
+    const double tilt = 0.5 * (from + to);
+    double sum = 0.0, within = 0.0;
+    for (std::size_t c = 0; c < kMixtureComponents; ++c) {
+      sum += weights[c] = density.weight(c) * std::exp(tilt * inside[c]);
+      within += weights[c] * inside[c];
+    }
+    for (double& weight : weights) weight /= sum;
+    (within < wanted * sum ? from : to) = tilt;
+  }
+  for (std::size_t c = 0; c < kMixtureComponents; ++c)
+    weights[c] = std::lerp(density.weight(c), weights[c], kTiltedShare);
+  return weights;
+}
+
+void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const ComponentWeights& weights,
+                    const Vector2& scale, const Vector2& start_m) {
   for (std::size_t component = 1; component < kMixtureComponents; ++component)
-    fill_covariances(add_twin(workspace, VariantKind::wide, density.weight(component)), density, component, scale,
-                     start_m);
+    fill_covariances(add_twin(workspace, VariantKind::wide, weights[component]), density, component, scale, start_m);
 }
 
 }  // namespace sila

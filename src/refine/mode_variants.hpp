@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "predict/predict.hpp"
 #include "refine/error_density.hpp"
 #include "sila/refine/config.hpp"
@@ -17,7 +19,16 @@ void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t compo
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
                   const RefineConfig& config);
 
+/// Weights of the components of the errors.
+using ComponentWeights = std::array<double, kMixtureComponents>;
+
+/// Those of a person who stands: halfway from the weights of the density to the same weights, tilted exponentially
+/// until the mixture at this step holds `stays` within kStandingReach_m of its mean, as far as its components allow
+/// that. Source: none in the paper; docs/decisions/0126-outcomes.md.
+ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const Vector2& scale, double stays);
+
 /// Adds the wider components of the errors, about the path of the first mode.
-void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m);
+void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const ComponentWeights& weights,
+                    const Vector2& scale, const Vector2& start_m);
 
 }  // namespace sila

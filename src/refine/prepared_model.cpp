@@ -64,6 +64,27 @@ void widen_to_least_error(std::span<Mode> modes) {
   }
 }
 
+/// Sets what the directions of outcomes refer to (sila/refine/outcomes.hpp).
+void describe_person(Prediction& prediction, const CurbTrajectory& observed, const ObservedFeatures& seen) {
+  prediction.standing = motion_state(seen.person.speed) == kStanding;
+  prediction.start_m = to_world(observed.frame, observed.positions.back());
+  const Vector2 velocity_mps = seen.kinematics.col(kConstantVelocityFeature);
+  const double speed_mps = velocity_mps.norm();
+  const bool still = prediction.standing || speed_mps < 1e-9;
+  prediction.heading = still ? observed.frame.axis_1 : Vector2(velocity_mps / speed_mps);
+}
+
+/// The weights of the components of the errors; of a person who stands by the probability that they still do at three
+/// quarters of the horizon that the density was fitted to.
+ComponentWeights component_weights(const Stacking& stacking, const ObservedFeatures& seen, const ErrorDensity& density,
+                                   const Vector2& scale, const Vector2& to_horizon, Scratch& scratch) {
+  if (motion_state(seen.person.speed) != kStanding) return density.weights();
+  const std::size_t step = 3 * stacking.last_step() / 4;
+  const std::span<double> started = scratch.array<double>(step + 1);
+  stacking.change(kStanding).probabilities(hazard_features(seen, to_horizon), started);
+  return standing_weights(density, step, scale, 1.0 - started.back());
+}
+
 void add_regions(Prediction& prediction, const Calibration& calibration, std::size_t score_class) {
   prediction.regions.resize(kRegionProbabilities.size());
   for (std::size_t r = 0; r < kRegionProbabilities.size(); ++r) {
@@ -124,7 +145,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   const ObservedFeatures& seen = merged.seen;
   const auto& [stacking, calibration] = fitted(seen.site);
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
-  prediction.standing = motion_state(seen.person.speed) == kStanding;
+  describe_person(prediction, observed, seen);
   prediction.novelty = calibration.novelty(merged.raw_novelty);
   const bool here = seen.site || !config_.trained_sites_only;
   prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
@@ -135,8 +156,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
       Mode& mode = add_mode(workspace, 1.0, steps);
-      fill_path(mode, stacking, seen, seen.residuals, true, correction,
-                to_world(observed.frame, observed.positions.back()), interval_s_);
+      fill_path(mode, stacking, seen, seen.residuals, true, correction, prediction.start_m, interval_s_);
       for (std::size_t j = 0; j < steps; ++j) {
         const double spread_m = kConstantVelocitySpread_mps * static_cast<double>(j + 1) * interval_s_;
         mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
@@ -147,7 +167,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     }
     return prediction;
   }
-  add_stacked_modes(observed, merged, prediction.fallback, here, correction, workspace);
+  add_stacked_modes(merged, prediction.fallback, here, to_horizon, correction, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());
   prediction.change_probabilities.resize(steps);
@@ -156,25 +176,27 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   return prediction;
 }
 
-void PreparedModel::add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback,
-                                      bool here, const VelocityCorrection& correction, Workspace& workspace) const {
+void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallback, bool here, const Vector2& to_horizon,
+                                      const VelocityCorrection& correction, Workspace& workspace) const {
   const auto steps = workspace.prediction.times_s.size();
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
   const ErrorDensity& density = stacking.density(seen.person.density(), here);
-  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  const Vector2 start_m = workspace.prediction.start_m;
   Vector2 scale = Vector2::Ones();
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
-    Mode& mode = add_mode(workspace, density.weight(0) * (fallback ? 1.0 : merged.rollouts[m].weight), steps);
+    Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight, steps);
     if (!fallback) visit_primitives(map_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
     const Vector2 own = fill_path(mode, stacking, seen, residuals, here, correction, start_m, interval_s_);
     fill_covariances(mode, density, 0, own, start_m);
     if (m == 0) scale = own;
   }
+  const ComponentWeights weights = component_weights(stacking, seen, density, scale, to_horizon, workspace.scratch);
+  for (Mode& mode : workspace.prediction.modes) mode.weight *= weights[0];
   // A standing pedestrian has no variants.
   if (!seen.person.slow) add_variants(workspace, density, scale, start_m, config_);
-  add_wide_modes(workspace, density, scale, start_m);
+  add_wide_modes(workspace, density, weights, scale, start_m);
 }
 
 }  // namespace sila

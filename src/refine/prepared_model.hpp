@@ -49,7 +49,7 @@ class PreparedModel {
   const Fitted& fitted(std::optional<int> site) const {
     return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
   }
-  void add_stacked_modes(const CurbTrajectory& observed, const MergedRollouts& merged, bool fallback, bool here,
+  void add_stacked_modes(const MergedRollouts& merged, bool fallback, bool here, const Vector2& to_horizon,
                          const VelocityCorrection& correction, Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 

@@ -38,10 +38,13 @@ void expect_scored_as_the_model(const LineFormat& format, double tolerance_m) {
       }
     }
   }
+  ASSERT_EQ(read.outcomes.size(), format.outcomes ? direct.outcomes.size() : 0);
+  for (std::size_t s = 0; s < read.outcomes.size(); ++s)
+    EXPECT_NEAR(read.outcomes[s].brier, direct.outcomes[s].brier, tolerance_m);
 }
 
 TEST(RecordedPredictions, InFullAreScoredAsTheModelThatMadeThem) {
-  expect_scored_as_the_model({.digits = 17}, 1e-12);
+  expect_scored_as_the_model({.digits = 17, .outcomes = true}, 1e-12);
 }
 
 TEST(RecordedPredictions, RoundedAreScoredAsTheModelToAMillimetre) {

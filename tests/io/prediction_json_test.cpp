@@ -9,6 +9,7 @@
 #include <random>
 
 #include "sila/core/errors.hpp"
+#include "sila/refine/outcomes.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -184,6 +185,23 @@ TEST(ReadPredictions, RefusesModesWithoutAPositionForEachTime) {
       EXPECT_EQ(std::string(error.what()).find("json.exception"), std::string::npos);
     }
   }
+}
+
+TEST(PredictionLine, StatesOutcomesOnRequest) {
+  Prediction prediction = two_modes();
+  const LineFormat format{.digits = 17, .outcomes = true};
+  EXPECT_FALSE(json::parse(prediction_line("1", prediction, nullptr, nullptr, format)).contains("outcomes"));
+  prediction.start_m = {-0.25, 3.5}, prediction.heading = {0.6, 0.8}, prediction.standing = true;
+  EXPECT_FALSE(json::parse(prediction_line("1", prediction)).contains("outcomes"));
+  const std::string line = prediction_line("1", prediction, nullptr, nullptr, format);
+  const json outcomes = json::parse(line).at("outcomes");
+  EXPECT_EQ(outcomes.at("within_s").get<std::vector<double>>(), (std::vector<double>{prediction.times_s.back()}));
+  const OutcomeProbabilities expected = outcome_probabilities(prediction, 1);
+  for (std::size_t k = 0; k < kOutcomeCount; ++k) EXPECT_EQ(outcomes.at(kOutcomes[k]).at(0), expected[k]);
+  const Prediction read = read_back(line);
+  EXPECT_TRUE(read.standing);
+  EXPECT_EQ(read.start_m, prediction.start_m);
+  EXPECT_EQ(read.heading, prediction.heading);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "refine/mode_variants.hpp"
 #include "refine/stacking.hpp"
@@ -123,6 +124,29 @@ TEST(ModeVariants, ComeInPairsAndOnlyWhereThereIsRoom) {
   go_straight(workspace, 1.0);
   add_variants(workspace, kUnseen, {1.0, 1.0}, {1.0, 2.0}, none);
   EXPECT_EQ(workspace.prediction.modes.size(), 1u);
+}
+
+double held_within_reach(const ComponentWeights& weights, std::size_t step, const Vector2& scale) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < kMixtureComponents; ++c)
+    sum += weights[c] * (1.0 - std::exp(-0.125 / kUnseen.variances_m2(c, step, scale).mean()));
+  return sum;
+}
+
+TEST(StandingWeights, AreHalfwayToThoseThatHoldTheProbabilityOfStaying) {
+  constexpr std::size_t step = 17;
+  const Vector2 scale(1.0, 2.0);
+  const double untilted = held_within_reach(kUnseen.weights(), step, scale);
+  for (const double stays : {0.3, 0.5, 0.7}) {
+    const ComponentWeights weights = standing_weights(kUnseen, step, scale, stays);
+    EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0, 1e-12);
+    EXPECT_NEAR(held_within_reach(weights, step, scale), 0.5 * (untilted + stays), 1e-3) << stays;
+  }
+}
+
+TEST(StandingWeights, AreThoseOfTheDensityWhereItsComponentsAreAlike) {
+  const Vector2 narrow = Vector2::Constant(1e-6);  // all within reach
+  EXPECT_EQ(standing_weights(kUnseen, 3, narrow, 0.5), kUnseen.weights());
 }
 
 }  // namespace

@@ -107,8 +107,23 @@ export interface Group {
   horizons: { horizon_s: number; model: Metrics; constant_velocity: Metrics }[];
 }
 
+/** Stated probabilities beside what happened, at one horizon. */
+export interface ProbabilityScore {
+  horizon_s: number;
+  windows: number;
+  brier: number;
+  base_brier: number;
+  calibration_error: number;
+}
+export interface ChangeScore extends ProbabilityScore { rate: number }
+export interface OutcomeScore extends ProbabilityScore { rates: Record<string, number>; stated: Record<string, number> }
+
 export interface Evaluation {
   groups: Record<string, Group>;
+  /** start, stop */
+  changes?: Record<string, ChangeScore[]>;
+  /** standing, walking */
+  outcomes?: Record<string, OutcomeScore[]>;
   skipped: Record<string, number>;
   tracks: number;
 }

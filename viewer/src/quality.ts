@@ -1,6 +1,6 @@
 // How good the predictions are: learning curves, errors by horizon, calibration, and the worst.
 import { areaY, axisX, barY, dot, gridY, line, lineY, link, plot, ruleX, ruleY, text } from "@observablehq/plot";
-import type { EpisodeData, ReportData } from "./data";
+import type { EpisodeData, Evaluation, ProbabilityScore, ReportData } from "./data";
 import { common, figure, legend } from "./charts";
 import { choice, count, h, number, percent, plural } from "./dom";
 import { colourOfMethod, markOf, methodColour } from "./palette";
@@ -104,8 +104,25 @@ export function accuracySection(data: ReportData): HTMLElement | undefined {
         return h("tr", {}, h("th", { scope: "row" }, name), ...[count(g.windows), number(model.weighted_mhd_m, 3), number(constant_velocity.weighted_mhd_m, 3), `${change > 0 ? "+" : "−"}${number(Math.abs(100 * change), 1)} %`,
           number(model.ade_m, 3), number(model.fde_m, 3), percent(g.fallback_rate), number(g.modes, 1)].map((cell) => h("td", {}, cell)));
       })))),
+    reliabilityTable(evaluation),
     skipped.length > 0 ? h("p", { class: "quiet" }, `Not scored: ${skipped.map(([reason, n]) => `${plural(n, "track")}, ${reason}`).join("; ")}.`) : undefined);
   return section;
+}
+
+/** Whether people who stand start, people who walk stop, and where both will be: stated probabilities and what happened. */
+function reliabilityTable(evaluation: Evaluation): HTMLElement | undefined {
+  const percents = (values: Record<string, number>): string => Object.entries(values).map(([name, share]) => `${name} ${percent(share)}`).join(", ");
+  const row = (who: string, score: ProbabilityScore, happened: string): HTMLElement => h("tr", {}, h("th", { scope: "row" }, who),
+    ...[count(score.horizon_s), count(score.windows), happened, number(score.brier, 3), number(score.base_brier, 3), number(score.calibration_error, 3)].map((cell) => h("td", {}, cell)));
+  const rows = [
+    ...(["start", "stop"] as const).flatMap((what) => (evaluation.changes?.[what] ?? []).map((score) => row(what === "start" ? "standing: starts" : "walking: stops", score, percent(score.rate)))),
+    ...(["standing", "walking"] as const).flatMap((who) => (evaluation.outcomes?.[who] ?? []).map((score) => row(`${who}: where`, score, percents(score.rates)))),
+  ];
+  if (rows.length === 0) return undefined;
+  return h("div", { class: "scroll" }, h("table", { class: "numbers", id: "reliability" },
+    h("caption", {}, "Stated probabilities of starting, of stopping, and of where a person will be. Smaller is better; the rate is that of these very predictions"),
+    h("thead", {}, h("tr", {}, ...["who", "seconds ahead", "predictions", "happened", "Brier score", "of the rate", "calibration error"].map((name) => h("th", { scope: "col" }, name)))),
+    h("tbody", {}, ...rows)));
 }
 
 function calibrationFigure(data: ReportData): HTMLElement {

@@ -45,8 +45,9 @@ struct WindowScore {
   std::vector<Metrics> model;       ///< at each horizon
   std::vector<Metrics> constant;    ///< constant velocity on the same window
   std::vector<Metrics> references;  ///< at the whole horizon, as kReferences; without training support the first two
-  std::size_t motion_state = kWalking;  ///< by the prediction
-  std::vector<ChangeForecast> changes;  ///< at each horizon; empty if the prediction has none
+  std::size_t motion_state = kWalking;    ///< by the prediction
+  std::vector<ChangeForecast> changes;    ///< at each horizon; empty if the prediction has none
+  std::vector<OutcomeForecast> outcomes;  ///< at each horizon
   std::optional<double>
       way_log_probability;  ///< at a fork, of the way that was taken [nats] (evaluate/training_support.hpp)
 };
@@ -71,7 +72,8 @@ struct SkippedTracks {
 struct Evaluation {
   std::vector<double> horizons_s;  ///< 1, 2, ... and the whole horizon
   std::vector<GroupScore> groups;
-  std::vector<ChangeScore> changes;  ///< of starting, then of stopping, at each horizon; none without such windows
+  std::vector<ChangeScore> changes;    ///< of starting, then of stopping, at each horizon; none without such windows
+  std::vector<OutcomeScore> outcomes;  ///< of people who stand, then of those who walk, at each horizon
   std::vector<WindowScore> windows;
   std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
 };

@@ -8,6 +8,7 @@
 
 #include "sila/core/trajectory.hpp"
 #include "sila/predict/prediction.hpp"
+#include "sila/refine/outcomes.hpp"
 
 namespace sila {
 
@@ -78,5 +79,26 @@ struct ChangeScore {
 
 /// Precondition: not empty.
 ChangeScore score_changes(std::size_t motion_state, double horizon_s, std::span<const ChangeForecast> forecasts);
+
+/// The stated probabilities of where a person is at a horizon, and where they were.
+struct OutcomeForecast {
+  OutcomeProbabilities probabilities = {};
+  Outcome came = Outcome::stays;
+};
+
+/// How stated probabilities of outcomes of people who stand, or walk, agree with what happened.
+struct OutcomeScore {
+  std::size_t motion_state = 0;
+  double horizon_s = 0.0;
+  std::size_t windows = 0;
+  OutcomeProbabilities rates = {};   ///< share that had each outcome
+  OutcomeProbabilities stated = {};  ///< mean stated probability of each
+  double brier = 0.0;                ///< mean over windows of the sum over outcomes of squared errors (Brier 1950)
+  double base_brier = 0.0;           ///< the same of `rates`, which are fitted to these very windows
+  double calibration_error = 0.0;    ///< expected, over ten bins of equal width, of all outcomes' probabilities
+};
+
+/// Precondition: not empty.
+OutcomeScore score_outcomes(std::size_t motion_state, double horizon_s, std::span<const OutcomeForecast> forecasts);
 
 }  // namespace sila

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <iterator>
+#include <vector>
+
+#include "sila/predict/prediction.hpp"
+
+namespace sila {
+
+/// Where a person is at one time, from where they were at t0: within 0.5 m, or in a direction.
+enum class Outcome { stays, straight, left, right, back };
+inline constexpr const char* kOutcomes[] = {"stays", "straight", "left", "right", "back"};
+inline constexpr std::size_t kOutcomeCount = std::size(kOutcomes);
+
+/// At the index of each outcome; the sum is 1.
+using OutcomeProbabilities = std::array<double, kOutcomeCount>;
+
+/// The outcome if the person is at this position [m]. Directions are relative to `prediction.heading`: straight within
+/// 25 degrees (45 for a person who stands), back within 45 degrees of the opposite direction, left and right between.
+Outcome outcome_of(const Prediction& prediction, const Vector2& position_m);
+
+/// The share of the density of the modes in each outcome at a time of the prediction. For a person who stands, `stays`
+/// is one less the probability that they have started, if that is known; the directions share the rest as the density
+/// does. Numerical integration: absolute error below 0.01. Throws: std::invalid_argument for a step that the prediction
+/// does not have, or without a heading. Source: none in the paper; docs/decisions/0126-outcomes.md.
+OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step);
+
+/// Steps at which outcomes are stated: the last until each whole second, and the last of all.
+std::vector<std::size_t> outcome_steps(const Prediction& prediction);
+
+}  // namespace sila

@@ -1,0 +1,105 @@
+#include "sila/refine/outcomes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "core/concatenate.hpp"
+#include "core/kinematics.hpp"
+
+namespace sila {
+namespace {
+
+constexpr double kTan25 = 0.46630765815499858;  ///< half the width of `straight`
+/// Points of a standard normal distribution, of equal weight.
+constexpr std::size_t kPoints = 256;
+constexpr double kSameTime_s = 1e-9;
+
+/// A sunflower spiral: radii are quantiles, each angle is the golden angle after the one before it.
+std::array<Vector2, kPoints> normal_points() {
+  std::array<Vector2, kPoints> points;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const double beyond = 1.0 - (static_cast<double>(i) + 0.5) / kPoints;
+    const double radius = std::sqrt(-2.0 * std::log(beyond));
+    const double angle_rad = static_cast<double>(i) * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    points[i] = {radius * std::cos(angle_rad), radius * std::sin(angle_rad)};
+  }
+  return points;
+}
+
+/// Positions in the frame of the heading: x ahead, y to the left.
+Outcome outcome_at(double x, double y, double tan_straight) {
+  if (x * x + y * y <= kStandingReach_m * kStandingReach_m) return Outcome::stays;
+  if (std::abs(y) <= tan_straight * x) return Outcome::straight;
+  if (std::abs(y) <= -x) return Outcome::back;
+  return y > 0.0 ? Outcome::left : Outcome::right;
+}
+
+double tan_straight_of(const Prediction& prediction) {
+  return prediction.standing ? 1.0 : kTan25;
+}
+
+/// Rows: the heading and what is left of it.
+Matrix2 to_heading(const Prediction& prediction) {
+  Matrix2 rotation;
+  rotation << prediction.heading.transpose(), left_of(prediction.heading).transpose();
+  return rotation;
+}
+
+/// Gives `stays` this probability, the others what is left in their proportion; in equal parts if they had none.
+void set_stays(OutcomeProbabilities& probabilities, double stays) {
+  const double moved = 1.0 - probabilities.front(), wanted = 1.0 - stays;
+  for (std::size_t k = 1; k < kOutcomeCount; ++k)
+    probabilities[k] = moved > 1e-9 ? probabilities[k] * wanted / moved : wanted / (kOutcomeCount - 1);
+  probabilities.front() = stays;
+}
+
+}  // namespace
+
+Outcome outcome_of(const Prediction& prediction, const Vector2& position_m) {
+  const Vector2 relative_m = to_heading(prediction) * (position_m - prediction.start_m);
+  return outcome_at(relative_m.x(), relative_m.y(), tan_straight_of(prediction));
+}
+
+OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step) {
+  if (step >= prediction.times_s.size())
+    throw std::invalid_argument(
+        concatenate("outcome_probabilities: step = ", step, ", the prediction has ", prediction.times_s.size()));
+  if (prediction.heading.isZero())
+    throw std::invalid_argument("outcome_probabilities: heading = 0, the prediction does not know it");
+  static const std::array<Vector2, kPoints> points = normal_points();
+  const Matrix2 rotation = to_heading(prediction);
+  const double tan_straight = tan_straight_of(prediction);
+  OutcomeProbabilities probabilities = {};
+  for (const Mode& mode : prediction.modes) {
+    const Vector2 mean_m = rotation * (mode.path_m[step] - prediction.start_m);
+    const Matrix2 covariance = rotation * mode.covariances_m2[step] * rotation.transpose();
+    const double l_xx = std::sqrt(covariance(0, 0)), l_yx = covariance(1, 0) / l_xx;  // Cholesky factor
+    const double l_yy = std::sqrt(std::max(0.0, covariance(1, 1) - l_yx * l_yx));
+    std::array<int, kOutcomeCount> counts = {};
+    for (const Vector2& u : points) {
+      const Outcome outcome =
+          outcome_at(mean_m.x() + l_xx * u.x(), mean_m.y() + l_yx * u.x() + l_yy * u.y(), tan_straight);
+      ++counts[static_cast<std::size_t>(outcome)];
+    }
+    for (std::size_t k = 0; k < kOutcomeCount; ++k) probabilities[k] += mode.weight * counts[k] / kPoints;
+  }
+  if (prediction.standing && !prediction.change_probabilities.empty())
+    set_stays(probabilities, 1.0 - prediction.change_probabilities[step]);
+  return probabilities;
+}
+
+std::vector<std::size_t> outcome_steps(const Prediction& prediction) {
+  std::vector<std::size_t> steps;
+  const std::vector<double>& times_s = prediction.times_s;
+  for (double due_s = 1.0; !times_s.empty() && due_s < times_s.back() - kSameTime_s; due_s += 1.0) {
+    const auto after = std::ranges::upper_bound(times_s, due_s + kSameTime_s);
+    const auto count = static_cast<std::size_t>(after - times_s.begin());
+    if (count > 0 && (steps.empty() || steps.back() != count - 1)) steps.push_back(count - 1);
+  }
+  if (!times_s.empty()) steps.push_back(times_s.size() - 1);
+  return steps;
+}
+
+}  // namespace sila

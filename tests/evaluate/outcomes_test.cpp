@@ -1,0 +1,35 @@
+// Whether stated probabilities of where simulated people will be come true.
+#include <gtest/gtest.h>
+
+#include "sila/config.hpp"
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/evaluate/training_support.hpp"
+#include "sila/sim/simulate.hpp"
+#include "sila/train/episode.hpp"
+
+namespace sila {
+namespace {
+
+TEST(Evaluate, OutcomesOfSimulatedPeopleAreCalibrated) {
+  SimulationConfig simulation_config;
+  simulation_config.tracks = 300, simulation_config.seed = 11;
+  const Simulation simulation = simulate(simulation_config);
+  const EpisodeConfig config;
+  std::vector<FramedTrajectory> tracks;
+  for (const Trajectory& track : simulation.tracks)
+    tracks.push_back({track, rescaled(primary_corner(simulation.scene).frame, config.scaling)});
+  const Split split = split_tracks(std::move(tracks), 0.3, 7, SplitBy::track);
+  const Model model = run_episodes({}, split.train, 20, config, sila_update(config)).model;
+  const std::vector<OutcomeScore> outcomes = evaluate(model, split.test, config, {}).outcomes;
+  ASSERT_EQ(outcomes.size(), 10);  // of people who stand and who walk, at five horizons
+  for (const OutcomeScore& score : outcomes) {
+    EXPECT_GT(score.windows, 100);
+    EXPECT_LT(score.calibration_error, 0.05) << score.motion_state << ", " << score.horizon_s << " s";
+    if (score.motion_state == kWalking) {
+      EXPECT_LT(score.brier, 0.85 * score.base_brier) << score.horizon_s << " s";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sila
