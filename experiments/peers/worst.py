@@ -28,7 +28,7 @@ def windows_and_modes(experiment, run):
     for tracks in batches:
         method.fit(tracks) if method.at_once else method.partial_fit(tracks)
     site = protocol.test_sites[0]
-    windows = site.test.windows(method.config, json.loads(method.config)["evaluate"]["stride_s"])
+    windows = site.test.windows(method.config, json.loads(method.config)["evaluate"]["stride_s"], site.present)
     return windows, modes_of(method.predict(*inputs_of(method, windows, site.present)))
 
 

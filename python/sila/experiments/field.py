@@ -106,7 +106,7 @@ def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: A
             samples = method.sample(scene.seen_m[group], SAMPLES).transpose(1, 0, 2, 3)
             yield group, samples.mean(1), samples
         return
-    windows = tracks.windows(method.config, STEP_S)
+    windows = tracks.windows(method.config, STEP_S, scene.tracks)
     modes = modes_of(method.predict(*inputs_of(method, windows, scene.tracks)))
     held = round(STEP_S / windows.interval_s)
     weights_of, paths, covariances = (part[:, :, held - 1 :: held] for part in modes)
