@@ -14,7 +14,7 @@ constexpr double kTypicalError_mps = 0.6;
 
 }  // namespace
 
-Eigen::MatrixXd ridge_coefficients(const RegressionMoments& moments) {
+Eigen::MatrixXd solve_ridge(const RegressionMoments& moments) {
   if (moments.weight <= 0.0) return {};
   Eigen::MatrixXd matrix = moments.features;
   matrix.diagonal().array() += kCorrectionRidge;

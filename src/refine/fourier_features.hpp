@@ -46,8 +46,14 @@ struct FourierBasis {
   }
 };
 
-/// The coefficients of a ridge regression, a column of features to an output; empty without windows.
-Eigen::MatrixXd ridge_coefficients(const RegressionMoments& moments);
+/// The coefficients of a ridge regression; empty without windows. Shape: outputs x features.
+Eigen::MatrixXd solve_ridge(const RegressionMoments& moments);
+template <int Outputs>
+Eigen::Matrix<double, Outputs, Eigen::Dynamic> ridge_coefficients(const RegressionMoments& moments) {
+  const Eigen::MatrixXd solved = solve_ridge(moments);
+  if (solved.size() == 0) return {};
+  return solved;
+}
 
 /// The share of a correction that would have been best so far, less while few windows are known. `past`: 1 x 1 moments
 /// of errors on corrections.
