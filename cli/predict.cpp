@@ -60,9 +60,8 @@ TrackLines lines_of(const FramedTrajectory& placed, const std::string& input_id,
   TrackLines lines;
   Workspace workspace;
   for (std::size_t last : prediction_samples(placed.track, config.episode.predict.min_observe_s, options.stride_s)) {
-    CurbTrajectory observed =
-        observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
-    observed.companions_mps = present.companions_mps(placed.track, last);
+    const CurbTrajectory observed =
+        present.observe(placed.track, last, placed.frame, config.episode.predict.observe_s, config.episode.sampling);
     const Prediction& prediction = predictor.predict(observed, workspace);
     std::optional<Explanation> explanation;
     if (options.explain) explanation = explain(predictor, observed);

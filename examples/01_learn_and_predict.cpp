@@ -27,9 +27,8 @@ int main() {
   const sila::FramedTrajectory& unseen = tracks.back();
   const auto due = sila::prediction_samples(unseen.track, config.predict.observe_s, 1.0);
   if (due.empty()) return 1;
-  sila::CurbTrajectory observed =
-      sila::observe(unseen.track, due.front(), unseen.frame, config.predict.observe_s, config.sampling);
-  observed.companions_mps = sila::PresentPeople(tracks).companions_mps(unseen.track, due.front());  // optional
+  const sila::CurbTrajectory observed = sila::PresentPeople(tracks).observe(unseen.track, due.front(), unseen.frame,
+                                                                            config.predict.observe_s, config.sampling);
   const sila::Prediction prediction = sila::Predictor(model, config.predict).predict(observed);
   for (const sila::Mode& mode : prediction.modes) {
     std::printf("%.2f: in 5 s at (%.1f, %.1f) m\n", mode.weight, mode.path_m.back().x(), mode.path_m.back().y());

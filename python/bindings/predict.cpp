@@ -36,9 +36,8 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
         at_end ? std::vector{track.times_s.size() - 1}
                : prediction_samples(track, made.config.episode.predict.min_observe_s, stride_s);
     for (const std::size_t last : due) {
-      CurbTrajectory observed = observe(track, last, input[i].frame, observe_s, made.config.episode.sampling);
-      observed.companions_mps = present.companions_mps(track, last);
-      of_track[i].push_back(of_window(tracks[i], observed));
+      of_track[i].push_back(
+          of_window(tracks[i], present.observe(track, last, input[i].frame, observe_s, made.config.episode.sampling)));
     }
   });
   std::vector<Value> all;

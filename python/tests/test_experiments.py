@@ -306,7 +306,7 @@ def test_collisions_are_found_between_steps():
 
     assert of(east, west, far) == [True, True, False]
     assert of(east, west + [0, 0.5]) == [False, False]
-    assert of(east) == [False]  # nobody collides with himself
+    assert of(east) == [False]  # a person alone has no collision
     assert collides(np.stack([east, far]), np.stack([east, west])).tolist() == [True, False]
 
 

@@ -50,6 +50,17 @@ Vector2 companions_mps(const MotionState& own, std::span<const MotionState> othe
   return sum_mps / weights;
 }
 
+Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<const Trajectory* const> others) {
+  const double t0_s = track.times_s.at(last);
+  const std::optional<MotionState> own = motion_at(track, t0_s);
+  if (!own) return Vector2::Zero();
+  std::vector<MotionState> motions;
+  for (const Trajectory* other : others) {
+    if (const std::optional<MotionState> motion = motion_at(*other, t0_s)) motions.push_back(*motion);
+  }
+  return companions_mps(*own, motions);
+}
+
 PresentPeople::PresentPeople(std::span<const FramedTrajectory> tracks) {
   for (const FramedTrajectory& placed : tracks) people_.push_back({&placed.track, placed.track.times_s.back()});
   std::ranges::stable_sort(people_, {}, [](const Person& person) { return begin_of(*person.track); });
@@ -61,18 +72,22 @@ PresentPeople::PresentPeople(std::span<const FramedTrajectory> tracks) {
 
 Vector2 PresentPeople::companions_mps(const Trajectory& track, std::size_t last) const {
   const double t0_s = track.times_s.at(last);
-  const std::optional<MotionState> own = motion_at(track, t0_s);
-  if (!own) return Vector2::Zero();
-  std::vector<MotionState> others;
+  std::vector<const Trajectory*> others;
   auto person = std::ranges::upper_bound(people_, std::pair(track.recording, t0_s), {},
                                          [](const Person& other) { return begin_of(*other.track); });
   while (person != people_.begin()) {
     --person;
     if (person->track->recording != track.recording || person->latest_s < t0_s - kPresent_s) break;
-    if (person->track->id == track.id) continue;
-    if (const std::optional<MotionState> other = motion_at(*person->track, t0_s)) others.push_back(*other);
+    if (person->track->id != track.id) others.push_back(person->track);
   }
-  return sila::companions_mps(*own, others);
+  return sila::companions_mps(track, last, others);
+}
+
+CurbTrajectory PresentPeople::observe(const Trajectory& track, std::size_t last, const CurbFrame& frame,
+                                      double observe_s, const SamplingConfig& config) const {
+  CurbTrajectory observed = sila::observe(track, last, frame, observe_s, config);
+  observed.companions_mps = companions_mps(track, last);
+  return observed;
 }
 
 }  // namespace sila

@@ -28,6 +28,12 @@ double learnt_share(const RegressionMoments& past) {
   return std::clamp(past.products(0, 0) / past.features(0, 0), 0.0, 1.0) * past.weight / (past.weight + kHalfWeight);
 }
 
+void add_to_share(RegressionMoments& past, double square, double product, double weight) {
+  past.weight += weight;
+  past.features(0, 0) += weight * square;
+  past.products(0, 0) += weight * product;
+}
+
 KnotErrors knot_errors(std::span<const Vector2> errors_mps) {
   KnotErrors knots;
   double square = 0.0;

@@ -59,6 +59,9 @@ Eigen::Matrix<double, Outputs, Eigen::Dynamic> ridge_coefficients(const Regressi
 /// of errors on corrections.
 double learnt_share(const RegressionMoments& past);
 
+/// Adds a window whose errors have this product with the correction known before, the square of which is given.
+void add_to_share(RegressionMoments& past, double square, double product, double weight);
+
 /// Errors of mean velocities at the knots of a correction [m/s].
 struct KnotErrors {
   std::array<Vector2, kCorrectionKnots> at_mps;

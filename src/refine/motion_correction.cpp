@@ -69,10 +69,8 @@ void MotionCorrection::add_window(ErrorStatistics& error_statistics, const Motio
   add_weighted(error_statistics.motion[1], features.odd, to_left, errors.weight);
   if (along_.size() == 0 || to_left_.size() == 0) return;
   const Knots known_along = along_ * features.even, known_to_left = to_left_ * features.odd;
-  RegressionMoments& share = error_statistics.motion_share;
-  share.weight += errors.weight;
-  share.features(0, 0) += errors.weight * (known_along.squaredNorm() + known_to_left.squaredNorm());
-  share.products(0, 0) += errors.weight * (known_along.dot(along) + known_to_left.dot(to_left));
+  add_to_share(error_statistics.motion_share, known_along.squaredNorm() + known_to_left.squaredNorm(),
+               known_along.dot(along) + known_to_left.dot(to_left), errors.weight);
 }
 
 }  // namespace sila

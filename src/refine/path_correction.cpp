@@ -80,10 +80,7 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
   add_weighted(error_statistics.correction, features, left_mps, errors.weight);
   if (coefficients_.size() == 0) return;
   const Knots known_mps = coefficients_ * features;
-  RegressionMoments& share = error_statistics.correction_share;
-  share.weight += errors.weight;
-  share.features(0, 0) += errors.weight * known_mps.squaredNorm();
-  share.products(0, 0) += errors.weight * known_mps.dot(left_mps);
+  add_to_share(error_statistics.correction_share, known_mps.squaredNorm(), known_mps.dot(left_mps), errors.weight);
 }
 
 }  // namespace sila

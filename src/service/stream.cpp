@@ -136,19 +136,14 @@ Pedestrian* pedestrian_of(StreamCore& core, Stream& stream, const Detection& row
 /// Of a pedestrian whose path ends now, among those of the same stream. People so far away are no companions.
 Vector2 companions_of(const Pedestrian& pedestrian, const Stream& stream) {
   constexpr double far_m = 8.0;
-  const Trajectory& path = pedestrian.track.path;
-  const double t0_s = path.times_s.back();
-  const std::optional<MotionState> own = motion_at(path, t0_s);
-  if (!own) return Vector2::Zero();
-  std::vector<MotionState> others;
+  const Trajectory& own = pedestrian.track.path;
+  std::vector<const Trajectory*> others;
   for (const auto& [track, other] : stream.pedestrians) {
-    const Trajectory& path_of_other = other.track.path;
-    if (&other == &pedestrian || path_of_other.times_s.empty() ||
-        (path_of_other.positions_m.back() - own->position_m).squaredNorm() > far_m * far_m)
-      continue;
-    if (const auto motion = motion_at(path_of_other, t0_s)) others.push_back(*motion);
+    const Trajectory& path = other.track.path;
+    if (&path == &own || path.times_s.empty()) continue;
+    if ((path.positions_m.back() - own.positions_m.back()).squaredNorm() <= far_m * far_m) others.push_back(&path);
   }
-  return companions_mps(*own, others);
+  return companions_mps(own, own.times_s.size() - 1, others);
 }
 
 /// The first stream after the last served one, in a circle, that has a due prediction; null if there is none.

@@ -183,10 +183,8 @@ Window window_at(const FramedTrajectory& placed, std::size_t last, double observ
   const Trajectory recent = whole ? placed.track : appeared(placed.track, last, observed_s);
   const std::size_t end = whole ? last : recent.times_s.size() - 1;
   const double reach_s = whole ? predict.observe_s : std::min(observed_s + sampling.interval_s, predict.observe_s);
-  Window window{observe(recent, end, placed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
-                std::move(future_m)};
-  window.observed.companions_mps = present.companions_mps(recent, end);
-  return window;
+  return {present.observe(recent, end, placed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
+          std::move(future_m)};
 }
 
 }  // namespace
@@ -237,8 +235,9 @@ BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<Fr
                        [&](double seconds) { return seconds < config.predict.observe_s; });
   BatchErrors errors;
   for (const std::vector<FramedTrajectory>& tracks : unseen) {
+    const PresentPeople present(tracks);
     const auto windows = [&](double stride_s, std::span<const double> observed_s) {
-      return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s);
+      return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s, &present);
     };
     std::vector<Window> all = windows(config.error_statistics.stride_s, {});
     if (!shorter_s.empty())

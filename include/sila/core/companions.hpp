@@ -19,6 +19,9 @@ std::optional<MotionState> motion_at(const Trajectory& track, double time_s);
 /// moment. Source: none in the paper; docs/decisions/0124-companions.md.
 Vector2 companions_mps(const MotionState& own, std::span<const MotionState> others);
 
+/// The same of a track at its sample `last`, by what was seen of it and of `others` until then.
+Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<const Trajectory* const> others);
+
 /// The people of recordings by time.
 class PresentPeople {
  public:
@@ -28,6 +31,9 @@ class PresentPeople {
   /// Of the person of `track` at its sample `last`: those of the same recording with another id count. Nothing after
   /// that sample is used.
   Vector2 companions_mps(const Trajectory& track, std::size_t last) const;
+  /// As sila::observe, with the companions.
+  CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
+                         const SamplingConfig& config) const;
 
  private:
   struct Person {

@@ -17,13 +17,14 @@ inline constexpr std::size_t kOutcomeCount = std::size(kOutcomes);
 /// At the index of each outcome; the sum is 1.
 using OutcomeProbabilities = std::array<double, kOutcomeCount>;
 
-/// The outcome if the person is at this position [m]. Directions are relative to `prediction.heading`: straight within
-/// 25 degrees (45 for a person who stands), back within 45 degrees of the opposite direction, left and right between.
+/// The outcome if the person is at this position [m]. Directions are relative to `prediction.heading`. `straight` is
+/// within 25 degrees of it, or within 45 if the person stands; `back` is within 45 degrees of the opposite direction;
+/// `left` and `right` are between.
 Outcome outcome_of(const Prediction& prediction, const Vector2& position_m);
 
-/// The share of the density of the modes in each outcome at a time of the prediction. For a person who stands, `stays`
-/// is one less the probability that they have started, if that is known; the directions share the rest as the density
-/// does. Numerical integration: absolute error below 0.01. Throws: std::invalid_argument for a step that the prediction
+/// The probability of each outcome at a time of the prediction: the mass of the modes' density in it, by numerical
+/// integration with an absolute error below 0.01. If the person stands and p_start is known, `stays` is 1 - p_start,
+/// and the other outcomes are scaled to a sum of p_start. Throws: std::invalid_argument for a step that the prediction
 /// does not have, or without a heading. Source: none in the paper; docs/decisions/0126-outcomes.md.
 OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step);
 
