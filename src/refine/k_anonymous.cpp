@@ -1,5 +1,6 @@
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "overlap.hpp"
@@ -19,9 +20,11 @@ Model k_anonymous(Model model, int min_people) {
   detail::remove_transitions(model, kept);
   // The sums of the path correction depend on positions, also on those where only one person was.
   for (Site& site : model.sites) {
-    const ErrorStatistics& all = site.error_statistics;
-    if (!all.empty())
-      site.error_statistics.correction = zero_error_statistics(all.steps, all.interval_s, all.observe_s).correction;
+    ErrorStatistics& all = site.error_statistics;
+    if (all.empty()) continue;
+    ErrorStatistics zero = zero_error_statistics(all.steps, all.interval_s, all.observe_s);
+    all.correction = std::move(zero.correction);
+    all.correction_share = std::move(zero.correction_share);
   }
   return model;
 }

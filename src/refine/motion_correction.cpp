@@ -42,7 +42,7 @@ MotionInput motion_input(const Vector2& constant_mps, const Vector2& last_0_4_s_
 MotionCorrection::MotionCorrection(const ErrorStatistics& error_statistics)
     : along_(ridge_coefficients<kCorrectionKnots>(error_statistics.motion[0])),
       to_left_(ridge_coefficients<kCorrectionKnots>(error_statistics.motion[1])),
-      share_(learnt_share(error_statistics.motion_share)) {}
+      share_(along_.size() == 0 || to_left_.size() == 0 ? 0.0 : learnt_share(error_statistics.motion_share)) {}
 
 VelocityCorrection MotionCorrection::correction(const MotionInput& input, double horizon_s) const {
   VelocityCorrection correction;

@@ -51,7 +51,7 @@ CorrectionInput correction_input(const CurbTrajectory& observed, const Vector2& 
 
 PathCorrection::PathCorrection(const ErrorStatistics& error_statistics)
     : coefficients_(ridge_coefficients<2 * kCorrectionKnots>(error_statistics.correction)),
-      share_(learnt_share(error_statistics.correction_share)) {}
+      share_(coefficients_.size() == 0 ? 0.0 : learnt_share(error_statistics.correction_share)) {}
 
 VelocityCorrection PathCorrection::correction(const CurbTrajectory& observed, const Vector2& to_horizon_mps,
                                               double horizon_s) const {

@@ -47,6 +47,9 @@ Vector2 correction_at(const ErrorStatistics& past, const Vector2& heading, const
 TEST(MotionCorrection, IsZeroBeforeAnythingWasLearnt) {
   EXPECT_EQ(correction_at({}, Vector2::UnitX(), {0.2, 0.0}), Vector2::Zero());
   EXPECT_EQ(correction_at(learnt(1), Vector2::UnitX(), {0.2, 0.0}), Vector2::Zero());
+  ErrorStatistics share_alone = learnt(4);  // as a file may say
+  share_alone.motion = zero_error_statistics(kSteps, kInterval_s, 3.2).motion;
+  EXPECT_EQ(correction_at(share_alone, Vector2::UnitX(), {0.2, 0.0}), Vector2::Zero());
 }
 
 TEST(MotionCorrection, FollowsCompanionsAsFarAsItHelped) {

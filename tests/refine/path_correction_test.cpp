@@ -60,6 +60,10 @@ TEST(PathCorrection, IsZeroBeforeAnythingWasLearnt) {
   ErrorStatistics one_batch = nothing();  // no correction was known before it
   learn(one_batch, turned_frame(0.0), 1, 1);
   EXPECT_EQ(correction_at(one_batch, turned_frame(0.0), {1.0, 0.0}), Vector2::Zero());
+  ErrorStatistics share_alone = nothing();  // as a file may say
+  learn(share_alone, turned_frame(0.0), 4, 1);
+  share_alone.correction = nothing().correction;
+  EXPECT_EQ(correction_at(share_alone, turned_frame(0.0), {1.0, 0.0}), Vector2::Zero());
 }
 
 TEST(PathCorrection, IsWhatStackingLeavesOverThere) {
