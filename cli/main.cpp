@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   sila::cli::add_predict(app);
   sila::cli::add_evaluate(app);
   sila::cli::add_fuse(app);
+  sila::cli::add_prior(app);
   sila::cli::add_fleet(app);
   sila::cli::add_inspect(app);
   sila::cli::add_log(app);

@@ -10,6 +10,7 @@ void add_learn(CLI::App& app);
 void add_predict(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_fuse(CLI::App& app);
+void add_prior(CLI::App& app);
 void add_fleet(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_log(CLI::App& app);

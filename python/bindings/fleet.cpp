@@ -149,7 +149,7 @@ void bind_fleet(nb::module_& module) {
              for (const auto& [frame, bytes] : nb::cast<std::vector<std::tuple<FrameState, nb::bytes>>>(state[0])) {
                std::vector<double> numbers(bytes.size() / 8);
                std::memcpy(numbers.data(), bytes.c_str(), 8 * numbers.size());
-               read.sites.push_back({frame_in(frame), 0, 0, unpack<ErrorStatistics>(numbers), {}});
+               read.sites.push_back({frame_in(frame), 0, 0, unpack<ErrorStatistics>(numbers)});
              }
              new (&error_statistics) SiteErrorStatistics(std::move(read));
            })

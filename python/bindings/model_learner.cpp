@@ -4,6 +4,7 @@
 
 #include "experiments.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/refine/prior.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
 
@@ -15,6 +16,13 @@ class ModelLearner {
  public:
   ModelLearner(const std::string& method, const std::string& config_json)
       : config_(config_of(config_json).episode), at_once_(method == "batch"), update_(update_of(method)) {}
+
+  /// Begins with what other learners know of any place.
+  void begin_with(const std::vector<const ModelLearner*>& others) {
+    std::vector<Model> models;
+    for (const ModelLearner* other : others) models.push_back(other->model_);
+    model_ = make_prior(models);
+  }
 
   /// One more episode; of "batch" the only one.
   void learn(const FramedTracks& batch) {
@@ -88,6 +96,7 @@ void bind_model_learner(nb::module_& module) {
   nb::class_<ModelLearner>(module, "ModelLearner", "SILA and what it is compared with inside the library.")
       .def(nb::init<const std::string&, const std::string&>(), "method"_a, "config"_a)
       .def("learn", &ModelLearner::learn, "batch"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("begin_with", &ModelLearner::begin_with, "others"_a, nb::call_guard<nb::gil_scoped_release>())
       .def("learn_tree", &ModelLearner::learn_tree, "all"_a, "batch"_a, "partition_tracks"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("predict", &ModelLearner::predict, "windows"_a, nb::call_guard<nb::gil_scoped_release>())

@@ -96,6 +96,9 @@ void bind_episode(nb::module_& module) {
              nb::call_guard<nb::gil_scoped_release>());
   module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
+  module.def(
+      "make_prior", [](const std::vector<StoredModel>& models) { return stored_prior(models); }, "models"_a,
+      nb::call_guard<nb::gil_scoped_release>());
   module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a, "name"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def("split_tracks", &split, "tracks"_a, "test_share"_a, "seed"_a, "by"_a,

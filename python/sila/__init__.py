@@ -25,7 +25,18 @@ from ._sila import revision
 from ._sila import version as __version__
 from ._stream import Stream
 from ._tracks import Tracks, as_tracks, read_tracks, split_tracks
-from ._verbs import Simulation, evaluate, explain, explain_fusion, fuse, learn, predict, simulate, train_batch
+from ._verbs import (
+    Simulation,
+    evaluate,
+    explain,
+    explain_fusion,
+    fuse,
+    learn,
+    make_prior,
+    predict,
+    simulate,
+    train_batch,
+)
 from .errors import FormatError, NumericalError
 
 __all__ = [
@@ -57,6 +68,7 @@ __all__ = [
     "fields",
     "fuse",
     "learn",
+    "make_prior",
     "train_batch",
     "modified_hausdorff_m",
     "predict",

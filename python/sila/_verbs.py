@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,6 +100,11 @@ def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads
     """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`."""
     settings = merged(_model("previous", previous).config_json, config)
     return _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
+
+
+def make_prior(models: Iterable[Model]) -> Model:
+    """What models know of how people walk at any place, as `sila prior make`: the first model of a new place."""
+    return _sila.make_prior([_model("models", model) for model in models])
 
 
 def explain_fusion(previous: Model, incoming: Model, *, config: ConfigLike = None) -> dict[str, Any]:

@@ -103,7 +103,7 @@ void members(auto& archive, Part& part) {
 
 /// The members of a model that stand in its head.
 void head_members(auto& archive, Is<Model> auto& model) {
-  auto& [settings, primitives, transitions, sites, sharing, global_residual, episodes, tracks, episode_ids] = model;
+  auto& [settings, primitives, transitions, sites, sharing, prior, episodes, tracks, episode_ids] = model;
   archive.number(episodes);
   archive.number(tracks);
   auto number_of_sharing = static_cast<std::size_t>(sharing);
@@ -154,12 +154,11 @@ std::vector<std::string> grouped(const std::vector<EpisodeId>& ids) {
 ModelParts parts_of(const Model& model, const std::string& configuration) {
   Writer head;
   head_members(head, model);
-  ModelParts result{std::move(head).bytes(), {configuration, part_of(model.global_residual)}};
+  ModelParts result{std::move(head).bytes(), {configuration, part_of(model.prior)}};
   std::ranges::move(grouped(model.episode_ids), std::back_inserter(result.parts));
   for (const Site& site : model.sites) {
-    const auto& [frame, episodes, tracks, error_statistics, global_residual] = site;
+    const auto& [frame, episodes, tracks, error_statistics] = site;
     result.parts.push_back(part_of(error_statistics));
-    result.parts.push_back(part_of(global_residual));
   }
   for (const MotionPrimitive& primitive : model.primitives) result.parts.push_back(part_of(primitive));
   for (const Transition& transition : model.transitions) result.parts.push_back(part_of(transition));
@@ -172,20 +171,17 @@ ModelContent content_of(const ModelParts& parts) {
   Reader head(parts.head);
   head_members(head, model);
   head.finish();
-  const std::size_t others = 2 + kIdGroups + 2 * model.sites.size() + model.transitions.size();
+  const std::size_t others = 2 + kIdGroups + model.sites.size() + model.transitions.size();
   if (parts.parts.size() < others) throw std::invalid_argument("parts of the model are missing");
   model.primitives.resize(parts.parts.size() - others);
   auto part = parts.parts.begin();
   result.configuration = *part++;
-  read_part(*part++, model.global_residual);
+  read_part(*part++, model.prior);
   for (std::size_t group = 0; group < kIdGroups; ++group) {
     const std::vector<std::uint64_t> halves = bytes::words<std::uint64_t>(*part++);
     for (std::size_t i = 0; i + 1 < halves.size(); i += 2) model.episode_ids.push_back({halves[i], halves[i + 1]});
   }
-  for (Site& site : model.sites) {
-    read_part(*part++, site.error_statistics);
-    read_part(*part++, site.global_residual);
-  }
+  for (Site& site : model.sites) read_part(*part++, site.error_statistics);
   for (MotionPrimitive& primitive : model.primitives) read_part(*part++, primitive);
   tbb::parallel_for(std::size_t{0}, model.transitions.size(),
                     [&](std::size_t i) { read_part(part[static_cast<std::ptrdiff_t>(i)], model.transitions[i]); });

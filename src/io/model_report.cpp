@@ -63,7 +63,7 @@ ordered_json sites_json(const Model& model) {
   ordered_json sites = ordered_json::array();
   const auto pair = [](const Vector2& v) { return ordered_json{v.x(), v.y()}; };
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
-    const auto& [frame, episodes, tracks, error_statistics, global_residual] = model.sites[i];
+    const auto& [frame, episodes, tracks, error_statistics] = model.sites[i];
     sites.push_back({{"origin", pair(frame.origin_m)},
                      {"axis_1", pair(frame.axis_1)},
                      {"axis_2", pair(frame.axis_2)},
@@ -248,6 +248,8 @@ std::string describe(const StoredModel& stored) {
   const ordered_json configuration = ordered_json::parse(stored.configuration, nullptr, false);
   if (const double scale = configuration.value("metres_per_pixel", 0.0); scale > 0.0)
     line("units") << "pixels of " << scale << " m";
+  if (const double windows = windows_in(model.prior.density); windows > 0.0)
+    line("prior") << "of " << std::lround(windows) << " windows at other places";
   line("samples") << "every " << model.settings.sample_interval_s << " s";
   line("time") << counts.seconds << " s in " << stored.episodes.size() << " recorded episodes";
   if (!stored.episodes.empty()) {
@@ -291,6 +293,7 @@ ordered_json inspect_json(const StoredModel& stored) {
           {"scaling", kCurbScalings[static_cast<std::size_t>(model.settings.scaling)]},
           {"sharing", kSiteSharings[static_cast<std::size_t>(model.sharing)]},
           {"sites", sites_json(model)},
+          {"prior_windows", windows_in(model.prior.density)},
           {"sample_interval_s", model.settings.sample_interval_s},
           {"reference_width_m", model.settings.reference_width_m},
           {"configuration", ordered_json::parse(stored.configuration, nullptr, false)},

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "core/concatenate.hpp"
 
@@ -110,7 +111,10 @@ void add(ErrorStatistics& sum, const ErrorStatistics& more) {
   }
   accumulate_cells(sum.slow, more.slow);
   for (std::size_t state = 0; state < kMotionStates; ++state) sum.changes[state] += more.changes[state];
-  for (std::size_t axis = 0; axis < sum.motion.size(); ++axis) sum.motion[axis] += more.motion[axis];
+  for (std::size_t axis = 0; axis < sum.motion.size(); ++axis) {
+    sum.global_motion[axis] += more.global_motion[axis];
+    sum.motion[axis] += more.motion[axis];
+  }
   sum.motion_share += more.motion_share;
   sum.correction += more.correction;
   sum.correction_share += more.correction_share;
@@ -119,6 +123,18 @@ void add(ErrorStatistics& sum, const ErrorStatistics& more) {
 }
 
 }  // namespace
+
+DensityMoments& DensityMoments::operator+=(const DensityMoments& more) {
+  scale += more.scale;
+  for (std::size_t c = 0; c < components.size(); ++c) components[c] += more.components[c];
+  return *this;
+}
+
+SlowErrors& SlowErrors::operator+=(const SlowErrors& more) {
+  weight += more.weight;
+  for (std::size_t c = 0; c < errors_m.size(); ++c) errors_m[c] += more.errors_m[c];
+  return *this;
+}
 
 double windows_in(const Densities& densities) {
   return densities[kWalking].scale.weight + densities[kStanding].scale.weight;
@@ -141,6 +157,7 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
   error_statistics.slow.resize(kSlowClasses);
   error_statistics.changes.fill(blank(kHazardFeatures, 1));
+  error_statistics.global_motion.fill(blank(kMotionFeatures, kCorrectionKnots));
   error_statistics.motion.fill(blank(kMotionFeatures, kCorrectionKnots));
   error_statistics.motion_share = blank(1, 1);
   error_statistics.correction = blank(kCorrectionFeatures, 2 * kCorrectionKnots);
@@ -148,10 +165,20 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
   return error_statistics;
 }
 
+void forget_positions(ErrorStatistics& error_statistics) {
+  if (error_statistics.empty()) return;
+  ErrorStatistics zero =
+      zero_error_statistics(error_statistics.steps, error_statistics.interval_s, error_statistics.observe_s);
+  error_statistics.correction = std::move(zero.correction);
+  error_statistics.correction_share = std::move(zero.correction_share);
+}
+
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
   for (RegressionMoments& cell : error_statistics.stacking) discount(cell, share);
   for (RegressionMoments& change : error_statistics.changes) discount(change, share);
-  for (RegressionMoments& motion : error_statistics.motion) discount(motion, share);
+  for (MotionMoments* motion : {&error_statistics.global_motion, &error_statistics.motion}) {
+    for (RegressionMoments& axis : *motion) discount(axis, share);
+  }
   discount(error_statistics.motion_share, share);
   discount(error_statistics.correction, share);
   discount(error_statistics.correction_share, share);
@@ -224,6 +251,8 @@ void validate(const ErrorStatistics& error_statistics) {
     require_regressions("changes", {change}, 1, empty ? 0 : kHazardFeatures, empty ? 0 : 1);
   for (const RegressionMoments& motion : error_statistics.motion)
     require_regressions("motion", {motion}, 1, empty ? 0 : kMotionFeatures, empty ? 0 : kCorrectionKnots);
+  for (const RegressionMoments& motion : error_statistics.global_motion)
+    require_regressions("global_motion", {motion}, 1, empty ? 0 : kMotionFeatures, empty ? 0 : kCorrectionKnots);
   require_regressions("motion_share", {error_statistics.motion_share}, 1, empty ? 0 : 1, empty ? 0 : 1);
   require_regressions("correction", {error_statistics.correction}, 1, empty ? 0 : kCorrectionFeatures,
                       empty ? 0 : 2 * kCorrectionKnots);

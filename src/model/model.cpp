@@ -73,15 +73,6 @@ void check_settings(const ModelSettings& settings) {
     reject("residual GPs have knots without a horizon, or none until theirs");
 }
 
-void check_global_residual(const Model& model, const SparseGp& global_residual) {
-  if (global_residual.points == 0.0) return;
-  validate(global_residual);
-  if (global_residual.pseudo_inputs.rows() != kGlobalResidualInputs ||
-      global_residual.mean.size() != 2 * model.settings.residual_knots)
-    reject("the global residual GP is not a map from " + std::to_string(kGlobalResidualInputs) +
-           " inputs to 2 outputs for each knot");
-}
-
 void check_site_counts(const Model& model, const std::string& name, const Transition& transition) {
   int before = -1;
   for (const auto& [site, count, last_episode] : transition.sites) {
@@ -103,7 +94,6 @@ void check_site_counts(const Model& model, const std::string& name, const Transi
 void check_site(const Model& model, std::size_t index) {
   const Site& site = model.sites[index];
   validate(site.frame);
-  check_global_residual(model, site.global_residual);
   if (site.episodes < 0 || site.tracks < 0)
     reject("site " + std::to_string(index) + " has fewer than no episodes or tracks");
   validate(site.error_statistics);
@@ -172,7 +162,8 @@ void check(const Model& model) {
   require_one_shape(model.sites);
   for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
-  check_global_residual(model, model.global_residual);
+  validate(model.prior);
+  if (!model.sites.empty()) require_like(model.prior, model.sites.front().error_statistics);
   for (std::size_t i = 1; i < model.episode_ids.size(); ++i) {
     if (!(model.episode_ids[i - 1] < model.episode_ids[i])) reject("episode_ids are out of order or stand twice");
   }

@@ -171,8 +171,8 @@ void members(auto& archive, Is<SlowErrors> auto& errors) {
 }
 
 void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
-  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes, motion,
-         motion_share, correction, correction_share] = error_statistics;
+  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
+         global_motion, motion, motion_share, correction, correction_share] = error_statistics;
   archive.count(steps);
   archive.number(interval_s);
   archive.number(observe_s);
@@ -184,6 +184,7 @@ void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
   archive.list(novelties);
   archive.list(slow);
   for (auto& change : changes) members(archive, change);
+  for (auto& moments : global_motion) members(archive, moments);
   for (auto& moments : motion) members(archive, moments);
   members(archive, motion_share);
   members(archive, correction);
@@ -271,8 +272,7 @@ bool identical(const Transition& a, const Transition& b) {
 
 bool identical(const Site& a, const Site& b) {
   return same_bits(pack(a.frame), pack(b.frame)) && a.episodes == b.episodes && a.tracks == b.tracks &&
-         same_bits(pack(a.error_statistics), pack(b.error_statistics)) &&
-         same_bits(pack(a.global_residual), pack(b.global_residual));
+         same_bits(pack(a.error_statistics), pack(b.error_statistics));
 }
 
 }  // namespace
@@ -319,14 +319,13 @@ std::size_t packed_bytes(const Transition& transition) {
 }
 
 std::size_t packed_bytes(const Site& site) {
-  const auto& [frame, episodes, tracks, error_statistics, global_residual] = site;
-  return sizeof episodes + sizeof tracks +
-         sizeof(double) * (pack(frame).size() + pack(error_statistics).size() + pack(global_residual).size());
+  const auto& [frame, episodes, tracks, error_statistics] = site;
+  return sizeof episodes + sizeof tracks + sizeof(double) * (pack(frame).size() + pack(error_statistics).size());
 }
 
 std::size_t packed_bytes(const Model& model) {
   std::size_t bytes = sizeof model.episodes + sizeof model.tracks + sizeof model.sharing;
-  for (const auto& part : {pack(model.settings), pack(model.global_residual)}) bytes += sizeof(double) * part.size();
+  for (const auto& part : {pack(model.settings), pack(model.prior)}) bytes += sizeof(double) * part.size();
   for (const Site& site : model.sites) bytes += packed_bytes(site);
   for (const MotionPrimitive& primitive : model.primitives) bytes += packed_bytes(primitive);
   for (const Transition& transition : model.transitions) bytes += packed_bytes(transition);
@@ -335,7 +334,7 @@ std::size_t packed_bytes(const Model& model) {
 
 bool identical(const Model& a, const Model& b) {
   const auto same = [](const auto& x, const auto& y) { return identical(x, y); };
-  return same_bits(pack(a.settings), pack(b.settings)) && same_bits(pack(a.global_residual), pack(b.global_residual)) &&
+  return same_bits(pack(a.settings), pack(b.settings)) && same_bits(pack(a.prior), pack(b.prior)) &&
          a.sharing == b.sharing && std::ranges::equal(a.sites, b.sites, same) && a.episodes == b.episodes &&
          a.tracks == b.tracks && a.episode_ids == b.episode_ids &&
          std::ranges::equal(a.primitives, b.primitives, same) && std::ranges::equal(a.transitions, b.transitions, same);

@@ -24,7 +24,7 @@ std::optional<int> find_site(const std::vector<Site>& sites, const CurbFrame& fr
 
 int find_or_add_site(std::vector<Site>& sites, const CurbFrame& frame) {
   if (const auto known = find_site(sites, frame)) return *known;
-  sites.push_back({frame, 0, 0, {}, {}});
+  sites.push_back({frame, 0, 0, {}});
   return static_cast<int>(sites.size()) - 1;
 }
 

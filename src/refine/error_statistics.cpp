@@ -19,6 +19,8 @@ namespace {
 constexpr double kUnfittedWeight = 0.2;
 /// Maximum weight of all other sites together in a cell of a site's nonconformity scores.
 constexpr double kOtherSitesWindows = 20.0;
+/// Windows as which the prior of a model counts at a trained site.
+constexpr double kElsewhereWindows = 200.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
   moments.weight += weight;
@@ -49,6 +51,7 @@ struct Example {
   std::vector<Vector2> stacked_mps;                    ///< stacked ones
   std::vector<Vector2> errors_m, errors_place_free_m;  ///< along and across the predicted ways
   std::vector<double> nonconformities;
+  MotionInput motion;
   Corrections corrections;
   HazardFeatures hazard;
   std::optional<std::size_t> change;  ///< the step in which the motion changed
@@ -102,6 +105,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   const Vector2 to_horizon =
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
+  example.motion = global_motion_input(seen, window.observed);
   example.corrections = stacking.corrections(window.observed, seen, to_horizon, interval_s);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
@@ -134,6 +138,13 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
   return sum;
 }
 
+KnotErrors constant_errors(const Example& example) {
+  std::vector<Vector2> errors_mps;
+  for (std::size_t j = 0; j < example.features.size(); ++j)
+    errors_mps.push_back(example.truths_mps[j] - example.features[j].col(kConstantVelocityFeature));
+  return knot_errors(errors_mps);
+}
+
 /// Statistics of the stacking and of changes of motion: only from windows that were observed whole.
 void add_path(ErrorStatistics& error_statistics, const Example& example, const CurbTrajectory& observed,
               const Stacking& stacking) {
@@ -143,6 +154,8 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
                                     example.features.size());
   if (example.person.slow) error_statistics.slow[*example.person.slow] += example.slow_errors;
   const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
+  if (walks(example.person) && whole)
+    add_window(error_statistics.global_motion, example.motion, constant_errors(example));
   if (example.corrected && whole)
     stacking.add_window(error_statistics, observed, example.corrections, example.truths_mps, example.stacked_mps);
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
@@ -192,18 +205,20 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   return sum;
 }
 
-ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool place_free) {
-  ErrorStatistics sum;
-  for (const Site& site : sites) accumulate(sum, site.error_statistics);
+ErrorStatistics pooled_error_statistics(const Model& model, bool place_free) {
+  ErrorStatistics sum = model.prior;
+  for (const Site& site : model.sites) accumulate(sum, site.error_statistics);
   if (!place_free || sum.empty()) return sum;
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
+  free.global_motion = std::move(sum.global_motion);
   free.scores = std::move(sum.scores), free.novelties = std::move(sum.novelties);
   free.slow = std::move(sum.slow), free.changes = std::move(sum.changes);
   return free;
 }
 
-ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site) {
+ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
+  const std::vector<Site>& sites = model.sites;
   ErrorStatistics own = sites[site].error_statistics;
   for (std::size_t cell = 0; cell < own.scores.size(); ++cell) {
     std::vector<double> others(kScoreBins, 0.0);
@@ -216,6 +231,9 @@ ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::siz
     const double share = std::min(1.0, kOtherSitesWindows / windows);
     for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
   }
+  const double windows = windows_in(model.prior.density);
+  if (!own.empty() && windows > 0.0)
+    accumulate(own, discounted(model.prior, std::min(1.0, kElsewhereWindows / windows)));
   return own;
 }
 

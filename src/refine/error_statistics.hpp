@@ -16,14 +16,14 @@ struct GatheredErrors {
 /// learnt.
 GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows);
 
-/// The error statistics of all sites together, for an untrained one; `place_free`: without those of what depends on the
-/// site.
-ErrorStatistics pooled_error_statistics(const std::vector<Site>& sites, bool place_free);
+/// The error statistics of all sites and the prior together, for an untrained site; `place_free`: without those of what
+/// depends on the site.
+ErrorStatistics pooled_error_statistics(const Model& model, bool place_free);
 
 /// The error statistics of one site, its nonconformity scores shrunk to those of the others: what these saw is a prior
 /// that counts as a few windows (power prior). The rest is the site's own, for regressions and variances of other sites
-/// made predictions worse. A site alone keeps its own bit for bit. Source: none in the paper;
-/// docs/decisions/0097-sites.md.
-ErrorStatistics shrunk_error_statistics(const std::vector<Site>& sites, std::size_t site);
+/// made predictions worse, unless the caller gave them as the prior of the model. A site alone keeps its own bit for
+/// bit. Source: none in the paper; docs/decisions/0097-sites.md.
+ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site);
 
 }  // namespace sila

@@ -49,16 +49,10 @@ Model discount_model(Model model, double factor, std::span<const int> sites) {
     discount_gp(transition.field.gp_y, left);
     discount_gp(transition.residual, left);
   }
-  double tracks = 0.0, all_tracks = 0.0;
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
-    Site& site = model.sites[i];
-    all_tracks += static_cast<double>(site.tracks);
-    if (!affected(static_cast<int>(i))) continue;
-    tracks += static_cast<double>(site.tracks);
-    site.error_statistics = discounted(std::move(site.error_statistics), factor);
-    discount_gp(site.global_residual, factor);
+    ErrorStatistics& of_site = model.sites[i].error_statistics;
+    if (affected(static_cast<int>(i))) of_site = discounted(std::move(of_site), factor);
   }
-  discount_gp(model.global_residual, factor_of_whole(factor, tracks, all_tracks));
   return model;
 }
 

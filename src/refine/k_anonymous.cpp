@@ -1,6 +1,5 @@
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "overlap.hpp"
@@ -19,13 +18,7 @@ Model k_anonymous(Model model, int min_people) {
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
   detail::remove_transitions(model, kept);
   // The sums of the path correction depend on positions, also on those where only one person was.
-  for (Site& site : model.sites) {
-    ErrorStatistics& all = site.error_statistics;
-    if (all.empty()) continue;
-    ErrorStatistics zero = zero_error_statistics(all.steps, all.interval_s, all.observe_s);
-    all.correction = std::move(zero.correction);
-    all.correction_share = std::move(zero.correction_share);
-  }
+  for (Site& site : model.sites) forget_positions(site.error_statistics);
   return model;
 }
 

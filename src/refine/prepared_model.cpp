@@ -103,15 +103,15 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
       rollout_config_(rollout_config(config)),
       interval_s_(model.settings.sample_interval_s),
       map_(model, config, earlier, of_earlier ? &of_earlier->map_ : nullptr),
-      residuals_(model, config, earlier, of_earlier ? &of_earlier->residuals_ : nullptr),
-      elsewhere_(fitted_to(pooled_error_statistics(model.sites, config.trained_sites_only))) {
+      residuals_(model, earlier, of_earlier ? &of_earlier->residuals_ : nullptr),
+      elsewhere_(fitted_to(pooled_error_statistics(model, config.trained_sites_only))) {
   validate_fields("predict", config);
   if (config.observe_s > elsewhere_.stacking.observe_s() + 1e-9)
     throw std::invalid_argument(concatenate("predict.observe_s = ", config.observe_s, ", the model uses at most ",
                                             elsewhere_.stacking.observe_s(), " s"));
   by_site_.resize(model.sites.size(), fitted_to({}));
   tbb::parallel_for(std::size_t{0}, by_site_.size(),
-                    [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model.sites, site)); });
+                    [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model, site)); });
 }
 
 PreparedModel::Fitted PreparedModel::fitted_to(const ErrorStatistics& error_statistics) const {
@@ -124,7 +124,7 @@ RolloutSet PreparedModel::rollouts(const CurbTrajectory& observed, int steps, Sc
 }
 
 ObservedFeatures PreparedModel::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
-  return observed_features(residuals_, set.site, set.near, observed, stacking(set.site).observe_s(), scratch);
+  return observed_features(residuals_, set.site, set.near, observed, stacking(set.site), scratch);
 }
 
 MergedRollouts PreparedModel::merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {

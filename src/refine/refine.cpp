@@ -9,7 +9,6 @@
 #include "fuse/fuse_fields.hpp"
 #include "gp/fuse_gps.hpp"
 #include "learn/transitions.hpp"
-#include "refine/global_residual.hpp"
 
 namespace sila {
 namespace {
@@ -60,18 +59,6 @@ std::map<TransitionKey, ResidualSamples> residual_samples_of(const Batch& batch,
   return samples;
 }
 
-/// All samples of the batch by site, of any transition.
-std::vector<GlobalResidualSamples> samples_by_site(const Batch& batch, const std::vector<Site>& sites) {
-  std::vector<std::vector<const ResidualSample*>> examples(sites.size());
-  for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
-    const auto site = static_cast<std::size_t>(*find_site(sites, batch.tracks[i].frame));
-    for (const ResidualSample& example : batch.residuals[i]) examples[site].push_back(&example);
-  }
-  std::vector<GlobalResidualSamples> samples;
-  for (const auto& of_site : examples) samples.push_back(global_residual_samples(of_site));
-  return samples;
-}
-
 /// The residual GP of a group of transitions; without points if no source has one. Samples replace the GPs that were
 /// trained on them.
 SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
@@ -92,12 +79,6 @@ SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
                   common_hyperparameters(fresh, config));
 }
 
-/// Merges a global residual GP with another one, or with the samples of that one.
-SparseGp with_global_residual(const SparseGp& known, const SparseGp& more, const GlobalResidualSamples* samples,
-                              const ResidualConfig& config) {
-  return samples ? learn_global_residual(known, *samples, config) : merge_global_residuals(known, more, config);
-}
-
 FuseResult with_residuals(FuseResult fused, const Model& previous, const Increment& incoming,
                           const ResidualConfig& config) {
   Model& model = fused.model;
@@ -105,15 +86,6 @@ FuseResult with_residuals(FuseResult fused, const Model& previous, const Increme
     model.transitions[g].residual =
         merged_residual(sources_of(fused.plan.groups[g], previous, incoming), residual_gp_config(config));
   });
-  const std::vector<GlobalResidualSamples>& samples = incoming.global_residuals;
-  const GlobalResidualSamples joined = join_samples(samples);
-  model.global_residual = with_global_residual(previous.global_residual, incoming.model.global_residual,
-                                               samples.empty() ? nullptr : &joined, config);
-  for (std::size_t i = 0; i < incoming.model.sites.size(); ++i) {
-    const Site& site = incoming.model.sites[i];
-    SparseGp& known = model.sites[static_cast<std::size_t>(*find_site(model.sites, site.frame))].global_residual;
-    known = with_global_residual(known, site.global_residual, samples.empty() ? nullptr : &samples[i], config);
-  }
   return fused;
 }
 
@@ -131,10 +103,6 @@ LearnResult with_residuals(LearnResult learnt, const Batch& batch, const Residua
     increment.samples[i].states = std::move(states);
     increment.samples[i].residuals = std::move(residuals);
   });
-  increment.global_residuals = samples_by_site(batch, model.sites);
-  for (std::size_t i = 0; i < model.sites.size(); ++i)
-    model.sites[i].global_residual = learn_global_residual({}, increment.global_residuals[i], config);
-  model.global_residual = learn_global_residual({}, join_samples(increment.global_residuals), config);
   return learnt;
 }
 

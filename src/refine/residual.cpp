@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
-#include "refine/global_residual.hpp"
 
 namespace sila {
 namespace {
@@ -30,9 +29,7 @@ std::optional<ResidualSample> residual_sample(const CurbTrajectory& observed, st
   const double seen_s = static_cast<double>(future_m.size()) * interval_s;
   if (future_m.empty() || seen_s < min_seen_share * settings.residual_horizon_s - 1e-9) return std::nullopt;
   const Eigen::Index outputs = 2 * settings.residual_knots;
-  ResidualSample example{observed.times_s.back(), residual_input(observed), Eigen::VectorXd(outputs),
-                         global_residual_input(observed), Eigen::VectorXd(outputs)};
-  const Matrix2 to_heading = heading_frame(observed).transpose() * world_from_curb(observed.frame);
+  ResidualSample example{observed.times_s.back(), residual_input(observed), Eigen::VectorXd(outputs)};
   const Vector2 constant = mean_velocity(observed, kConstantVelocityWindow_s);
   for (int knot = 0; knot < settings.residual_knots; ++knot) {
     const double due_s = (knot + 1) * settings.residual_horizon_s / settings.residual_knots;
@@ -40,7 +37,6 @@ std::optional<ResidualSample> residual_sample(const CurbTrajectory& observed, st
     const Vector2 way =
         to_curb(observed.frame, future_m[static_cast<std::size_t>(steps - 1)]) - observed.positions.back();
     example.residuals.segment<2>(2 * knot) = way / (static_cast<double>(steps) * interval_s) - constant;
-    example.global_residuals_mps.segment<2>(2 * knot) = to_heading * example.residuals.segment<2>(2 * knot);
   }
   return example;
 }

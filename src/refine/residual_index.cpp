@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include "gp/earlier_gps.hpp"
-#include "refine/global_residual.hpp"
 
 namespace sila {
 namespace {
@@ -18,8 +17,7 @@ Eigen::AlignedBox<double, kResidualInputs> reach_of(const SparseGp& gp) {
 
 }  // namespace
 
-ResidualIndex::ResidualIndex(const Model& model, const RefineConfig& config, const Model* earlier,
-                             const ResidualIndex* of_earlier)
+ResidualIndex::ResidualIndex(const Model& model, const Model* earlier, const ResidualIndex* of_earlier)
     : knots_(model.settings.residual_knots),
       horizon_s_(model.settings.residual_horizon_s),
       experts_(model.transitions.size()) {
@@ -34,12 +32,6 @@ ResidualIndex::ResidualIndex(const Model& model, const RefineConfig& config, con
     const std::optional<int> same = known.find(gp);
     experts_[i] = same ? of_earlier->expert(*same) : Expert{Posterior(gp), reach_of(gp)};
   });
-  for (const Site& site : model.sites) {
-    const bool knows = site.global_residual.points > 0.0;
-    global_.push_back(knows ? std::optional<Posterior>(site.global_residual) : std::nullopt);
-  }
-  if (model.global_residual.points > 0.0)
-    untrained_.emplace(untrained_global_residual(model.global_residual, config.max_effective_samples));
 }
 
 }  // namespace sila

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "refine/global_residual.hpp"
 #include "refine/residual.hpp"
 
 namespace sila {
@@ -63,23 +62,6 @@ ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& obs
   }
   for (Vector2& residual : residuals) residual = velocity_to_world(observed.frame, residual / (1.0 + gain));
   residual_prediction.knot_interval_s = index.horizon_s() / static_cast<double>(knots);
-  residual_prediction.residuals_mps = residuals;
-  return residual_prediction;
-}
-
-ResidualPrediction predict_global_residual(const ResidualIndex& index, std::optional<int> site,
-                                           const CurbTrajectory& observed, Scratch& scratch) {
-  ResidualPrediction residual_prediction;
-  const std::optional<Posterior>& global_residual = index.global(site);
-  if (!global_residual || observed.positions.empty()) return residual_prediction;
-  const GlobalResidualInput state = global_residual_input(observed);
-  const auto mean = scratch.array<double>(global_residual->outputs());
-  global_residual->predict(std::span(state.data(), kGlobalResidualInputs), mean);
-  const Matrix2 frame = heading_frame(observed);
-  const auto residuals = scratch.array<Vector2>(mean.size() / 2);
-  for (std::size_t knot = 0; knot < residuals.size(); ++knot)
-    residuals[knot] = frame * Vector2(mean[2 * knot], mean[2 * knot + 1]);
-  residual_prediction.knot_interval_s = index.horizon_s() / static_cast<double>(index.knots());
   residual_prediction.residuals_mps = residuals;
   return residual_prediction;
 }

@@ -36,8 +36,4 @@ std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, st
 ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& observed,
                            std::span<const ExpertPrediction> experts, std::span<const int> excluded, Scratch& scratch);
 
-/// The prediction of the global residual GP of a site, at an untrained one of that of all sites.
-ResidualPrediction predict_global_residual(const ResidualIndex& index, std::optional<int> site,
-                                           const CurbTrajectory& observed, Scratch& scratch);
-
 }  // namespace sila

@@ -21,7 +21,7 @@ constexpr double kHeading_mps = 0.3;
 constexpr double kVelocityWindows_s[] = {0.4, 0.8, 1.6, 3.0, 0.2, 1.2, 2.4};
 constexpr Eigen::Index kEndFeature = std::size(kVelocityWindows_s), kHeadingFeature = kEndFeature + 1;
 static_assert(kHeadingFeature + 1 == kKinematicFeatures);
-constexpr Eigen::Index kGlobalResidualFeature = kKinematicFeatures, kResidualFeature = kGlobalResidualFeature + 1;
+constexpr Eigen::Index kGlobalMotionFeature = kKinematicFeatures, kResidualFeature = kGlobalMotionFeature + 1;
 static_assert(kVelocityWindows_s[kConstantVelocityFeature] == kConstantVelocityWindow_s);
 
 using Coefficients = Eigen::Matrix<double, kStackedFeatures, 1>;
@@ -141,9 +141,10 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 }
 
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, double observe_s, Scratch& scratch) {
+                                   const CurbTrajectory& observed, const Stacking& stacking, Scratch& scratch) {
+  const double observe_s = stacking.observe_s();
   ObservedFeatures observation{kinematic_features(observed),
-                               predict_global_residual(index, site, observed, scratch),
+                               {},
                                predict_experts(index, near, observed, scratch),
                                {},
                                site,
@@ -151,13 +152,14 @@ ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int
                                mean_speed_mps(observed),
                                observed.still_s,
                                !near.empty()};
+  observation.global_motion = stacking.global_motion(observation, observed);
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
   return observation;
 }
 
 Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s) {
   return observation.kinematics.col(kConstantVelocityFeature) +
-         observation.global_residual.residual_mps(static_cast<double>(step + 1) * interval_s);
+         observation.global_motion.at(static_cast<double>(step + 1) * interval_s);
 }
 
 Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
@@ -166,7 +168,7 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
   const double seconds = static_cast<double>(step + 1) * interval_s;
   const Vector2 constant = observation.kinematics.col(kConstantVelocityFeature);
   features.leftCols(kKinematicFeatures) = observation.kinematics;
-  features.col(kGlobalResidualFeature) = place_free_mps(observation, step, interval_s);
+  features.col(kGlobalMotionFeature) = place_free_mps(observation, step, interval_s);
   features.col(kResidualFeature) = constant + residuals.residual_mps(seconds);
   return features;
 }
@@ -186,10 +188,12 @@ HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector
 Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)
     : steps_(config.stacking ? error_statistics.steps : 0),
       observe_s_(error_statistics.empty() ? config.observe_s : error_statistics.observe_s),
+      horizon_s_(error_statistics.steps * error_statistics.interval_s),
       density_(densities_of(error_statistics.density, error_statistics)),
       density_place_free_(densities_of(error_statistics.density_place_free, error_statistics)),
       changes_{MotionChange(error_statistics.changes[kWalking], kWalking, error_statistics.interval_s),
                MotionChange(error_statistics.changes[kStanding], kStanding, error_statistics.interval_s)},
+      global_motion_(config.stacking ? error_statistics.global_motion : MotionMoments{}),
       by_motion_(error_statistics),
       by_place_(error_statistics) {
   if (steps_ == 0) return;
@@ -211,17 +215,27 @@ Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const
   return choice.constant_velocity * features.col(kConstantVelocityFeature) + choice.stacked * stacked;
 }
 
+bool walks(const PersonClass& person) {
+  return motion_state(person.speed) == kWalking && !person.slow;
+}
+
+MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed) {
+  return motion_input(observation.kinematics.leftCols<4>(), Vector2::Zero(), observed.companions_mps);
+}
+
+VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const CurbTrajectory& observed) const {
+  if (!walks(seen.person)) return {};
+  return global_motion_.error(global_motion_input(seen, observed), horizon_s_);
+}
+
 bool Stacking::corrects(const ObservedFeatures& seen) const {
-  return fitted() && seen.site && seen.on_the_map && motion_state(seen.person.speed) == kWalking && !seen.person.slow;
+  return fitted() && seen.site && seen.on_the_map && walks(seen.person);
 }
 
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,
                                   const Vector2& to_horizon_mps, double interval_s) const {
   const auto& v = seen.kinematics;
-  Corrections found{
-      motion_input(v.col(kConstantVelocityFeature), v.col(0), v.col(2), to_horizon_mps, observed.companions_mps),
-      {},
-      {}};
+  Corrections found{motion_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps), {}, {}};
   if (!corrects(seen)) return found;
   const double horizon_s = static_cast<double>(steps_) * interval_s;
   found.motion = by_motion_.correction(found.input, horizon_s);

@@ -38,7 +38,7 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 /// The features of a pedestrian that need no roll-out.
 struct ObservedFeatures {
   KinematicFeatures kinematics = KinematicFeatures::Zero();
-  ResidualPrediction global_residual;
+  VelocityCorrection global_motion;  ///< the error of constant velocity by the motion regression
   std::span<const ExpertPrediction> experts;
   ResidualPrediction residuals;  ///< all experts together
   std::optional<int> site;       ///< none: at an untrained one
@@ -47,10 +47,13 @@ struct ObservedFeatures {
   double still_s = 0.0;     ///< see CurbTrajectory
   bool on_the_map = false;  ///< transitions are nearby
 };
+class Stacking;
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
-                                   const CurbTrajectory& observed, double observe_s, Scratch& scratch);
+                                   const CurbTrajectory& observed, const Stacking& stacking, Scratch& scratch);
 
-/// Mean velocity from t0 to `step` (counted from 0) by the global residual GP alone.
+/// The input of the motion regression for errors of constant velocity.
+MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed);
+/// Mean velocity from t0 to `step` (counted from 0) by the motion regression alone.
 Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, double interval_s);
 /// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
 Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
@@ -58,6 +61,9 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
 /// The features of the scale of errors; `predicted_mps`: mean velocity until the horizon.
 ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
                              const Vector2& predicted_mps);
+
+/// Whether a person walks, neither stands nor hardly moves.
+bool walks(const PersonClass& person);
 
 /// The features of the hazards of starting and of stopping.
 HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
@@ -71,9 +77,9 @@ struct Corrections {
 
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
 /// solved once from the error statistics. Ridge regression towards the prediction of the residual GPs (constant
-/// velocity where they have no data). At an untrained site the global residual GP alone predicts: coefficients learnt
+/// velocity where they have no data). At an untrained site the motion regression alone predicts: coefficients learnt
 /// at some sites increased the error at others. Source: none in the paper; docs/decisions/0005-stacking.md,
-/// 0073-global_residual.md.
+/// 0073-global_motion.md.
 class Stacking {
  public:
   Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config);
@@ -81,6 +87,8 @@ class Stacking {
   bool fitted() const { return steps_ > 0; }
   /// Length of the whole windows that it was fitted to.
   double observe_s() const { return observe_s_; }
+  /// Zero for people who hardly move.
+  VelocityCorrection global_motion(const ObservedFeatures& seen, const CurbTrajectory& observed) const;
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who
   /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
   /// halves of them.
@@ -90,7 +98,7 @@ class Stacking {
   Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
   /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
-  /// Of the errors of stacked predictions (`here`), or of those of the global residual GP alone. `number`: that of
+  /// Of the errors of stacked predictions (`here`), or of those of the motion regression alone. `number`: that of
   /// PersonClass.
   const ErrorDensity& density(std::size_t number, bool here) const {
     return here ? density_[number] : density_place_free_[number];
@@ -110,11 +118,12 @@ class Stacking {
   std::size_t cell(std::size_t step, int speed_class) const;
 
   int steps_ = 0;
-  double observe_s_;
+  double observe_s_, horizon_s_;
   std::array<std::vector<Eigen::Matrix<double, kStackedFeatures, 1>>, kObservedClasses> coefficients_;
   std::vector<ErrorDensity> density_, density_place_free_;
   std::array<MotionChange, kMotionStates> changes_;
   std::array<SlowChoice, kSlowClasses> slow_choices_ = {};
+  MotionRegression global_motion_;
   MotionCorrection by_motion_;
   PathCorrection by_place_;
 };

@@ -15,6 +15,7 @@
 #include "refine/refine.hpp"
 #include "refine/residual.hpp"
 #include "sila/core/sampling.hpp"
+#include "sila/model/packing.hpp"
 #include "train/change.hpp"
 
 namespace sila {
@@ -84,6 +85,14 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
   throw std::invalid_argument("fuse_models: incoming shares " + std::to_string(shared.size()) +
                               " episodes with previous (" + to_text(shared.front()) +
                               " is one), which would count twice; learn the others anew without them");
+}
+
+/// Of two models, of which one may have been trained without.
+const ErrorStatistics& common_prior(const Model& previous, const Model& incoming) {
+  if (previous.prior.empty() || incoming.prior.empty()) return previous.prior.empty() ? incoming.prior : previous.prior;
+  if (!std::ranges::equal(pack(previous.prior), pack(incoming.prior)))
+    throw std::invalid_argument("fuse_models: previous and incoming have different priors");
+  return previous.prior;
 }
 
 }  // namespace
@@ -243,7 +252,7 @@ BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<Fr
     if (!shorter_s.empty())
       std::ranges::move(windows(2.0 * config.error_statistics.stride_s, shorter_s), std::back_inserter(all));
     GatheredErrors gathered = gather_errors(predictor, all);
-    errors.sites.push_back({tracks.front().frame, 0, 0, std::move(gathered.statistics), {}});
+    errors.sites.push_back({tracks.front().frame, 0, 0, std::move(gathered.statistics)});
     errors.path += gathered.path;
   }
   return errors;
@@ -269,10 +278,12 @@ EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model
 constexpr std::size_t kFirstParts = 4;
 constexpr std::size_t kLeastPartTracks = 2;
 
-ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config) {
-  if (batch.size() < kFirstParts * kLeastPartTracks)
-    return error_statistics_on({}, batch, config).front().error_statistics;
+ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                                 const ErrorStatistics& prior) {
   Model model;
+  model.prior = prior;
+  if (batch.size() < kFirstParts * kLeastPartTracks)
+    return error_statistics_on(model, batch, config).front().error_statistics;
   for (std::size_t part = 0; part < kFirstParts; ++part) {
     const std::size_t begin = batch.size() * part / kFirstParts, end = batch.size() * (part + 1) / kFirstParts;
     model = run_episode(model, batch.subspan(begin, end - begin), config).model;
@@ -298,7 +309,7 @@ BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajector
   const std::span known(by_site.begin(), first);
   BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
   for (const std::vector<FramedTrajectory>& tracks : std::span(first, by_site.end()))
-    recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config), {}});
+    recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config, previous.prior)});
   return recent;
 }
 
@@ -322,6 +333,7 @@ Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> bat
   UpdateResult updated = update(previous, prepared(batch, settings, config), settings);
   set_error_statistics(updated.model.sites, previous.sites, recent.sites, config.error_statistics.memory_windows);
   updated.model.sharing = config.fuse.sites;
+  updated.model.prior = previous.prior;
   BudgetResult within = apply_budget(std::move(updated.model), config.budget, config.prune);
   updated.change = without_dropped(std::move(updated.change), within.kept);
   within.model.episode_ids = joined(previous.episode_ids, {id});
@@ -375,6 +387,7 @@ FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseC
                                 " m; models that are to be fused must begin with one reference_width_m");
   }
   FuseResult fused = fuse(previous, {incoming, {}}, config, residual);
+  fused.model.prior = common_prior(previous, incoming);
   fused.model.episode_ids = joined(previous.episode_ids, incoming.episode_ids);
   return fused;
 }

@@ -127,5 +127,25 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
   expect_rejected("learn tracks.csv --scene tracks.scene.json --model m.sila --min-people 5", {"--share"});
 }
 
+TEST_F(Program, BeginsANewPlaceWithAPrior) {
+  learn();
+  const Outcome made = run("prior make m.sila --out p.sila");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("begin each new place with a copy"), std::string::npos) << made.out;
+  const auto prior = nlohmann::json::parse(run("inspect p.sila --json").out);
+  EXPECT_EQ(prior.at("size"), 0);
+  EXPECT_GT(prior.at("prior_windows").get<double>(), 100.0);
+  EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model p.sila --out p.ndjson").code, 0);
+  fs::copy(folder_ / "p.sila", folder_ / "new.sila");
+  const Outcome learnt = run("learn tracks.csv --scene tracks.scene.json --model new.sila --batch 20");
+  ASSERT_EQ(learnt.code, 0) << learnt.err;
+  const auto model = nlohmann::json::parse(run("inspect new.sila --json").out);
+  EXPECT_EQ(model.at("prior_windows"), prior.at("prior_windows"));
+  EXPECT_EQ(model.at("size"), nlohmann::json::parse(run("inspect m.sila --json").out).at("size"));
+  expect_rejected("prior make tracks.csv --out q.sila", {"tracks.csv"});
+  ASSERT_EQ(run("learn tracks.csv --scene tracks.scene.json --model short.sila --set predict.horizon_s=3").code, 0);
+  expect_rejected("prior make m.sila short.sila --out q.sila", {"15 steps", "25 steps"});
+}
+
 }  // namespace
 }  // namespace sila::tests

@@ -49,9 +49,8 @@ Model sound_model() {
     for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
       for (DensityMoments& density : *densities) density.scale.features *= density.scale.features.transpose().eval();
     }
-    site.global_residual = random_gp(random, kGlobalResidualInputs, 4);
   }
-  model.global_residual = random_gp(random, kGlobalResidualInputs, 4);
+  model.prior = model.sites.front().error_statistics;
   model.sharing = SiteSharing::apart;
   model.episodes = 2, model.episode_ids.resize(2);
   check(model);
@@ -98,7 +97,7 @@ void apply(const Change& change, Model& model) {
     case 1:
       return change_packed(site.error_statistics, change);
     case 2:
-      return change_packed(change.way % 2 == 0 ? model.global_residual : site.global_residual, change);
+      return change_packed(model.prior, change);
     case 3:
       return change_packed(site.frame, change);
     case 4:

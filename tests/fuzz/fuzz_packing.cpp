@@ -39,7 +39,7 @@ void unpack_part(unsigned part, std::span<const double> numbers) {
 std::vector<double> part_of(unsigned part, const Model& model) {
   if (part == 0) return pack(of_one_step(model.sites.front().error_statistics));
   if (part == 1) return pack(model.transitions.front().field);
-  if (part == 2) return pack(model.global_residual);
+  if (part == 2) return pack(model.prior);
   if (part == 3) return pack(model.sites.front().frame);
   if (part == 5) return pack(model.transitions.front().sites);
   return pack(model.settings);

@@ -11,7 +11,6 @@
 #include <sstream>
 #include <string>
 
-#include "refine/global_residual.hpp"
 #include "sila/io/model_file.hpp"
 #include "support/message_of.hpp"
 #include "support/scratch.hpp"
@@ -83,6 +82,7 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   error_statistics.density.fill(density(1.5)), error_statistics.density[kWalking] = density(2.5);
   error_statistics.density_place_free.fill(density(0.25));
   error_statistics.changes = {regression(3.0, kHazardFeatures, 1), regression(0.5, kHazardFeatures, 1)};
+  error_statistics.global_motion.fill(regression(2.5, kMotionFeatures, kCorrectionKnots));
   error_statistics.motion.fill(regression(1.5, kMotionFeatures, kCorrectionKnots));
   error_statistics.motion_share = regression(1.5, 1, 1);
   error_statistics.correction = regression(1.5, kCorrectionFeatures, 2 * kCorrectionKnots);
@@ -123,10 +123,9 @@ inline Model random_model(std::uint64_t seed) {
     site.episodes = static_cast<int>(seed % 100);
     site.tracks = 10 * site.episodes;
     site.error_statistics = random_error_statistics(random);
-    site.global_residual = random_gp(random, kGlobalResidualInputs, 6);
   }
   model.sites[1].frame.origin_m = Vector2(10.0, 0.0) + random_matrix(random, 2, 1);
-  model.global_residual = random_gp(random, kGlobalResidualInputs, 6);
+  model.prior = random_error_statistics(random);
   for (Transition& transition : model.transitions) {
     const auto seen_in = [&] { return static_cast<int>(random() % (seed % 100 + 1)); };
     transition.sites = {{0, 0.25 * transition.count, seen_in()}, {1, 0.75 * transition.count, seen_in()}};

@@ -124,11 +124,9 @@ void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, s
   }
   const double width_m = model.settings.reference_width_m;
   const auto step_of = [&](double scale_m) { return config.learn.field.gp.lattice_step * scale_m / width_m; };
-  std::vector<double> steps = {step_of(config.learn.field.length_scale_m), step_of(config.residual.place_scale_m),
-                               step_of(config.residual.velocity_scale_mps),
-                               step_of(config.residual.mean_velocity_scale_mps)};
-  for (Eigen::Index d = 0; d < model.global_residual.kernel.length_scales.size(); ++d)
-    steps.push_back(GpConfig{}.lattice_step * model.global_residual.kernel.length_scales(d));
+  const std::vector<double> steps = {step_of(config.learn.field.length_scale_m), step_of(config.residual.place_scale_m),
+                                     step_of(config.residual.velocity_scale_mps),
+                                     step_of(config.residual.mean_velocity_scale_mps)};
   Secrets secrets(steps, counts);
   for (const FramedTrajectory& placed : tracks) {
     for (const Vector2& position_m : placed.track.positions_m)

@@ -44,7 +44,6 @@ Model changed(Model model, std::mt19937_64& random) {
   ++model.episodes, model.tracks += 20;
   model.episode_ids.push_back({random(), random()});
   std::ranges::sort(model.episode_ids);
-  model.global_residual = random_gp(random, kGlobalResidualInputs, 6);
   Site& site = model.sites[random() % model.sites.size()];
   ++site.episodes, site.tracks += 20;
   if (random() % 3 == 0) site.error_statistics = random_error_statistics(random);

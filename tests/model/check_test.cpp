@@ -105,8 +105,7 @@ TEST(CheckModel, RejectsCountsBySiteThatDoNotAddUp) {
       {"several sites that are apart", [](Model& m) { m.sharing = SiteSharing::apart; }},
       {"a site with fewer episodes than none", [](Model& m) { m.sites[1].episodes = -1; }},
       {"a site with fewer tracks than none", [](Model& m) { m.sites[1].tracks = -1; }},
-      {"a global residual GP of other outputs",
-       [](Model& m) { m.sites[1].global_residual.mean.conservativeResize(4); }},
+      {"a prior of another shape", [](Model& m) { m.prior = of_one_step(m.sites[1].error_statistics); }},
       {"error statistics of other steps",
        [](Model& m) { m.sites[1].error_statistics = of_one_step(m.sites[1].error_statistics); }},
   });

@@ -41,12 +41,8 @@ inline void expect_sound(const Model& model, const EpisodeConfig& config) {
   EXPECT_TRUE(finite(pack(model.settings), "settings"));
   for (const Site& site : model.sites) {
     EXPECT_TRUE(finite(pack(site.error_statistics), "error_statistics"));
-    EXPECT_TRUE(finite(pack(site.global_residual), "global residual GP of a site"));
-    EXPECT_TRUE(symmetric(site.global_residual));
     EXPECT_TRUE(finite(pack(site.frame), "frame"));
   }
-  EXPECT_TRUE(finite(pack(model.global_residual), "global_residual"));
-  EXPECT_TRUE(symmetric(model.global_residual));
   for (const MotionPrimitive& primitive : model.primitives) {
     EXPECT_TRUE(std::isfinite(primitive.weight));
     for (const CellVelocity& cell : primitive.cells) EXPECT_TRUE(cell.velocity.allFinite());

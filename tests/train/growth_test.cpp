@@ -49,9 +49,12 @@ TEST(Growth, PruningMakesModelsSmaller) {
 
 TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(100, 6);
-  const std::size_t free_bytes = packed_bytes(run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model);
+  Model rest = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
+  const auto most = static_cast<double>(packed_bytes(rest));
+  rest.primitives.clear(), rest.transitions.clear();
+  const auto least = static_cast<double>(packed_bytes(rest));
   EpisodeConfig capped = kConfig;
-  capped.budget.max_bytes = 0.8 * static_cast<double>(free_bytes);
+  capped.budget.max_bytes = least + 0.7 * (most - least);
   capped.budget.max_primitives = 12;
   int evicted = 0;
   run_episodes({}, tracks, 20, capped, sila_update(capped), [&](int number, const Model&, const Episode& episode) {

@@ -12,7 +12,7 @@ namespace sila {
 
 /// Mean velocities over seven windows, the velocity at the end, and the direction of walking.
 inline constexpr int kKinematicFeatures = 9;
-/// The same, the global residual GP and the residual GPs.
+/// The same, the motion regression and the residual GPs.
 inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
 /// Features of the scale of errors: 1, and logarithms of speeds, changes of velocity and local support.
 inline constexpr int kScaleFeatures = 8;
@@ -23,7 +23,7 @@ inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
 /// Features of the hazards of starting and of stopping (src/refine/motion_change.hpp).
 inline constexpr int kHazardFeatures = 12;
-/// Features of the corrections of paths by motion and by place, and times ahead at which they are learnt.
+/// Features of the regressions of errors by motion and by place, and times ahead at which they are learnt.
 inline constexpr int kMotionFeatures = 64;
 inline constexpr int kCorrectionFeatures = 150;
 inline constexpr int kCorrectionKnots = 5;
@@ -42,6 +42,9 @@ struct RegressionMoments {
     return *this;
   }
 };
+
+/// Those of errors of mean velocities along the heading, and to the left of it, on motion.
+using MotionMoments = std::array<RegressionMoments, 2>;
 
 /// Sums of squared prediction errors along and across the predicted way.
 struct ErrorMoments {
@@ -65,11 +68,7 @@ struct DensityMoments {
   /// Expected squared errors of each component, relative to the scale: at step * kMixtureComponents + component.
   std::vector<ErrorMoments> components;
 
-  DensityMoments& operator+=(const DensityMoments& more) {
-    scale += more.scale;
-    for (std::size_t c = 0; c < components.size(); ++c) components[c] += more.components[c];
-    return *this;
-  }
+  DensityMoments& operator+=(const DensityMoments& more);
 };
 
 /// At observed class * kMotionStates + motion state.
@@ -91,11 +90,7 @@ struct SlowErrors {
   double weight = 0.0;
   std::array<double, std::size(kSlowChoices)> errors_m = {};
 
-  SlowErrors& operator+=(const SlowErrors& more) {
-    weight += more.weight;
-    for (std::size_t c = 0; c < errors_m.size(); ++c) errors_m[c] += more.errors_m[c];
-    return *this;
-  }
+  SlowErrors& operator+=(const SlowErrors& more);
 };
 
 /// Sums of the prediction errors of past episodes, gathered on tracks that the model had not learnt yet: for the
@@ -107,15 +102,16 @@ struct ErrorStatistics {
   double observe_s = 3.2;                   ///< length of a whole window
   std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
   Densities density;                        ///< errors of stacked predictions
-  Densities density_place_free;             ///< of the global residual GP alone, for a place that is not known
+  Densities density_place_free;             ///< of the motion regression alone, for a place that is not known
   std::vector<std::vector<double>> scores;  ///< counts of nonconformity scores: bins at step * kScoreClasses + class
   std::vector<double> novelties;            ///< counts of raw novelties: bins
   std::vector<SlowErrors> slow;             ///< of each slow class
   /// Of each motion state, when it changes: kStanding when people start, kWalking when they stop.
   std::array<RegressionMoments, kMotionStates> changes;
-  /// Of the errors of stacked velocities of people who walk, along the heading and to the left of it, on motion; and on
-  /// the correction known before: 1 x 1.
-  std::array<RegressionMoments, 2> motion;
+  /// Of people who walk: errors of constant velocity on motion.
+  MotionMoments global_motion;
+  /// The same of stacked velocities; and on the correction known before: 1 x 1.
+  MotionMoments motion;
   RegressionMoments motion_share;
   RegressionMoments correction;  ///< the same of what that leaves, on places
   RegressionMoments correction_share;
@@ -128,6 +124,9 @@ double windows_in(const Densities& densities);
 
 /// Tables of zeros.
 ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s);
+
+/// Without the sums that depend on positions, of the correction by place.
+void forget_positions(ErrorStatistics& error_statistics);
 
 /// Every example counted `share` times; exact, since all error statistics are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);

@@ -12,27 +12,12 @@ namespace sila {
 inline constexpr int kResidualInputs = 6;
 using ResidualInput = Eigen::Matrix<double, kResidualInputs, 1>;
 
-/// Inputs of a global residual GP: velocities [m/s] of the last 0.4, 0.8, 1.6 and 3 s in the heading frame, ahead and
-/// left; the leftward part of the last 0.8 s is zero and left out.
-inline constexpr int kGlobalResidualInputs = 7;
-using GlobalResidualInput = Eigen::Matrix<double, kGlobalResidualInputs, 1>;
-
 /// The motion of a track until t0, and its deviation from constant velocity after t0.
 struct ResidualSample {
   double t0_s = 0.0;
   ResidualInput state = ResidualInput::Zero();
   /// Mean velocity from t0 to each knot minus constant velocity [curb units/s]: x, y of the first knot, second, ...
   Eigen::VectorXd residuals;
-  /// The same in the heading frame: inputs, and residuals ahead and left [m/s].
-  GlobalResidualInput global_residual = GlobalResidualInput::Zero();
-  Eigen::VectorXd global_residuals_mps;
-};
-
-/// Samples of a global residual GP: velocities, and the deviation of the path from constant velocity, each also
-/// mirrored. Shapes: inputs kGlobalResidualInputs x n, outputs n x 2 per knot [m/s], ahead and left.
-struct GlobalResidualSamples {
-  Eigen::MatrixXd inputs;
-  Eigen::MatrixXd outputs;
 };
 
 /// The tracks of one episode as they are learnt from. Invariant: `residuals` is empty, or has a list for each track.
@@ -55,8 +40,6 @@ struct TransitionSamples {
 struct Increment {
   Model model;
   std::vector<TransitionSamples> samples;
-  /// Those of the global residual GP of each site; or empty, as `samples`.
-  std::vector<GlobalResidualSamples> global_residuals = {};
 };
 
 }  // namespace sila

@@ -104,8 +104,9 @@ struct Model {
   std::vector<Transition> transitions;      ///< R, sorted by (from, to), each pair once
   std::vector<Site> sites;                  ///< where it was trained, in the order of training
   SiteSharing sharing = SiteSharing::apart;
-  /// Global residual GP of all sites together, for untrained ones (src/refine/global_residual.hpp); constant size.
-  SparseGp global_residual;
+  /// Error statistics of other places, which count at each site like a few of its own windows; empty without them
+  /// (sila/refine/prior.hpp).
+  ErrorStatistics prior;
   int episodes = 0;
   long tracks = 0;                     ///< trajectories learnt from
   std::vector<EpisodeId> episode_ids;  ///< of the batches learnt, which are not learnt again; sorted, each once

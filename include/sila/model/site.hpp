@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
-#include "sila/gp/sparse_gp.hpp"
 #include "sila/model/error_statistics.hpp"
 
 namespace sila {
@@ -16,8 +15,6 @@ struct Site {
   int episodes = 0;                  ///< batches that had tracks of this site
   long tracks = 0;                   ///< of this site learnt from
   ErrorStatistics error_statistics;  ///< of predictions at this site; constant size
-  /// Global residual GP of the whole site (src/refine/global_residual.hpp); constant size.
-  SparseGp global_residual;
 };
 
 /// Whether the sites of a model have transitions in common.
@@ -48,7 +45,7 @@ int find_or_add_site(std::vector<Site>& sites, const CurbFrame& frame);
 std::vector<Site> sites_of(const std::vector<CurbTrajectory>& tracks);
 
 /// The sites of two models: those of the first keep their indices, those that only the second has follow. Episodes,
-/// tracks and error statistics add; global residual GPs are those of the first model.
+/// tracks and error statistics add.
 struct JoinedSites {
   std::vector<Site> sites;
   std::vector<int> of_second;  ///< the index in `sites` of each site of the second model

@@ -29,10 +29,6 @@ struct ResidualConfig {
   int max_pseudo_inputs = 120;
   /// Selection of pseudo-inputs stops when every conditional variance is below this [of the signal variance].
   static constexpr double selection_stop = 0.1;
-  /// Length scale of the velocities of the global residual GP [m/s].
-  static constexpr double global_scale_mps = 0.9;
-  /// Maximum number of pseudo-inputs of the global residual GP; no setting.
-  int global_pseudo_inputs = 60;
 };
 
 template <class Config, class Visitor>
@@ -57,8 +53,6 @@ struct RefineConfig : PredictConfig {
   static constexpr double variant_weight = 0.002;
   /// Distance of a variant from its mode [standard deviations].
   static constexpr double variant_reach = 0.9;
-  /// Maximum effective sample size of the global residual GP at an untrained site.
-  static constexpr double max_effective_samples = 25.0;
 };
 
 template <class Config, class Visitor>

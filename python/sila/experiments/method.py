@@ -39,6 +39,7 @@ class Method:
     at_once: ClassVar[bool] = False
     social: ClassVar[bool] = False  #: `predict(windows, neighbours)` also gets the people who are present at each t0
     upstream: ClassVar[tuple[str, str] | None] = None  #: repository and commit of the code of others that it runs
+    elsewhere: ClassVar[bool] = False  #: it first gets the tracks of the other places, by `begin_with(places)`
     published: ClassVar[bool] = False  #: it is used as others have published it, and learns nothing here
 
     if TYPE_CHECKING:  # parameters are attributes
@@ -70,6 +71,10 @@ class Method:
     def not_for(cls, config: Mapping[str, Any]) -> str:
         """Why it cannot predict windows of this configuration; empty if it can."""
         return ""
+
+    def begin_with(self, places: Sequence[FramedTracks]) -> None:
+        """Learns from the training tracks of the other places, each of one place."""
+        raise NotImplementedError
 
     def fit(self, tracks: FramedTracks) -> None:
         """Learns all tracks, in batches."""

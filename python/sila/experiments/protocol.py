@@ -48,6 +48,7 @@ class Protocol:
 
     training: list[FramedTracks] = field(default_factory=list)
     test_sites: list[TestSite] = field(default_factory=list)
+    elsewhere: list[FramedTracks] = field(default_factory=list)  #: of each other scene, for methods that ask for it
 
 
 def split_scene(
@@ -133,6 +134,9 @@ def protocol_of(experiment: Experiment, run: Run) -> Protocol:
     train, test = sides(scene)
     others = [other for s, other in enumerate(scenes) if s != run.scene_index]
     protocol.training = [train] if run.here else [sides(other)[0] for other in others]
+    cls = experiment.methods[run.method_index].cls
+    if cls is not None and cls.elsewhere:
+        protocol.elsewhere = [sides(other)[0] for other in others]
     protocol.test_sites = [TestSite(scene.name, test, TrainingSupport(train, config), scene.tracks)]
     return protocol
 
@@ -143,7 +147,7 @@ def first_tracks(training: Sequence[FramedTracks], count: int) -> list[FramedTra
     for tracks in training:
         first.append(tracks.take(list(range(min(count, len(tracks))))))
         count -= len(first[-1])
-    return [tracks for tracks in first if len(tracks)]
+    return [tracks for tracks in first if len(tracks)] or first[:1]
 
 
 def batches_of(training: Sequence[FramedTracks], batch: int) -> Iterator[FramedTracks]:

@@ -182,8 +182,8 @@ def _settings(file: str, given: dict[str, Any], overrides: Overrides) -> Setting
 
 def _counts(file: str, value: Any) -> tuple[int, ...]:
     counts = value if isinstance(value, list) else []
-    if any(type(n) is not int or n < 1 for n in counts) or sorted(set(counts)) != counts or not counts:
-        raise FormatError(file, 0, "tracks as a list of growing numbers from 1", json.dumps(value))
+    if any(type(n) is not int or n < 0 for n in counts) or sorted(set(counts)) != counts or not counts:
+        raise FormatError(file, 0, "tracks as a list of growing numbers from 0", json.dumps(value))
     return tuple(counts)
 
 

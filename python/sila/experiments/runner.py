@@ -53,6 +53,8 @@ def method_and_batches(experiment: Experiment, run: Run, protocol: Protocol) -> 
     assert entry.cls is not None
     config = entry.configs[run.scene_index]
     method = entry.cls(config, batch=batch, seed=run.trial, scene=run.scene, **entry.parameters)
+    if method.elsewhere:
+        method.begin_with(protocol.elsewhere)
     if not method.at_once:
         return method, list(batches_of(protocol.training, batch))
     whole = protocol.training[0]
@@ -68,6 +70,7 @@ def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Js
     checkpoints: list[Json] = []
     places: Json = {}
     tracks = 0
+    batches = batches or protocol.training  # of no tracks: what the method says before it learns
     for episode, batch in enumerate(batches, 1):
         tracks += len(batch)
         started = time.process_time()
@@ -138,9 +141,9 @@ def build_hash() -> str:
 def key_of(experiment: Experiment, run: Run, build: str) -> Json:
     """What the result of a run depends on. Trials that are added later leave the earlier ones as they are."""
     settings = {k: v for k, v in asdict(experiment.settings).items() if k not in ("trials", "bootstraps", "split")}
-    one = experiment.settings.kind == "one_place"
-    scenes = [experiment.scenes[run.scene_index]] if one else experiment.scenes
     method: ExperimentMethod = experiment.methods[run.method_index]
+    one = experiment.settings.kind == "one_place" and not (method.cls is not None and method.cls.elsewhere)
+    scenes = [experiment.scenes[run.scene_index]] if one else experiment.scenes
     source = ""
     if method.cls is not None and ".py:" in method.kind:
         source = (Path(experiment.file).parent / method.kind.partition(":")[0]).read_text(encoding="utf-8")

@@ -8,11 +8,12 @@ from pathlib import Path
 from ..method import Method
 from .cliff import Cliff
 from .knn import Knn
-from .library import Accumulate, Batch, Linear, Retrain, Sila, Tree
+from .library import Accumulate, Batch, Linear, Retrain, Sila, SilaWithPrior, Tree
 
 METHODS: dict[str, type[Method]] = {
     "sila": Sila,
     "accumulate": Accumulate,
+    "sila with prior": SilaWithPrior,
     "retrain": Retrain,
     "batch": Batch,
     "tree": Tree,

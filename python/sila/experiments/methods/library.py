@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, ClassVar
 
 from ..._sila import FramedTracks, ModelLearner, Prediction, WindowSet
@@ -32,6 +33,26 @@ class Sila(Method):
 
     def predict(self, windows: WindowSet) -> Sequence[Prediction]:
         return self.learner.predict(windows)
+
+
+@lru_cache(maxsize=1)
+def learnt(config: str, batch: int, places: tuple[FramedTracks, ...]) -> list[ModelLearner]:
+    """A model of each place."""
+    models = []
+    for tracks in places:
+        model = Sila(config, batch=batch)
+        model.fit(tracks)
+        models.append(model.learner)
+    return models
+
+
+class SilaWithPrior(Sila):
+    """Begins with the error statistics of the other places of the experiment."""
+
+    elsewhere: ClassVar[bool] = True
+
+    def begin_with(self, places: Sequence[FramedTracks]) -> None:
+        self.learner.begin_with(learnt(self.config, self.batch, tuple(places)))
 
 
 class Accumulate(Sila):

@@ -1,0 +1,45 @@
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+#include "sila/io/model_file.hpp"
+#include "verbs.hpp"
+
+namespace sila::cli {
+namespace {
+
+struct PriorOptions {
+  CommonOptions common;
+  std::vector<std::string> models;
+  std::string out;
+};
+
+void make(const PriorOptions& options) {
+  std::vector<StoredModel> models;
+  for (const std::string& path : options.models) models.push_back(load_model(path));
+  const StoredModel prior = stored_prior(models);
+  save_model(options.out, prior);
+  std::cout << options.out << ": what " << models.size() << " models know of any place, of "
+            << std::lround(windows_in(prior.model.prior.density))
+            << " windows; begin each new place with a copy of it\n";
+}
+
+}  // namespace
+
+void add_prior(CLI::App& app) {
+  CLI::App* group = app.add_subcommand("prior", "Begin new places with what others know of how people walk.");
+  group->require_subcommand(1);
+  auto options = std::make_shared<PriorOptions>();
+  CLI::App* verb = add_verb(*group, "make", "Make the first model of a new place from models of other places.",
+                            "sila prior make a.sila b.sila --out new.sila", options->common);
+  verb->add_option("models", options->models, "models of other places, with the same windows")
+      ->required()
+      ->type_name("M.sila");
+  verb->add_option("--out", options->out, "model file to write; it has no tracks yet")->required()->type_name("P.sila");
+  verb->callback([options] { make(*options); });
+}
+
+}  // namespace sila::cli

@@ -1,0 +1,121 @@
+// A new place begins with what other places know of how people walk.
+#include "sila/refine/prior.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "sila/evaluate/metrics.hpp"
+#include "sila/model/packing.hpp"
+#include "sila/train/episode.hpp"
+#include "support/walks.hpp"
+
+namespace sila {
+namespace {
+
+using Tracks = std::vector<FramedTrajectory>;
+
+const EpisodeConfig kConfig;
+
+/// Around a corner far from the origin, turned.
+Tracks elsewhere(int count, unsigned seed) {
+  const CurbFrame frame = make_curb_frame({300, -80}, {0, 1}, {-1, 0}, {3, 3, 3}, CurbScaling::metres);
+  Tracks tracks = testing::corner_walks(count, seed);
+  for (FramedTrajectory& placed : tracks) {
+    for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
+    placed.frame = frame;
+  }
+  return tracks;
+}
+
+Model learnt(const Tracks& tracks, const Model& start = {}, const EpisodeConfig& config = kConfig) {
+  return run_episodes(start, tracks, 20, config, sila_update(config)).model;
+}
+
+/// Mean displacement error of the mean paths [m].
+double error_m(const Model& model, const Tracks& tracks) {
+  const Predictor predictor(model, kConfig.predict);
+  double sum_m = 0.0;
+  int steps = 0;
+  for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, 1.0)) {
+    const std::vector<Vector2> path_m = mean_path(predictor.predict(window.observed), window.future_m.size());
+    for (std::size_t j = 0; j < window.future_m.size(); ++j, ++steps) sum_m += (path_m[j] - window.future_m[j]).norm();
+  }
+  return sum_m / steps;
+}
+
+Model prior_elsewhere() {
+  const Model other = learnt(elsewhere(80, 1));
+  return make_prior(std::span(&other, 1));
+}
+
+TEST(Prior, HoldsTheSumsOfAllModelsWithoutPlaces) {
+  const Model both[] = {learnt(elsewhere(20, 1)), learnt(testing::corner_walks(20, 2))};
+  const Model prior = make_prior(both);
+  EXPECT_TRUE(prior.empty());
+  EXPECT_TRUE(prior.sites.empty());
+  EXPECT_EQ(prior.episodes, 0);
+  const ErrorStatistics &a = both[0].sites[0].error_statistics, &b = both[1].sites[0].error_statistics;
+  EXPECT_EQ(windows_in(prior.prior.density), windows_in(a.density) + windows_in(b.density));
+  EXPECT_TRUE(prior.prior.motion[0].features.isApprox(a.motion[0].features + b.motion[0].features));
+  EXPECT_GT(a.correction.weight + b.correction.weight, 0.0);
+  EXPECT_EQ(prior.prior.correction.features.norm(), 0.0);
+  EXPECT_NO_THROW(check(prior));
+}
+
+TEST(Prior, HelpsWhereFewTracksAreKnown) {
+  const Tracks unseen = testing::corner_walks(40, 9), few = testing::corner_walks(6, 3);
+  const Model prior = prior_elsewhere();
+  EXPECT_LT(error_m(learnt(few, prior), unseen), error_m(learnt(few), unseen));
+}
+
+/// People who walk faster and faster, in any direction around a point.
+Tracks speeding_up(const Vector2& around_m, int count) {
+  Tracks tracks;
+  for (int person = 0; person < count; ++person) {
+    const double angle = 0.7 * person, speed_mps = 0.8 + 0.02 * (person % 10);
+    FramedTrajectory placed{{"p" + std::to_string(person), {}, {}}, testing::square_frame()};
+    placed.frame.origin_m = around_m;
+    for (int i = 0; i <= 50; ++i) {
+      const double t = 0.2 * i;
+      placed.track.times_s.push_back(20.0 * person + t);
+      placed.track.positions_m.push_back(around_m +
+                                         (speed_mps * t + 0.05 * t * t) * Vector2(std::cos(angle), std::sin(angle)));
+    }
+    tracks.push_back(std::move(placed));
+  }
+  return tracks;
+}
+
+TEST(Prior, PredictsAtAPlaceWithoutTracksHowPeopleWalkElsewhere) {
+  const Model other = learnt(speeding_up({100.0, 30.0}, 80)), prior = make_prior(std::span(&other, 1));
+  const Tracks unseen = speeding_up({0.0, 0.0}, 15);
+  EXPECT_LT(error_m(prior, unseen), 0.5 * error_m({}, unseen));
+}
+
+TEST(Prior, StaysAsItIsWhateverIsLearntAndFused) {
+  const Model prior = prior_elsewhere();
+  const Model first = learnt(testing::corner_walks(20, 3), prior), second = learnt(testing::corner_walks(20, 4), prior);
+  EXPECT_EQ(pack(first.prior), pack(prior.prior));
+  EXPECT_EQ(pack(fuse_models(first, second, kConfig.fuse).model.prior), pack(prior.prior));
+  EXPECT_EQ(pack(fuse_models(learnt(testing::corner_walks(20, 5)), second, kConfig.fuse).model.prior),
+            pack(prior.prior));
+}
+
+TEST(Prior, RejectsWhatDoesNotFit) {
+  EXPECT_THROW(make_prior({}), std::invalid_argument);
+  const Model nothing[1];
+  EXPECT_THROW(make_prior(nothing), std::invalid_argument);
+  EpisodeConfig shorter = kConfig;
+  shorter.predict.horizon_s = 3.0;
+  EXPECT_THROW(learnt(testing::corner_walks(20, 3), prior_elsewhere(), shorter), std::invalid_argument);
+  const Model one = prior_elsewhere(), other = learnt(elsewhere(40, 6)), different = make_prior(std::span(&other, 1));
+  EXPECT_THROW(fuse_models(learnt(testing::corner_walks(20, 3), one), learnt(testing::corner_walks(20, 4), different),
+                           kConfig.fuse),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace sila
