@@ -203,7 +203,7 @@ TEST(ModelFile, InspectionHasTheContractsKeysAndFitsADozenLines) {
   ASSERT_EQ(json.at("sites").size(), 2u);
   EXPECT_EQ(json.at("sites")[1].at("share"), 0.75);
   const std::string text = describe(read);
-  EXPECT_EQ(std::ranges::count(text, '\n'), 11 + static_cast<long>(model.sites.size()));
+  EXPECT_EQ(std::ranges::count(text, '\n'), 12 + static_cast<long>(model.sites.size()));
   EXPECT_TRUE(says(text, "840 tracks in 42 episodes"));
 }
 
