@@ -107,7 +107,7 @@ def test_workers_give_the_same_numbers(tmp_path):
         ({"trials": 0}, ["trials", "1 to 10000"]),
         ({"split": "tracks"}, ["track"]),
         ({"tracks": [20, 10]}, ["tracks", "growing", "[20, 10]"]),
-        ({"tracks": [0, 10]}, ["tracks", "from 1"]),
+        ({"tracks": [-1, 10]}, ["tracks", "from 0"]),
         ({"tracks": 10}, ["tracks", "list"]),
         ({"tracks": [10], "every_episode": True}, ["tracks", "every_episode"]),
     ],
