@@ -78,6 +78,13 @@ FramedTracks rescaled_for(FramedTracks framed, const std::string& config_json) {
   return framed;
 }
 
+/// In the frame that a model without a scene makes of its first batch.
+FramedTracks without_scene(FramedTracks framed, const FramedTracks& first_batch, const std::string& config_json) {
+  const Config config = config_of(config_json);
+  place(framed.tracks, scene_for({}, {}, first_batch.tracks, config.episode.scaling, config.corners), config.corners);
+  return framed;
+}
+
 /// FNV-1a over all that a track is, as 16 hexadecimal digits.
 std::string hash_of(const FramedTracks& framed) {
   std::uint64_t hash = 14695981039346656037ull;
@@ -304,6 +311,8 @@ void bind_framed_tracks(nb::module_& module) {
           "frame", [](const FramedTracks& f, std::size_t i) { return f.tracks.at(i).frame; }, "index"_a)
       .def("take", &taken, "indices"_a)
       .def("rescaled", &rescaled_for, "config"_a, "In the curb units of a configuration.")
+      .def("without_scene", &without_scene, "first_batch"_a, "config"_a,
+           "In the frame that a model without a scene makes of its first batch.")
       .def(
           "split",
           [](const FramedTracks& f, double share, std::uint64_t seed, const std::string& by) {

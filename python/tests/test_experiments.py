@@ -104,6 +104,8 @@ def test_workers_give_the_same_numbers(tmp_path):
         ({"scenes": []}, ["scenes"]),
         ({"scenes": [{"name": "a", "scene": "none.json"}]}, ["none.json"]),
         ({"kind": "transfer"}, ["at least two"]),
+        ({"kind": "transfer", "methods": [{"method": "sila", "scene": False}]}, ["without a scene", "one_place"]),
+        ({"methods": [{"method": "sila", "scene": "none"}]}, ["scene as true or false"]),
         ({"trials": 0}, ["trials", "1 to 10000"]),
         ({"split": "tracks"}, ["track"]),
         ({"tracks": [20, 10]}, ["tracks", "growing", "[20, 10]"]),
@@ -125,6 +127,21 @@ def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):
     tracks = len(experiment.scenes[0].tracks)
     assert len(protocol.test_sites[0].test) >= round(tracks / 4)
     assert len(protocol.training[0]) <= tracks - len(protocol.test_sites[0].test)
+
+
+def test_without_a_scene_the_frame_is_of_the_first_batch_and_the_windows_are_the_same(tmp_path):
+    methods = ["sila", {"name": "without a scene", "method": "sila", "scene": False}]
+    experiment = read_experiment(written(tmp_path, methods=methods))
+    given, made = (protocol_of(experiment, run_) for run_ in runs_of(experiment))
+    frames = [tracks.frame(0) for tracks in (given.training[0], made.training[0], made.test_sites[0].test)]
+    assert not np.allclose(frames[0].origin_m, frames[1].origin_m)
+    np.testing.assert_array_equal(frames[1].origin_m, frames[2].origin_m)
+    config, first_batch = experiment.scenes[0].config, given.training[0].take(list(range(20)))
+    expected = given.training[0].without_scene(first_batch, config).frame(0)
+    np.testing.assert_array_equal(frames[1].origin_m, expected.origin_m)
+    windows = [protocol.test_sites[0].test.windows(config, 1.6) for protocol in (given, made)]
+    assert windows[0].track_ids == windows[1].track_ids
+    np.testing.assert_array_equal(windows[0].future_m, windows[1].future_m)
 
 
 def test_transfer_learns_elsewhere_and_beside_it_here(tmp_path):

@@ -215,7 +215,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
 
 
 def run_field(file: str, out: str, data_dir: str | None) -> None:
-    """Does what is not in `out` yet, writes table.md and the predictions in TrajNet++'s format."""
+    """Does what is not in `out` yet, writes table.md after each scene, and predictions in TrajNet++'s format."""
     from .field_report import markdown
 
     settings, scenes, methods = read_field(file, data_dir)
@@ -238,4 +238,4 @@ def run_field(file: str, out: str, data_dir: str | None) -> None:
                 write_text(path, json.dumps(kept) + "\n")
                 print(f"{entry['name']}, {LEARNT[entry['learnt']]}, {scene.name}", file=sys.stderr)
             results.append(kept)
-    write_text(folder / "table.md", markdown(file, settings, methods, results, seed))
+        write_text(folder / "table.md", markdown(file, settings, methods, results, seed))

@@ -117,11 +117,15 @@ def runs_of(experiment: Experiment) -> list[Run]:
 
 def protocol_of(experiment: Experiment, run: Run) -> Protocol:
     settings, scenes = experiment.settings, experiment.scenes
-    config = experiment.methods[run.method_index].configs[run.scene_index]
+    method = experiment.methods[run.method_index]
+    config = method.configs[run.scene_index]
 
     def sides(scene: ExperimentScene) -> tuple[FramedTracks, FramedTracks]:
         train, test = split_scene(scene, settings, run.trial, run.split)
-        return train.rescaled(config), test.rescaled(config)
+        if method.scene:
+            return train.rescaled(config), test.rescaled(config)
+        first_batch = next(batches_of([train], settings.batch))
+        return train.without_scene(first_batch, config), test.without_scene(first_batch, config)
 
     protocol = Protocol()
     if settings.kind == "places":

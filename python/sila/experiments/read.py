@@ -84,6 +84,7 @@ class ExperimentMethod:
     configs: Sequence[str]
     cls: type[Method] | None  #: none: it cannot run here,
     missing: str = ""  #: and why
+    scene: bool = True  #: false: the frame is made of the first batch, as without a scene file
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,7 @@ class Experiment:
             method.name: {
                 "method": method.kind,
                 "parameters": dict(method.parameters),
+                "scene": method.scene,
                 "config": {scene.name: json.loads(config) for scene, config in zip(self.scenes, method.configs)},
             }
             for method in self.methods
@@ -222,7 +224,7 @@ def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]
     """The methods of an entry: one, or one a similarity threshold."""
     if isinstance(item, str):
         item = {"method": item}
-    _require_keys(file, item, where, ["name", "method", "thresholds", "config", "parameters"])
+    _require_keys(file, item, where, ["name", "method", "thresholds", "config", "parameters", "scene"])
     kind = _text(file, item, where, "method") if "method" in item else _text(file, item, where, "name")
     if kind not in METHODS and ".py:" not in kind:
         nearest = _nearest(kind, list(METHODS))
@@ -236,6 +238,8 @@ def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]
     parameters = _part(file, item, where, "parameters")
     if cls is not None:
         _require_keys(file, parameters, f"{where}, parameters", list(cls.parameters))
+    if type(item.get("scene", True)) is not bool:
+        raise FormatError(file, 0, f"{where} with scene as true or false", json.dumps(item["scene"]))
     named = item.get("name", kind)
     thresholds = _list(file, item, where, "thresholds") if "thresholds" in item else [None]
     made = []
@@ -248,7 +252,7 @@ def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]
                 config = merged(config, {"fuse": {"similarity_threshold": threshold}})
             configs.append(config)
         name = named if threshold is None else f"{named} {json.dumps(threshold)}"
-        made.append(ExperimentMethod(name, kind, parameters, configs, cls, missing))
+        made.append(ExperimentMethod(name, kind, parameters, configs, cls, missing, item.get("scene", True)))
     return made
 
 
@@ -275,6 +279,8 @@ def _check(experiment: Experiment) -> None:
         raise ValueError("experiment: train_tracks needs test_tracks beside it")
     if settings.tracks and (settings.every_episode or settings.kind == "transfer"):
         raise ValueError("experiment: tracks goes neither with every_episode nor with the kind transfer")
+    if settings.kind != "one_place" and not all(method.scene for method in methods):
+        raise ValueError("experiment: a method without a scene knows one place, so it needs the kind one_place")
     if settings.kind != "one_place" and len(scenes) < 2:
         raise ValueError("experiment: scenes = one, this kind needs at least two")
     for what, names in (("scenes", [s.name for s in scenes]), ("methods", [m.name for m in methods])):

@@ -152,7 +152,7 @@ def key_of(experiment: Experiment, run: Run, build: str) -> Json:
         "build": build,
         "experiment": hash_of(settings, run.split),
         "tracks": hash_of([[scene.name, scene.tracks_hash] for scene in scenes]),
-        "method": hash_of(method.kind, dict(method.parameters), method.configs[run.scene_index], source),
+        "method": hash_of(method.kind, dict(method.parameters), method.configs[run.scene_index], method.scene, source),
     }
 
 
