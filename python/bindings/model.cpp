@@ -155,6 +155,9 @@ void bind_model(nb::module_& module) {
       .def_prop_ro(
           "episodes", [](const StoredModel& stored) { return stored.model.episodes; }, "Batches learnt.")
       .def_prop_ro(
+          "prior_windows", [](const StoredModel& stored) { return windows_in(stored.model.prior.density); },
+          "Windows at other places that it began with (`make_prior`).")
+      .def_prop_ro(
           "episode_ids",
           [](const StoredModel& stored) {
             std::vector<std::string> texts;

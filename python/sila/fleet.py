@@ -162,9 +162,10 @@ class _Run:
 
     def carry_out(self, partitions: list[tuple[Any, list[str]]], start: Model) -> Model:
         """Every task of the plan, as soon as what it needs is there."""
-        plan = _sila.plan_fleet(len(partitions), start.episodes > 0, self.settings)
+        goes_on = start.episodes > 0 or start.prior_windows > 0
+        plan = _sila.plan_fleet(len(partitions), goes_on, self.settings)
         values: dict[int, Any] = {_sila.FLEET_NOTHING: None}
-        if start.episodes > 0:
+        if goes_on:
             values[_sila.FLEET_START] = self.submit("start", _same, start)
         uses: dict[int, int] = {}
         for _, _, inputs in plan:

@@ -21,6 +21,17 @@ def test_learning_gives_a_new_model_and_leaves_the_old_one(place, model):
     assert (more.episodes, more.tracks) == (model.episodes + 1, len(place.tracks) + 10)
 
 
+def test_a_prior_is_the_first_model_of_a_new_place(model, place):
+    prior = sila.make_prior([model])
+    assert (prior.size, prior.tracks, model.prior_windows) == (0, 0, 0)
+    assert prior.prior_windows > 100
+    learnt = sila.learn(place.tracks[:20], scene=place.scene, model=prior)
+    assert learnt.prior_windows == prior.prior_windows
+    assert learnt.size > 0
+    with pytest.raises(ValueError, match="no error statistics"):
+        sila.make_prior([sila.Model()])
+
+
 def test_a_model_tells_what_it_holds(model, place):
     assert model.size == len(model.primitives) + len(model.transitions) > 0
     assert repr(model).startswith(f"Model(size={model.size}: {len(model.primitives)} primitives, ")

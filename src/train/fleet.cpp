@@ -109,7 +109,7 @@ Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
   return model;
 }
 
-/// The error statistics of a model by site, without counts and global residual GPs.
+/// The error statistics of a model by site, without counts.
 SiteErrorStatistics error_statistics_of(const Model& model) {
   SiteErrorStatistics error_statistics{model.sites};
   for (Site& site : error_statistics.sites) {
@@ -296,7 +296,7 @@ Model learn_fleet(const Model& start, std::vector<Partition> partitions, Episode
   const FleetValue begin = start, nothing;
   const Partition none;
   std::vector<FleetValue> values;
-  const Plan plan = plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0, config);
+  const Plan plan = plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0 || !start.prior.empty(), config);
   for (const FleetTask& task : plan) {
     std::vector<const FleetValue*> inputs;
     for (const int from : task.inputs)

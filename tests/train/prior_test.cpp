@@ -10,6 +10,7 @@
 #include "sila/evaluate/metrics.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "sila/train/fleet.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -102,6 +103,22 @@ TEST(Prior, StaysAsItIsWhateverIsLearntAndFused) {
   EXPECT_EQ(pack(fuse_models(first, second, kConfig.fuse).model.prior), pack(prior.prior));
   EXPECT_EQ(pack(fuse_models(learnt(testing::corner_walks(20, 5)), second, kConfig.fuse).model.prior),
             pack(prior.prior));
+}
+
+TEST(Prior, IsWhereAFleetBegins) {
+  const Model prior = prior_elsewhere();
+  const Tracks tracks = testing::corner_walks(40, 3);
+  std::vector<Partition> partitions;
+  for (std::size_t i = 0; i < 40; i += 20)
+    partitions.push_back(
+        {Tracks(tracks.begin() + static_cast<std::ptrdiff_t>(i), tracks.begin() + static_cast<std::ptrdiff_t>(i + 20)),
+         20,
+         {},
+         {}});
+  const Model model = learn_fleet(prior, std::move(partitions), kConfig);
+  EXPECT_EQ(pack(model.prior), pack(prior.prior));
+  EXPECT_EQ(model.tracks, 40);
+  EXPECT_NO_THROW(check(model));
 }
 
 TEST(Prior, RejectsWhatDoesNotFit) {
