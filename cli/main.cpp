@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
                "sila");
   app.set_version_flag("--version", "sila " + std::string(sila::build_version()));
   app.require_subcommand(0, 1);
+  app.option_defaults()->disable_flag_override();  // a flag takes no value
   app.footer("`sila VERB --help` has an example of each verb.");
   sila::cli::add_simulate(app);
   sila::cli::add_learn(app);

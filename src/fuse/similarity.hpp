@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fuse/reindex.hpp"
+#include "sila/fuse/fuse.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {
@@ -27,5 +28,10 @@ SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, d
 /// Similarities within a model, of the pairs that case 2 needs: two primitives with a common neighbour in the
 /// graph. Joint indices, sorted.
 std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming);
+
+/// The mean of primitives that are fused, cell by cell; weights add. Arrows shorter than `drop_below` are dropped, but
+/// the longest stays, so that no primitive is left empty. Throws: std::invalid_argument without members, or if they
+/// cancel out in every cell. Source: SILA paper, Alg. 2, "average". Differs: docs/decisions/0044.
+MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, PrimitiveMean mean, double drop_below);
 
 }  // namespace sila

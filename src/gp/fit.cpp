@@ -167,8 +167,8 @@ SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eige
                                                               config.selection_stop, default_jitter);
   SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen),
                                         mean, default_jitter);
-  detail::add_data(gp, data, detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs)),
-                   config.alpha);
+  detail::add_data(gp, data,
+                   detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs)));
   return gp;
 }
 
@@ -192,7 +192,7 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
   if (!optimises || points < config.min_points_to_optimise) return greedy_fit(data, start, mean, config);
   const Fit fit = optimised_fit(data, start, config);
   return condition(prior_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data.inputs,
-                   data.outputs, config.alpha);
+                   data.outputs);
 }
 
 Hyperparameters pool_hyperparameters(std::span<const GpData> sets, const Hyperparameters& start,

@@ -191,8 +191,7 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
 
 /// docs/gp.md, section 9: the posterior mean at the old pseudo-inputs replaces the old data, with the
 /// same number of points.
-detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const Eigen::MatrixXd& lower,
-                                          double alpha) {
+detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& into, const Eigen::MatrixXd& lower) {
   const Eigen::Index size = part.pseudo_inputs.cols();
   const Posterior posterior(part);
   Eigen::MatrixXd residuals(size, part.mean.size());
@@ -202,7 +201,7 @@ detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& 
   const double times = part.points / static_cast<double>(size);
   return detail::statistics_of(detail::whitened(lower, covariance(into.kernel, part.pseudo_inputs, into.pseudo_inputs)),
                                residuals, Eigen::VectorXd::Constant(size, into.noise_variance / times),
-                               into.kernel.signal_variance, alpha);
+                               into.kernel.signal_variance);
 }
 
 /// A part of which only the constant mean is known.
@@ -238,12 +237,12 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
     if (no_statistics(*part)) {
       fused.points += part->points;
     } else if (config.fusion == GpFusion::transfer) {
-      detail::add(fused, detail::project(*part, fused, lower, config.alpha), part->points);
+      detail::add(fused, detail::project(*part, fused, lower), part->points);
     } else {
-      detail::add(fused, pseudo_data_statistics(*part, fused, lower, config.alpha), part->points);
+      detail::add(fused, pseudo_data_statistics(*part, fused, lower), part->points);
     }
   }
-  if (data_points > 0.0) detail::add_data(fused, data, std::move(basis.features), config.alpha);
+  if (data_points > 0.0) detail::add_data(fused, data, std::move(basis.features));
   return fused;
 }
 

@@ -63,15 +63,14 @@ SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
   return gp;
 }
 
-SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs, double alpha) {
-  detail::require_alpha("condition", alpha);
+SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs) {
   validate(gp);
   validate("condition", {inputs, outputs}, gp.pseudo_inputs.rows(), gp.mean.size());
   SparseGp updated = gp;
   if (inputs.cols() == 0) return updated;
   detail::add_data(
       updated, {inputs, outputs},
-      detail::whitened(detail::lower_factor(gp, "condition"), covariance(gp.kernel, inputs, gp.pseudo_inputs)), alpha);
+      detail::whitened(detail::lower_factor(gp, "condition"), covariance(gp.kernel, inputs, gp.pseudo_inputs)));
   return updated;
 }
 
@@ -131,7 +130,6 @@ void validate(const GpConfig& config) {
   };
   require("max_pseudo_inputs", config.max_pseudo_inputs, {1, 1000});
   require("selection_stop", config.selection_stop, share);
-  require("alpha", config.alpha, share);
   require("max_iterations", config.max_iterations, {1, 1e6});
   require("min_length_scale", config.min_length_scale, positive);
   require("min_noise_variance", config.min_noise_variance, positive);

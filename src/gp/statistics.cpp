@@ -62,10 +62,10 @@ Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross) {
 }
 
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
-                         double signal_variance, double alpha) {
+                         double signal_variance) {
   Eigen::ArrayXd lambda = noise;
   // The unexplained variance is negative only by rounding.
-  if (alpha > 0.0) lambda += alpha * (signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
+  lambda += (signal_variance - features.rowwise().squaredNorm().array()).max(0.0);
   const Eigen::VectorXd scale = lambda.rsqrt();
   features.array().colwise() *= scale.array();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(features.cols(), features.cols());
@@ -82,16 +82,11 @@ void add(SparseGp& gp, const Statistics& statistics, double points) {
   gp.points += points;
 }
 
-void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features, double alpha) {
+void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features) {
   const Eigen::MatrixXd residuals = data.outputs.rowwise() - gp.mean.transpose();
   const Eigen::VectorXd noise = Eigen::VectorXd::Constant(data.inputs.cols(), gp.noise_variance);
-  add(gp, statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance, alpha),
+  add(gp, statistics_of(std::move(features), residuals, noise, gp.kernel.signal_variance),
       static_cast<double>(data.inputs.cols()));
-}
-
-void require_alpha(const std::string& function, double alpha) {
-  if (alpha >= 0.0 && alpha <= 1.0) return;
-  throw std::invalid_argument(concatenate(function, ": alpha = ", alpha, " is outside [0, 1]"));
 }
 
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {

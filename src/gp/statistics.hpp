@@ -41,16 +41,14 @@ struct Statistics {
 /// V' = k(X, Z) L_u^-T from k(X, Z), both n x M.
 Eigen::MatrixXd whitened(const Eigen::MatrixXd& lower, Eigen::MatrixXd cross);
 
-/// The statistics of data. Shapes: features n x M = V', residuals n x P = y - mean, noise n.
+/// The statistics of data (FITC). Shapes: features n x M = V', residuals n x P = y - mean, noise n.
 Statistics statistics_of(Eigen::MatrixXd features, const Eigen::MatrixXd& residuals, const Eigen::VectorXd& noise,
-                         double signal_variance, double alpha);
+                         double signal_variance);
 
 void add(SparseGp& gp, const Statistics& statistics, double points);
 
 /// Adds data whose features V' are known. Shapes: features n x M.
-void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features, double alpha);
-
-void require_alpha(const std::string& function, double alpha);
+void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features);
 
 /// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a);

@@ -69,11 +69,11 @@ Link link_between(const SparseGp& from, const SparseGp& into, const Eigen::Matri
   return {explained.transpose(), std::move(hidden)};
 }
 
-/// chol(I + alpha A). With very many points rounding makes it indefinite; then the diagonal is increased until there
+/// chol(I + A). With very many points rounding makes it indefinite; then the diagonal is increased until there
 /// is a factor, and the transferred information is slightly too small.
-Eigen::MatrixXd damping_factor(double alpha, const Eigen::MatrixXd& a) {
+Eigen::MatrixXd damping_factor(const Eigen::MatrixXd& a) {
   for (double more = 1.0; std::isfinite(more); more *= 10.0) {
-    Eigen::MatrixXd damping = alpha * a;
+    Eigen::MatrixXd damping = a;
     damping.diagonal().array() += more;
     if (cholesky_in_place(damping)) return damping;
   }
@@ -87,7 +87,7 @@ bool same_basis(const SparseGp& a, const SparseGp& b) {
          a.pseudo_inputs == b.pseudo_inputs;
 }
 
-Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower, double alpha) {
+Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::MatrixXd& lower) {
   const Statistics stored = about_mean(from, into.mean);
   if (same_basis(from, into)) return stored;
   const auto [u, f] = link_between(from, into, lower);
@@ -95,13 +95,13 @@ Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::Matr
   Eigen::MatrixXd information(u.rows(), u.rows());       // U G U'; only the lower triangle, until it is mirrored
   information.triangularView<Eigen::Lower>() = known * u.transpose();
   Statistics result{{}, u * stored.response, u * stored.mean_response};
-  if (alpha > 0.0 && f.cols() > 0) {
-    const Eigen::MatrixXd damping = damping_factor(alpha, f.transpose() * (stored.information * f));  // A = F' G F
+  if (f.cols() > 0) {
+    const Eigen::MatrixXd damping = damping_factor(f.transpose() * (stored.information * f));  // A = F' G F
     const auto damping_lower = damping.triangularView<Eigen::Lower>();
     const Eigen::MatrixXd lost = whitened(damping, known * f);  // U G F, whitened
-    result.response -= alpha * lost * damping_lower.solve(f.transpose() * stored.response);
-    result.mean_response -= alpha * lost * damping_lower.solve(f.transpose() * stored.mean_response);
-    information.selfadjointView<Eigen::Lower>().rankUpdate(lost, -alpha);
+    result.response -= lost * damping_lower.solve(f.transpose() * stored.response);
+    result.mean_response -= lost * damping_lower.solve(f.transpose() * stored.mean_response);
+    information.selfadjointView<Eigen::Lower>().rankUpdate(lost, -1.0);
   }
   result.information = information.selfadjointView<Eigen::Lower>();
   return result;
@@ -109,8 +109,7 @@ Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::Matr
 
 }  // namespace detail
 
-SparseGp transfer(const SparseGp& from, const SparseGp& into, double alpha) {
-  detail::require_alpha("transfer", alpha);
+SparseGp transfer(const SparseGp& from, const SparseGp& into) {
   validate(from), validate(into);
   if (from.pseudo_inputs.rows() != into.pseudo_inputs.rows() || from.mean.size() != into.mean.size()) {
     throw std::invalid_argument("transfer: from has " + std::to_string(from.pseudo_inputs.rows()) + " inputs and " +
@@ -118,7 +117,7 @@ SparseGp transfer(const SparseGp& from, const SparseGp& into, double alpha) {
                                 std::to_string(into.pseudo_inputs.rows()) + " and " + std::to_string(into.mean.size()));
   }
   SparseGp updated = into;
-  detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer"), alpha), from.points);
+  detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer")), from.points);
   return updated;
 }
 

@@ -1,10 +1,10 @@
-#include "camera_file.hpp"
-
 #include <algorithm>
 #include <stdexcept>
 #include <vector>
 
 #include "core/concatenate.hpp"
+#include "json_file.hpp"
+#include "scene_json.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {

@@ -59,6 +59,13 @@ std::string renamed(std::string_view path) {
   return result.substr(1, result.size() - 2);
 }
 
+/// Whether a path or its end is the name of a field that is a constant now.
+bool was_field(std::string_view path) {
+  if (kConstants.find(" " + std::string(path) + " ") != std::string_view::npos) return true;
+  const std::size_t dot = path.find('.');
+  return dot != std::string_view::npos && was_field(path.substr(dot + 1));
+}
+
 const Field& find_field(std::span<const Field> list, std::string_view path) {
   if (list.empty()) throw std::invalid_argument("configuration: it has no fields");
   const auto known = std::ranges::find(list, path, &Field::path);
@@ -67,11 +74,7 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
   const auto has_new_name = [&](const Field& field) { return (field.path + ".").starts_with(now + "."); };
   if (now != path && std::ranges::any_of(list, has_new_name))
     throw Rejection{now + " (the new name of this field)", excerpt(path)};
-  const auto names_path = [&](std::string_view name) {
-    return ("." + std::string(path)).ends_with("." + std::string(name));
-  };
-  if (std::ranges::any_of(kConstants, names_path))
-    throw Rejection{"a field that can be set (this one is a constant now)", excerpt(path)};
+  if (was_field(path)) throw Rejection{"a field that can be set (this one is a constant now)", excerpt(path)};
   std::vector<std::string_view> names;  // the whole path, and its last name alone, as users leave the group out
   for (const Field& field : list) {
     names.push_back(field.path);

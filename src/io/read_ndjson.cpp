@@ -1,6 +1,5 @@
 #include <nlohmann/json.hpp>
 
-#include "json_values.hpp"
 #include "read_rows.hpp"
 #include "sila/io/track_files.hpp"
 
@@ -10,6 +9,21 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kLongestId = 64;  ///< [bytes]
+
+/// The number of a key; nothing if it is missing or something else.
+std::optional<double> number_in(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_number() ? std::optional<double>(found->get<double>()) : std::nullopt;
+}
+
+/// The id of a track: a text or a whole number; nothing if it is missing or something else.
+std::optional<std::string> id_in(const nlohmann::json& object, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end()) return std::nullopt;
+  if (found->is_string()) return found->get<std::string>();
+  if (found->is_number_integer()) return found->dump();  // its digits, however large it is
+  return std::nullopt;
+}
 
 }  // namespace
 

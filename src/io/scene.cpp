@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "camera_file.hpp"
 #include "core/track_frame.hpp"
 #include "json_file.hpp"
 #include "scene_json.hpp"

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "sila/io/scene.hpp"
 
@@ -10,5 +11,8 @@ namespace sila {
 /// As read_scene, for the JSON of a file.
 Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json, CurbScaling scaling,
                     const std::filesystem::path& data_dir);
+
+/// As read_camera, for the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".
+CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, const std::string& where);
 
 }  // namespace sila

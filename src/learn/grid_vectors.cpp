@@ -1,7 +1,7 @@
-#include "learn/grid_vectors.hpp"
-
 #include <cmath>
 #include <map>
+
+#include "learn/dictionary.hpp"
 
 namespace sila {
 namespace {

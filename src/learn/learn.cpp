@@ -12,8 +12,6 @@
 #include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
 #include "learn/dictionary.hpp"
-#include "learn/grid_vectors.hpp"
-#include "learn/segmentation.hpp"
 #include "learn/transitions.hpp"
 
 namespace sila {

@@ -1,7 +1,7 @@
-#include "learn/segmentation.hpp"
-
 #include <Eigen/Core>
 #include <algorithm>
+
+#include "learn/transitions.hpp"
 
 namespace sila {
 namespace {

@@ -9,7 +9,7 @@ namespace {
 constexpr double kMotionScale_mps = 0.8;
 
 using MotionFeatures = Eigen::Matrix<double, kMotionFeatures, 1>;
-using Knots = Eigen::Matrix<double, kCorrectionKnots, 1>;
+using KnotValues = Eigen::Matrix<double, kCorrectionKnots, 1>;
 
 /// Sums and differences of the features of a motion and of its mirror image, scaled to length 1 on average:
 /// cos(a + b) +- cos(a - b), where `a` has the components along the heading and `b` those to the left of it.
@@ -51,14 +51,14 @@ VelocityCorrection MotionRegression::error(const MotionInput& input, double hori
   found.knot_interval_s = horizon_s / kCorrectionKnots;
   if (empty()) return found;
   const SymmetricFeatures features = symmetric_features(input);
-  const Knots along = along_.lazyProduct(features.even), to_left = to_left_.lazyProduct(features.odd);
+  const KnotValues along = along_.lazyProduct(features.even), to_left = to_left_.lazyProduct(features.odd);
   for (int k = 0; k < kCorrectionKnots; ++k)
     found.knots_mps[static_cast<std::size_t>(k)] = along(k) * input.heading + to_left(k) * left_of(input.heading);
   return found;
 }
 
 void add_window(MotionMoments& moments, const MotionInput& input, const KnotErrors& errors) {
-  Knots along, to_left;
+  KnotValues along, to_left;
   for (int k = 0; k < kCorrectionKnots; ++k) {
     const Vector2& error = errors.at_mps[static_cast<std::size_t>(k)];
     along(k) = input.heading.dot(error), to_left(k) = cross(input.heading, error);

@@ -221,6 +221,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_rejected(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
   expect_rejected(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
   expect_rejected("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
+  expect_rejected("predict tracks.csv --scene tracks.scene.json --model m.sila --outcomes=9", {"outcomes was given"});
   expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7",
                   {"similarity_threshold", "1.7"});
   expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",

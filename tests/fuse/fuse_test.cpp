@@ -176,8 +176,8 @@ TEST(FuseConfig, NamesTheFieldThatIsOutOfRange) {
   EXPECT_EQ(message_of([] { validate(with_threshold(1.7)); }), "fuse: similarity_threshold = 1.7 is outside (0, 1]");
   EXPECT_EQ(message_of([] { fuse({}, {}, with_threshold(0.0)); }), "fuse: similarity_threshold = 0 is outside (0, 1]");
   FuseConfig config;
-  config.gp.alpha = 2.0;
-  EXPECT_EQ(message_of([&] { validate(config); }), "gp: alpha = 2 is outside [0, 1]");
+  config.gp.selection_stop = 2.0;
+  EXPECT_EQ(message_of([&] { validate(config); }), "gp: selection_stop = 2 is outside [0, 1]");
   EXPECT_EQ(message_of([] { validate(FuseConfig{}); }), "");
 }
 

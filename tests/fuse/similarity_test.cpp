@@ -4,7 +4,6 @@
 
 #include <stdexcept>
 
-#include "fuse/mean.hpp"
 #include "fuse_data.hpp"
 #include "support/random_models.hpp"
 

@@ -35,8 +35,8 @@ inline GpData last_two() {
 inline SparseGp example_prior(std::initializer_list<double> pseudo_inputs) {
   return prior_gp(unit_kernel(), 0.1, row(pseudo_inputs), vector({0}), 0.0);
 }
-inline SparseGp condition(const SparseGp& gp, const GpData& data, double alpha = 1.0) {
-  return sila::condition(gp, data.inputs, data.outputs, alpha);
+inline SparseGp condition(const SparseGp& gp, const GpData& data) {
+  return sila::condition(gp, data.inputs, data.outputs);
 }
 
 /// Numbers for laws; the seed is printed by the test.

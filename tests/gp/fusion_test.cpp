@@ -67,7 +67,7 @@ Score score(const SparseGp& gp, const GpData& truth) {
 }
 
 /// The formulas of docs/gp.md, section 7, with an eigen-decomposition and no special cases.
-SparseGp textbook_transfer(const SparseGp& a, const SparseGp& into, double alpha) {
+SparseGp textbook_transfer(const SparseGp& a, const SparseGp& into) {
   const auto lower_of = [](const SparseGp& gp) -> Eigen::MatrixXd {
     Eigen::MatrixXd own = covariance(gp.kernel, gp.pseudo_inputs, gp.pseudo_inputs);
     own.diagonal().array() += gp.jitter * gp.kernel.signal_variance;
@@ -83,13 +83,13 @@ SparseGp textbook_transfer(const SparseGp& a, const SparseGp& into, double alpha
   const Eigen::MatrixXd e = la.triangularView<Eigen::Lower>().solve(half.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(a.information);
   const Eigen::MatrixXd f = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const Eigen::MatrixXd q = Eigen::MatrixXd::Identity(f.cols(), f.cols()) + alpha * f.transpose() * e * f;
+  const Eigen::MatrixXd q = Eigen::MatrixXd::Identity(f.cols(), f.cols()) + f.transpose() * e * f;
   const Eigen::MatrixXd damped = f * q.inverse() * f.transpose();
   const Eigen::MatrixXd response = a.response + a.mean_response * (a.mean - into.mean).transpose();
   SparseGp result = into;
   result.information += u * damped * u.transpose();
-  result.response += u * (response - alpha * damped * e * response);
-  result.mean_response += u * (a.mean_response - alpha * damped * e * a.mean_response);
+  result.response += u * (response - damped * e * response);
+  result.mean_response += u * (a.mean_response - damped * e * a.mean_response);
   return result;
 }
 
@@ -105,16 +105,14 @@ TEST(Transfer, ByCholeskyEqualsTheEigenDecomposition) {
     const SparseGp old = condition(prior, make.data(2, points, 2));
     const SparseGp into = prior_gp(new_theta.kernel, new_theta.noise_variance,
                                    select_pseudo_inputs(new_theta.kernel, make.points(2, 60), 9), vector({0.5, 1}));
-    for (const double alpha : {0.0, 0.5, 1.0}) {
-      const SparseGp found = transfer(old, into, alpha);
-      const SparseGp wanted = textbook_transfer(old, into, alpha);
-      EXPECT_TRUE(found.information.isApprox(wanted.information, 1e-8));
-      EXPECT_TRUE(found.response.isApprox(wanted.response, 1e-8));
-      EXPECT_TRUE(found.mean_response.isApprox(wanted.mean_response, 1e-8));
-      EXPECT_EQ(found.information, found.information.transpose().eval());
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(found.information);
-      EXPECT_GE(eigen.eigenvalues().minCoeff(), -1e-10 * eigen.eigenvalues().maxCoeff());
-    }
+    const SparseGp found = transfer(old, into);
+    const SparseGp wanted = textbook_transfer(old, into);
+    EXPECT_TRUE(found.information.isApprox(wanted.information, 1e-8));
+    EXPECT_TRUE(found.response.isApprox(wanted.response, 1e-8));
+    EXPECT_TRUE(found.mean_response.isApprox(wanted.mean_response, 1e-8));
+    EXPECT_EQ(found.information, found.information.transpose().eval());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(found.information);
+    EXPECT_GE(eigen.eigenvalues().minCoeff(), -1e-10 * eigen.eigenvalues().maxCoeff());
   }
 }
 
@@ -280,7 +278,7 @@ TEST(FuseGps, AGpWithNearlyAllPointsKeepsItsPseudoInputs) {
   for (const auto& parts : {std::vector{&much, &little}, std::vector{&little, &much}}) {
     const SparseGp kept = fuse_gps(parts, nothing(), config);
     EXPECT_EQ(kept.pseudo_inputs, much.pseudo_inputs);
-    EXPECT_TRUE(kept.information.isApprox(transfer(little, much, config.alpha).information, 1e-9));
+    EXPECT_TRUE(kept.information.isApprox(transfer(little, much).information, 1e-9));
   }
   config.keep_pseudo_inputs_share = 0.96;
   const SparseGp* const both[] = {&much, &little};

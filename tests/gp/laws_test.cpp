@@ -65,14 +65,13 @@ TEST(SparseGp, ConditioningInAnyOrderIsOneFit) {
   for (unsigned seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
-    const double alpha = seed % 3 * 0.5;
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 60, 2);
     const SparseGp prior = prior_on(theta, select_pseudo_inputs(theta.kernel, data.inputs, 15), vector({0.5, 0.1}));
-    const SparseGp once = condition(prior, data, alpha);
+    const SparseGp once = condition(prior, data);
     SparseGp pieces = prior;
     for (const Eigen::Index begin : {40, 0, 20}) {
-      pieces = sila::condition(pieces, data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20), alpha);
+      pieces = sila::condition(pieces, data.inputs.middleCols(begin, 20), data.outputs.middleRows(begin, 20));
     }
     EXPECT_TRUE(pieces.information.isApprox(once.information, 1e-12));
     EXPECT_TRUE(pieces.response.isApprox(once.response, 1e-12));
@@ -304,8 +303,6 @@ TEST(CallersMistakes, AreNamed) {
             "condition: inputs holds a number that is not finite");
   EXPECT_EQ(message_of([&] { sila::condition(gp, row({1}), vector({nan})); }),
             "condition: outputs holds a number that is not finite");
-  EXPECT_EQ(message_of([&] { condition(gp, example_data(), 1.5); }), "condition: alpha = 1.5 is outside [0, 1]");
-  EXPECT_EQ(message_of([&] { transfer(gp, gp, -0.5); }), "transfer: alpha = -0.5 is outside [0, 1]");
   EXPECT_EQ(message_of([&] { prior_gp(unit_kernel(), -1.0, row({0}), vector({0})); }),
             "sparse_gp: noise_variance = -1, must be positive and finite");
   EXPECT_EQ(message_of([&] {
@@ -328,11 +325,11 @@ TEST(CallersMistakes, AreNamed) {
   broken.mean_response.resize(1);
   EXPECT_EQ(message_of([&] { validate(broken); }), "sparse_gp: mean_response is 1 x 1, must be 2 x 1");
   GpConfig config;
-  config.alpha = 2.0;
+  config.selection_stop = 2.0;
   EXPECT_EQ(message_of([&] {
               fit_sparse_gp(example_data(), {unit_kernel(), 0.1}, config);
             }),
-            "gp: alpha = 2 is outside [0, 1]");
+            "gp: selection_stop = 2 is outside [0, 1]");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // What the model file does when the disk fails, is full, or loses power at any of the operations of an episode.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "faulty_vfs.hpp"
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
@@ -11,8 +13,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The model after an episode, made once.
+const Model& model_after(int episode) {
+  static std::map<int, Model> made;
+  const auto [entry, is_new] = made.try_emplace(episode);
+  if (is_new) entry->second = random_model(static_cast<std::uint64_t>(episode));
+  return entry->second;
+}
+
 void commit_episode(ModelFile& file, int number) {
-  file.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
+  file.commit(model_after(number), record(number), "{}");
 }
 
 /// The last episode of the file, which must be whole; 0 if there is no model in it yet.
@@ -23,7 +33,7 @@ int last_whole_episode(const fs::path& path) {
   const StoredModel read = file.read();
   const int last = read.episodes.back().number;
   EXPECT_EQ(read.episodes.size(), static_cast<std::size_t>(last));
-  EXPECT_TRUE(identical(read.model, random_model(static_cast<std::uint64_t>(last))));
+  EXPECT_TRUE(identical(read.model, model_after(last)));
   return last;
 }
 

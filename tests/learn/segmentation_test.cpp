@@ -1,4 +1,3 @@
-#include "learn/segmentation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -65,10 +65,9 @@ SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
                   const Eigen::VectorXd& mean, double jitter = default_jitter);
 
 /// Adds data under the GP's own pseudo-inputs and kernel; exact, in any order.
-/// Shapes: inputs D x n, outputs n x P. `alpha` = 1: FITC, 0: DTC, between: Power EP.
-/// Throws: std::invalid_argument for wrong shapes, NaN, or alpha outside [0, 1]. Source: docs/gp.md, section 2.
-SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs,
-                   double alpha = 1.0);
+/// Shapes: inputs D x n, outputs n x P.
+/// Throws: std::invalid_argument for wrong shapes or NaN. Source: docs/gp.md, section 2 (FITC).
+SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs);
 
 /// Counts every data point `factor` times; exact, since the statistics are sums over points.
 SparseGp discount(SparseGp gp, double factor);
@@ -106,8 +105,7 @@ struct GpConfig {
   ConstantMean constant_mean = ConstantMean::data;
   int max_pseudo_inputs = 30;  ///< of a fit, M
   double selection_stop =
-      0.01;            ///< no more pseudo-inputs once conditional variances are below [of the signal variance]
-  double alpha = 1.0;  ///< how the unexplained variance counts: 1 FITC, 0 DTC
+      0.01;  ///< no more pseudo-inputs once conditional variances are below [of the signal variance]
   /// With fewer points Z is chosen greedily and theta kept.
   static constexpr int min_points_to_optimise = 30;
   int max_iterations = 50;  ///< of the optimiser
