@@ -1,6 +1,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,13 @@ void make(const PriorOptions& options) {
   for (const std::string& path : options.models) models.push_back(load_model(path));
   const StoredModel prior = stored_prior(models);
   save_model(options.out, prior);
-  std::cout << options.out << ": what " << models.size() << " models know of any place, of "
-            << std::lround(windows_in(prior.model.prior.density))
-            << " windows; begin each new place with a copy of it\n";
+  const double windows = windows_in(prior.model.prior.density);
+  if (options.common.json) {
+    std::cout << nlohmann::ordered_json{{"models", models.size()}, {"windows", windows}}.dump(2) << "\n";
+    return;
+  }
+  std::cout << options.out << ": a prior of " << std::lround(windows) << " windows, from " << models.size()
+            << (models.size() == 1 ? " model" : " models") << "; begin each new place with a copy of it\n";
 }
 
 }  // namespace
