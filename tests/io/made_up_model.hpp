@@ -12,6 +12,7 @@
 #include <string>
 
 #include "sila/io/model_file.hpp"
+#include "sila/model/increment.hpp"
 #include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
