@@ -43,6 +43,7 @@ std::string sound_bytes() {
   model.primitives.resize(2), model.transitions.resize(1);
   model.transitions[0].from = model.transitions[0].to = 0;
   for (Site& site : model.sites) site.error_statistics = of_one_step(site.error_statistics);
+  model.prior = of_one_step(model.prior);
   return in_small_pages(model_bytes(stored(model)));
 }
 
