@@ -142,16 +142,16 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
                                    const CurbTrajectory& observed, const Stacking& stacking, Scratch& scratch) {
-  const double observe_s = stacking.observe_s();
-  ObservedFeatures observation{kinematic_features(observed),
-                               {},
-                               predict_experts(index, near, observed, scratch),
-                               {},
-                               site,
-                               {speed_class(observed), slow_class(observed), observed_class(observed, observe_s)},
-                               mean_speed_mps(observed),
-                               observed.still_s,
-                               !near.empty()};
+  ObservedFeatures observation{
+      kinematic_features(observed),
+      {},
+      predict_experts(index, near, observed, scratch),
+      {},
+      site,
+      {speed_class(observed), slow_class(observed), observed_class(observed, stacking.observe_s())},
+      mean_speed_mps(observed),
+      observed.still_s,
+      !near.empty()};
   observation.global_motion = stacking.global_motion(observation, observed);
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
   return observation;

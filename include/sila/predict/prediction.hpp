@@ -51,8 +51,8 @@ struct Prediction {
   /// walking one has stopped (slower than 0.3 m/s over 0.8 s). Empty before errors are known.
   std::vector<double> change_probabilities;
   Vector2 start_m = Vector2::Zero();  ///< position at t0, as it was estimated
-  /// Unit vector. Of a person who walks, the direction of the last 0.8 s; of a person who stands, axis 1 of the site.
-  /// Zero if not known.
+  /// Unit vector: the direction of the last 0.8 s if the person walks, axis 1 of the site if the person stands; zero if
+  /// neither is known.
   Vector2 heading = Vector2::Zero();
 };
 
