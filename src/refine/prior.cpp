@@ -1,15 +1,22 @@
 #include "sila/refine/prior.hpp"
 
+#include <set>
 #include <stdexcept>
+#include <vector>
 
 #include "refine/error_statistics.hpp"
+#include "sila/model/packing.hpp"
 
 namespace sila {
 
 Model make_prior(std::span<const Model> models) {
   Model prior;
   if (!models.empty()) prior.settings = models.front().settings;
-  for (const Model& model : models) accumulate(prior.prior, pooled_error_statistics(model, false));
+  std::set<std::vector<double>> counted;  // models may have begun with the same prior
+  for (const Model& model : models) {
+    if (counted.insert(pack(model.prior)).second) accumulate(prior.prior, model.prior);
+    for (const Site& site : model.sites) accumulate(prior.prior, site.error_statistics);
+  }
   if (!(windows_in(prior.prior.density) > 0.0))
     throw std::invalid_argument("make_prior: the models have no error statistics");
   forget_positions(prior.prior);

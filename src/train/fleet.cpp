@@ -13,6 +13,9 @@
 namespace sila {
 namespace {
 
+/// Groups of partitions, each of which a model of the others predicts.
+constexpr std::size_t kGroups = 4;
+
 using Plan = std::vector<FleetTask>;
 using Inputs = std::span<const FleetValue* const>;
 
@@ -32,27 +35,37 @@ int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   return add_task(plan, {step, -1, {first, second}});
 }
 
-/// A half, fused with the start model if there is one.
-int with_start(Plan& plan, bool goes_on, int half) {
-  if (!goes_on) return half;
-  return half == kFleetNothing ? kFleetStart : add_task(plan, {FleetStep::fuse, -1, {kFleetStart, half}});
+/// A model, fused with the start model if there is one.
+int with_start(Plan& plan, bool goes_on, int model) {
+  if (!goes_on) return model;
+  return model == kFleetNothing ? kFleetStart : add_task(plan, {FleetStep::fuse, -1, {kFleetStart, model}});
 }
 
-/// Adds the rounds in which each half is predicted by the other one; returns the task with all errors of the last
-/// round.
-int add_rounds(Plan& plan, const int (&models)[2], int partitions, int middle, int rounds) {
-  int error_statistics[2] = {kFleetNothing, kFleetNothing};
-  for (int round = 0; round < rounds; ++round) {
-    const FleetStep step = round + 1 < rounds ? FleetStep::warm_up : FleetStep::calibrate;
-    std::vector<int> fitted[2];
-    for (int partition = 0; partition < partitions; ++partition) {
-      const int half = partition < middle ? 0 : 1;
-      fitted[half].push_back(add_task(plan, {step, partition, {models[half], error_statistics[1 - half]}}));
+/// All values but one.
+std::vector<int> others(std::span<const int> values, std::size_t left_out) {
+  std::vector<int> rest(values.begin(), values.end());
+  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(left_out));
+  return rest;
+}
+
+/// Adds the rounds in which each group of partitions is predicted by a model of the other ones, `models`, with their
+/// error statistics; returns the task with all errors of the last round.
+int add_rounds(Plan& plan, std::span<const int> models, std::span<const std::size_t> group_of) {
+  std::vector<int> known(models.size(), kFleetNothing), all;
+  for (int round = 0; round < kFleetRounds; ++round) {
+    const FleetStep step = round + 1 < kFleetRounds ? FleetStep::warm_up : FleetStep::calibrate;
+    std::vector<std::vector<int>> fitted(models.size());
+    for (std::size_t partition = 0; partition < group_of.size(); ++partition) {
+      const std::size_t group = group_of[partition];
+      fitted[group].push_back(add_task(plan, {step, static_cast<int>(partition), {models[group], known[group]}}));
     }
-    for (int half = 0; half < 2; ++half) error_statistics[half] = reduce(plan, FleetStep::add, fitted[half]);
+    all.clear();
+    for (const std::vector<int>& of_group : fitted) all.push_back(reduce(plan, FleetStep::add, of_group));
+    if (round + 1 < kFleetRounds)
+      for (std::size_t group = 0; group < known.size(); ++group)
+        known[group] = reduce(plan, FleetStep::add, others(all, group));
   }
-  if (error_statistics[1] == kFleetNothing) return error_statistics[0];
-  return add_task(plan, {FleetStep::add, -1, {error_statistics[0], error_statistics[1]}});
+  return reduce(plan, FleetStep::add, all);
 }
 
 Model model_in(const FleetValue& value) {
@@ -129,7 +142,7 @@ SiteErrorStatistics calibrate(const Partition& partition, Model known, const Sit
   std::optional<Model> alone;
   for (Site& site : fitted.sites) {
     if (find_site(known.sites, site.frame)) continue;
-    // A half without tracks of the site has no roll-outs; the partition, learnt batch by batch, has them.
+    // A model without tracks of the site has no roll-outs; the partition, learnt batch by batch, has them.
     if (!alone) alone = learn_in_turn(partition, config);
     site.error_statistics =
         alone->sites[static_cast<std::size_t>(find_site(alone->sites, site.frame).value())].error_statistics;
@@ -147,7 +160,7 @@ FuseConfig fusing(const EpisodeConfig& config) {
 }
 
 /// As an episode: fuse, then prune.
-Model fuse_halves(const Model& first, const Model& second, const EpisodeConfig& config) {
+Model fuse_two(const Model& first, const Model& second, const EpisodeConfig& config) {
   const FuseConfig fuse = fusing(config);
   Model fused = fuse_models(first, second, fuse, config.residual).model;
   return prune(std::move(fused), config.prune, fuse, config.residual).model;
@@ -231,22 +244,24 @@ std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<Episo
 Plan plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
   if (partitions < 1)
     throw std::invalid_argument("plan_fleet: partitions = " + std::to_string(partitions) + ", must be at least 1");
+  const std::size_t count = static_cast<std::size_t>(partitions), groups = std::min(count, kGroups);
   Plan plan;
-  std::vector<int> learnt;
-  for (int partition = 0; partition < partitions; ++partition)
-    learnt.push_back(add_task(plan, {FleetStep::learn, partition, {}}));
-  const int middle = (partitions + 1) / 2;
-  const auto split = static_cast<std::size_t>(middle);
-  const int halves[2] = {reduce(plan, FleetStep::fuse, std::span(learnt).first(split)),
-                         reduce(plan, FleetStep::fuse, std::span(learnt).subspan(split))};
+  std::vector<std::size_t> group_of;
+  std::vector<std::vector<int>> learnt(groups);
+  for (std::size_t partition = 0; partition < count; ++partition) {
+    group_of.push_back(partition * groups / count);
+    learnt[group_of.back()].push_back(add_task(plan, {FleetStep::learn, static_cast<int>(partition), {}}));
+  }
+  std::vector<int> parts;
+  for (const std::vector<int>& group : learnt) parts.push_back(reduce(plan, FleetStep::fuse, group));
   int error_statistics = kFleetNothing;
   if (config.error_statistics.enabled) {
-    const int models[2] = {with_start(plan, goes_on, halves[1]), with_start(plan, goes_on, halves[0])};
-    error_statistics = add_rounds(plan, models, partitions, middle, kFleetWarmUpRounds);
+    std::vector<int> models;
+    for (std::size_t group = 0; group < groups; ++group)
+      models.push_back(with_start(plan, goes_on, reduce(plan, FleetStep::fuse, others(parts, group))));
+    error_statistics = add_rounds(plan, models, group_of);
   }
-  const int whole =
-      halves[1] == kFleetNothing ? halves[0] : add_task(plan, {FleetStep::fuse, -1, {halves[0], halves[1]}});
-  const int model = with_start(plan, goes_on, whole);
+  const int model = with_start(plan, goes_on, reduce(plan, FleetStep::fuse, parts));
   add_task(plan, {FleetStep::finalise, -1, {model, error_statistics, goes_on ? kFleetStart : kFleetNothing}});
   return plan;
 }
@@ -261,7 +276,7 @@ FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, c
     case FleetStep::learn:
       return learn_partition(partition, config);
     case FleetStep::fuse:
-      return fuse_halves(model_in(input(0)), model_in(input(1)), config);
+      return fuse_two(model_in(input(0)), model_in(input(1)), config);
     case FleetStep::warm_up:
       return calibrate(partition, model_in(input(0)), error_statistics_in(input(1)), warm_up_config(config));
     case FleetStep::calibrate:

@@ -124,6 +124,13 @@ TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
   }
 }
 
+TEST(Fleet, CorrectsPathsAsOneBatchAfterAnotherDoes) {
+  const Model model = learn_fleet({}, leaves_of(testing::corner_walks(80, 5), 20, 20), kConfig);
+  const ErrorStatistics& statistics = model.sites.front().error_statistics;
+  EXPECT_GT(statistics.correction_share.weight, 0.0);
+  EXPECT_GT(statistics.motion_share.weight, 0.0);
+}
+
 TEST(Fleet, LearnsNothingTwice) {
   const Tracks tracks = testing::corner_walks(80, 10);
   std::vector<Partition> partitions = leaves_of(tracks, 40, 20);
@@ -221,10 +228,12 @@ TEST(FleetPlan, ScoresNoModelOnTracksThatItHasLearnt) {
         ++fitted[static_cast<std::size_t>(task.partition)];
         const int scored = task.inputs.front();
         if (scored >= 0) {
-          EXPECT_FALSE(knows[static_cast<std::size_t>(scored)].contains(task.partition)) << partitions << " partitions";
+          const std::set<int>& known = knows[static_cast<std::size_t>(scored)];
+          EXPECT_FALSE(known.contains(task.partition)) << partitions << " partitions";
+          EXPECT_GE(static_cast<int>(known.size()), partitions - (partitions + 3) / 4) << "all but a quarter";
         }
       }
-      for (const int rounds : fitted) EXPECT_EQ(rounds, kFleetWarmUpRounds);
+      for (const int rounds : fitted) EXPECT_EQ(rounds, kFleetRounds);
       EXPECT_EQ(knows.back().size(), static_cast<std::size_t>(partitions)) << "every partition counts";
     }
   }

@@ -66,6 +66,14 @@ TEST(Prior, HoldsTheSumsOfAllModelsWithoutPlaces) {
   EXPECT_NO_THROW(check(prior));
 }
 
+TEST(Prior, CountsAPriorThatModelsShareOnce) {
+  const Model shared = prior_elsewhere();
+  const Model both[] = {learnt(testing::corner_walks(20, 2), shared), learnt(testing::corner_walks(20, 3), shared)};
+  double windows = windows_in(shared.prior.density);
+  for (const Model& model : both) windows += windows_in(model.sites[0].error_statistics.density);
+  EXPECT_DOUBLE_EQ(windows_in(make_prior(both).prior.density), windows);
+}
+
 TEST(Prior, HelpsWhereFewTracksAreKnown) {
   const Tracks unseen = testing::corner_walks(40, 9), few = testing::corner_walks(6, 3);
   const Model prior = prior_elsewhere();

@@ -30,11 +30,10 @@ struct ChosenPartition {
 /// The site of its first track; of a model, the first.
 CurbFrame site_of(const Partition& partition);
 
-/// Partitions in an order that depends on their content alone. Each site's partitions are evenly spread, so that both
-/// halves of a fleet know the site. Episodes that are known, or in an earlier partition, are left out, and partitions
-/// without any other episode.
-/// Shapes: `episodes` has those of each partition, sorted; `sites` a frame for each; `known` is sorted.
-/// Throws: std::invalid_argument for shapes that differ.
+/// Partitions in an order that depends on their content alone. Each site's partitions are evenly spread, so that
+/// several parts of a fleet know the site. Episodes that are known, or in an earlier partition, are left out, and
+/// partitions without any other episode. Shapes: `episodes` has those of each partition, sorted; `sites` a frame for
+/// each; `known` is sorted. Throws: std::invalid_argument for shapes that differ.
 std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<EpisodeId>> episodes,
                                                std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known);
 
@@ -54,8 +53,10 @@ enum class FleetStep {
 };
 inline constexpr const char* kFleetSteps[] = {"learn", "fuse", "warm_up", "calibrate", "add", "finalise"};
 
-/// Rounds in which each half is predicted by the other half; the last round calibrates.
-inline constexpr int kFleetWarmUpRounds = 2;
+/// Rounds in which each quarter of the partitions is predicted by a model of the others. The first fits the stacking,
+/// the second the corrections of its paths, the third the densities and scores of corrected paths; the last one
+/// calibrates, the others warm up.
+inline constexpr int kFleetRounds = 3;
 
 /// Inputs are numbers of earlier tasks, or one of these.
 inline constexpr int kFleetStart = -1;    ///< the model that the fleet continues
@@ -68,9 +69,9 @@ struct FleetTask {
 };
 
 /// All tasks; each after those that it needs, the last one makes the model. Partitions are halved recursively and the
-/// halves fused. Then the model of each half predicts the other half, round by round, and the errors calibrate: no
-/// model is scored on tracks that it has learnt. Throws: std::invalid_argument without partitions. Source: none in the
-/// paper; docs/decisions/0062-fleet.md.
+/// halves fused. Then a model of three quarters of them predicts the fourth quarter, round by round, and the errors
+/// calibrate: no model is scored on tracks that it has learnt. Throws: std::invalid_argument without partitions.
+/// Source: none in the paper; docs/decisions/0062-fleet.md.
 std::vector<FleetTask> plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config);
 
 using FleetValue = std::variant<std::monostate, Model, SiteErrorStatistics>;
