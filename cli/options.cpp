@@ -108,8 +108,10 @@ void add_lines(CLI::App& verb, LineFormat& format) {
   verb.add_option("--lines", format.v1, "v1: the times in each mode, every number in full [v2]")
       ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"v1", true}, {"v2", false}}).description(""))
       ->type_name("v1|v2");
-  verb.add_flag("--outcomes", format.outcomes,
-                "add the probabilities that the person stays, goes straight on, left, right or back");
+  verb.add_flag(
+      "--outcomes", format.outcomes,
+      "add the probabilities that the person stays, goes straight on, left, right or back, and that a path comes "
+      "nearest");
 }
 
 std::map<std::string, SplitBy> split_names() {

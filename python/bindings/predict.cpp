@@ -271,6 +271,12 @@ void bind_prediction(nb::module_& module) {
           "weights", [](const TrackPrediction& p) { return all_weights(p.content); }, nb::rv_policy::automatic,
           "Shape (m,); their sum is 1.")
       .def_prop_ro(
+          "nearest_probabilities",
+          [](const TrackPrediction& p) { return array_of(nearest_probabilities(p.content), {p.content.modes.size()}); },
+          nb::rv_policy::automatic,
+          "Shape (m,): that no other path comes nearer to the way that the person takes; 0 for a mode whose path an "
+          "earlier mode has. Their sum is 1.")
+      .def_prop_ro(
           "paths_m", [](const TrackPrediction& p) { return all_paths(p.content); }, nb::rv_policy::automatic,
           "Shape (m, t, 2), metres.")
       .def_ro("metres_per_pixel", &TrackPrediction::metres_per_pixel, "Of a model in pixels; 0 for one in metres.")

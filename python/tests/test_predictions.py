@@ -84,6 +84,15 @@ def test_outcomes_are_probabilities_at_whole_seconds_and_the_horizon(predictions
         assert "outcomes" not in json.loads(prediction.to_json())
 
 
+def test_nearest_probabilities_are_those_of_the_line(predictions):
+    for prediction in predictions:
+        nearest = prediction.nearest_probabilities
+        assert nearest.shape == prediction.weights.shape and nearest.sum() == pytest.approx(1.0)
+        modes = json.loads(prediction.to_json(17, outcomes=True))["modes"]
+        assert [mode["nearest"] for mode in modes] == nearest.tolist()
+        assert all("nearest" not in mode for mode in json.loads(prediction.to_json())["modes"])
+
+
 def test_manners_and_novelty_are_said_of_every_prediction(predictions):
     for prediction in predictions:
         assert 0.0 <= prediction.novelty <= 1.0

@@ -198,11 +198,12 @@ void add_times(std::string& text, const std::vector<double>& times_s, int digits
   add_list(text, "t", times_s.size(), [&](std::size_t j) { add(text, times_s[j], digits); });
 }
 
-/// `times_s`: null for a mode without times.
-void add_mode(std::string& text, const Mode& mode, double weight, const std::vector<double>* times_s,
-              const Camera* camera, int digits) {
+/// `nearest`: null for a mode without it; `times_s`: for one without times.
+void add_mode(std::string& text, const Mode& mode, double weight, const double* nearest,
+              const std::vector<double>* times_s, const Camera* camera, int digits) {
   const std::size_t steps = mode.path_m.size();
   add(text += "{\"weight\":", weight, digits + 1);
+  if (nearest != nullptr) add(text += "\"nearest\":", *nearest, digits + 1);
   if (times_s != nullptr) add_times(text, *times_s, digits);
   add_list(text, "x", steps, [&](std::size_t j) { add(text, mode.path_m[j].x(), digits); });
   add_list(text, "y", steps, [&](std::size_t j) { add(text, mode.path_m[j].y(), digits); });
@@ -252,9 +253,11 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   }
   if (format.outcomes && !prediction.heading.isZero()) add_outcomes(text, prediction, digits);
   const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
+  const std::vector<double> nearest = format.outcomes ? nearest_probabilities(prediction) : std::vector<double>{};
   add_list(text, "modes", weights.size(), [&](std::size_t m) {
     const bool with_times = m == 0 || format.v1;
-    add_mode(text, prediction.modes[m], weights[m], with_times ? &prediction.times_s : nullptr, camera, digits);
+    add_mode(text, prediction.modes[m], weights[m], nearest.empty() ? nullptr : &nearest[m],
+             with_times ? &prediction.times_s : nullptr, camera, digits);
   });
   if (!prediction.regions.empty()) {
     add_list(text, "regions", prediction.regions.size(), [&](std::size_t r) {

@@ -12,11 +12,11 @@ namespace sila {
 namespace {
 
 constexpr double kTan25 = 0.46630765815499858;  ///< half the width of `straight`
-/// Points of a standard normal distribution, of equal weight.
-constexpr std::size_t kPoints = 256;
 constexpr double kSameTime_s = 1e-9;
 
-/// A sunflower spiral: radii are quantiles, each angle is the golden angle after the one before it.
+/// Points of a standard normal distribution, of equal weight. A sunflower spiral: radii are quantiles, each angle is
+/// the golden angle after the one before it.
+template <std::size_t kPoints>
 std::array<Vector2, kPoints> normal_points() {
   std::array<Vector2, kPoints> points;
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -47,6 +47,13 @@ Matrix2 to_heading(const Prediction& prediction) {
   return rotation;
 }
 
+Matrix2 cholesky_factor(const Matrix2& covariance) {
+  const double l_xx = std::sqrt(covariance(0, 0)), l_yx = covariance(1, 0) / l_xx;
+  Matrix2 factor;
+  factor << l_xx, 0.0, l_yx, std::sqrt(std::max(0.0, covariance(1, 1) - l_yx * l_yx));
+  return factor;
+}
+
 /// Gives `stays` this probability, the others what is left in their proportion; in equal parts if they had none.
 void set_stays(OutcomeProbabilities& probabilities, double stays) {
   const double moved = 1.0 - probabilities.front(), wanted = 1.0 - stays;
@@ -68,25 +75,48 @@ OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::si
         concatenate("outcome_probabilities: step = ", step, ", the prediction has ", prediction.times_s.size()));
   if (prediction.heading.isZero())
     throw std::invalid_argument("outcome_probabilities: heading = 0, the prediction does not know it");
-  static const std::array<Vector2, kPoints> points = normal_points();
+  static const auto points = normal_points<256>();
   const Matrix2 rotation = to_heading(prediction);
   const double tan_straight = tan_straight_of(prediction);
   OutcomeProbabilities probabilities = {};
   for (const Mode& mode : prediction.modes) {
     const Vector2 mean_m = rotation * (mode.path_m[step] - prediction.start_m);
     const Matrix2 covariance = rotation * mode.covariances_m2[step] * rotation.transpose();
-    const double l_xx = std::sqrt(covariance(0, 0)), l_yx = covariance(1, 0) / l_xx;  // Cholesky factor
-    const double l_yy = std::sqrt(std::max(0.0, covariance(1, 1) - l_yx * l_yx));
+    const Matrix2 factor = cholesky_factor(covariance);
     std::array<int, kOutcomeCount> counts = {};
     for (const Vector2& u : points) {
-      const Outcome outcome =
-          outcome_at(mean_m.x() + l_xx * u.x(), mean_m.y() + l_yx * u.x() + l_yy * u.y(), tan_straight);
-      ++counts[static_cast<std::size_t>(outcome)];
+      const Vector2 point_m = mean_m + factor * u;
+      ++counts[static_cast<std::size_t>(outcome_at(point_m.x(), point_m.y(), tan_straight))];
     }
-    for (std::size_t k = 0; k < kOutcomeCount; ++k) probabilities[k] += mode.weight * counts[k] / kPoints;
+    for (std::size_t k = 0; k < kOutcomeCount; ++k)
+      probabilities[k] += mode.weight * counts[k] / static_cast<double>(points.size());
   }
   if (prediction.standing && !prediction.change_probabilities.empty())
     set_stays(probabilities, 1.0 - prediction.change_probabilities[step]);
+  return probabilities;
+}
+
+std::vector<double> nearest_probabilities(const Prediction& prediction) {
+  static const auto points = normal_points<64>();
+  const std::vector<Mode>& modes = prediction.modes;
+  std::vector<double> probabilities(modes.size(), 0.0);
+  if (prediction.times_s.empty()) return probabilities;
+  const std::size_t last = prediction.times_s.size() - 1, middle = last / 2;
+  for (const Mode& mode : modes) {
+    const Matrix2 to_middle = cholesky_factor(mode.covariances_m2[middle]);
+    const Matrix2 to_last = cholesky_factor(mode.covariances_m2[last]);
+    for (const Vector2& u : points) {
+      const Vector2 at_middle_m = mode.path_m[middle] + to_middle * u, at_last_m = mode.path_m[last] + to_last * u;
+      std::size_t nearest = 0;
+      double least_m = HUGE_VAL;
+      for (std::size_t k = 0; k < modes.size(); ++k) {
+        const double off_m =
+            (modes[k].path_m[middle] - at_middle_m).norm() + (modes[k].path_m[last] - at_last_m).norm();
+        if (off_m < least_m) least_m = off_m, nearest = k;
+      }
+      probabilities[nearest] += mode.weight / static_cast<double>(points.size());
+    }
+  }
   return probabilities;
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
@@ -53,6 +54,43 @@ Prediction random_prediction(std::mt19937& random) {
   Prediction prediction = of_modes(std::move(modes), 2.0 * kPi * uniform(random));
   prediction.standing = uniform(random) < 0.5;
   return prediction;
+}
+
+TEST(NearestPath, SharesTheDensityByPaths) {
+  const Matrix2 wide = 4.0 * Matrix2::Identity();
+  // A density about the first of three paths, of which the others are 3 m to the left and to the right. Half of the way
+  // to a path lies beyond 0.75 standard deviations: 22.7 % of a normal distribution.
+  Prediction prediction = of_modes({gaussian(0.6, {0.0, 0.0}, wide), gaussian(0.396, {0.0, 0.0}, wide),
+                                    gaussian(0.002, {0.0, 3.0}, wide), gaussian(0.002, {0.0, -3.0}, wide)});
+  const std::vector<double> nearest = nearest_probabilities(prediction);
+  EXPECT_NEAR(nearest[0], 1.0 - 2.0 * 0.227, 0.03);
+  EXPECT_EQ(nearest[1], 0.0) << "the first mode has its path";
+  EXPECT_NEAR(nearest[2], 0.227, 0.03);
+  EXPECT_NEAR(nearest[3], 0.227, 0.03);
+  EXPECT_NEAR(std::accumulate(nearest.begin(), nearest.end(), 0.0), 1.0, 1e-12);
+  EXPECT_TRUE(nearest_probabilities({}).empty());
+}
+
+TEST(NearestPath, IsTheFrequencyAmongPathsOfTheDensity) {
+  std::mt19937 random(6);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Prediction prediction = random_prediction(random);
+    std::vector<double> counts(prediction.modes.size(), 0.0);
+    for (const Mode& mode : prediction.modes) {
+      const Matrix2 root = mode.covariances_m2[0].llt().matrixL();
+      for (int i = 0; i < 4000; ++i) {
+        const Vector2 point_m = mode.path_m[0] + root * Vector2(normal(random), normal(random));
+        std::size_t nearest = 0;
+        for (std::size_t k = 1; k < prediction.modes.size(); ++k)
+          if ((prediction.modes[k].path_m[0] - point_m).norm() < (prediction.modes[nearest].path_m[0] - point_m).norm())
+            nearest = k;
+        counts[nearest] += mode.weight / 4000.0;
+      }
+    }
+    const std::vector<double> stated = nearest_probabilities(prediction);
+    for (std::size_t k = 0; k < counts.size(); ++k) EXPECT_NEAR(stated[k], counts[k], 0.04);
+  }
 }
 
 TEST(Outcomes, SumToOne) {

@@ -15,7 +15,7 @@ struct LineFormat {
   /// Decimals of metres and seconds; shares, levels and covariances get one more. From 17 on every number is written in
   /// full: the shortest text that reads back as the same double.
   int digits = 3;
-  bool outcomes = false;  ///< state where the person will be, as probabilities (sila/refine/outcomes.hpp)
+  bool outcomes = false;  ///< probabilities of sila/refine/outcomes.hpp
 };
 
 /// A prediction as one line of JSON without the line's end: seconds, metres, world frame; times after t0; covariances

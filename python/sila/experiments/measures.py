@@ -74,8 +74,7 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
 
     energy_score_m: E|X - y| - E|X - X'| / 2, mean over the steps. area_68_m2, area_95_m2: of the regions of highest
     density of that nominal probability, mean over the steps; equal_area_*: of the one nominal probability whose regions
-    hold that share of the truths, NaN where it is beyond the samples. min_ade_6_m: least ADE of the six heaviest modes.
-    ece_*: by bins of a mode's weight, the modes, their weights and how many of them came nearest.
+    hold that share of the truths, NaN where it is beyond the samples.
     """
     n, steps = len(truth_m), truth_m.shape[1]
     chosen = np.flatnonzero(np.asarray(moving, dtype=bool))
@@ -93,10 +92,10 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
         energy_score[at] = (to_truth - 0.5 * apart).mean(1)
         densities.append(mixture_density(part, first))
         confidence[some] = (densities[-1] > mixture_density(part, truth[:, None])).mean(1)
-    values = {"energy_score_m": energy_score, **_areas(np.concatenate(densities), confidence, chosen, n)}
+    values = {"energy_score_m": energy_score}
     held = [[int(count) for count in (confidence <= p).sum(0)] for p in NOMINAL]
     reliability = {"nominal": list(NOMINAL), "held": held, "windows": len(chosen), "steps": every.tolist()}
-    return {**values, **_modes_measures(modes, truth_m)}, reliability
+    return values | _areas(np.concatenate(densities), confidence, chosen, n), reliability
 
 
 def _areas(density: Array, confidence: Array, chosen: NDArray[np.intp], n: int) -> dict[str, Array]:
@@ -121,22 +120,36 @@ def stepwise_measures(modes: Modes, truth_m: Array) -> dict[str, Array]:
     return {"ade_m": error.mean(1), "fde_m": error[:, -1], "nll": -np.log(np.maximum(density, 1e-300)).mean(1)}
 
 
-def _modes_measures(modes: Modes, truth_m: Array) -> dict[str, Array]:
+def modes_measures(predictions: Sequence[Prediction], truth_m: Array) -> dict[str, Array]:
+    """Per window. min_ade_6_m: least ADE of the six heaviest modes of different paths. ece_*: by bins of the probability
+    that a path comes nearest, the paths, the sum of these probabilities and how many paths came nearest.
+    """
+    modes, nearest = _padded(predictions), _nearest_of(predictions)
     whole = modes[0].mean(2)
-    order = np.argsort(-whole, axis=1, kind="stable")[:, :MOST_MODES]
-    weights = np.take_along_axis(whole, order, 1)
-    weights = weights / weights.sum(1, keepdims=True)
+    order = np.argsort(-whole, axis=1, kind="stable")
+    weights, nearest = np.take_along_axis(whole, order, 1), np.take_along_axis(nearest, order, 1)
     paths = np.take_along_axis(modes[1], order[..., None, None], 1)
-    ade = np.where(weights > 0, np.linalg.norm(paths - truth_m[:, None], axis=-1).mean(-1), np.inf)
-    nearest = np.arange(weights.shape[1]) == ade.argmin(1)[:, None]
-    bins = np.minimum((ECE_BINS * weights).astype(int), ECE_BINS - 1)
-    values = {"min_ade_6_m": ade.min(1)}
+    ends = paths[:, :, [paths.shape[2] // 2, -1]]
+    same = (ends[:, :, None] == ends[:, None]).all((-1, -2))
+    used = (weights > 0) & ~np.tril(same, -1).any(2)  # a heavier mode does not have the same path
+    ade = np.where(used, np.linalg.norm(paths - truth_m[:, None], axis=-1).mean(-1), np.inf)
+    values = {"min_ade_6_m": np.where(np.cumsum(used, 1) <= MOST_MODES, ade, np.inf).min(1)}
+    came = np.arange(weights.shape[1]) == ade.argmin(1)[:, None]
+    bins = np.minimum((ECE_BINS * nearest).astype(int), ECE_BINS - 1)
     for b in range(ECE_BINS):
-        here = (bins == b) & (weights > 0)
+        here = (bins == b) & used
         values[f"ece_modes_{b}"] = here.sum(1).astype(float)
-        values[f"ece_weights_{b}"] = (weights * here).sum(1)
-        values[f"ece_nearest_{b}"] = (nearest & here).sum(1).astype(float)
+        values[f"ece_stated_{b}"] = (nearest * here).sum(1)
+        values[f"ece_nearest_{b}"] = (came & here).sum(1).astype(float)
     return values
+
+
+def _nearest_of(predictions: Sequence[Prediction]) -> Array:
+    """(n, k): nearest_probabilities, padded with 0."""
+    nearest = np.zeros((len(predictions), max((len(p.weights) for p in predictions), default=1)))
+    for n, prediction in enumerate(predictions):
+        nearest[n, : len(prediction.weights)] = prediction.nearest_probabilities
+    return nearest
 
 
 def _chunks(windows: int, steps: int, modes: int) -> Iterator[slice]:
@@ -153,8 +166,8 @@ def reliability_scores(held: Array, windows: int) -> tuple[float, float]:
 
 
 def calibration_error(sums: dict[str, float]) -> float | None:
-    """Expected calibration error of the weights as probabilities that a mode comes nearest."""
+    """Expected calibration error of the probabilities that the path of a mode comes nearest."""
     modes = sum(sums[f"ece_modes_{b}"] for b in range(ECE_BINS))
     if modes == 0:
         return None
-    return sum(abs(sums[f"ece_weights_{b}"] - sums[f"ece_nearest_{b}"]) for b in range(ECE_BINS)) / modes
+    return sum(abs(sums[f"ece_stated_{b}"] - sums[f"ece_nearest_{b}"]) for b in range(ECE_BINS)) / modes

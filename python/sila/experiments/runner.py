@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import _sila
 from .._sila import FramedTracks, Prediction, WindowSet
-from .measures import measures_of, modes_of, stepwise_measures
+from .measures import measures_of, modes_measures, modes_of, stepwise_measures
 from .method import Forecast, Method
 from .neighbours import inputs_of
 from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
@@ -110,6 +110,7 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
         return {}, brief
     modes, truth_m = modes_of(found if stepwise(found) else predictions), np.asarray(windows.future_m)
     more, reliability = measures_of(modes, truth_m, [window["moving"] for window in scored])
+    more |= modes_measures(predictions, truth_m)
     if stepwise(found):
         more |= stepwise_measures(modes, truth_m)
     scores = sums_of(scored, more)
