@@ -28,9 +28,9 @@ Outcome outcome_of(const Prediction& prediction, const Vector2& position_m);
 /// does not have, or without a heading. Source: none in the paper; docs/decisions/0126-outcomes.md.
 OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step);
 
-/// For each mode, the probability that no other path of the prediction comes nearer to the way that the person takes, by
-/// the density of the modes: weights are shares of that density, and a mode of little weight can well come nearest. Of
-/// modes with one path the first has its probability, the others 0; the sum is 1. By numerical integration with an
+/// For each mode, the probability that no other path of the prediction comes nearer to the way that the person takes,
+/// by the density of the modes: weights are shares of that density, and a mode of little weight can well come nearest.
+/// Of modes with one path the first has its probability, the others 0; the sum is 1. By numerical integration with an
 /// absolute error below 0.04; ways are compared halfway to the horizon and there. Source: none in the paper;
 /// docs/decisions/0128-nearest-path.md.
 std::vector<double> nearest_probabilities(const Prediction& prediction);
