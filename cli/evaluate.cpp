@@ -5,6 +5,7 @@
 
 #include "options.hpp"
 #include "sila/config.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
@@ -39,6 +40,9 @@ void evaluate_model(const EvaluateOptions& options) {
       options.predictions.empty()
           ? evaluate(stored.model, input.tracks, config.episode, config.evaluate)
           : evaluate_forecast(forecast_of(recorded), input.tracks, config.episode, config.evaluate);
+  if (!options.predictions.empty() && evaluation.windows.empty())
+    throw FormatError(options.predictions, 0, "predictions of these tracks",
+                      std::to_string(recorded.size()) + ", none of them at a sample that can be scored");
   if (options.common.json) {
     nlohmann::ordered_json json = to_json(evaluation);
     json["tracks"] = input.tracks.size();
@@ -60,6 +64,7 @@ void add_evaluate(CLI::App& app) {
   CLI::App* verb = add_verb(app, "evaluate", "Score a model's predictions on tracks, beside constant velocity.",
                             "sila evaluate tracks.csv --scene corner.json --model corner.sila", options->common);
   add_tracks(*verb, options->tracks);
+  add_hold_out(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--predictions", options->predictions,
                    "score these lines, of `predict` or `serve`, instead of what the model predicts now")

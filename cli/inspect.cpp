@@ -10,7 +10,8 @@ namespace sila::cli {
 void add_inspect(CLI::App& app) {
   auto common = std::make_shared<CommonOptions>();
   auto path = std::make_shared<std::string>();
-  CLI::App* verb = add_verb(app, "inspect", "Print the contents of a model.", "sila inspect corner.sila", *common);
+  CLI::App* verb =
+      add_plain_verb(app, "inspect", "Print the contents of a model.", "sila inspect corner.sila", *common);
   verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
   verb->callback([common, path] {
     const StoredModel stored = load_model(*path);

@@ -57,7 +57,7 @@ void print_episode(int number, const EpisodeReport& report) {
   const BudgetReport& lost = report.budget;
   if (lost.transitions > 0) {
     line << "; over the limit, evicted " << lost.primitives << " primitives and " << lost.transitions
-         << " transitions, seen " << std::setprecision(1) << lost.count << " times";
+         << " transitions, which " << std::setprecision(1) << lost.count << " tracks had shown";
   }
   if (lost.reduced > 0) line << "; over the limit, reduced " << lost.reduced << " residual GPs";
   std::cerr << line.str() << "\n";
@@ -186,6 +186,7 @@ Config in_units(const LearnOptions& options, Config config, const StoredModel& s
 void learn_tracks(const LearnOptions& options) {
   if (options.share.empty() != (options.min_people == 0))
     throw std::invalid_argument("learn: --min-people and --share belong together");
+  if (!options.share.empty()) require_no_records("--share", options.share);
   const ThreadLimit limit(options.common.threads);
   ModelFile file = ModelFile::open_or_create(options.model);
   StoredModel stored;
@@ -199,9 +200,11 @@ void learn_tracks(const LearnOptions& options) {
       std::move(stored.model), [&] { return batches.next(); }, config.episode, sila_update(config.episode),
       [&](int number, const Model& previous, const Episode& episode) {
         file.commit(episode.model, record_of(before + number, previous, episode), configuration);
-        print_episode(number, episode.report);
+        print_episode(before + number, episode.report);
         removed.add(episode.report);
       });
+  if (batches.tracks() == 0)
+    throw std::invalid_argument("learn: --hold-out holds back all tracks; give a smaller share");
   if (!options.share.empty()) write_k_anonymous(options, model, configuration);
   print_result(options, model, learnt + known, known, batches.tracks(), removed);
 }
@@ -214,6 +217,7 @@ void add_learn(CLI::App& app) {
       add_verb(app, "learn", "Learn tracks into a model, new or already there; every batch is an episode.",
                "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20", options->common);
   add_tracks(*verb, options->tracks);
+  add_hold_out(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to create or to update")->required()->type_name("M.sila");
   verb->add_option("--batch", options->batch, "tracks per episode [20]")->check(CLI::Range(1, 1000000));
   verb->add_option("--units", options->units,

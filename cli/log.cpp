@@ -11,7 +11,7 @@ void add_log(CLI::App& app) {
   auto common = std::make_shared<CommonOptions>();
   auto path = std::make_shared<std::string>();
   CLI::App* verb =
-      add_verb(app, "log", "List the episodes of a model and what each did.", "sila log corner.sila", *common);
+      add_plain_verb(app, "log", "List the episodes of a model and what each did.", "sila log corner.sila", *common);
   verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
   verb->callback([common, path] {
     ModelFile file = ModelFile::open(*path);

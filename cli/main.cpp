@@ -27,6 +27,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "sila " + std::string(sila::build_version()));
   app.require_subcommand(0, 1);
   app.option_defaults()->disable_flag_override();  // a flag takes no value
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return "sila: " + std::string(error.what()) + "; `sila VERB --help` lists the options\n";
+  });
   app.footer("`sila VERB --help` has an example of each verb.");
   sila::cli::add_simulate(app);
   sila::cli::add_learn(app);
@@ -53,6 +56,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (app.get_subcommands().empty())
       throw std::invalid_argument("expected a verb (`sila --help` lists them), found none");
+    if (!std::cout.flush()) throw std::runtime_error("not everything could be written to standard output");
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

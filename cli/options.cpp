@@ -47,16 +47,61 @@ Named named_in(const TrackOptions& options, const Config& config) {
 
 }  // namespace
 
+/// Whether both name one file, which need not exist yet; a device is no file.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(a, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return false;
+  return a == b || std::filesystem::equivalent(a, b, error);
+}
+
+/// Rejects a file that would be written over another file of the same command.
+void require_own_outputs(const CLI::App& verb) {
+  for (const char* name : {"--out", "--share", "--explain"}) {
+    const CLI::Option* output = verb.get_option_no_throw(name);
+    if (output == nullptr || output->get_type_size() == 0 || output->count() == 0) continue;
+    const std::string path = output->as<std::string>();
+    for (const CLI::Option* other : verb.get_options()) {
+      if (other == output) continue;
+      for (const std::string& value : other->results()) {
+        if (same_file(path, value))
+          throw std::invalid_argument(std::string(name) + " = " + path + " is the file of " + other->get_name() +
+                                      ", too; name another file");
+      }
+    }
+  }
+}
+
 std::string positive_number(const std::string& text) {
   double number = 0.0;
   const bool is_number = CLI::detail::lexical_cast(text, number);
   return is_number && number > 0.0 ? "" : "expected a positive number, found " + text;
 }
 
-CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
-                   CommonOptions& common) {
+/// Replaces a name by the number of its value.
+template <class Value>
+auto named_value(const std::map<std::string, Value>& values) {
+  return [values](const std::string& name) {
+    const auto found = values.find(name);
+    if (found != values.end()) return std::to_string(static_cast<int>(found->second));
+    std::string known;
+    for (const auto& [other, value] : values) known += (known.empty() ? "" : " or ") + other;
+    throw CLI::ValidationError("expected " + known + ", found " + name);
+  };
+}
+
+CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
+                         CommonOptions& common) {
   CLI::App* verb = app.add_subcommand(name, what);
   verb->footer("Example:\n  " + example);
+  verb->parse_complete_callback([verb] { require_own_outputs(*verb); });
+  verb->add_flag("--json", common.json, "print the result as JSON");
+  return verb;
+}
+
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
+                   CommonOptions& common) {
+  CLI::App* verb = add_plain_verb(app, name, what, example, common);
   verb->add_option("--config", common.config_file, "JSON file with configuration values")->type_name("FILE");
   verb->add_option("--profile", common.profile, "default, paper or paper-literal: the values to begin with")
       ->type_name("NAME");
@@ -65,15 +110,17 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
       ->type_name("PATH=VALUE");
   verb->add_option("--threads", common.threads, "maximum number of threads [the number of processors]")
       ->check(CLI::Range(1, 1024));
-  verb->add_option("--seed", common.seed, "seed of everything random in this verb");
-  verb->add_flag("--json", common.json, "print the result as JSON");
+  verb->add_option("--seed", common.seed, "seed of everything random in this verb")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));
   return verb;
 }
 
 void add_classes(CLI::App& verb, ReadOptions& options) {
   verb.add_option("--person", options.person_classes,
-                  "class, by name or number, that is a pedestrian; may be repeated [person, pedestrian, ..., and the "
+                  "class, by name in any case or by number, that is a pedestrian; may be repeated [person, pedestrian, "
+                  "..., and the "
                   "number of the format]")
+      ->transform([](const std::string& name) { return CLI::detail::to_lower(name); })
       ->type_name("CLASS");
   verb.add_option("--frigate-camera", options.frigate_camera, "camera whose events of Frigate count")
       ->type_name("NAME");
@@ -89,15 +136,22 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
   verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")
       ->type_name("DIR");
   verb.add_option("--format", options.format, "format of the tracks [recognised by content]");
-  verb.add_option("--fps", options.read.frames_per_second, "frames per second, for files with frame numbers");
+  verb.add_option("--fps", options.read.frames_per_second, "frames per second, for files with frame numbers")
+      ->check(positive_number);
   verb.add_option("--metres-per-unit", options.read.metres_per_unit,
-                  "scale of the positions, e.g. metres per pixel [1]");
-  verb.add_option("--hold-out", options.hold_out,
-                  "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` scores them alone")
-      ->check(CLI::Range(0.0, 0.99));
+                  "scale of the positions, e.g. metres per pixel [1]")
+      ->check(positive_number);
+}
+
+void add_hold_out(CLI::App& verb, TrackOptions& options) {
+  CLI::Option* hold_out =
+      verb.add_option("--hold-out", options.hold_out,
+                      "share of the tracks held back by --seed: `learn` leaves them out, `evaluate` scores them alone");
+  hold_out->check(CLI::Range(0.0, 0.99));
   verb.add_option("--split", options.split,
                   "how --hold-out chooses: a block of time with an embargo, or by track [time]")
-      ->transform(CLI::CheckedTransformer(split_names()).description(""))
+      ->needs(hold_out)
+      ->transform(named_value(std::map<std::string, SplitBy>{{"time", SplitBy::time}, {"track", SplitBy::track}}))
       ->type_name("time|track");
 }
 
@@ -106,16 +160,12 @@ void add_lines(CLI::App& verb, LineFormat& format) {
                   "decimals of metres and seconds; shares, levels and covariances have one more; 17: all in full [3]")
       ->check(CLI::Range(1, 17));
   verb.add_option("--lines", format.v1, "v1: the times in each mode, every number in full [v2]")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, bool>{{"v1", true}, {"v2", false}}).description(""))
+      ->transform(named_value(std::map<std::string, bool>{{"v1", true}, {"v2", false}}))
       ->type_name("v1|v2");
   verb.add_flag(
       "--outcomes", format.outcomes,
       "add the probabilities that the person stays, goes straight on, left, right or back, and that a path comes "
       "nearest");
-}
-
-std::map<std::string, SplitBy> split_names() {
-  return {{"time", SplitBy::time}, {"track", SplitBy::track}};
 }
 
 Config configured(const CommonOptions& common, Config base) {
@@ -153,6 +203,16 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config) {
 OpenedTracks open_tracks(const TrackOptions& options, const Config& config) {
   const Named named = named_in(options, config);
   return {named.scene, TrackStream(named.paths, named.scene, named.read, config.clean)};
+}
+
+void require_no_records(const std::string& option, const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  if (!std::filesystem::is_directory(folder)) throw FormatError(path, 0, "a file in a folder that exists", "no folder");
+  if (!std::filesystem::exists(path)) return;
+  const std::size_t episodes = load_model(path).episodes.size();
+  if (episodes > 0)
+    throw std::invalid_argument(option + " = " + path + " is a model of " + std::to_string(episodes) +
+                                " recorded episodes, which would be lost; name another file, or remove it first");
 }
 
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {

@@ -23,7 +23,7 @@ namespace sila::cli {
 inline constexpr const char* kSceneHelp =
     "scene file: where the corner and the curbs are [the frame of the model, made from its first tracks]";
 
-/// The options of every verb.
+/// The options of most verbs.
 struct CommonOptions {
   std::string profile;  ///< replaces that of the configuration file; other settings override its values
   std::string config_file;
@@ -59,12 +59,15 @@ struct ReadTracks {
   CleanTracks tracks;
 };
 
-/// Names of the ways to hold people back, for --split.
-std::map<std::string, SplitBy> split_names();
-
+/// A verb with --json alone.
+CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
+                         CommonOptions& common);
+/// A verb with the options of a configuration, too.
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);
 void add_tracks(CLI::App& verb, TrackOptions& options);
+/// Which tracks are held back.
+void add_hold_out(CLI::App& verb, TrackOptions& options);
 /// The classes, and the camera of Frigate, that count.
 void add_classes(CLI::App& verb, ReadOptions& options);
 /// How predictions are written.
@@ -80,6 +83,9 @@ Config configured(const CommonOptions& common, const StoredModel& stored, const 
 
 /// Reads tracks and reports their rows on stderr.
 ReadTracks read_clean(const TrackOptions& options, const Config& config);
+
+/// Rejects a model file whose episodes are recorded: its tracks may be gone. The file need not exist.
+void require_no_records(const std::string& option, const std::string& path);
 
 /// The first line of a file: a secret is given by a file, so that it is in no list of processes.
 std::string first_line(const std::string& option, const std::string& path);

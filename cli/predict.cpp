@@ -97,7 +97,7 @@ void predict_tracks(const PredictOptions& options) {
   });
   if (file) file->commit();
   std::cerr << count << " predictions for " << input.tracks.size() - too_short << " tracks";
-  if (too_short > 0) std::cerr << "; " << too_short << " tracks are shorter than predict.min_observe_s";
+  if (too_short > 0) std::cerr << "; " << too_short << " shorter than " << config.episode.predict.min_observe_s << " s";
   if (pixels) std::cerr << "; x and y are metres of " << 1.0 / config.metres_per_pixel << " pixels, u and v are pixels";
   std::cerr << '\n';
 }

@@ -19,6 +19,7 @@ struct PriorOptions {
 };
 
 void make(const PriorOptions& options) {
+  require_no_records("--out", options.out);
   std::vector<StoredModel> models;
   for (const std::string& path : options.models) models.push_back(load_model(path));
   const StoredModel prior = stored_prior(models);
@@ -38,8 +39,8 @@ void add_prior(CLI::App& app) {
   CLI::App* group = app.add_subcommand("prior", "Begin new places with what others know of how people walk.");
   group->require_subcommand(1);
   auto options = std::make_shared<PriorOptions>();
-  CLI::App* verb = add_verb(*group, "make", "Make the first model of a new place from models of other places.",
-                            "sila prior make a.sila b.sila --out new.sila", options->common);
+  CLI::App* verb = add_plain_verb(*group, "make", "Make the first model of a new place from models of other places.",
+                                  "sila prior make a.sila b.sila --out new.sila", options->common);
   verb->add_option("models", options->models, "models of other places, with the same windows")
       ->required()
       ->type_name("M.sila");

@@ -64,13 +64,17 @@ void add_replay(CLI::App& app) {
   add_tracks(*verb, options->tracks);
   verb->add_option("--rate", options->rate, "speed: 10 plays the recording ten times as fast [1]")
       ->check(positive_number);
-  verb->add_option("--to", options->to,
-                   "tcp:ADDRESS:PORT or unix:PATH [standard output]; predictions go to standard output")
-      ->type_name("ADDRESS");
+  CLI::Option* to = verb->add_option(
+      "--to", options->to, "tcp:ADDRESS:PORT or unix:PATH [standard output]; predictions go to standard output");
+  to->type_name("ADDRESS");
   verb->add_option("--apart", options->apart_s,
-                   "seconds between the starts of consecutive tracks, for tracks without a common clock");
-  verb->add_option("--linger", options->linger_s, "seconds to wait for the last predictions [2]");
+                   "seconds between the starts of consecutive tracks, for tracks without a common clock")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--linger", options->linger_s, "seconds to wait for the last predictions [2]")
+      ->needs(to)
+      ->check(CLI::NonNegativeNumber);
   verb->add_option("--token-file", options->token_file, "file whose first line is the token of the service")
+      ->needs(to)
       ->type_name("FILE");
   verb->callback([options] { replay_tracks(*options); });
 }

@@ -89,6 +89,7 @@ void add_report(CLI::App& app) {
       ->required()
       ->type_name("M.sila|RESULTS.json");
   add_tracks(*verb, options->tracks);
+  add_hold_out(*verb, options->tracks);
   verb->add_option("--results", options->results, "results.json of `sila experiment`, for the learning curves")
       ->type_name("FILE");
   add_picture(*verb, options->picture);

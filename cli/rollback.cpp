@@ -33,8 +33,8 @@ void roll_back(const RollbackOptions& options) {
               << "\n";
   } else {
     std::cout << options.model << ": as it was after episode " << last << ", " << stored.model.primitives.size()
-              << " primitives, " << stored.model.transitions.size() << " transitions; can go back to episode " << oldest
-              << "\n";
+              << " primitives, " << stored.model.transitions.size()
+              << " transitions; the oldest model that is kept is that of episode " << oldest << "\n";
   }
 }
 
@@ -42,8 +42,8 @@ void roll_back(const RollbackOptions& options) {
 
 void add_rollback(CLI::App& app) {
   auto options = std::make_shared<RollbackOptions>();
-  CLI::App* verb = add_verb(app, "rollback", "Make a model what it was after an earlier episode.",
-                            "sila rollback corner.sila --to 12", options->common);
+  CLI::App* verb = add_plain_verb(app, "rollback", "Make a model what it was after an earlier episode.",
+                                  "sila rollback corner.sila --to 12", options->common);
   verb->add_option("model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--to", options->to, "episode to go back to; `sila log` lists them")->type_name("N");
   verb->add_option("--keep", options->keep,

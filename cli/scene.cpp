@@ -183,13 +183,11 @@ void add_scene(CLI::App& app) {
   CLI::App* made = add_verb(*verb, "make", "Propose a scene file from tracks: the corner at which most of them turn.",
                             "sila scene make tracks.csv > corner.json", options->common);
   add_tracks(*made, options->tracks);
-  for (const char* unused : {"--hold-out", "--split"}) made->remove_option(made->get_option(unused));
   made->callback([options] { make(*options); });
   auto editing = std::make_shared<EditOptions>();
   CLI::App* edited = add_verb(*verb, "edit", "Make an HTML page, which opens offline, that edits a scene by hand.",
                               "sila scene edit tracks.csv --picture corner.jpg --out editor.html", editing->common);
   add_tracks(*edited, editing->tracks);
-  for (const char* unused : {"--hold-out", "--split"}) edited->remove_option(edited->get_option(unused));
   CLI::Option* picture =
       edited->add_option("--picture", editing->picture, "PNG or JPEG picture of the camera, to place the corner on")
           ->type_name("FILE");

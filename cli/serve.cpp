@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <cctype>
 #include <csignal>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -90,10 +93,23 @@ Scene scene_in(const ServeVerb& options, const OpenModel& open) {
   return scene;
 }
 
+/// A token is part of an address in `?token=`.
+std::string token_in(const std::string& path) {
+  std::string token = first_line("--token-file", path);
+  const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || std::strchr("-_.~", c) != nullptr; };
+  if (!std::ranges::all_of(token, fits))
+    throw std::invalid_argument("serve: --token-file = " + path +
+                                ": expected a token of letters, digits, -, _, . and ~ alone, found another character");
+  return token;
+}
+
 ServerOptions server_options(const ServeVerb& verb, const Scene& scene) {
   ServerOptions options = verb.server;
   if (options.http == "off") options.http.clear();
-  if (!verb.token_file.empty()) options.token = first_line("--token-file", verb.token_file);
+  if (options.http.empty() && options.tcp.empty() && options.unix_path.empty() && options.mqtt.empty() &&
+      !options.standard_input)
+    throw std::invalid_argument("serve: no input; give --http, --tcp, --unix, --mqtt or --stdin");
+  if (!verb.token_file.empty()) options.token = token_in(verb.token_file);
   if (!verb.mqtt_password_file.empty())
     options.mqtt_password = first_line("--mqtt-password-file", verb.mqtt_password_file);
   options.picture = picture_in("serve", verb.picture, scene);
@@ -145,18 +161,25 @@ void add_serve(CLI::App& app) {
       ->type_name("ADDRESS:PORT");
   verb->add_option("--tcp", options->server.tcp, "address for lines, both ways")->type_name("ADDRESS:PORT");
   verb->add_option("--unix", options->server.unix_path, "Unix socket for lines, both ways")->type_name("PATH");
-  verb->add_option("--mqtt", options->server.mqtt, "broker and topic of detections, as in mqtt://host/frigate/events")
-      ->type_name("mqtt[s]://[USER@]HOST[:PORT]/TOPIC");
-  verb->add_option("--mqtt-out", options->server.mqtt_out, "topic of predictions and reports")->type_name("TOPIC");
+  CLI::Option* mqtt = verb->add_option("--mqtt", options->server.mqtt,
+                                       "broker and topic of detections, as in mqtt://host/frigate/events");
+  mqtt->type_name("mqtt[s]://[USER@]HOST[:PORT]/TOPIC");
+  verb->add_option("--mqtt-out", options->server.mqtt_out, "topic of predictions and reports")
+      ->needs(mqtt)
+      ->type_name("TOPIC");
   verb->add_option("--mqtt-ca", options->server.mqtt_ca,
                    "file of certificates by which an mqtts broker is checked [those of the system]")
+      ->needs(mqtt)
       ->type_name("FILE");
   verb->add_option("--mqtt-password-file", options->mqtt_password_file, "file whose first line is the password of USER")
+      ->needs(mqtt)
       ->type_name("FILE");
   add_classes(*verb, options->server.read);
-  verb->add_flag("--stdin", options->server.standard_input,
-                 "lines from standard input, predictions to standard output; ends with the input");
-  verb->add_flag("--wait", options->server.wait, "standard input waits for its answers and for learning; for files");
+  CLI::Option* standard_input =
+      verb->add_flag("--stdin", options->server.standard_input,
+                     "lines from standard input, predictions to standard output; ends with the input");
+  verb->add_flag("--wait", options->server.wait, "standard input waits for its answers and for learning; for files")
+      ->needs(standard_input);
   verb->add_option("--token-file", options->token_file,
                    "file whose first line clients must send; needed if other machines can connect")
       ->type_name("FILE");

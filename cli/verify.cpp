@@ -11,8 +11,8 @@ namespace sila::cli {
 void add_verify(CLI::App& app) {
   auto common = std::make_shared<CommonOptions>();
   auto path = std::make_shared<std::string>();
-  CLI::App* verb =
-      add_verb(app, "verify", "Check every page, record and kept model of a file.", "sila verify corner.sila", *common);
+  CLI::App* verb = add_plain_verb(app, "verify", "Check every page, record and kept model of a file.",
+                                  "sila verify corner.sila", *common);
   verb->add_option("model", *path, "model file")->required()->type_name("M.sila");
   verb->callback([common, path] {
     const VerifyReport report = ModelFile::open(*path).verify();
@@ -25,8 +25,8 @@ void add_verify(CLI::App& app) {
                        .dump(2)
                 << "\n";
     } else {
-      std::cout << *path << ": intact; " << report.pages << " pages, " << report.episodes
-                << " recorded episodes, the last " << report.undone << " of which can be taken back\n";
+      std::cout << *path << ": intact; " << report.pages << " pages, " << report.episodes << " recorded episodes, "
+                << report.undone << " of which can be undone\n";
     }
   });
 }

@@ -44,7 +44,7 @@ template <class C, class Visitor>
 requires std::same_as<std::remove_const_t<C>, Config>
 void fields(C& config, Visitor&& visit) {
   visit.group("clean", config.clean);
-  visit.choice("corners", config.corners, kCornerChoices, "by which corner of a scene its tracks are looked at");
+  visit.choice("corners", config.corners, kCornerChoices, "which corner of a scene gives the frame of a track");
   visit.number("metres_per_pixel", config.metres_per_pixel, Range{0.0, 1000.0}, "m",
                "scale of tracks in pixels, everywhere in the picture; 0: they are in metres");
   fields(config.episode, visit);

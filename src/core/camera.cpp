@@ -130,8 +130,8 @@ WalkingScale walking_scale(std::span<const Trajectory> tracks) {
                                             " are needed to measure the scale; give a camera or metres_per_unit"));
   const double metres_per_pixel = kWalkingSpeed_mps * kTrialMetresPerPixel / quantile(std::move(speeds), 0.5);
   if (!(metres_per_pixel < kLargestPixel_m))
-    throw std::invalid_argument(
-        concatenate("units = pixels: a pixel were ", metres_per_pixel, " m by how people walk; are these metres?"));
+    throw std::invalid_argument(concatenate("units = pixels: by the walking speed a pixel is ", metres_per_pixel,
+                                            " m, which is too large; are the positions metres?"));
   return {metres_per_pixel, walking};
 }
 

@@ -20,6 +20,8 @@ constexpr double kPriorSpeed_mps = 2.0;
 constexpr double kRunIn_s = 1.0;
 /// Stamps are compared with this slack, far below any tracker's resolution.
 constexpr double kTimeSlack_s = 1e-6;
+/// Windows that are closer are at each sample: no tracker is faster.
+constexpr double kShortestStride_s = 1e-3;
 
 double square(double x) {
   return x * x;
@@ -226,7 +228,7 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
 
 std::optional<double> next_due_s(double due_s, double time_s, double stride_s) {
   if (time_s < due_s - kTimeSlack_s) return std::nullopt;
-  if (stride_s <= 0.0) return time_s;
+  if (stride_s < kShortestStride_s) return time_s;
   while (due_s <= time_s + kTimeSlack_s) due_s += stride_s;
   return due_s;
 }

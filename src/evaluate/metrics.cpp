@@ -26,7 +26,9 @@ double negative_log_likelihood(const Prediction& prediction, std::size_t step, c
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
   if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() ||
       prediction.modes.front().path_m.size() < steps) {
-    throw std::invalid_argument("measure: steps = " + std::to_string(steps) + ", truth or prediction is shorter");
+    throw std::invalid_argument("measure: steps = " + std::to_string(steps) + ", but the truth has " +
+                                std::to_string(truth_m.size()) + " and the prediction " +
+                                std::to_string(prediction.times_s.size()) + "; predict with this horizon");
   }
   const auto truth = truth_m.first(steps);
   Metrics metrics;

@@ -92,7 +92,7 @@ TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const Frame
   if (options.sample_interval_s) return at_interval(std::move(frames), *options.sample_interval_s);
   if (of_format.frames_per_second) return at_rate(std::move(frames), *of_format.frames_per_second);
   if (of_format.sample_interval_s) return at_interval(std::move(frames), *of_format.sample_interval_s);
-  throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second)",
+  throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second, --fps)",
                     "frame numbers alone");
 }
 

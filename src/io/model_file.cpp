@@ -251,15 +251,15 @@ int ModelFile::oldest_rollback() {
 
 void ModelFile::rollback(int episode) {
   const fs::path& path = state_->path;
-  if (!state_->database) reject(path, "no file yet; `sila learn` makes one");
+  oldest_rollback();  // rejects a file without a model
   state_->change([&](sqlite::Database& database, const tables::Meta&) {
     const std::vector<int> possible = reachable(database);
     if (!std::ranges::binary_search(possible, episode)) {
       const std::string last = std::to_string(possible.back());
       throw FormatError(path.string(), 0, "a model that can be rolled back to episode " + std::to_string(episode),
-                        possible.size() == 1 ? "one of which no episode can be taken back; its last is " + last
-                                             : "one whose oldest possible is " + std::to_string(possible.front()) +
-                                                   " and its last " + last);
+                        possible.size() == 1 ? "one whose last episode is " + last + " and that keeps no earlier model"
+                                             : "one that keeps the models from episode " +
+                                                   std::to_string(possible.front()) + " to " + last);
     }
     check(tables::read_model(database, episode).model);
     tables::remove_after(database, episode);
@@ -268,7 +268,7 @@ void ModelFile::rollback(int episode) {
 
 void ModelFile::keep_undo(int episodes) {
   if (episodes < 0) throw std::invalid_argument("keep_undo: " + std::to_string(episodes) + " is less than none");
-  if (!state_->database) reject(state_->path, "no file yet; `sila learn` makes one");
+  oldest_rollback();  // rejects a file without a model
   state_->change([&](sqlite::Database& database, tables::Meta& meta) {
     meta.rollbacks = episodes;
     tables::keep_models(database, std::int64_t{episodes} + 1);

@@ -324,8 +324,10 @@ std::string describe_log(const StoredModel& stored, int oldest) {
     column(7) << (error ? ratio.str() : "-") << '\n';
   }
   if (stored.episodes.empty()) return "no episode is recorded\n";
-  text << "can be rolled back to episode " << oldest;
-  text << (oldest == stored.episodes.back().number ? ", the last, alone\n" : " and those after it\n");
+  if (oldest == stored.episodes.back().number)
+    text << "cannot be rolled back: no earlier model is kept\n";
+  else
+    text << "can be rolled back to episode " << oldest << " and those after it\n";
   return std::move(text).str();
 }
 

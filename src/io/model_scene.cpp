@@ -61,7 +61,7 @@ Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTr
   scene.camera = given.camera;
   if (model.sites.size() > 1 && corners == CornerChoice::primary) {
     throw std::invalid_argument("scene: the model knows " + std::to_string(model.sites.size()) +
-                                " sites; give the scene of these tracks, or set corners=nearest");
+                                " sites; give the scene of these tracks, or the setting corners=nearest");
   }
   return scene;
 }

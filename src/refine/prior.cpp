@@ -13,7 +13,13 @@ Model make_prior(std::span<const Model> models) {
   Model prior;
   if (!models.empty()) prior.settings = models.front().settings;
   std::set<std::vector<double>> counted;  // models may have begun with the same prior
+  std::set<EpisodeId> episodes;
   for (const Model& model : models) {
+    for (const EpisodeId& id : model.episode_ids) {
+      if (!episodes.insert(id).second)
+        throw std::invalid_argument("make_prior: two models have learnt episode " + to_text(id) +
+                                    ", which would count twice; leave one of them out");
+    }
     if (counted.insert(pack(model.prior)).second) accumulate(prior.prior, model.prior);
     for (const Site& site : model.sites) accumulate(prior.prior, site.error_statistics);
   }

@@ -157,6 +157,7 @@ void Engine::ingest_queued() {
 
 void Engine::ingest_event(const StreamEvent& event) {
   if (!event.detection) {
+    report_losses();
     end_stream(core_, event.stream, settings_);
     last_arrival_s_.erase(event.stream);
     superseded_.erase(event.stream);

@@ -44,7 +44,7 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   const std::string predict = "predict tracks.csv --scene tracks.scene.json --model ";
   EXPECT_EQ(run(predict + "m.sila").out, run(predict + "three.sila").out);
   ASSERT_EQ(run("rollback m.sila --to 2 --keep 1").code, 0);
-  expect_rejected("rollback m.sila --to 5", {"m.sila", "its last 2"});
+  expect_rejected("rollback m.sila --to 5", {"m.sila", "from episode 1 to 2"});
   expect_rejected("rollback m.sila", {"--to or --keep"});
   expect_rejected("rollback none.sila --to 1", {"no such file"});
 }
@@ -143,7 +143,10 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   EXPECT_EQ(model.at("prior_windows"), prior.at("prior_windows"));
   EXPECT_EQ(model.at("size"), nlohmann::json::parse(run("inspect m.sila --json").out).at("size"));
   expect_rejected("prior make tracks.csv --out q.sila", {"tracks.csv"});
-  ASSERT_EQ(run("learn tracks.csv --scene tracks.scene.json --model short.sila --set predict.horizon_s=3").code, 0);
+  expect_rejected("prior make m.sila m.sila --out q.sila", {"would count twice"});
+  ASSERT_EQ(
+      run("learn tracks.csv --scene tracks.scene.json --model short.sila --batch 30 --set predict.horizon_s=3").code,
+      0);
   expect_rejected("prior make m.sila short.sila --out q.sila", {"15 steps", "25 steps"});
 }
 

@@ -91,6 +91,67 @@ TEST_F(Program, OnAFullDiskSaysSoAndKeepsWhatItHad) {
   EXPECT_EQ(run(learn + "15").code, 0);
 }
 
+TEST_F(Program, SaysThatStandardOutputIsFull) {
+  learn();
+  const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila > /dev/full");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("standard output"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
+  learn();
+  const std::string model = read(folder_ / "m.sila"), tracks = read(folder_ / "tracks.csv");
+  const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila";
+  fs::create_symlink(folder_ / "m.sila", folder_ / "link.sila");
+  for (const char* out : {"m.sila", "./m.sila", "link.sila", "tracks.csv", "tracks.scene.json"})
+    expect_rejected("predict" + with + " --out " + out, {"--out", "name another file"});
+  expect_rejected("report m.sila --out m.sila", {"name another file"});
+  expect_rejected("scene edit tracks.csv --out tracks.csv", {"name another file"});
+  expect_rejected("fuse m.sila m.sila --out f.sila --explain f.sila", {"--explain", "name another file"});
+  expect_rejected("learn" + with + " --min-people 3 --share m.sila", {"name another file"});
+  fs::copy(folder_ / "m.sila", folder_ / "other.sila");
+  expect_rejected("learn" + with + " --min-people 3 --share other.sila", {"3 recorded episodes"});
+  expect_rejected("learn" + with + " --min-people 3 --share no/s.sila", {"no folder"});
+  expect_rejected("prior make m.sila --out other.sila", {"3 recorded episodes"});
+  EXPECT_EQ(run("predict" + with + " --out /dev/null").code, 0);
+  EXPECT_EQ(read(folder_ / "m.sila"), model);
+  EXPECT_EQ(read(folder_ / "other.sila"), model);
+  EXPECT_EQ(read(folder_ / "tracks.csv"), tracks);
+}
+
+TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
+  std::string lines = R"({"t": 1, "id": "a", "x": 1, "y": 1})"
+                      "\n";
+  for (int i = 0; i < 30; ++i) lines += "nonsense\n";
+  lines += R"({"t": 2, "id": "a", "x": 1, "y": 1e300})"
+           "\n";
+  write(folder_ / "lines.ndjson", lines);
+  const Outcome outcome = run("serve --stdin --wait --http off --model s.sila < lines.ndjson");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::map<std::string, int> rejected;
+  std::istringstream answers(outcome.out);
+  for (std::string line; std::getline(answers, line);) {
+    const auto answer = nlohmann::json::parse(line);
+    if (answer.contains("rejected")) rejected[answer.at("rejected")] += answer.at("count").get<int>();
+  }
+  EXPECT_EQ(rejected, (std::map<std::string, int>{{"not_json", 30}, {"not_usable", 1}}));
+}
+
+TEST_F(Program, RejectsOptionsWithoutEffect) {
+  learn();
+  const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila ";
+  for (const char* arguments :
+       {"serve --model m.sila --wait", "serve --model m.sila --mqtt-out a", "serve --model m.sila --http off",
+        "inspect m.sila --seed 1", "log m.sila --set a=1", "replay tracks.csv --linger 3"})
+    expect_rejected(arguments, {"sila: "});
+  expect_rejected("predict" + with + "--hold-out 0.5", {"--hold-out"});
+  expect_rejected("learn" + with + "--split track", {"--split requires --hold-out"});
+  expect_rejected("evaluate" + with + "--hold-out 0.5 --split banana", {"expected time or track, found banana"});
+  expect_rejected("learn" + with + "--hold-out 0.99", {"--hold-out holds back all tracks"});
+  write(folder_ / "none.ndjson", "");
+  expect_rejected("evaluate" + with + "--predictions none.ndjson", {"none.ndjson", "predictions of these tracks"});
+}
+
 TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
   simulate();
   const Outcome outcome =

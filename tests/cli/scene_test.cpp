@@ -142,13 +142,13 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   write(folder_ / "lines.ndjson", replayed.out);
   const Outcome served = run("serve --stdin --wait --http off --model m.sila < lines.ndjson");
   EXPECT_NE(served.out.find("\"cov_uv\":"), std::string::npos) << served.err;
-  EXPECT_NE(run("predict metres.csv --model m.sila").err.find("are these metres"), std::string::npos);
+  EXPECT_NE(run("predict metres.csv --model m.sila").err.find("are the positions metres"), std::string::npos);
   expect_rejected("predict pixels.csv --model m.sila --metres-per-unit 0.1", {"metres_per_pixel", "new model"});
   for (const char* other : {"--camera c.json", "--metres-per-unit 0.1", "--scene s.json"})
     expect_rejected(std::string("learn pixels.csv --units pixels --model n.sila ") + other, {"--units pixels"});
   expect_rejected("learn pixels.csv --units furlongs --model n.sila", {"--units"});
   expect_rejected("learn metres.csv --units metres --model m.sila", {"learnt in pixels"});
-  expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are these metres"});
+  expect_rejected("learn metres.csv --units pixels --model n.sila", {"1.3 m", "are the positions metres"});
   ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
   expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
   expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});

@@ -124,7 +124,7 @@ TEST(WalkingScale, NeedsFiveWhoWalkForThreeSeconds) {
   const auto message = [](const std::vector<Trajectory>& tracks) { return message_of([&] { walking_scale(tracks); }); };
   EXPECT_NE(message(crowd(0.0, 1.0, 8)).find("0 of the first 20 tracks walk"), std::string::npos);
   EXPECT_NE(message(crowd(60.0, 1.0, 2)).find("camera or metres_per_unit"), std::string::npos);
-  EXPECT_NE(message(crowd(1.3 * kTrialMetresPerPixel, 0.0, 8)).find("are these metres"), std::string::npos);
+  EXPECT_NE(message(crowd(1.3 * kTrialMetresPerPixel, 0.0, 8)).find("are the positions metres"), std::string::npos);
   EXPECT_NE(message({}).find("units = pixels"), std::string::npos);
 }
 

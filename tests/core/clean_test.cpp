@@ -287,7 +287,7 @@ TEST(UnitWarnings, SeePixelsByTheirSpeedOrByWholeNumbers) {
 TEST(UnitWarnings, SeeMetresThatWereTakenAsPixels) {
   const std::vector<Trajectory> tracks(5, straight(0.03, 0.4, 0.1));
   ASSERT_EQ(unit_warnings(tracks, 1.0).size(), 1U);
-  EXPECT_NE(unit_warnings(tracks, 1.0)[0].find("are these metres"), std::string::npos);
+  EXPECT_NE(unit_warnings(tracks, 1.0)[0].find("are the positions metres"), std::string::npos);
   EXPECT_TRUE(unit_warnings(std::span(tracks).first(4), 1.0).empty());
 }
 

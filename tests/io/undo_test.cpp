@@ -122,13 +122,13 @@ TEST(Undo, SaysWhichEpisodeIsTheOldestPossible) {
   ModelFile file = ModelFile::open(folder / "m.sila");
   EXPECT_EQ(file.oldest_rollback(), 6);
   const std::string bytes = content_of(folder / "m.sila");
-  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(5); }), "whose oldest possible is 6 and its last 9"));
-  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(10); }), "its last 9"));
-  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(-1); }), "oldest possible is 6"));
+  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(5); }), "keeps the models from episode 6 to 9"));
+  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(10); }), "from episode 6 to 9"));
+  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(-1); }), "from episode 6 to 9"));
   EXPECT_EQ(content_of(folder / "m.sila"), bytes);
   file.rollback(6);
   expect_same(file.read(), load_model(folder / "6.sila"));
-  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(5); }), "no episode can be taken back"));
+  EXPECT_TRUE(says(message_of<FormatError>([&] { file.rollback(5); }), "that keeps no earlier model"));
 }
 
 TEST(Undo, NothingCanBeTakenBackOfWhatReplacedAModel) {

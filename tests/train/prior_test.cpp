@@ -130,6 +130,8 @@ TEST(Prior, IsWhereAFleetBegins) {
 }
 
 TEST(Prior, RejectsWhatDoesNotFit) {
+  const Model model = learnt(testing::corner_walks(20, 3));
+  EXPECT_THROW(make_prior(std::vector<Model>{model, model}), std::invalid_argument) << "its tracks would count twice";
   EXPECT_THROW(make_prior({}), std::invalid_argument);
   const Model nothing[1];
   EXPECT_THROW(make_prior(nothing), std::invalid_argument);
