@@ -65,6 +65,8 @@ CameraFile fitted(const JsonFields& fields, const nlohmann::json& json, const st
 CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, const std::string& where) {
   const JsonFields fields(json, file, where);
   try {
+    if (fields.has("homography") == fields.has("image_points"))
+      throw std::invalid_argument(fields.has("homography") ? "both" : "neither");
     if (!fields.has("homography")) return fitted(fields, json, file);
     std::optional<Vector2> seen_px;
     if (fields.has("seen")) {

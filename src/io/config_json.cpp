@@ -80,8 +80,11 @@ const Field& find_field(std::span<const Field> list, std::string_view path) {
     names.push_back(field.path);
     names.push_back(names.back().substr(field.path.rfind('.') + 1));
   }
-  const Field& nearest = list[nearest_word(path, names) / 2];
-  throw Rejection{"a known field (the nearest is " + nearest.path + ")", excerpt(path)};
+  const std::size_t nearest = nearest_word(path, names);
+  const bool is_near = 2 * edit_distance(path, names[nearest]) <= path.size();
+  throw Rejection{is_near ? "a known field (the nearest is " + list[nearest / 2].path + ")"
+                          : "a known field (`sila config` and sila.fields() list them)",
+                  excerpt(path)};
 }
 
 std::string joined(std::span<const char* const> names) {

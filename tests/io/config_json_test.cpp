@@ -165,6 +165,7 @@ TEST(ConfigJson, SetsOneFieldFromTheCommandLine) {
 
 TEST(ConfigJson, RejectsBadAssignments) {
   EXPECT_TRUE(says(rejection_to_set("horizon"), "expected path=value, found horizon"));
+  EXPECT_TRUE(says(rejection_to_set("foo=1"), "`sila config` and sila.fields() list them), found \"foo\""));
   EXPECT_TRUE(says(rejection_to_set("horizont=1"), "the nearest is horizon), found \"horizont\""));
   EXPECT_TRUE(says(rejection_to_set("horizon="), "horizon to be a number, found \"\""));
   EXPECT_TRUE(says(rejection_to_set("horizon=5s"), "found \"5s\""));

@@ -390,6 +390,11 @@ TEST(CameraFile, WarnsOfLargeResidualsAndNamesTheFileOfWrongOnes) {
     ASSERT_TRUE(error) << text;
     EXPECT_TRUE(contains(error->what(), "bad.json")) << error->what();
   }
+  for (const char* text : {"{}", R"({"homography": [[1,0,0],[0,1,0],[0,0,1]], "image_points": [[0, 0]]})"}) {
+    const auto error = format_error_of([&] { read_camera(folder.write("bad.json", text)); });
+    ASSERT_TRUE(error) << text;
+    EXPECT_TRUE(contains(error->what(), "or a homography")) << error->what();
+  }
 }
 
 }  // namespace

@@ -108,7 +108,7 @@ POOLED = [("reliability_average", "reliability, average"), ("reliability_least",
 UNITS = {"mhd_m": "constant_mhd_m", "ade_m": "constant_ade_m", "nll": "windows", "energy_score_m": "constant_ade_m"}
 WITH_CONSTANT = ("mhd_m", "ade_m", "nll")
 #: Values whose spread over trials tells something.
-WITH_SPREAD = ("ratio", "ade_ratio", "nll", "size")
+WITH_SPREAD = ("ratio", "ade_ratio", "nll", "inside_50", "inside_90", "size")
 BY_NAME = {column.name: column for column in COLUMNS}
 
 
