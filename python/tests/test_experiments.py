@@ -128,6 +128,22 @@ def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):
     assert len(protocol.training[0]) <= tracks - len(protocol.test_sites[0].test)
 
 
+def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
+    t = np.arange(0, 40, 0.2)
+    walk = [sila.Track(str(i), t + 50 * i, np.c_[1.2 * t, 0.5 * i + 0 * t]) for i in range(8)]
+    rows = "".join(f"{a.id},{s},{x},{y}\n" for a in walk for s, (x, y) in zip(a.times_s, a.positions_m))
+    (tmp_path / "t.csv").write_text("track_id,t,x,y\n" + rows)
+    scene = {"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 3, "files": [{"path": "t.csv"}]}
+    (tmp_path / "s.json").write_text(json.dumps(scene))
+    read = {}
+    for noise in (0, 0.1, 0.1):
+        file = written(tmp_path, take_fewer=True, scenes=[{"name": "s", "scene": "s.json", "noise_m": noise}])
+        read.setdefault(noise, []).append(read_experiment(file, Overrides()).scenes[0].tracks_hash)
+    assert len(set(read[0.1])) == 1 and read[0.1][0] != read[0][0]
+    with pytest.raises(sila.FormatError, match="noise_m as a number"):
+        read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]), Overrides())
+
+
 def test_without_a_scene_the_frame_is_of_the_first_batch_and_the_windows_are_the_same(tmp_path):
     methods = ["sila", {"name": "without a scene", "method": "sila", "scene": False}]
     experiment = read_experiment(written(tmp_path, methods=methods))

@@ -11,9 +11,11 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .. import _sila
 from .._config import merged
-from .._sila import FramedTracks, Scene
+from .._sila import FramedTracks, Scene, Track
 from ..errors import FormatError
 from .method import Method
 from .methods import METHODS, load_method
@@ -190,7 +192,7 @@ def _counts(file: str, value: Any) -> tuple[int, ...]:
 
 
 def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) -> ExperimentScene:
-    _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "config"])
+    _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "noise_m", "config"])
     name = _text(file, item, where, "name")
     config = merged(base, _part(file, item, where, "config"))
     sources = [key for key in ("scene", "scenes", "simulate") if key in item]
@@ -202,22 +204,34 @@ def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) ->
     if "simulate" in item:
         tracks = FramedTracks.simulated(config)
     elif "scene" in item:
-        tracks = _recorded(file, _text(file, item, where, "scene"), config, overrides)
+        noise_m = item.get("noise_m", 0.0)
+        if type(noise_m) not in (int, float) or not 0 <= noise_m <= 10:
+            raise FormatError(file, 0, f"{where} with noise_m as a number from 0 to 10", json.dumps(noise_m))
+        tracks = _recorded(file, _text(file, item, where, "scene"), config, overrides, noise_m)
     else:
         files = _list(file, item, where, "scenes")
         tracks = FramedTracks.joined([(Path(s).stem, _recorded(file, s, config, overrides)) for s in files])
     return ExperimentScene(name, tracks, config, tracks.hash)
 
 
-def _recorded(file: str, name: str, config: str, overrides: Overrides) -> FramedTracks:
+def _recorded(file: str, name: str, config: str, overrides: Overrides, noise_m: float = 0.0) -> FramedTracks:
     folders = [Path(file).parent] + ([Path(overrides.data_dir)] if overrides.data_dir else [])
     for folder in folders:
         if (folder / name).exists():
             scene = Scene.load(folder / name, data_dir=overrides.data_dir or "")
             tracks, _ = _sila.read_files([], scene, None, None, None, None, [], config)
-            return FramedTracks(tracks, scene, config)
+            return FramedTracks(_disturbed(tracks, noise_m) if noise_m > 0 else tracks, scene, config)
     looked = f" or in {overrides.data_dir}" if overrides.data_dir else " (or in --data-dir, which is not given)"
     raise FormatError(file, 0, f"the scene file beside the experiment file{looked}", json.dumps(name))
+
+
+def _disturbed(tracks: Sequence[Track], noise_m: float) -> list[Track]:
+    """With independent Gaussian noise of each coordinate, the same each time; as of one recording."""
+    random = np.random.default_rng(0)
+    return [
+        Track(track.id, track.times_s, track.positions_m + noise_m * random.standard_normal(track.positions_m.shape))
+        for track in tracks
+    ]
 
 
 def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]) -> list[ExperimentMethod]:
