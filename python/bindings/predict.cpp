@@ -3,6 +3,7 @@
 #include "arrays.hpp"
 #include "sila/config.hpp"
 #include "sila/core/companions.hpp"
+#include "sila/core/detections.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/prediction_json.hpp"
@@ -74,8 +75,11 @@ auto scores(const TrackPrediction& prediction, nb::handle given) {
                                 " points, found " + std::to_string(path.size()));
   }
   std::vector<double> found;
-  for (std::size_t step = 0; step < path.size(); ++step)
+  for (std::size_t step = 0; step < path.size(); ++step) {
+    if (!path[step].allFinite())
+      throw std::invalid_argument("path_m: expected finite numbers, found another in row " + std::to_string(step));
     found.push_back(nonconformity(prediction.content, step, path[step]));
+  }
   const std::size_t steps = found.size();
   return array_of(std::move(found), {steps});
 }
@@ -318,6 +322,10 @@ void bind_prediction(nb::module_& module) {
 void bind_predict(nb::module_& module) {
   bind_mode(module);
   bind_prediction(module);
+  nb::dict reasons;  // why rows of a table are in no track, as the program says it
+  for (const DropReasonText& reason : kDropReasons)
+    reasons[nb::str(reason.name.data(), reason.name.size())] = nb::str(reason.text.data(), reason.text.size());
+  module.attr("DROP_REASONS") = reasons;
   nb::class_<PlacedPredictor>(module, "ReadyPredictor", "A model made ready for thousands of predictions.")
       .def(
           "__init__",
