@@ -52,12 +52,10 @@ def _seconds_of(column: Any) -> NDArray[np.float64]:
 
 def text_of(key: Any) -> str:
     """As a CSV would have it: 17.0 of a column that once had gaps is 17; empty for a missing one."""
-    if key is None or type(key).__name__ in ("NAType", "NaTType") or (isinstance(key, (float, np.floating)) and key != key):
-        return ""
     if isinstance(key, (float, np.floating)) and float(key).is_integer():
         return str(int(key))
-    text = str(key)
-    return text if text.strip() else ""
+    missing = key is None or (not isinstance(key, str) and str(key) in ("nan", "NaT", "<NA>"))
+    return "" if missing or not str(key).strip() else str(key)
 
 
 def names_of(person_classes: Any) -> list[str]:

@@ -160,8 +160,8 @@ def split_tracks(
     train, test = _sila.split_tracks(given, test_share, seed, by)
     if not train or not test:
         raise ValueError(
-            f"split_tracks: expected tracks on both sides, found {len(train)} to learn from and {len(test)} held back of "
-            f"{len(given)}; give more tracks, or another test_share or seed"
+            f"split_tracks: expected tracks on both sides, found {len(train)} to learn from and {len(test)} held back "
+            f"of {len(given)}; give more tracks, or another test_share or seed"
         )
     return Tracks(train), Tracks(test)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas
 import pytest
 import sila
+import sila.plot
 
 WALK = np.column_stack([np.arange(0.0, 12.0, 0.25), np.arange(48) * 0.3, np.arange(48) * -0.1])
 
@@ -37,6 +38,8 @@ def test_a_path_is_read_by_the_scene_in_every_verb(halves, model):
     assert sila.evaluate(model, path, scene=scene) == sila.evaluate(model, tracks, scene=scene)
     fitted = [sila.Predictor(scene).partial_fit(given).model_ for given in (path, tracks)]
     assert fitted[0] == fitted[1]
+    drawn = sila.plot.tracks(path, scene=scene).collections[-1].get_segments()
+    assert np.concatenate(drawn).max() == pytest.approx(WALK[-1, 1])
 
 
 def test_a_broken_scene_is_an_error_beside_a_data_frame(tmp_path):

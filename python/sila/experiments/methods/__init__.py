@@ -27,8 +27,8 @@ METHODS: dict[str, type[Method]] = {
 def load_method(name: str, folder: Path) -> type[Method]:
     """A known method, or the class of "file.py:Class" with the file beside the experiment's.
 
-    Raises ImportError where the file needs what is not installed; FormatError without the file and for what is no Python;
-    TypeError for a class that is no complete method.
+    Raises ImportError where the file needs what is not installed; FormatError for a file that is not there or is no
+    Python; TypeError for a class that is no complete method.
     """
     if name in METHODS:
         return METHODS[name]
