@@ -8,26 +8,12 @@ four points known in the image and on the ground (docs/formats.md). Needs pandas
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
 import sila
 from PIL import Image, ImageDraw
-
-
-def simulated(folder: Path) -> tuple[Path, Path]:
-    """A MOT file at 10 frames a second and a camera file: a tracker that looks at a simulated intersection."""
-    tracks = sila.simulate(tracks=60, seed=1).reported.to_frame()
-    (left, near), (right, far) = tracks[["x", "y"]].min(), tracks[["x", "y"]].max()
-    ground = [[left, near], [right, near], [right, far], [left, far]]
-    camera = {"image_points": [[40, 700], [1240, 700], [900, 150], [380, 150]], "ground_points": ground}
-    (folder / "camera.json").write_text(json.dumps(camera))
-    feet = sila.Stream(camera=folder / "camera.json").to_image(tracks[["x", "y"]])
-    frames = np.round((tracks["t"] - tracks["t"].min()) * 10).astype(int) + 1
-    rows = sorted(zip(frames, tracks["track_id"].factorize()[0] + 1, feet[:, 0] - 10, feet[:, 1] - 50))
-    (folder / "tracks.txt").write_text("".join(f"{f},{i},{x:.2f},{y:.2f},20,50,1,-1,-1,-1\n" for f, i, x, y in rows))
-    return folder / "tracks.txt", folder / "camera.json"
+from simulated_tracker import simulated
 
 
 def draw(frame: Image.Image, boxes: np.ndarray, predictions: sila.Predictions, stream: sila.Stream) -> None:
@@ -47,21 +33,16 @@ def draw(frame: Image.Image, boxes: np.ndarray, predictions: sila.Predictions, s
                 pen.text(path[-1], f"{weight:.0%}", fill=colour)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Draws predicted paths on the frames of a tracker.")
-    parser.add_argument("tracks", nargs="?", type=Path, help="MOT file; without one it is simulated")
-    parser.add_argument("--camera", type=Path)
-    parser.add_argument("--fps", type=float, default=10.0, help="frames per second")
-    parser.add_argument("--frames", type=Path, help="folder of pictures whose sorted names are the frames from 1 on")
-    parser.add_argument("--model", type=Path, help="model file to create or to continue")
-    parser.add_argument("--every", type=int, default=10, help="frames between two drawn ones")
-    parser.add_argument("--out", type=Path, default=Path("drawn"))
-    options = parser.parse_args()
+def run(options: argparse.Namespace) -> None:
     if options.tracks and not options.camera:
-        parser.error("a MOT file is in pixels: expected --camera")
+        raise ValueError("a MOT file is in pixels: expected --camera")
+    if not options.fps > 0 or options.every < 1:
+        raise ValueError(f"expected --fps and --every above 0, found {options.fps:g} and {options.every}")
     options.out.mkdir(parents=True, exist_ok=True)
     tracks, camera = (options.tracks, options.camera) if options.tracks else simulated(options.out)
-    rows = np.loadtxt(tracks, delimiter=",", usecols=range(6), ndmin=2)
+    if not (lines := tracks.read_text().strip().splitlines()):
+        raise ValueError(f"{tracks}: expected lines of MOTChallenge, found none")
+    rows = np.loadtxt(lines, delimiter=",", usecols=range(6), ndmin=2)
     pictures = dict(enumerate(sorted(options.frames.iterdir()), 1)) if options.frames else {}
     with sila.Stream(options.model, camera=camera, batch=10) as stream:
         for number in range(1, int(rows[:, 0].max()) + 1):
@@ -77,4 +58,15 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description="Draws predicted paths on the frames of a tracker.")
+    parser.add_argument("tracks", nargs="?", type=Path, help="MOT file; without one it is simulated")
+    parser.add_argument("--camera", type=Path)
+    parser.add_argument("--fps", type=float, default=10.0, help="frames per second")
+    parser.add_argument("--frames", type=Path, help="folder of pictures whose sorted names are the frames from 1 on")
+    parser.add_argument("--model", type=Path, help="model file to create or to continue")
+    parser.add_argument("--every", type=int, default=10, help="frames between two drawn ones")
+    parser.add_argument("--out", type=Path, default=Path("drawn"))
+    try:
+        run(parser.parse_args())
+    except (OSError, ValueError) as error:
+        parser.exit(2, f"{parser.prog}: {error}\n")

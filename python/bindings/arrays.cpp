@@ -37,6 +37,14 @@ std::vector<Vector2> points_from(const char* argument, nb::handle given) {
   return points;
 }
 
+std::vector<Vector2> finite_points_from(const char* argument, nb::handle given) {
+  std::vector<Vector2> points = points_from(argument, given);
+  for (std::size_t row = 0; row < points.size(); ++row) {
+    if (!points[row].allFinite()) refuse(argument, "finite numbers", "another in row " + std::to_string(row));
+  }
+  return points;
+}
+
 std::vector<double> numbers_from(const char* argument, nb::handle given) {
   const auto [owner, array] = numbers_in(argument, "(n,)", given);
   if (array.ndim() != 1) refuse(argument, "shape (n,)", "shape " + shape_text(array));

@@ -44,6 +44,8 @@ inline View view_of(const std::vector<Vector2>& points) {
 /// Points from anything of which NumPy makes an array of shape (n, 2).
 /// Throws: ValueError "<argument>: expected shape (n, 2), found ...".
 std::vector<Vector2> points_from(const char* argument, nb::handle given);
+/// The same; every number is finite. Throws: ValueError that names the first row with another.
+std::vector<Vector2> finite_points_from(const char* argument, nb::handle given);
 /// Numbers from anything of which NumPy makes an array of shape (n,).
 std::vector<double> numbers_from(const char* argument, nb::handle given);
 /// A pair of numbers.

@@ -21,6 +21,16 @@ CurbFrame frame_in(const FrameState& state) {
 
 namespace {
 
+/// A text, or a whole number as text.
+std::string id_from(nb::handle id) {
+  if (nb::isinstance<nb::str>(id)) return nb::cast<std::string>(id);
+  if (!PyIndex_Check(id.ptr()) || PyBool_Check(id.ptr())) {
+    const auto found = nb::cast<std::string>(nb::str(id.type().attr("__name__")));
+    throw nb::type_error(("id: expected a text or a whole number, found " + found).c_str());
+  }
+  return nb::cast<std::string>(nb::str(nb::module_::import_("operator").attr("index")(id)));
+}
+
 Track make_track(const std::string& id, nb::handle times_s, nb::handle positions_m,
                  const std::optional<std::string>& input_id) {
   Track track{{id, numbers_from("times_s", times_s), points_from("positions_m", positions_m)}, input_id.value_or(id)};
@@ -34,13 +44,13 @@ void bind_track(nb::module_& module) {
                     "times_s: shape (n,), seconds. positions_m: shape (n, 2), metres.")
       .def(
           "__init__",
-          [](Track* self, const std::string& id, nb::handle times_s, nb::handle positions_m,
+          [](Track* self, nb::handle id, nb::handle times_s, nb::handle positions_m,
              const std::optional<std::string>& input_id) {
-            new (self) Track(make_track(id, times_s, positions_m, input_id));
+            new (self) Track(make_track(id_from(id), times_s, positions_m, input_id));
           },
           "id"_a, "times_s"_a, "positions_m"_a, nb::kw_only(), "input_id"_a = nb::none(),
-          nb::sig("def __init__(self, id: str, times_s: numpy.typing.ArrayLike, positions_m: numpy.typing.ArrayLike, "
-                  "*, input_id: str | None = None) -> None"),
+          nb::sig("def __init__(self, id: str | int, times_s: numpy.typing.ArrayLike, positions_m: "
+                  "numpy.typing.ArrayLike, *, input_id: str | None = None) -> None"),
           "times_s: shape (n,), seconds, strictly increasing. positions_m: shape (n, 2), metres, world frame.")
       .def_prop_ro(
           "id", [](const Track& track) { return track.trajectory.id; }, "Unique among the tracks read with it.")
@@ -159,6 +169,10 @@ std::pair<std::vector<Track>, std::string> clean_rows(const std::vector<std::str
 void bind_core(nb::module_& module) {
   bind_track(module);
   bind_frame(module);
+  nb::dict reasons;  // why rows are in no track, as the program says it
+  for (const DropReasonText& reason : kDropReasons)
+    reasons[nb::str(reason.name.data(), reason.name.size())] = nb::str(reason.text.data(), reason.text.size());
+  module.attr("DROP_REASONS") = reasons;
   module.def("clean_rows", &clean_rows, "ids"_a, "times_s"_a, "positions_m"_a, "labels"_a, "source"_a, "config"_a,
              "Rows to tracks: ids (n), times_s (n,), positions_m (n, 2); also a JSON text of what became of the rows.");
 }

@@ -28,8 +28,10 @@ void bind_eval(nb::module_& module) {
              nb::call_guard<nb::gil_scoped_release>());
   module.def(
       "modified_hausdorff_m",
-      [](nb::handle a, nb::handle b) { return modified_hausdorff_m(points_from("a", a), points_from("b", b)); }, "a"_a,
-      "b"_a, nb::sig("def modified_hausdorff_m(a: numpy.typing.ArrayLike, b: numpy.typing.ArrayLike) -> float"),
+      [](nb::handle a, nb::handle b) {
+        return modified_hausdorff_m(finite_points_from("a", a), finite_points_from("b", b));
+      },
+      "a"_a, "b"_a, nb::sig("def modified_hausdorff_m(a: numpy.typing.ArrayLike, b: numpy.typing.ArrayLike) -> float"),
       "Modified Hausdorff distance [m] of two paths of shapes (n, 2) and (k, 2), metres.");
 }
 

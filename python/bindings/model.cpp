@@ -133,6 +133,13 @@ void bind_parts(nb::module_& module) {
            [](const SiteSummary& s) { return nb::str("Site({} tracks in {} episodes)").format(s.tracks, s.episodes); });
 }
 
+/// A path that has a name: an empty text is a mistake that the system reports badly.
+const std::filesystem::path& named(const char* verb, const std::filesystem::path& path) {
+  if (path.empty())
+    throw std::invalid_argument(std::string(verb) + ": path: expected a file name, found an empty text");
+  return path;
+}
+
 }  // namespace
 
 void bind_model(nb::module_& module) {
@@ -142,9 +149,14 @@ void bind_model(nb::module_& module) {
       "What was learnt of one or several sites, with the configuration that it was learnt with and its episodes.\n\n"
       "Model() knows nothing. Values do not change: `learn` and `fuse` give new models.")
       .def(nb::init<>())
-      .def_static("load", &load_model, "path"_a, nb::call_guard<nb::gil_scoped_release>(), "Reads a model file.")
+      .def_static(
+          "load", [](const std::filesystem::path& path) { return load_model(named("Model.load", path)); }, "path"_a,
+          nb::call_guard<nb::gil_scoped_release>(), "Reads a model file.")
       .def(
-          "save", [](const StoredModel& stored, const std::filesystem::path& path) { save_model(path, stored); },
+          "save",
+          [](const StoredModel& stored, const std::filesystem::path& path) {
+            save_model(named("Model.save", path), stored);
+          },
           "path"_a, nb::call_guard<nb::gil_scoped_release>(),
           "Writes a model file; refuses to overwrite what is no model.")
       .def_prop_ro(

@@ -68,7 +68,7 @@ std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::
 
 /// How surprising a path is, point by point.
 auto scores(const TrackPrediction& prediction, nb::handle given) {
-  const std::vector<Vector2> path = points_from("path_m", given);
+  const std::vector<Vector2> path = finite_points_from("path_m", given);
   if (path.size() > prediction.content.times_s.size()) {
     throw std::invalid_argument("path_m: expected at most " + std::to_string(prediction.content.times_s.size()) +
                                 " points, found " + std::to_string(path.size()));

@@ -41,8 +41,10 @@ ScaledScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2
   return scene;
 }
 
-using FileState = std::tuple<std::string, std::string, std::optional<std::string>, std::optional<double>,
-                             std::optional<double>, std::optional<double>, std::array<double, 4>>;
+using FileState =
+    std::tuple<std::string, std::string, std::optional<std::string>, std::optional<double>, std::optional<double>,
+               std::optional<double>, std::array<double, 4>, std::vector<std::string>>;
+using CameraState = std::optional<std::array<double, 9>>;
 using CornerState = std::tuple<std::string, std::array<double, 3>, FrameState>;
 using PolygonState = std::vector<std::pair<double, double>>;
 
@@ -56,13 +58,29 @@ FileState state_of(const SceneFile& file) {
           file.options.frames_per_second,
           file.options.sample_interval_s,
           file.options.metres_per_unit,
-          {s.a, s.b, s.tx, s.ty}};
+          {s.a, s.b, s.tx, s.ty},
+          file.options.person_classes};
 }
 
 SceneFile file_in(const FileState& state) {
-  const auto& [path, resolved, format, rate, interval, scale, transform] = state;
+  const auto& [path, resolved, format, rate, interval, scale, transform, classes] = state;
   const auto [a, b, tx, ty] = transform;
-  return {path, resolved, {format ? track_format(*format) : std::nullopt, rate, interval, scale}, {a, b, tx, ty}};
+  return {path,
+          resolved,
+          {format ? track_format(*format) : std::nullopt, rate, interval, scale, std::nullopt, classes},
+          {a, b, tx, ty}};
+}
+
+CameraState state_of(const std::optional<Camera>& camera) {
+  if (!camera) return std::nullopt;
+  std::array<double, 9> numbers;
+  Eigen::Map<Eigen::Matrix3d>(numbers.data()) = camera->ground_from_image;
+  return numbers;
+}
+
+std::optional<Camera> camera_in(const CameraState& state) {
+  if (!state) return std::nullopt;
+  return Camera{Eigen::Map<const Eigen::Matrix3d>(state->data())};
 }
 
 nb::tuple state_of(const Scene& scene) {
@@ -76,7 +94,7 @@ nb::tuple state_of(const Scene& scene) {
   std::vector<std::string> searched;
   for (const std::filesystem::path& folder : scene.searched) searched.push_back(folder.string());
   return nb::make_tuple(scene.name, scene.path.string(), scene.y_axis == YAxis::down, corners, scene.primary, files,
-                        searched, scene.warnings);
+                        searched, scene.warnings, state_of(scene.camera));
 }
 
 Scene scene_in(const nb::tuple& state) {
@@ -90,6 +108,7 @@ Scene scene_in(const nb::tuple& state) {
   for (const FileState& file : nb::cast<std::vector<FileState>>(state[5])) scene.files.push_back(file_in(file));
   for (const std::string& folder : nb::cast<std::vector<std::string>>(state[6])) scene.searched.push_back(folder);
   scene.warnings = nb::cast<std::vector<std::string>>(state[7]);
+  scene.camera = camera_in(nb::cast<CameraState>(state[8]));
   if (scene.primary >= scene.corners.size()) throw std::invalid_argument("Scene: primary is not an index of corners");
   return scene;
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -31,19 +33,22 @@ class Evaluation:
             raise ValueError(f"metric: group: expected one of {', '.join(self.groups)}, found {group}")
         if self.groups[group]["windows"] == 0:
             raise ValueError(f"metric: group {group} has no window")
-        row = self.groups[group]["horizons"][-1]
+        last = self.groups[group]["horizons"][-1]
         if of not in ("model", "constant_velocity"):
             raise ValueError(f"metric: of: expected model or constant_velocity, found {of}")
-        if name not in row[of]:
-            raise ValueError(f"metric: name: expected one of {', '.join(row[of])}, found {name}")
-        return float(row[of][name])
+        means = _means(last[of])
+        if name not in means:
+            raise ValueError(f"metric: name: expected one of {', '.join(means)}, found {name}")
+        return float(means[name])
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a group, horizon and predictor, one column a metric."""
+        """One row a group, horizon and predictor, one column a metric: NaN for a group without windows. coverage_90 is
+        the observed coverage of regions of nominally 90 %."""
         import pandas
 
         rows = [
-            {"group": name, "windows": group["windows"], "horizon_s": row["horizon_s"], "predictor": of, **row[of]}
+            {"group": name, "windows": group["windows"], "horizon_s": row["horizon_s"], "predictor": of}
+            | (_means(row[of]) if group["windows"] else dict.fromkeys(_means(row[of]), math.nan))
             for name, group in self.groups.items()
             for row in group["horizons"]
             for of in ("model", "constant_velocity")
@@ -56,3 +61,9 @@ class Evaluation:
     def __repr__(self) -> str:
         windows = ", ".join(f"{group['windows']} {name}" for name, group in self.groups.items())
         return f"Evaluation({windows} windows; horizons {self.horizons_s} s)"
+
+
+def _means(row: Mapping[str, Any]) -> dict[str, Any]:
+    """The metrics of a row, coverage by nominal per cent."""
+    means = {name: value for name, value in row.items() if name != "coverage"}
+    return means | {f"coverage_{100 * entry['nominal']:.0f}": entry["observed"] for entry in row["coverage"]}

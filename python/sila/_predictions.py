@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from ._rows import text_of
 from ._sila import Prediction
 
 if TYPE_CHECKING:
@@ -43,9 +44,10 @@ class Predictions(Sequence[Prediction]):
         tracks = len({prediction.tracklet for prediction in self._predictions})
         return f"Predictions({len(self)} predictions for {tracks} tracks)"
 
-    def of(self, track: str) -> Predictions:
+    def of(self, track: str | int) -> Predictions:
         """Those of one track, by its id in the input."""
-        return Predictions(prediction for prediction in self if prediction.track == track)
+        name = text_of(track)
+        return Predictions(prediction for prediction in self if prediction.track == name)
 
     def to_frame(self) -> pandas.DataFrame:
         """One row a mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y, cov_xx, cov_xy,

@@ -59,7 +59,7 @@ class Predictor:
 
     def partial_fit(self, X: TracksLike, y: None = None) -> Predictor:
         """Learns X as one more episode."""
-        tracks = as_tracks(X, config=self._settings())
+        tracks = as_tracks(X, scene=self.scene, config=self._settings())
         if len(tracks) == 0:
             return self
         self.model_ = _verbs.learn(

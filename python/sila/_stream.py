@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +13,10 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
+from ._rows import names_of, text_of
 from ._sila import Model
-from ._tracks import SceneLike, _text
-from ._verbs import _model, _place
+from ._tracks import SceneLike
+from ._verbs import _model, _place, _seconds, _settings
 
 #: Ids, positions of shape (n, 2) and labels, one entry a detection.
 _Rows = tuple[list[str], Any, list[str]]
@@ -43,7 +42,7 @@ class Stream:
         *,
         scene: SceneLike | None = None,
         camera: str | os.PathLike[str] | None = None,
-        person_classes: Sequence[str] = (),
+        person_classes: str | Sequence[str] = (),
         stride_s: float | None = None,
         batch: int | None = None,
         config: ConfigLike = None,
@@ -54,8 +53,8 @@ class Stream:
         else:
             start = Model() if model is None else _model("model", model)
         service = {name: value for name, value in (("stride_s", stride_s), ("batch", batch)) if value is not None}
-        settings = merged(merged(start.config_json, config), {"service": service})
-        self._person_classes = {str(name).lower() for name in person_classes}
+        settings = merged(_settings("model", start, config), {"service": service})
+        self._person_classes = {name.lower() for name in names_of(person_classes)}
         camera_file = None if camera is None else Path(camera)
         self._live = _sila.LiveStream(start, file, _place(scene, start, [], settings), camera_file, settings)
 
@@ -69,10 +68,9 @@ class Stream:
         What the service would reject is rejected here and counted by reason: `counts["rejected"]`. Raises ValueError or
         TypeError for what is no detection at all, and ValueError after `close`.
         """
-        if isinstance(t, bool) or not isinstance(t, Real):
-            raise TypeError(f"t: expected seconds, found {t!r}")
+        t_s = _seconds("t", t)
         ids, points, labels = _rows(detections)
-        return Predictions(self._live.update(float(t), ids, points, [self._label(label) for label in labels]))
+        return Predictions(self._live.update(t_s, ids, points, [self._label(label) for label in labels]))
 
     def close(self) -> None:
         """Ends all tracks and learns them, the last in a smaller batch; returns when it is done. `model` and `counts`
@@ -128,7 +126,7 @@ def _rows(detections: Any) -> _Rows:
     if isinstance(detections, np.ndarray):
         if detections.ndim != 2 or detections.shape[1] != 3:
             raise ValueError(f"detections: expected shape (n, 3) with the columns id, x, y; found {detections.shape}")
-        return [_id(key) for key in detections[:, 0]], _points(detections[:, 1:]), [""] * len(detections)
+        return [text_of(key) for key in detections[:, 0]], _points(detections[:, 1:]), [""] * len(detections)
     if isinstance(detections, Mapping):
         entries: list[Any] = [(key, *position) for key, position in detections.items()]
     elif isinstance(detections, Iterable) and not isinstance(detections, (str, bytes)):
@@ -138,8 +136,8 @@ def _rows(detections: Any) -> _Rows:
     for entry in entries:
         if len(entry) not in (3, 4):
             raise ValueError(f"detections: expected (id, x, y) or (id, x, y, label), found {entry!r}")
-    labels = [_id(entry[3]) if len(entry) == 4 else "" for entry in entries]
-    return [_id(entry[0]) for entry in entries], _points([entry[1:3] for entry in entries]), labels
+    labels = [text_of(entry[3]) if len(entry) == 4 else "" for entry in entries]
+    return [text_of(entry[0]) for entry in entries], _points([entry[1:3] for entry in entries]), labels
 
 
 def _of_frame(frame: Any) -> _Rows:
@@ -147,8 +145,8 @@ def _of_frame(frame: Any) -> _Rows:
     if key is None or not {"x", "y"} <= set(frame.columns):
         found = ", ".join(map(str, frame.columns))
         raise ValueError(f"detections: expected the columns track_id or id, x, y; found {found}")
-    labels = [_id(label) for label in frame["label"]] if "label" in frame.columns else [""] * len(frame)
-    return [_id(value) for value in frame[key]], _points(frame[["x", "y"]]), labels
+    labels = [text_of(label) for label in frame["label"]] if "label" in frame.columns else [""] * len(frame)
+    return [text_of(value) for value in frame[key]], _points(frame[["x", "y"]]), labels
 
 
 def _of_boxes(detections: Any) -> _Rows:
@@ -157,7 +155,7 @@ def _of_boxes(detections: Any) -> _Rows:
         raise ValueError("detections: they have no tracker_id; run a tracker first")
     boxes = np.asarray(detections.xyxy, dtype=np.float64).reshape(-1, 4)
     feet = np.column_stack([(boxes[:, 0] + boxes[:, 2]) / 2.0, boxes[:, 3]])
-    return [_id(key) for key in detections.tracker_id] if len(boxes) else [], feet, [""] * len(boxes)
+    return [text_of(key) for key in detections.tracker_id] if len(boxes) else [], feet, [""] * len(boxes)
 
 
 def _points(given: Any) -> Any:
@@ -165,8 +163,3 @@ def _points(given: Any) -> Any:
         return np.asarray(given, dtype=np.float64).reshape(-1, 2)
     except (TypeError, ValueError) as error:
         raise ValueError(f"detections: expected numbers x, y; {error}") from None
-
-
-def _id(key: Any) -> str:
-    """As text; empty for a missing one."""
-    return "" if key is None or (isinstance(key, (float, np.floating)) and math.isnan(key)) else _text(key)

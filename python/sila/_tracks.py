@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from . import _sila
 from ._config import ConfigLike, merged
+from ._rows import Rows, names_of, rows_of_frame, text_of, warn
 from ._sila import Scene, Track
 from .errors import FormatError
 
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 #: Whatever tracks can be given as: see `as_tracks`.
 TracksLike = Union["Tracks", "pandas.DataFrame", Mapping[Any, Any], Iterable[Any], str, "os.PathLike[str]"]
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
-
-_COLUMNS = ("track_id", "t", "x", "y")
 
 
 class Tracks(Sequence[Track]):
@@ -94,15 +93,16 @@ def read_tracks(
     frames_per_second: float | None = None,
     metres_per_unit: float | None = None,
     camera: str | os.PathLike[str] | None = None,
-    person_classes: Sequence[str] = (),
+    person_classes: str | Sequence[str] = (),
     config: ConfigLike = None,
 ) -> Tracks:
     """Reads track files or folders; without `paths`, the files that `scene` names. Formats are recognised by content. A data
-    frame is taken as by `as_tracks`: seconds and metres, without the options of files.
+    frame is taken as by `as_tracks`: seconds and metres, without the options of files and without the scene's.
 
     `camera`: a file with the camera by which pixels become metres, instead of that of the scene. `person_classes`: the
-    class names or numbers that are pedestrians, instead of the usual ones (docs/formats.md). Files that the scene names
-    get the units and the transform that it says. `config`: the group `clean` is used.
+    class names or numbers that are pedestrians (or one), instead of the usual ones (docs/formats.md). Files that the scene
+    names get the units and the transform that it says. `config`: the group `clean` is used.
+    Units that look wrong are a UserWarning, and in the `report`.
     Raises FormatError for a file that is missing, damaged, of no known format or without a usable track.
     """
     if hasattr(paths, "columns"):
@@ -111,27 +111,39 @@ def read_tracks(
         unused = [name for name, value in given.items() if value is not None]
         if unused:
             raise ValueError(f"read_tracks: {', '.join(unused)}: for files; a data frame has seconds and metres")
-        return _from_frame(paths, config)
+        return as_tracks(paths, scene=scene, config=config)
     if paths is None and scene is None:
         raise ValueError("read_tracks: expected paths, or a scene that names its files; found neither")
-    if paths is None:
-        paths = []
-    elif isinstance(paths, (str, os.PathLike)):
-        paths = [paths]
-    elif not paths:
-        raise ValueError("read_tracks: paths: expected at least one path, found 0")
+    files = _files(paths)
     place = None if scene is None else as_scene(scene)
-    tracks, report = _sila.read_files(
-        [Path(path) for path in paths],
+    tracks, text = _sila.read_files(
+        files,
         place,
         format,
         frames_per_second,
         metres_per_unit,
         None if camera is None else Path(camera),
-        [str(name) for name in person_classes],
+        names_of(person_classes),
         merged("{}", config),
     )
-    return Tracks(tracks, report=json.loads(report))
+    report = json.loads(text)
+    warn(report)
+    return Tracks(tracks, report=report)
+
+
+def _files(paths: Any) -> list[Path]:
+    if paths is None:
+        return []
+    several = [paths] if isinstance(paths, (str, os.PathLike)) else paths
+    if not isinstance(several, Iterable):
+        raise TypeError(f"read_tracks: paths: expected paths or a data frame, found {type(paths).__name__}")
+    files = list(several)
+    if not files:
+        raise ValueError("read_tracks: paths: expected at least one path, found 0")
+    for file in files:
+        if not isinstance(file, (str, os.PathLike)):
+            raise TypeError(f"read_tracks: paths: expected paths, found {type(file).__name__} among them")
+    return [Path(file) for file in files]
 
 
 def split_tracks(
@@ -141,9 +153,16 @@ def split_tracks(
 
     by: "time" holds back a block of time and leaves out all others who were there within 5 s of a held-back person,
     as companions walk alike; "track" holds back people at random.
-    Raises ValueError by time for a recording whose tracks all begin at one instant: it has no common clock.
+    Raises ValueError if a side has no track, and by time for a recording whose tracks all begin at one instant: it has
+    no common clock.
     """
-    train, test = _sila.split_tracks(list(as_tracks(tracks)), test_share, seed, by)
+    given = list(as_tracks(tracks))
+    train, test = _sila.split_tracks(given, test_share, seed, by)
+    if not train or not test:
+        raise ValueError(
+            f"split_tracks: expected tracks on both sides, found {len(train)} to learn from and {len(test)} held back "
+            f"of {len(given)}; give more tracks, or another test_share or seed"
+        )
     return Tracks(train), Tracks(test)
 
 
@@ -156,27 +175,29 @@ def as_scene(scene: Any) -> Scene:
     raise TypeError(f"scene: expected a sila.Scene or the path of a scene file, found {type(scene).__name__}")
 
 
-def as_tracks(tracks: TracksLike, *, config: ConfigLike = None) -> Tracks:
+def as_tracks(tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None) -> Tracks:
     """Tracks from any accepted form:
 
     - `Tracks`, a `Track`, or any sequence of `Track`;
-    - a pandas data frame with the columns track_id, t [s], x, y [m] (and label, if there is one);
+    - a pandas data frame with the columns track_id, t [s, or dates], x, y [m] (and label, if there is one);
     - a dictionary from id to an array of shape (n, 3) with the columns t, x, y, or a sequence of such arrays, whose
       ids are then their numbers from 0;
     - the path of a track file, or several.
 
-    Rows are cleaned as those of a file are; `config`: the group `clean` is used.
+    Rows are cleaned as those of a file are; `config`: the group `clean` is used. Files get the camera, the units and the
+    transform of the `scene`; everything else is in metres, in its frame.
     """
+    scene = None if scene is None else as_scene(scene)
     if isinstance(tracks, Tracks):
         return tracks
     if isinstance(tracks, Track):
         return Tracks([tracks])
     if isinstance(tracks, (str, os.PathLike)):
-        return read_tracks(tracks, config=config)
+        return read_tracks(tracks, scene=scene, config=config)
     if hasattr(tracks, "columns"):
-        return _from_frame(tracks, config)
+        return clean_rows(*rows_of_frame(tracks), "data frame", merged("{}", config))
     if isinstance(tracks, Mapping):
-        return _from_arrays(list(tracks.items()), config)
+        return clean_rows(*_rows_of_arrays(list(tracks.items())), "arrays", merged("{}", config))
     if isinstance(tracks, np.ndarray) and tracks.dtype != object and tracks.ndim != 3:
         raise ValueError(f"tracks: expected arrays of shape (n, 3), one a track; found one of shape {tracks.shape}")
     try:
@@ -188,8 +209,8 @@ def as_tracks(tracks: TracksLike, *, config: ConfigLike = None) -> Tracks:
     if all(isinstance(entry, Track) for entry in entries):
         return Tracks(entries)
     if all(isinstance(entry, (str, os.PathLike)) for entry in entries):
-        return read_tracks(entries, config=config)
-    return _from_arrays(list(enumerate(entries)), config)
+        return read_tracks(entries, scene=scene, config=config)
+    return clean_rows(*_rows_of_arrays(list(enumerate(entries))), "arrays", merged("{}", config))
 
 
 def clean(reported: Tracks, source: str, settings: str) -> Tracks:
@@ -203,33 +224,30 @@ def clean(reported: Tracks, source: str, settings: str) -> Tracks:
 def clean_rows(
     ids: list[str], t: NDArray[np.float64], xy: NDArray[np.float64], labels: list[str], source: str, settings: str
 ) -> Tracks:
-    """Rows to tracks. Raises FormatError, as for a file, if there are rows and not one track is left."""
+    """Rows to tracks; rows without an id are dropped. Raises FormatError, as for a file, if there are rows and not one
+    track is left."""
+    nameless = [row for row, name in enumerate(ids) if not name]
+    if nameless:
+        named = np.delete(np.arange(len(ids)), nameless)
+        ids, t, xy, labels = [name for name in ids if name], t[named], xy[named], [labels[i] for i in named if labels]
     tracks, text = _sila.clean_rows(ids, t, xy, labels, source, settings)
     report = json.loads(text)
-    if ids and not tracks:
-        found = ", ".join(f"{entry['rows']} rows {reason}" for reason, entry in report["dropped"].items())
-        raise FormatError(source, 0, "at least one track of two samples", found)
+    if nameless:
+        report["rows_read"] += len(nameless)
+        report["dropped"]["missing_cells"] = {"rows": len(nameless), "first": f"{source}, row {nameless[0]} (from 0)"}
+    if report["rows_read"] and not tracks:
+        raise FormatError(source, 0, "at least one track of two samples", _reasons(report["dropped"]))
+    warn(report)
     return Tracks(tracks, report=report)
 
 
-def _from_frame(frame: Any, config: ConfigLike) -> Tracks:
-    missing = [column for column in _COLUMNS if column not in frame.columns]
-    if missing:
-        raise ValueError(
-            f"tracks: expected a data frame with the columns {', '.join(_COLUMNS)}; "
-            f"{', '.join(missing)} missing in {', '.join(map(str, frame.columns))}"
-        )
-    labels = [] if "label" not in frame.columns else [str(label) for label in frame["label"]]
-    try:
-        t = np.asarray(frame["t"], dtype=np.float64)
-        xy = np.column_stack([np.asarray(frame[column], dtype=np.float64) for column in ("x", "y")])
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"tracks: expected numbers in the columns t, x, y; {error}") from None
-    return _cleaned([_text(key) for key in frame["track_id"]], t, xy, labels, "data frame", config)
+def _reasons(dropped: Mapping[str, Any]) -> str:
+    counts = {_sila.DROP_REASONS[reason]: entry["rows"] for reason, entry in dropped.items()}
+    return "; ".join(f"{rows} row{'s' * (rows > 1)} dropped: they {text}" for text, rows in counts.items())
 
 
-def _from_arrays(entries: list[tuple[Any, Any]], config: ConfigLike) -> Tracks:
-    rows: list[NDArray[np.float64]] = []
+def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:
+    rows: list[NDArray[np.float64]] = [np.empty((0, 3))]
     ids: list[str] = []
     for key, value in entries:
         try:
@@ -241,22 +259,9 @@ def _from_arrays(entries: list[tuple[Any, Any]], config: ConfigLike) -> Tracks:
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"tracks[{key!r}]: expected shape (n, 3) with the columns t, x, y; found {array.shape}")
         rows.append(array)
-        ids += [_text(key)] * len(array)
-    if not rows:
-        return Tracks()
+        ids += [text_of(key)] * len(array)
     table = np.concatenate(rows)
-    return _cleaned(ids, table[:, 0], table[:, 1:], [], "arrays", config)
-
-
-def _cleaned(
-    ids: list[str], t: NDArray[np.float64], xy: NDArray[np.float64], labels: list[str], source: str, config: ConfigLike
-) -> Tracks:
-    return clean_rows(ids, t, xy, labels, source, merged("{}", config))
-
-
-def _text(key: Any) -> str:
-    """Ids as a CSV would have them: 17.0 of a column that once had gaps is 17."""
-    return str(int(key)) if isinstance(key, (float, np.floating)) and float(key).is_integer() else str(key)
+    return ids, table[:, 0], table[:, 1:], []
 
 
 def _stacked(arrays: list[Any], dimensions: int) -> NDArray[np.float64]:

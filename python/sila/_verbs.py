@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import operator
+import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 from . import _sila
@@ -41,7 +44,7 @@ def learn(
     Raises ValueError for a configuration that the model did not begin with, and without tracks.
     """
     start = _model("model", model) if model is not None else Model()
-    settings = merged(start.config_json, config)
+    settings = _settings("model", start, config)
     if units not in (None, "metres", "pixels"):
         raise ValueError(f"learn: units: expected metres or pixels, found {units!r}")
     if units == "metres" and json.loads(settings)["metres_per_pixel"] > 0:
@@ -50,9 +53,9 @@ def learn(
         tracks = list(tracks)
     if units == "pixels":
         settings = _in_pixels(tracks, scene, start, settings)
-    given = _some("learn", tracks, settings)
-    if isinstance(batch, bool) or not isinstance(batch, int) or batch < 1:
-        raise ValueError(f"learn: batch: expected a whole number of at least 1, found {batch!r}")
+    batch = _whole("learn: batch", batch, 1)
+    scene = None if scene is None else as_scene(scene)
+    given = _some("learn", tracks, scene, settings)
     with bar(progress, -(-len(given) // batch), "learning", "episode") as moving:
 
         def on_episode(done: int, of: int, tracks: int, size: int) -> None:
@@ -69,7 +72,8 @@ def train_batch(
     """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
     other half, so that no error is of a window that was learnt."""
     settings = merged("{}", config)
-    given = _some("train_batch", tracks, settings)
+    scene = None if scene is None else as_scene(scene)
+    given = _some("train_batch", tracks, scene, settings)
     place = _place(scene, Model(), given, settings, len(given))
     return _sila.train_batch(list(given), place, settings, _threads(threads))
 
@@ -85,12 +89,14 @@ def _in_pixels(tracks: Any, scene: Any, start: Model, settings: str) -> str:
     if start.episodes:
         raise ValueError("learn: units: pixels, but the model was learnt in metres")
     trial = merged(settings, {"metres_per_pixel": _sila.TRIAL_METRES_PER_PIXEL})
-    scale = _sila.walking_scale(list(as_tracks(tracks, config=json.loads(trial))))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # at the scale of the trial units look wrong
+        scale = _sila.walking_scale(list(as_tracks(tracks, config=json.loads(trial))))
     return merged(settings, {"metres_per_pixel": scale})
 
 
-def _some(verb: str, tracks: TracksLike, settings: str) -> Tracks:
-    given = as_tracks(tracks, config=json.loads(settings))
+def _some(verb: str, tracks: TracksLike, scene: Scene | None, settings: str) -> Tracks:
+    given = as_tracks(tracks, scene=scene, config=json.loads(settings))
     if len(given) == 0:
         raise ValueError(f"{verb}: tracks: expected at least one, found none")
     return given
@@ -98,18 +104,23 @@ def _some(verb: str, tracks: TracksLike, settings: str) -> Tracks:
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
     """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`."""
-    settings = merged(_model("previous", previous).config_json, config)
+    settings = _settings("previous", previous, config)
     return _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
 
 
 def make_prior(models: Iterable[Model]) -> Model:
     """What models know of how people walk at any place, as `sila prior make`: the first model of a new place."""
-    return _sila.make_prior([_model("models", model) for model in models])
+    if isinstance(models, Model) or not isinstance(models, Iterable):
+        raise TypeError(f"models: expected a list of sila.Model, found {type(models).__name__}")
+    given = [_model("models", model) for model in models]
+    if not given:
+        raise ValueError("models: expected at least one sila.Model, found 0")
+    return _sila.make_prior(given)
 
 
 def explain_fusion(previous: Model, incoming: Model, *, config: ConfigLike = None) -> dict[str, Any]:
     """What `fuse` would match, fuse, split and relax, and why: the keys of a fusion case, indices from 1."""
-    settings = merged(_model("previous", previous).config_json, config)
+    settings = _settings("previous", previous, config)
     result: dict[str, Any] = json.loads(
         _sila.explain_fusion(previous, _model("incoming", incoming), settings, "previous + incoming")
     )
@@ -133,15 +144,14 @@ def predict(
     Samples after t0 never influence a prediction. `config` changes the configuration of the model, for instance
     {"predict": {"horizon_s": 3}}.
     """
-    settings = merged(_model("model", model).config_json, config)
-    given = list(as_tracks(tracks, config=json.loads(settings)))
-    place = _place(scene, model, given, settings)
+    settings, given, place = _looked_at(model, tracks, scene, config)
+    stride_s = _seconds("stride_s", stride_s)
     ready = _sila.ReadyPredictor(model, settings)
     found: list[_sila.Prediction] = []
     with bar(progress, len(given), "predicting", "track") as moving:
         for first in range(0, len(given), _CHUNK):
             some = given[first : first + _CHUNK]
-            found += ready.predict(some, place, float(stride_s), at_end, _threads(threads))
+            found += ready.predict(some, place, stride_s, at_end, _threads(threads))
             moving.update(len(some))
     return Predictions(found)
 
@@ -158,10 +168,9 @@ def explain(
 ) -> list[dict[str, Any]]:
     """Predicts as `predict` does, with explanations: the lines of `sila predict --explain` as dictionaries, each with
     the primitives, transitions and terms behind its modes."""
-    settings = merged(_model("model", model).config_json, config)
-    given = list(as_tracks(tracks, config=json.loads(settings)))
+    settings, given, place = _looked_at(model, tracks, scene, config)
     ready = _sila.ReadyPredictor(model, settings)
-    lines = ready.explain(given, _place(scene, model, given, settings), float(stride_s), at_end, _threads(threads))
+    lines = ready.explain(given, place, _seconds("stride_s", stride_s), at_end, _threads(threads))
     return [json.loads(line) for line in lines]
 
 
@@ -170,9 +179,8 @@ def evaluate(
 ) -> Evaluation:
     """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
     ones that the model has not learnt."""
-    settings = merged(_model("model", model).config_json, config)
-    given = list(as_tracks(tracks, config=json.loads(settings)))
-    numbers, text = _sila.evaluate(model, given, _place(scene, model, given, settings), settings, _threads(threads))
+    settings, given, place = _looked_at(model, tracks, scene, config)
+    numbers, text = _sila.evaluate(model, given, place, settings, _threads(threads))
     found = json.loads(numbers)
     return Evaluation(found["groups"], found["skipped"], found["changes"], text)
 
@@ -200,6 +208,16 @@ def simulate(*, config: ConfigLike = None, **simulate: Any) -> Simulation:
     return Simulation(cleaned, Tracks(reported), Tracks(truth), scene)
 
 
+def _looked_at(
+    model: Model, tracks: TracksLike, scene: SceneLike | None, config: ConfigLike
+) -> tuple[str, list[Track], Scene]:
+    """The configuration, the tracks and the scene by which a model looks at them."""
+    settings = _settings("model", model, config)
+    place = None if scene is None else as_scene(scene)
+    given = list(as_tracks(tracks, scene=place, config=json.loads(settings)))
+    return settings, given, _place(place, model, given, settings)
+
+
 def _place(scene: SceneLike | None, model: Model, tracks: Any, settings: str, batch: int = 1) -> Scene:
     """The scene of the tracks: given, that of the model, or one made from the first `batch` tracks of a new model."""
     given = None if scene is None else as_scene(scene)
@@ -212,7 +230,33 @@ def _model(argument: str, given: Any) -> Model:
     return given
 
 
+def _settings(argument: str, model: Any, config: ConfigLike) -> str:
+    """The configuration of a model with changes, which cannot change the scale that it was learnt at."""
+    settings = merged(_model(argument, model).config_json, config)
+    if model.episodes == 0:
+        return settings
+    scale, learnt_at = (json.loads(text)["metres_per_pixel"] for text in (settings, merged(model.config_json, None)))
+    if scale != learnt_at:
+        units = f"at metres_per_pixel = {learnt_at:g}" if learnt_at > 0 else "in metres"
+        raise ValueError(f"config: metres_per_pixel = {scale:g}, but the model was learnt {units}; learn a new one")
+    return settings
+
+
+def _whole(argument: str, value: Any, least: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if isinstance(value, bool) or number < least:
+        raise ValueError(f"{argument}: expected a whole number of at least {least}, found {value!r}")
+    return number
+
+
+def _seconds(argument: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError(f"{argument}: expected seconds, found {value!r}")
+    return float(value)
+
+
 def _threads(threads: Any) -> int:
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 0:
-        raise ValueError(f"threads: expected a whole number from 0 on (0: all), found {threads!r}")
-    return threads
+    return _whole("threads (0: all)", threads, 0)

@@ -23,6 +23,7 @@ from ._config import ConfigLike, merged
 from ._progress import bar
 from ._sila import Model, Scene
 from ._tracks import SceneLike, as_scene, read_tracks
+from ._verbs import _settings, _whole
 from .errors import FormatError
 
 if TYPE_CHECKING:
@@ -90,14 +91,11 @@ def learn(
     cannot be read, models of another schema and models that cannot be fused raise before anything is learnt.
     """
     start = Model() if model is None else model
-    if not isinstance(start, Model):
-        raise TypeError(f"model: expected a sila.Model, found {type(model).__name__}")
-    for name, value in (("batch", batch), ("partition", partition)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise ValueError(f"learn: {name}: expected a whole number of at least 1, found {value!r}")
+    asked = _settings("model", start, config)
+    batch, partition = _whole("learn: batch", batch, 1), _whole("learn: partition", partition, 1)
     began = time.monotonic()
-    found, unread = _found(sources, scene, start, merged(start.config_json, config), batch)
-    settings = _agreed(merged(start.config_json, config), start, found)
+    found, unread = _found(sources, scene, start, asked, batch)
+    settings = _agreed(asked, start, found)
     for source in found:
         if source.model is not None:
             _named(source.path, lambda s=source: _sila.require_settings(s.model, s.scene, settings))

@@ -78,7 +78,7 @@ def tracks(
         raise ValueError(f"colour: expected speed or time, found {colour}")
     ax = _place(scene, ax)
     segments, values = [], []
-    for track in as_tracks(given):
+    for track in as_tracks(given, scene=scene):
         t, xy = track.times_s, track.positions_m
         if len(t) < 2:
             continue
@@ -189,7 +189,7 @@ def predictions(
         ax, drawn = _picture(image, ax), lambda points: np.asarray(points) / (scale, -scale)
     else:
         raise ValueError("image: expected camera=, the file of the camera that took it, found none")
-    by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks)}
+    by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks, scene=scene)}
     seen_modes = 0
     for prediction in some:
         for number in reversed(range(len(prediction.modes))):

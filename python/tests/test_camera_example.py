@@ -38,7 +38,18 @@ def test_weighted_paths_are_drawn_on_the_frames(tmp_path):
     assert sila.Model.load(tmp_path / "m.sila").tracks == len(learnt)
 
 
-def test_a_file_without_a_camera_is_refused(tmp_path):
+def test_wrong_use_is_one_sentence(tmp_path):
     (tmp_path / "t.txt").write_text("1,1,0,0,10,20,1,-1,-1,-1\n")
-    done = run(tmp_path, "t.txt")
-    assert done.returncode == 2 and "--camera" in done.stderr
+    (tmp_path / "empty.txt").write_text("\n")
+    (tmp_path / "c.json").write_text('{"homography": [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 1]]}')
+    camera = ("--camera", "c.json")
+    for arguments, words in (
+        (["t.txt"], "--camera"),
+        (["none.txt", *camera], "none.txt"),
+        (["empty.txt", *camera], "empty.txt: expected lines of MOTChallenge, found none"),
+        (["t.txt", "--camera", "none.json"], "none.json"),
+        (["t.txt", *camera, "--fps", "0"], "--fps"),
+        (["t.txt", *camera, "--every", "0"], "--every"),
+    ):
+        done = run(tmp_path, *arguments)
+        assert done.returncode == 2 and words in done.stderr and len(done.stderr.splitlines()) == 1, done.stderr

@@ -120,6 +120,52 @@ def test_what_is_no_experiment_is_rejected(tmp_path, changes, words, capsys):
     assert not (tmp_path / "out").exists()
 
 
+METHOD_FILES = {
+    "broken.py": "class Broken(:\n",
+    "unfinished.py": "from sila.experiments import Method\n\n\nclass Own(Method):\n    {}\n",
+    "gone.py": "import no_such_package\n",
+}
+PREDICTS = "def predict(self, windows): ..."
+
+
+@pytest.mark.parametrize(
+    ("methods", "body", "words"),
+    [
+        (["none.py:Own"], "", ["none.py", "a Python file with the class Own", "no such file"]),
+        (["broken.py:Broken"], "", ["broken.py:1", "expected Python"]),
+        (["unfinished.py:Own"], "pass", ["Own", "define predict"]),
+        (["unfinished.py:Own"], PREDICTS, ["Own", "define partial_fit (fit is used with at_once = True)"]),
+        (["unfinished.py:Own"], f"at_once = True\n    {PREDICTS}", ["define fit"]),
+        (["silo"], "", ["sila"]),
+        (None, "", ['"methods"', "no such key"]),
+    ],
+)
+def test_mistakes_in_methods_are_found_before_scenes_are_read(tmp_path, methods, body, words, capsys):
+    for name, text in METHOD_FILES.items():
+        (tmp_path / name).write_text(text.format(body))
+    path = written(tmp_path, methods=methods)
+    if methods is None:
+        path.write_text(json.dumps({key: value for key, value in SMALL.items() if key != "methods"}))
+    assert run([str(path), "--out", str(tmp_path / "out")]) in (1, 2)
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+    assert len(said.splitlines()) == 1 and not (tmp_path / "out").exists()
+
+
+def test_other_mistakes_are_one_sentence(tmp_path, capsys):
+    (tmp_path / "gone.py").write_text(METHOD_FILES["gone.py"])
+    (tmp_path / "list.json").write_text("[]")
+    gone = written(tmp_path, methods=["gone.py:Gone"])
+    for arguments, words in (
+        ([tmp_path / "list.json"], "the experiment to be an object, found []"),
+        ([gone, "--workers", "0"], "--workers: expected at least 1, found 0"),
+        ([gone], "expected a method that can run here, found none (gone.py:Gone: No module named 'no_such_package')"),
+    ):
+        assert run([*map(str, arguments), "--out", str(tmp_path / "out")]) in (1, 2)
+        assert words in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
 def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):
     experiment = read_experiment(written(tmp_path, test_tracks=50, train_tracks=150, take_fewer=True))
     protocol = protocol_of(experiment, runs_of(experiment)[0])

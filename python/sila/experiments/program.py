@@ -19,9 +19,12 @@ EXAMPLE = "example: sila experiment experiments/smoke.json --out out/smoke"
 def run(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
+        if options.workers < 1:
+            raise ValueError(f"--workers: expected at least 1, found {options.workers}")
         _sila.limit_threads(options.threads)
         config = assignments(options.config, options.set)
-        if json.loads(_sila.config_from_file(options.file)).get("kind") == "field":
+        whole = json.loads(_sila.config_from_file(options.file))
+        if isinstance(whole, dict) and whole.get("kind") == "field":
             from .field import run_field
 
             run_field(options.file, options.out, options.data_dir)

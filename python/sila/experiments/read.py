@@ -143,15 +143,14 @@ def read_experiment(path: str | os.PathLike[str], overrides: Overrides | None = 
     _require_keys(file, whole, "the experiment", ["about", "config", "scenes", "methods", "reference", *settings_known])
     settings = _settings(file, {key: whole[key] for key in settings_known if key in whole}, overrides)
     base = merged("{}", _part(file, whole, "the experiment", "config"))
+    entries = [  # mistakes in them are found before scenes are read, which takes long
+        _entry(file, item, f"method {n}") for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1)
+    ]
     scenes = [
         _scene(file, item, f"scene {n}", base, overrides)
         for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1)
     ]
-    methods = [
-        method
-        for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1)
-        for method in _methods(file, item, f"method {n}", scenes)
-    ]
+    methods = [method for entry in entries for method in _methods(file, entry, scenes)]
     names = [method.name for method in methods]
     reference = whole.get("reference", "sila" if "sila" in names else names[0])
     if reference not in names:
@@ -234,8 +233,17 @@ def _disturbed(tracks: Sequence[Track], noise_m: float) -> list[Track]:
     ]
 
 
-def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]) -> list[ExperimentMethod]:
-    """The methods of an entry: one, or one a similarity threshold."""
+@dataclass(frozen=True)
+class _Entry:
+    """An entry of the list of methods: one method, or one a similarity threshold."""
+
+    where: str
+    changes: Mapping[str, Any]  #: of the configuration
+    thresholds: Sequence[Any]
+    method: ExperimentMethod  #: without configurations
+
+
+def _entry(file: str, item: Any, where: str) -> _Entry:
     if isinstance(item, str):
         item = {"method": item}
     _require_keys(file, item, where, ["name", "method", "thresholds", "config", "parameters", "scene"])
@@ -254,19 +262,23 @@ def _methods(file: str, item: Any, where: str, scenes: Sequence[ExperimentScene]
         _require_keys(file, parameters, f"{where}, parameters", list(cls.parameters))
     if type(item.get("scene", True)) is not bool:
         raise FormatError(file, 0, f"{where} with scene as true or false", json.dumps(item["scene"]))
-    named = item.get("name", kind)
     thresholds = _list(file, item, where, "thresholds") if "thresholds" in item else [None]
+    method = ExperimentMethod(item.get("name", kind), kind, parameters, [], cls, missing, item.get("scene", True))
+    return _Entry(where, changes, thresholds, method)
+
+
+def _methods(file: str, entry: _Entry, scenes: Sequence[ExperimentScene]) -> list[ExperimentMethod]:
     made = []
-    for threshold in thresholds:
+    for threshold in entry.thresholds:
         configs = []
         for scene in scenes:
-            config = merged(scene.config, changes)
-            _require_scored_alike(file, where, scene.config, config)
+            config = merged(scene.config, entry.changes)
+            _require_scored_alike(file, entry.where, scene.config, config)
             if threshold is not None:
                 config = merged(config, {"fuse": {"similarity_threshold": threshold}})
             configs.append(config)
-        name = named if threshold is None else f"{named} {json.dumps(threshold)}"
-        made.append(ExperimentMethod(name, kind, parameters, configs, cls, missing, item.get("scene", True)))
+        name = entry.method.name if threshold is None else f"{entry.method.name} {json.dumps(threshold)}"
+        made.append(replace(entry.method, name=name, configs=configs))
     return made
 
 

@@ -207,6 +207,9 @@ def run_experiment(
     from .report import write_results
 
     folder, build, runs = Path(out), build_hash(), runs_of(experiment)
+    if not runs:
+        reasons = [f"{m.name}: {m.missing or _not_for(m)}" for m in experiment.methods]
+        raise ValueError(f"experiment: expected a method that can run here, found none ({'; '.join(reasons)})")
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     results: list[Json | None] = []
     for run in runs:
@@ -227,6 +230,11 @@ def run_experiment(
             write_results(folder, experiment, [r for r in results if r is not None and r["trial"] <= trial], trial)
     written = write_results(folder, experiment, [r for r in results if r is not None], experiment.settings.trials)
     return written
+
+
+def _not_for(method: ExperimentMethod) -> str:
+    reasons = (method.cls.not_for(json.loads(config)) for config in method.configs if method.cls is not None)
+    return next(filter(None, reasons), "no run")
 
 
 def _finished_trials(runs: Sequence[Run], results: Sequence[Json | None]) -> int:
@@ -253,7 +261,7 @@ def _named(experiment: Experiment, run: Run) -> Json:
         return do_run(experiment, run)
     except Exception as error:
         where = f"trial {run.trial}, {run.scene}, {run.method}"
-        raise RuntimeError(f"experiment: {where}: {error}; what was finished is kept") from error
+        raise RuntimeError(f"experiment: {where}: {str(error) or type(error).__name__}; what was finished is kept") from error
 
 
 def _done(

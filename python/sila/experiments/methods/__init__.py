@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
+from ...errors import FormatError
 from ..method import Method
 from .cliff import Cliff
 from .knn import Knn
@@ -26,18 +27,41 @@ METHODS: dict[str, type[Method]] = {
 def load_method(name: str, folder: Path) -> type[Method]:
     """A known method, or the class of "file.py:Class" with the file beside the experiment's.
 
-    Raises ImportError where the file needs what is not installed.
+    Raises ImportError where the file needs what is not installed; FormatError for a file that is not there or is no
+    Python; TypeError for a class that is no complete method.
     """
     if name in METHODS:
         return METHODS[name]
     file, _, attribute = name.partition(":")
     path = folder / file
+    if not path.is_file():
+        raise FormatError(str(path), 0, f"a Python file with the class {attribute}", "no such file")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path}: cannot be imported")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        raise FormatError(error.filename or str(path), error.lineno or 0, "Python", error.msg) from None
     found = getattr(module, attribute, None)
     if not (isinstance(found, type) and issubclass(found, Method)):
         raise TypeError(f"{path}: expected a class {attribute} that is a sila.experiments.Method")
+    if lack := _lack_of(found):
+        raise TypeError(f"{path}: expected the class {attribute} to define {lack}; it does not")
     return found
+
+
+def _lack_of(cls: type[Method]) -> str:
+    """What a method has to define and does not; empty for a complete one."""
+
+    def defines(name: str) -> bool:
+        return getattr(cls, name) is not getattr(Method, name)
+
+    if not defines("predict"):
+        return "predict"
+    if cls.elsewhere and not defines("begin_with"):
+        return "begin_with, as elsewhere = True"
+    if defines("partial_fit") or (cls.at_once and defines("fit")):
+        return ""
+    return "fit, as at_once = True" if cls.at_once else "partial_fit (fit is used with at_once = True)"

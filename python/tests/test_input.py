@@ -1,0 +1,209 @@
+"""Data frames mean what the same text in a file means, files are read by their scene, and mistakes are named."""
+
+import datetime
+import json
+import pickle
+import warnings
+
+import numpy as np
+import pandas
+import pytest
+import sila
+import sila.plot
+
+WALK = np.column_stack([np.arange(0.0, 12.0, 0.25), np.arange(48) * 0.3, np.arange(48) * -0.1])
+
+
+def frame(**columns):
+    return pandas.DataFrame(WALK, columns=["t", "x", "y"]).assign(**({"track_id": "a"} | columns))
+
+
+@pytest.fixture
+def halves(tmp_path):
+    """A file in units of 2 m, and the scene that says so."""
+    (tmp_path / "halves.csv").write_text(frame(x=WALK[:, 1] / 2, y=WALK[:, 2] / 2).to_csv(index=False))
+    (tmp_path / "scene.json").write_text(
+        '{"name": "place", "origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 2,'
+        ' "files": [{"path": "halves.csv", "metres_per_unit": 2}]}'
+    )
+    return tmp_path / "halves.csv", tmp_path / "scene.json"
+
+
+def test_a_path_is_read_by_the_scene_in_every_verb(halves, model):
+    path, scene = halves
+    tracks = sila.read_tracks(path, scene=scene)
+    assert np.allclose(tracks[0].positions_m, WALK[:, 1:])
+    assert sila.learn(path, scene=scene) == sila.learn(tracks, scene=scene)
+    assert sila.train_batch(path, scene=scene) == sila.train_batch(tracks, scene=scene)
+    assert sila.predict(model, path, scene=scene) == sila.predict(model, tracks, scene=scene)
+    assert sila.explain(model, path, scene=scene) == sila.explain(model, tracks, scene=scene)
+    assert sila.evaluate(model, path, scene=scene) == sila.evaluate(model, tracks, scene=scene)
+    fitted = [sila.Predictor(scene).partial_fit(given).model_ for given in (path, tracks)]
+    assert fitted[0] == fitted[1]
+    drawn = sila.plot.tracks(path, scene=scene).collections[-1].get_segments()
+    assert np.concatenate(drawn).max() == pytest.approx(WALK[-1, 1])
+
+
+def test_a_broken_scene_is_an_error_beside_a_data_frame(tmp_path):
+    (tmp_path / "scene.json").write_text("{")
+    with pytest.raises(sila.FormatError):
+        sila.read_tracks(frame(), scene=tmp_path / "scene.json")
+
+
+@pytest.mark.parametrize("label", [None, np.nan, pandas.NA, "", " person"])
+def test_a_row_without_a_class_is_a_pedestrian(label):
+    assert sila.as_tracks(frame(label=pandas.Series([label] * 48, dtype=object))).report["rows_kept"] == 48
+
+
+@pytest.mark.parametrize("missing", [None, np.nan, pandas.NA, "", " "])
+def test_rows_without_an_id_are_dropped(missing):
+    rows = frame(track_id=pandas.Series([missing] * 3 + ["a"] * 45, dtype=object), label="person")
+    tracks = sila.as_tracks(rows)
+    assert [track.id for track in tracks] == ["a"]
+    assert (tracks.report["rows_read"], tracks.report["rows_kept"]) == (48, 45)
+    assert tracks.report["dropped"]["missing_cells"]["rows"] == 3
+    with pytest.raises(sila.FormatError, match="found 3 rows dropped: they have too few columns"):
+        sila.as_tracks(rows[:3])
+
+
+NOON = pandas.Timestamp("2026-01-02 12:00", tz="UTC")
+STAMPS = [NOON + pandas.Timedelta(t, "s") for t in WALK[:, 0]]
+
+
+@pytest.mark.parametrize(
+    "t",
+    [
+        pandas.Series(STAMPS),
+        pandas.Series(STAMPS).dt.tz_localize(None),
+        pandas.Series(STAMPS).dt.tz_convert("Europe/Zurich"),
+        pandas.Series([stamp.isoformat() for stamp in STAMPS]),
+        pandas.Series([stamp.to_pydatetime() for stamp in STAMPS], dtype=object),
+    ],
+    ids=["dates", "without zone", "zone", "text", "objects"],
+)
+def test_dates_become_the_seconds_of_a_file(t, tmp_path):
+    frame(t=[stamp.isoformat() for stamp in STAMPS]).to_csv(tmp_path / "dates.csv", index=False)
+    assert sila.as_tracks(frame(t=t)) == sila.read_tracks(tmp_path / "dates.csv")
+
+
+def test_durations_become_seconds_and_missing_ones_are_dropped():
+    assert np.array_equal(sila.as_tracks(frame(t=pandas.to_timedelta(WALK[:, 0], "s")))[0].times_s, WALK[:, 0])
+    assert sila.as_tracks(frame(t=pandas.Series([pandas.NaT, *STAMPS[1:]]))).report["rows_kept"] == 47
+    with pytest.raises(ValueError, match="numbers in the columns t, x, y, or dates in t"):
+        sila.as_tracks(frame(t="soon"))
+    with pytest.raises(ValueError, match="numbers in the columns t, x, y"):
+        sila.as_tracks(frame(t=datetime.time(12)))
+
+
+def test_suspicious_units_are_a_warning_once_a_call(tmp_path, model):
+    rows = pandas.concat([frame(track_id=i, x=60 * WALK[:, 1] + i, y=60 * WALK[:, 2]) for i in range(6)])
+    rows.to_csv(tmp_path / "pixels.csv", index=False)
+    config = {"clean": {"max_speed_mps": 100}}
+    for call in (
+        lambda: sila.read_tracks(tmp_path / "pixels.csv", config=config),
+        lambda: sila.read_tracks(rows, config=config),
+        lambda: sila.learn(rows, config=config),
+        lambda: sila.predict(model, tmp_path / "pixels.csv", config=config),
+    ):
+        with pytest.warns(UserWarning, match="these look like pixels") as caught:
+            call()
+        assert [warning.filename for warning in caught] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sila.learn(rows, units="pixels")
+
+
+def test_one_class_may_be_given_as_a_text(tmp_path):
+    frame(label="walker 2").to_csv(tmp_path / "t.csv", index=False)
+    assert len(sila.read_tracks(tmp_path / "t.csv", person_classes="walker 2")) == 1
+    with sila.Stream(person_classes="walker 2") as stream:
+        stream.update(0.0, [("a", 0.0, 0.0, "walker 2")])
+        assert stream.counts["rejected"] == {}
+
+
+def test_one_row_is_said_as_the_program_says_it():
+    with pytest.raises(sila.FormatError, match="found 1 row dropped: they are not finite; 2 rows dropped: they stand"):
+        sila.as_tracks({"a": [[0.0, 0.0, 0.0], [1.0, np.nan, 1.0]], "b": [[0.0, 0.0, 0.0]]})
+
+
+MISTAKES = {
+    "number as paths": (TypeError, "paths: .* found int", lambda model: sila.read_tracks(5)),
+    "number in paths": (TypeError, "paths: .* found int", lambda model: sila.read_tracks(["a", 5])),
+    "model, not a list": (TypeError, "models: expected a list", lambda model: sila.make_prior(model)),
+    "no models": (ValueError, "models: expected at least one", lambda model: sila.make_prior([])),
+    "no stride": (TypeError, "stride_s: expected seconds", lambda model: sila.predict(model, {}, stride_s=None)),
+    "text as stride": (TypeError, "stride_s: expected seconds", lambda model: sila.explain(model, {}, stride_s="1")),
+    "one track to split": (ValueError, "found 1 to learn from and 0 held back of 1", lambda model: split_one()),
+    "scale of a model in metres": (
+        ValueError,
+        "metres_per_pixel = 0.02, but the model was learnt in metres",
+        lambda model: sila.predict(model, {"a": WALK}, config={"metres_per_pixel": 0.02}),
+    ),
+    "scale of a stream in metres": (
+        ValueError,
+        "metres_per_pixel = 0.02, but the model was learnt in metres",
+        lambda model: sila.Stream(model, config={"metres_per_pixel": 0.02}),
+    ),
+    "path without numbers": (
+        ValueError,
+        "path_m: expected finite numbers, found another in row 1",
+        lambda model: sila.predict(model, {"a": WALK})[0].nonconformity_scores([[0, 0], [np.nan, 0]]),
+    ),
+}
+
+
+def split_one():
+    return sila.split_tracks({"a": WALK}, by="track")
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_frequent_mistake_is_named(mistake, model):
+    error, words, call = MISTAKES[mistake]
+    with pytest.raises(error, match=words):
+        call(model)
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers(model):
+    assert sila.learn({"a": WALK}, batch=np.int64(20), threads=np.int32(1)) == sila.learn({"a": WALK})
+    found = sila.predict(model, {7: WALK})
+    assert len(found) > 0 and found.of(7) == found.of(np.int64(7)) == found.of("7") == found
+
+
+def test_an_evaluation_without_windows_has_no_errors(model):
+    found = sila.evaluate(model, {"a": WALK})
+    rows = found.to_frame().set_index("group")
+    assert rows.loc["standing", "windows"].eq(0).all() and rows.loc["standing", "ade_m"].isna().all()
+    assert rows.loc["moving", "ade_m"].notna().all() and "coverage" not in rows
+    last = rows[rows["predictor"] == "model"].loc["moving", "coverage_90"].iloc[-1]
+    assert found.metric("coverage_90") == last
+    with pytest.raises(ValueError, match="fde_m.*coverage_90, found coverage$"):
+        found.metric("coverage")
+
+
+def test_mistakes_name_the_argument_and_ids_may_be_whole_numbers():
+    path = [[0, 0], [1, 1]]
+    assert sila.Track(7, [0, 1], path).id == "7" and sila.Track(np.int64(7), [0, 1], path).id == "7"
+    for id in (True, 1.5):
+        with pytest.raises(TypeError, match="id: expected a text or a whole number"):
+            sila.Track(id, [0, 1], path)
+    with pytest.raises(ValueError, match=r"b: expected finite numbers, found another in row 1"):
+        sila.modified_hausdorff_m(path, [[0, 0], [np.nan, 1]])
+    for call in (sila.Model().save, sila.Model.load):
+        with pytest.raises(ValueError, match="expected a file name, found an empty text"):
+            call("")
+
+
+def test_a_copied_scene_keeps_its_camera_and_the_classes_of_its_files(tmp_path):
+    homography = [[0.02, 0, 0], [0, 0.02, 0], [0, 0, 1]]
+    scene = {"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 2, "name": "c"}
+    file = {"path": "t.csv", "person_classes": ["walker"]}
+    (tmp_path / "s.json").write_text(json.dumps({**scene, "camera": {"homography": homography}, "files": [file]}))
+    rows = "".join(f"a,{0.1 * i},{100 + 5 * i},200,walker\n" for i in range(60))
+    (tmp_path / "t.csv").write_text("track_id,t,x,y,label\n" + rows)
+    with_camera = sila.Scene.load(tmp_path / "s.json")
+    copied = pickle.loads(pickle.dumps(with_camera))
+    assert copied == with_camera
+    assert sila.read_tracks(scene=copied) == sila.read_tracks(scene=with_camera)
+    assert len(sila.read_tracks(scene=copied)) == 1
+    (tmp_path / "n.json").write_text(json.dumps({**scene, "files": [file]}))
+    assert sila.Scene.load(tmp_path / "n.json") != with_camera
