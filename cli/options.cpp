@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "sila/config.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
 #include "sila/report/report.hpp"
