@@ -46,8 +46,6 @@ Named named_in(const TrackOptions& options, const Config& config) {
   return result;
 }
 
-}  // namespace
-
 /// Whether both name one file, which need not exist yet; a device is no file.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   std::error_code error;
@@ -73,12 +71,6 @@ void require_own_outputs(const CLI::App& verb) {
   }
 }
 
-std::string positive_number(const std::string& text) {
-  double number = 0.0;
-  const bool is_number = CLI::detail::lexical_cast(text, number);
-  return is_number && number > 0.0 ? "" : "expected a positive number, found " + text;
-}
-
 /// Replaces a name by the number of its value.
 template <class Value>
 auto named_value(const std::map<std::string, Value>& values) {
@@ -89,6 +81,14 @@ auto named_value(const std::map<std::string, Value>& values) {
     for (const auto& [other, value] : values) known += (known.empty() ? "" : " or ") + other;
     throw CLI::ValidationError("expected " + known + ", found " + name);
   };
+}
+
+}  // namespace
+
+std::string positive_number(const std::string& text) {
+  double number = 0.0;
+  const bool is_number = CLI::detail::lexical_cast(text, number);
+  return is_number && number > 0.0 ? "" : "expected a positive number, found " + text;
 }
 
 CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
@@ -119,8 +119,7 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
 void add_classes(CLI::App& verb, ReadOptions& options) {
   verb.add_option("--person", options.person_classes,
                   "class, by name in any case or by number, that is a pedestrian; may be repeated [person, pedestrian, "
-                  "..., and the "
-                  "number of the format]")
+                  "..., and the number of the format]")
       ->transform([](const std::string& name) { return CLI::detail::to_lower(name); })
       ->type_name("CLASS");
   verb.add_option("--frigate-camera", options.frigate_camera, "camera whose events of Frigate count")

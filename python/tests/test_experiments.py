@@ -90,104 +90,12 @@ def test_workers_give_the_same_numbers(tmp_path):
     assert set(tables[0]["split"]) == {"time", "track"}
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"trails": 3}, ["trails", "trials"]),
-        ({"methods": [{"method": "sila", "confg": {}}]}, ["confg", "config"]),
-        ({"methods": ["silo"]}, ["silo", "sila"]),
-        ({"methods": [{"method": "knn", "parameters": {"neighbour": 3}}]}, ["neighbour", "neighbours"]),
-        ({"methods": ["sila", "sila"]}, ["'sila' twice"]),
-        ({"test_tracks": 100}, ["'four-way'", "75 tracks"]),
-        ({"methods": [{"method": "sila", "config": {"predict": {"horizon_s": 3}}}]}, ["horizon_s"]),
-        ({"scenes": []}, ["scenes"]),
-        ({"scenes": [{"name": "a", "scene": "none.json"}]}, ["none.json"]),
-        ({"kind": "transfer"}, ["at least two"]),
-        ({"kind": "transfer", "methods": [{"method": "sila", "scene": False}]}, ["without a scene", "one_place"]),
-        ({"methods": [{"method": "sila", "scene": "none"}]}, ["scene as true or false"]),
-        ({"trials": 0}, ["trials", "1 to 10000"]),
-        ({"split": "tracks"}, ["track"]),
-        ({"tracks": [20, 10]}, ["tracks", "growing", "[20, 10]"]),
-        ({"tracks": [-1, 10]}, ["tracks", "from 0"]),
-        ({"tracks": 10}, ["tracks", "list"]),
-        ({"tracks": [10], "every_episode": True}, ["tracks", "every_episode"]),
-    ],
-)
-def test_what_is_no_experiment_is_rejected(tmp_path, changes, words, capsys):
-    assert run([str(written(tmp_path, **changes)), "--out", str(tmp_path / "out")]) in (1, 2)
-    said = capsys.readouterr().err
-    assert all(word in said for word in words), said
-    assert not (tmp_path / "out").exists()
-
-
-METHOD_FILES = {
-    "broken.py": "class Broken(:\n",
-    "unfinished.py": "from sila.experiments import Method\n\n\nclass Own(Method):\n    {}\n",
-    "gone.py": "import no_such_package\n",
-}
-PREDICTS = "def predict(self, windows): ..."
-
-
-@pytest.mark.parametrize(
-    ("methods", "body", "words"),
-    [
-        (["none.py:Own"], "", ["none.py", "a Python file with the class Own", "no such file"]),
-        (["broken.py:Broken"], "", ["broken.py:1", "expected Python"]),
-        (["unfinished.py:Own"], "pass", ["Own", "define predict"]),
-        (["unfinished.py:Own"], PREDICTS, ["Own", "define partial_fit (fit is used with at_once = True)"]),
-        (["unfinished.py:Own"], f"at_once = True\n    {PREDICTS}", ["define fit"]),
-        (["silo"], "", ["sila"]),
-        (None, "", ['"methods"', "no such key"]),
-    ],
-)
-def test_mistakes_in_methods_are_found_before_scenes_are_read(tmp_path, methods, body, words, capsys):
-    for name, text in METHOD_FILES.items():
-        (tmp_path / name).write_text(text.format(body))
-    path = written(tmp_path, methods=methods)
-    if methods is None:
-        path.write_text(json.dumps({key: value for key, value in SMALL.items() if key != "methods"}))
-    assert run([str(path), "--out", str(tmp_path / "out")]) in (1, 2)
-    said = capsys.readouterr().err
-    assert all(word in said for word in words), said
-    assert len(said.splitlines()) == 1 and not (tmp_path / "out").exists()
-
-
-def test_other_mistakes_are_one_sentence(tmp_path, capsys):
-    (tmp_path / "gone.py").write_text(METHOD_FILES["gone.py"])
-    (tmp_path / "list.json").write_text("[]")
-    gone = written(tmp_path, methods=["gone.py:Gone"])
-    for arguments, words in (
-        ([tmp_path / "list.json"], "the experiment to be an object, found []"),
-        ([gone, "--workers", "0"], "--workers: expected at least 1, found 0"),
-        ([gone], "expected a method that can run here, found none (gone.py:Gone: No module named 'no_such_package')"),
-    ):
-        assert run([*map(str, arguments), "--out", str(tmp_path / "out")]) in (1, 2)
-        assert words in capsys.readouterr().err
-        assert not (tmp_path / "out").exists()
-
-
 def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):
     experiment = read_experiment(written(tmp_path, test_tracks=50, train_tracks=150, take_fewer=True))
     protocol = protocol_of(experiment, runs_of(experiment)[0])
     tracks = len(experiment.scenes[0].tracks)
     assert len(protocol.test_sites[0].test) >= round(tracks / 4)
     assert len(protocol.training[0]) <= tracks - len(protocol.test_sites[0].test)
-
-
-def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
-    t = np.arange(0, 40, 0.2)
-    walk = [sila.Track(str(i), t + 50 * i, np.c_[1.2 * t, 0.5 * i + 0 * t]) for i in range(8)]
-    rows = "".join(f"{a.id},{s},{x},{y}\n" for a in walk for s, (x, y) in zip(a.times_s, a.positions_m))
-    (tmp_path / "t.csv").write_text("track_id,t,x,y\n" + rows)
-    scene = {"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 3, "files": [{"path": "t.csv"}]}
-    (tmp_path / "s.json").write_text(json.dumps(scene))
-    read = {}
-    for noise in (0, 0.1, 0.1):
-        file = written(tmp_path, take_fewer=True, scenes=[{"name": "s", "scene": "s.json", "noise_m": noise}])
-        read.setdefault(noise, []).append(read_experiment(file, Overrides()).scenes[0].tracks_hash)
-    assert len(set(read[0.1])) == 1 and read[0.1][0] != read[0][0]
-    with pytest.raises(sila.FormatError, match="noise_m as a number"):
-        read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]), Overrides())
 
 
 def test_without_a_scene_the_frame_is_of_the_first_batch_and_the_windows_are_the_same(tmp_path):

@@ -160,7 +160,6 @@ void Engine::ingest_event(const StreamEvent& event) {
     report_losses();
     end_stream(core_, event.stream, settings_);
     last_arrival_s_.erase(event.stream);
-    superseded_.erase(event.stream);
     return;
   }
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);

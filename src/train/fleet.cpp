@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -16,12 +17,23 @@ namespace {
 /// Groups of partitions, each of which a model of the others predicts.
 constexpr std::size_t kGroups = 4;
 
-using Plan = std::vector<FleetTask>;
+/// The tasks so far, and the number of each fusion and sum by its step and inputs.
+struct Plan {
+  std::vector<FleetTask> tasks;
+  std::map<std::pair<FleetStep, std::vector<int>>, int> combined;
+};
 using Inputs = std::span<const FleetValue* const>;
 
 int add_task(Plan& plan, FleetTask task) {
-  plan.push_back(std::move(task));
-  return static_cast<int>(plan.size()) - 1;
+  plan.tasks.push_back(std::move(task));
+  return static_cast<int>(plan.tasks.size()) - 1;
+}
+
+/// A task that combines two others; the same one again if it is planned already.
+int combine(Plan& plan, FleetStep step, int first, int second) {
+  const auto [known, is_new] = plan.combined.try_emplace({step, {first, second}});
+  if (is_new) known->second = add_task(plan, {step, -1, {first, second}});
+  return known->second;
 }
 
 /// Halves recursively, so that parts of similar size are fused and each takes part in few fusions.
@@ -32,13 +44,13 @@ int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   const int first = reduce(plan, step, values.first(middle));
   const int second = reduce(plan, step, values.subspan(middle));
   if (second == kFleetNothing) return first;
-  return add_task(plan, {step, -1, {first, second}});
+  return combine(plan, step, first, second);
 }
 
 /// A model, fused with the start model if there is one.
 int with_start(Plan& plan, bool goes_on, int model) {
   if (!goes_on) return model;
-  return model == kFleetNothing ? kFleetStart : add_task(plan, {FleetStep::fuse, -1, {kFleetStart, model}});
+  return model == kFleetNothing ? kFleetStart : combine(plan, FleetStep::fuse, kFleetStart, model);
 }
 
 /// All values but one.
@@ -241,7 +253,7 @@ std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<Episo
   return spread(std::move(chosen), sites);
 }
 
-Plan plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
+std::vector<FleetTask> plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
   if (partitions < 1)
     throw std::invalid_argument("plan_fleet: partitions = " + std::to_string(partitions) + ", must be at least 1");
   const std::size_t count = static_cast<std::size_t>(partitions), groups = std::min(count, kGroups);
@@ -263,7 +275,7 @@ Plan plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
   }
   const int model = with_start(plan, goes_on, reduce(plan, FleetStep::fuse, parts));
   add_task(plan, {FleetStep::finalise, -1, {model, error_statistics, goes_on ? kFleetStart : kFleetNothing}});
-  return plan;
+  return std::move(plan.tasks);
 }
 
 FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, const EpisodeConfig& config) {
@@ -311,7 +323,8 @@ Model learn_fleet(const Model& start, std::vector<Partition> partitions, Episode
   const FleetValue begin = start, nothing;
   const Partition none;
   std::vector<FleetValue> values;
-  const Plan plan = plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0 || !start.prior.empty(), config);
+  const std::vector<FleetTask> plan =
+      plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0 || !start.prior.empty(), config);
   for (const FleetTask& task : plan) {
     std::vector<const FleetValue*> inputs;
     for (const int from : task.inputs)

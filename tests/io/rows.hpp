@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sila/core/detections.hpp"
+#include "sila/io/track_files.hpp"
 
 namespace sila::tests {
 
@@ -21,6 +22,16 @@ inline std::size_t rows_of(const Detections& detections, DropReason reason) {
   const auto found = std::find_if(detections.dropped.begin(), detections.dropped.end(),
                                   [&](const DroppedRows& entry) { return entry.reason == reason; });
   return found == detections.dropped.end() ? 0 : found->rows;
+}
+
+/// The file of a camera above a field of 10 m times 20 m.
+inline constexpr const char* kCamera =
+    R"({"image_points": [[0, 1000], [1000, 1000], [400, 500], [600, 500]], "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})";
+
+inline ReadOptions at_rate(double frames_per_second) {
+  ReadOptions options;
+  options.frames_per_second = frames_per_second;
+  return options;
 }
 
 }  // namespace sila::tests

@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
@@ -215,8 +216,12 @@ TEST(FleetPlan, ScoresNoModelOnTracksThatItHasLearnt) {
       const std::vector<FleetTask> plan = plan_fleet(partitions, goes_on, kConfig);
       std::vector<std::set<int>> knows(plan.size());
       std::vector<int> fitted(static_cast<std::size_t>(partitions), 0);
+      std::set<std::pair<FleetStep, std::vector<int>>> combined;
       for (std::size_t t = 0; t < plan.size(); ++t) {
         const FleetTask& task = plan[t];
+        if (task.partition < 0) {
+          EXPECT_TRUE(combined.insert({task.step, task.inputs}).second) << "two tasks do the same";
+        }
         for (const int input : task.inputs) {
           ASSERT_LT(input, static_cast<int>(t)) << "a task needs a later one";
           if (input >= 0)

@@ -120,12 +120,15 @@ def stepwise_measures(modes: Modes, truth_m: Array) -> dict[str, Array]:
     return {"ade_m": error.mean(1), "fde_m": error[:, -1], "nll": -np.log(np.maximum(density, 1e-300)).mean(1)}
 
 
-def modes_measures(predictions: Sequence[Prediction], truth_m: Array) -> dict[str, Array]:
+def modes_measures(modes: Modes, stated: Sequence[Array], truth_m: Array) -> dict[str, Array]:
     """Per window. min_ade_6_m: least ADE of the six heaviest modes of different paths. ece_*: by bins of the probability
-    that a path comes nearest, the paths, the sum of these probabilities and how many paths came nearest.
+    that a path comes nearest (`stated`, for the modes of each window), the paths, the sum of these probabilities and how
+    many paths came nearest.
     """
-    modes, nearest = _padded(predictions), _nearest_of(predictions)
     whole = modes[0].mean(2)
+    nearest = np.zeros_like(whole)
+    for n, probabilities in enumerate(stated):
+        nearest[n, : len(probabilities)] = probabilities
     order = np.argsort(-whole, axis=1, kind="stable")
     weights, nearest = np.take_along_axis(whole, order, 1), np.take_along_axis(nearest, order, 1)
     paths = np.take_along_axis(modes[1], order[..., None, None], 1)
@@ -142,14 +145,6 @@ def modes_measures(predictions: Sequence[Prediction], truth_m: Array) -> dict[st
         values[f"ece_stated_{b}"] = (nearest * here).sum(1)
         values[f"ece_nearest_{b}"] = (came & here).sum(1).astype(float)
     return values
-
-
-def _nearest_of(predictions: Sequence[Prediction]) -> Array:
-    """(n, k): nearest_probabilities, padded with 0."""
-    nearest = np.zeros((len(predictions), max((len(p.weights) for p in predictions), default=1)))
-    for n, prediction in enumerate(predictions):
-        nearest[n, : len(prediction.weights)] = prediction.nearest_probabilities
-    return nearest
 
 
 def _chunks(windows: int, steps: int, modes: int) -> Iterator[slice]:

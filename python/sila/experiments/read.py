@@ -197,15 +197,15 @@ def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) ->
     sources = [key for key in ("scene", "scenes", "simulate") if key in item]
     if len(sources) != 1:
         raise FormatError(file, 0, f"{where} with one of scene, scenes and simulate", str(len(sources)))
+    noise_m = item.get("noise_m", 0.0)
+    if type(noise_m) not in (int, float) or not 0 <= noise_m <= 10 or (noise_m > 0 and "scene" not in item):
+        raise FormatError(file, 0, f"{where} with noise_m as a number from 0 to 10 beside scene", json.dumps(noise_m))
     config = merged(config, {"simulate": _part(file, item, where, "simulate")})
     config = merged(config, overrides.config)
     print(f"reading {name}", file=sys.stderr)
     if "simulate" in item:
         tracks = FramedTracks.simulated(config)
     elif "scene" in item:
-        noise_m = item.get("noise_m", 0.0)
-        if type(noise_m) not in (int, float) or not 0 <= noise_m <= 10:
-            raise FormatError(file, 0, f"{where} with noise_m as a number from 0 to 10", json.dumps(noise_m))
         tracks = _recorded(file, _text(file, item, where, "scene"), config, overrides, noise_m)
     else:
         files = _list(file, item, where, "scenes")

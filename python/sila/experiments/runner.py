@@ -108,9 +108,10 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
     }
     if not with_measures:
         return {}, brief
-    modes, truth_m = modes_of(found if stepwise(found) else predictions), np.asarray(windows.future_m)
+    truth_m, means = np.asarray(windows.future_m), modes_of(predictions)
+    modes = modes_of(found) if stepwise(found) else means
     more, reliability = measures_of(modes, truth_m, [window["moving"] for window in scored])
-    more |= modes_measures(predictions, truth_m)
+    more |= modes_measures(means, [prediction.nearest_probabilities for prediction in predictions], truth_m)
     if stepwise(found):
         more |= stepwise_measures(modes, truth_m)
     scores = sums_of(scored, more)

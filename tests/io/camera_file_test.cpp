@@ -1,0 +1,77 @@
+// Cameras: files of them, and what they make of boxes in pixels.
+
+#include <gtest/gtest.h>
+
+#include "io/files.hpp"
+#include "io/rows.hpp"
+#include "sila/core/clean.hpp"
+#include "sila/io/scene_tracks.hpp"
+#include "sila/io/track_files.hpp"
+
+namespace sila {
+namespace {
+
+using tests::at_rate;
+using tests::contains;
+using tests::format_error_of;
+using tests::kCamera;
+using tests::rows_of;
+using tests::TempFolder;
+
+TEST(CameraFile, MakesMetresOfBoxesAndDropsThoseAboveTheHorizon) {
+  const TempFolder folder;
+  ReadOptions options = at_rate(10.0);
+  options.camera = read_camera(folder.write("camera.json", kCamera)).camera;
+  const auto file = read_detections(
+      folder.write("mot.txt",
+                   "0,1,-5,900,10,100,1,-1,-1,-1\n1,1,395,400,10,100,1,-1,-1,-1\n2,1,395,0,10,100,1,-1,-1,-1\n"),
+      options);
+  ASSERT_EQ(file.detections.rows.size(), 2U);
+  EXPECT_NEAR((file.detections.rows[0].position_m - Vector2(0, 0)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR((file.detections.rows[1].position_m - Vector2(0, 20)).norm(), 0.0, 1e-9);
+  EXPECT_EQ(rows_of(file.detections, DropReason::above_horizon), 1U);
+  EXPECT_TRUE(file.detections.warnings.empty());
+  options.metres_per_unit = 0.1;
+  EXPECT_THROW(read_detections(folder / "mot.txt", options), std::invalid_argument);
+}
+
+TEST(CameraFile, IsTakenFromASceneAndRoundTrips) {
+  const TempFolder folder;
+  const auto path = folder.write("s.json", R"({"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1],
+    "sidewalk_width_m": 3, "camera": )" + std::string(kCamera) +
+                                               "}");
+  const Scene scene = read_scene(path, CurbScaling::metres);
+  ASSERT_TRUE(scene.camera);
+  const auto mot = folder.write("mot.txt", "0,1,-5,900,10,100,1,-1,-1,-1\n1,1,-4,900,10,100,1,-1,-1,-1\n");
+  const CleanTracks tracks = read_tracks(std::vector{mot}, scene, at_rate(10.0), CleanConfig{});
+  EXPECT_NEAR(tracks.trajectories.at(0).positions_m.at(1).x(), 0.01, 1e-9);
+  write_scene(folder / "again.json", scene);
+  const Scene again = read_scene(folder / "again.json", CurbScaling::metres);
+  EXPECT_NEAR((again.camera->ground_from_image - scene.camera->ground_from_image).norm(), 0.0, 1e-12);
+}
+
+TEST(CameraFile, WarnsOfLargeResidualsAndNamesTheFileOfWrongOnes) {
+  const TempFolder folder;
+  const std::string six =
+      R"({"image_points": [[0,1000],[1000,1000],[400,500],[600,500],[500,700],[500,1000]],
+          "ground_points": [[0,0],[10,0],[0,20],[10,20],[5,12],[5,4]]})";
+  const CameraFile read = read_camera(folder.write("six.json", six));
+  ASSERT_EQ(read.warnings.size(), 1U);
+  EXPECT_TRUE(contains(read.warnings[0], "pair ")) << read.warnings[0];
+  for (const char* text :
+       {R"({"image_points": [[0, 0]], "ground_points": [[0, 0]]})", R"({"image_points": [[0, 0]]})",
+        R"({"image_points": [[0, "a"]], "ground_points": []})", R"({"homography": [[1, 0, 0], [0, 1, 0]]})",
+        R"({"homography": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]})", R"({"homography": 3})", "[1, 2]"}) {
+    const auto error = format_error_of([&] { read_camera(folder.write("bad.json", text)); });
+    ASSERT_TRUE(error) << text;
+    EXPECT_TRUE(contains(error->what(), "bad.json")) << error->what();
+  }
+  for (const char* text : {"{}", R"({"homography": [[1,0,0],[0,1,0],[0,0,1]], "image_points": [[0, 0]]})"}) {
+    const auto error = format_error_of([&] { read_camera(folder.write("bad.json", text)); });
+    ASSERT_TRUE(error) << text;
+    EXPECT_TRUE(contains(error->what(), "or a homography")) << error->what();
+  }
+}
+
+}  // namespace
+}  // namespace sila
