@@ -1,5 +1,5 @@
 // A camera that looks at flat ground: the homography from its picture [pixels] to the ground [m]. Pure.
-import type { Point } from "./data";
+import type { Point } from "./geometry";
 
 /** Row by row. */
 export type Homography = readonly number[];

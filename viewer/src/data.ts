@@ -1,17 +1,8 @@
 // What `sila report` puts into the page (docs/viewer.md). Lengths are metres in the world frame, unless a name says otherwise.
 import type { Homography } from "./camera";
+import type { Corner, Grid } from "./geometry";
 import type { Packed } from "./predictor";
 import type { SceneFile } from "./scene_file";
-
-export interface Corner {
-  name: string;
-  origin: Point;
-  axis_1: Point;
-  axis_2: Point;
-  unit_m: Point;
-  widths_m: [number, number];
-}
-export type Point = [number, number];
 
 export interface Scene {
   name: string;
@@ -19,12 +10,6 @@ export interface Scene {
   y_axis: "up" | "down";
   primary: number;
   corners: Corner[];
-}
-
-export interface Grid {
-  cell: number;
-  origin: Point;
-  tile_cells: number;
 }
 
 /** x, y and direction in degrees of each cell, one after the other; curb coordinates. */

@@ -1,5 +1,5 @@
 // Where points are on the ground, by the distances between them. Pure.
-import type { Point } from "./data";
+import type { Point } from "./geometry";
 
 /** Row i has the distances of point i to the others [m]; NaN where none was measured. Symmetric. */
 export type Distances = readonly (readonly number[])[];

@@ -1,9 +1,9 @@
 // The page of `sila scene edit`: a scene over tracks or over the picture of a camera, changed by hand and saved as a file.
 import { applied, determinant, fitCamera, type PointPair } from "./camera";
-import { readData, type EditorData, type Point, type Scene } from "./data";
+import { readData, type EditorData, type Scene } from "./data";
 import { placedBy } from "./distances";
 import { choice, h, number, plural, s } from "./dom";
-import { pointsOf, toWorld } from "./geometry";
+import { pointsOf, toWorld, type Point } from "./geometry";
 import { backdropOf, boundsOf, PlaceMap, type Backdrop } from "./place";
 import { distanceFromCurb, drawnCorner, headingOf, mapped, medianOf, moved, pointBeside, pointsIn, round, sceneText, sine, squareCorner, turned, widened, widthOf, type Axis, type SceneCorner } from "./scene_file";
 import { themeButton } from "./theme";

@@ -1,5 +1,22 @@
 // Curb coordinates, cells and ellipses. Pure.
-import type { Corner, Grid, Point } from "./data";
+
+export type Point = [number, number];
+
+/** Where two curbs meet, in the world frame; `unit_m`: metres a curb unit, along each axis. */
+export interface Corner {
+  name: string;
+  origin: Point;
+  axis_1: Point;
+  axis_2: Point;
+  unit_m: Point;
+  widths_m: [number, number];
+}
+
+export interface Grid {
+  cell: number;
+  origin: Point;
+  tile_cells: number;
+}
 
 export type Matrix = [number, number, number, number];
 

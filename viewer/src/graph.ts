@@ -1,6 +1,7 @@
 // The graph of primitives: who follows whom, and how often.
 import { forceCollide, forceLink, forceSimulation, forceX, forceY, type SimulationNodeDatum } from "d3-force";
-import type { Point, Transition } from "./data";
+import type { Transition } from "./data";
+import type { Point } from "./geometry";
 import { count, h, s } from "./dom";
 
 export interface GraphNode {

@@ -3,9 +3,9 @@
 import { select } from "d3-selection";
 import { zoom, zoomIdentity, type D3ZoomEvent, type ZoomTransform } from "d3-zoom";
 import { applied, inverse, type Homography } from "./camera";
-import type { Grid, Point, Scene } from "./data";
+import type { Scene } from "./data";
 import { h, s } from "./dom";
-import { pointsOf, toCurb, toWorld } from "./geometry";
+import { pointsOf, toCurb, toWorld, type Grid, type Point } from "./geometry";
 
 export interface Bounds { x0: number; y0: number; x1: number; y1: number }
 export type Layer = "grid" | "tracks" | "axes";

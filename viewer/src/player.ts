@@ -1,7 +1,7 @@
 // Predictions of people that the model had not seen, played in time.
-import type { Played, Point, Prediction, ReportData } from "./data";
+import type { Played, Prediction, ReportData } from "./data";
 import { choice, h, number, percent, plural, s, toggle } from "./dom";
-import { between, ellipseOf, ellipseOutline, pointAt, pointsOf, positionAt } from "./geometry";
+import { between, ellipseOf, ellipseOutline, pointAt, pointsOf, positionAt, type Point } from "./geometry";
 import { boundsOf, PlaceMap, type Backdrop, type Bounds } from "./place";
 import { currentPrediction, errorsAt, mostTelling, type Renew } from "./predicted";
 

@@ -1,5 +1,5 @@
 // The predictor of sila as WebAssembly (wasm/predictor.cpp), and what it says. Draws nothing.
-import type { Point } from "./data";
+import type { Point } from "./geometry";
 
 /** How the page has it: deflated, in base64. */
 export interface Packed { wasm: string; model: string }

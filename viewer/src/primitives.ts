@@ -1,6 +1,6 @@
 // Primitives as arrows on the map, in the colour of their direction.
-import type { Cells, Corner, Grid, Point } from "./data";
-import { cellCentre, meanDirection, toWorld, vectorToWorld } from "./geometry";
+import type { Cells } from "./data";
+import { cellCentre, meanDirection, toWorld, vectorToWorld, type Corner, type Grid, type Point } from "./geometry";
 import type { PlaceMap } from "./place";
 import { directionColour } from "./palette";
 

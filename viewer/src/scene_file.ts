@@ -1,7 +1,6 @@
 // The scene file that the editor changes (docs/formats.md). Pure; lengths are metres on the ground.
 import type { PointPair } from "./camera";
-import type { Corner, Point } from "./data";
-import { pointAt } from "./geometry";
+import { pointAt, type Corner, type Point } from "./geometry";
 
 export interface SceneCorner {
   name: string;

@@ -1,5 +1,5 @@
 // What is drawn as a walk. Pure.
-import type { Point } from "./data";
+import type { Point } from "./geometry";
 import type { Predicted, Raster } from "./predictor";
 
 export type Sample = [number, number, number];

@@ -1,8 +1,8 @@
 // A pedestrian to be dragged, and what the model predicts meanwhile.
 import { contours } from "d3-contour";
-import type { Corner, Point, ReportData, Scene } from "./data";
+import type { ReportData, Scene } from "./data";
 import { h, number, percent, s, toggle } from "./dom";
-import { pointsOf, toWorld } from "./geometry";
+import { pointsOf, toWorld, type Corner, type Point } from "./geometry";
 import { boundsOf, PlaceMap } from "./place";
 import { mostTelling } from "./predicted";
 import { lacking, Predictor, type Predicted } from "./predictor";

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Point } from "../src/data";
+import type { Point } from "../src/geometry";
 import { placedBy, type Distances, type Placed } from "../src/distances";
 
 /** A crooked quadrangle on the ground, and where a camera from above its near end sees it: v points down. */

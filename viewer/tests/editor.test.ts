@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { applied, determinant, fitCamera, inverse, type CameraFit, type PointPair } from "../src/camera";
-import type { Point } from "../src/data";
+import type { Point } from "../src/geometry";
 import { distanceFromCurb, drawnCorner, mapped, medianOf, moved, pointBeside, pointsIn, sceneText, sine, squareCorner, turned, widened, type SceneFile } from "../src/scene_file";
 
 const near = (a: readonly number[], b: readonly number[], within = 1e-9): void => a.forEach((value, i) => assert.ok(Math.abs(value - b[i]!) < within, `${a} is not ${b}`));

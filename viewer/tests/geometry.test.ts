@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Corner } from "../src/data";
-import { between, ellipseOf, ellipseOutline, ellipseScale, positionAt, toCurb, toWorld } from "../src/geometry";
+import { between, ellipseOf, ellipseOutline, ellipseScale, positionAt, toCurb, toWorld, type Corner } from "../src/geometry";
 
 const corner: Corner = { name: "c", origin: [3, -2], axis_1: [0.8, 0.6], axis_2: [-0.2, 0.98], unit_m: [2.5, 3], widths_m: [2.5, 3] };
 

@@ -5,8 +5,7 @@ import { readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { deflateSync } from "node:zlib";
 import { applied, fitCamera, inverse, type PointPair } from "../src/camera";
-import type { Point } from "../src/data";
-import { toCurb } from "../src/geometry";
+import { toCurb, type Point } from "../src/geometry";
 import { drawnCorner, type SceneFile } from "../src/scene_file";
 
 const [tracks, scene, folder] = process.argv.slice(2) as [string, string, string];

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Point } from "../src/data";
+import type { Point } from "../src/geometry";
 import { lacking, type Predicted } from "../src/predictor";
 import { extended, rasterOf, walked } from "../src/trail";
 
