@@ -1,4 +1,5 @@
-"""Draws the windows of a place in which sila loses most to another method, in nats a step:
+"""Draws the windows of a place in which sila loses most to another method, in nats a step, and prints for both methods
+how long their paths are:
 
 python experiments/peers/worst.py FILE SCENE METHOD OUT.png [--data-dir DIR] [--split time]
 """
@@ -30,6 +31,13 @@ def windows_and_modes(experiment, run):
     site = protocol.test_sites[0]
     windows = site.test.windows(method.config, json.loads(method.config)["evaluate"]["stride_s"], site.present)
     return windows, modes_of(method.predict(*inputs_of(method, windows, site.present)))
+
+
+def length_ratio(modes, truth_m):
+    """Length of the paths, weighted, over that of the true ones."""
+    weights, paths, _ = modes
+    lengths_m = [np.linalg.norm(np.diff(points, axis=-2), axis=-1).sum(-1) for points in (paths, truth_m)]
+    return (weights.mean(2) * lengths_m[0]).sum() / lengths_m[1].sum()
 
 
 def draw(axis, past_m, truth_m, of_methods):
@@ -65,6 +73,8 @@ def main():
         run = Run(1, 0, given.split, given.scene, name, scene, names.index(name))
         windows, predicted[name] = windows_and_modes(experiment, run)
     past_m, truth_m = np.asarray(windows.past_m), np.asarray(windows.future_m)
+    for name, modes in predicted.items():
+        print(f"{name}: paths {length_ratio(modes, truth_m):.2f} times as long as the true ones")
     losses = {name: stepwise_measures(modes, truth_m)["nll"] for name, modes in predicted.items()}
     more = losses[experiment.reference] - losses[given.method]
     figure, axes = plt.subplots(2, COUNT // 2, figsize=(18, 8))
