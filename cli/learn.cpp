@@ -35,12 +35,10 @@ struct LearnOptions {
 /// Sums over all episodes: transitions merged or removed by pruning and by the budget.
 struct Removed {
   int subsumed = 0;
-  int expired = 0;
   BudgetReport evicted;
 
   void add(const EpisodeReport& report) {
     subsumed += report.prune.subsumed;
-    expired += report.prune.expired;
     evicted.primitives += report.budget.primitives;
     evicted.transitions += report.budget.transitions;
     evicted.count += report.budget.count;
@@ -147,7 +145,6 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
                                       {"tracks", tracks},
                                       {"size", size(model)},
                                       {"subsumed", removed.subsumed},
-                                      {"expired", removed.expired},
                                       {"evicted", to_json(removed.evicted)}};
     std::cout << json.dump(2) << "\n";
   } else {

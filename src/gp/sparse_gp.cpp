@@ -74,14 +74,6 @@ SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eige
   return updated;
 }
 
-SparseGp discount(SparseGp gp, double share) {
-  gp.information *= share;
-  gp.response *= share;
-  gp.mean_response *= share;
-  gp.points *= share;
-  return gp;
-}
-
 void validate(const SparseGp& gp) {
   validate(gp.kernel);
   const Eigen::Index size = gp.pseudo_inputs.cols();

@@ -88,7 +88,7 @@ EpisodeRecord record_of(int number, const Model& previous, const Episode& episod
                                           {"batch_primitives", report.learn.primitives},
                                           {"batch_transitions", report.learn.transitions},
                                           {"subsumed", report.prune.subsumed},
-                                          {"expired", report.prune.expired},
+
                                           {"evicted", to_json(report.budget)},
                                           {"prequential", to_json(report.prequential)},
                                           {"change", to_json(report.change, previous, episode.model)}};

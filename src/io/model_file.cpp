@@ -59,6 +59,14 @@ void require_object(const std::string& name, const std::string& text) {
   throw std::invalid_argument(name + " is no JSON object");
 }
 
+/// A configuration without the settings that were removed since the first file of this schema was written.
+std::string without_removed(const std::string& configuration) {
+  auto object = nlohmann::ordered_json::parse(configuration);
+  const auto prune = object.find("prune");
+  const bool removed = prune != object.end() && prune->is_object() && prune->erase("half_life_episodes") > 0;
+  return removed ? object.dump() : configuration;
+}
+
 /// Records without the details of those up to a number.
 std::vector<EpisodeRecord> shortened(std::vector<EpisodeRecord> episodes, int until) {
   for (EpisodeRecord& episode : episodes) {
@@ -84,9 +92,9 @@ StoredModel stored_in(sqlite::Database& database) {
   stored.episodes = shortened(std::move(stored.episodes), last - kDetailsKept);  // a rollback may need more details
   ModelContent content = tables::read_model(database, last);
   stored.model = std::move(content.model);
-  stored.configuration = std::move(content.configuration);
   check(stored.model);
-  require_object("configuration", stored.configuration);
+  require_object("configuration", content.configuration);
+  stored.configuration = without_removed(content.configuration);
   return stored;
 }
 

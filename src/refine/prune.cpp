@@ -26,9 +26,6 @@ bool seen_long_ago(const Transition& transition, const std::vector<Site>& sites,
   return age_episodes(transition.sites, sites) >= config.expire_after_episodes;
 }
 
-/// A transition of less than this expires where no other one knows the place [trajectories].
-constexpr double kExpiredCount = 0.5;
-
 /// The transition that subsumes `rare` with the least difference; -1 if none does. Its count is at least that of
 /// `rare`, with `more_often` greater.
 int best_subsumer(PruningState& state, int rare, const std::vector<bool>& compared,
@@ -93,33 +90,27 @@ int subsume_rare(PruningState& state, std::vector<bool> compared, double max_cou
   return subsumed;
 }
 
-/// Merges a transition without recent observations into the more frequent one that knows its place and differs least;
-/// without one it stays until exponential forgetting has reduced its count.
-PruneReport expire_old(PruningState& state, const PruneConfig& config, detail::OverlapCriteria criteria,
-                       const FuseConfig& fusing, const ResidualConfig& residual) {
-  PruneReport report;
+/// Merges each transition without recent observations into the more frequent one that knows its place and differs
+/// least; returns how many.
+int subsume_old(PruningState& state, const PruneConfig& config, detail::OverlapCriteria criteria,
+                const FuseConfig& fusing, const ResidualConfig& residual) {
+  int subsumed = 0;
   criteria.agreement = std::numeric_limits<double>::infinity();
   const std::vector<bool> all(state.transitions.size(), true);
   for (std::size_t i = 0; i < state.transitions.size(); ++i) {
     const Transition& old = state.transitions[i];
     if (!state.kept[i] || old.count > config.expire_count || !seen_long_ago(old, state.sites, config)) continue;
     const int subsumer = best_subsumer(state, static_cast<int>(i), all, criteria, true);
-    if (subsumer >= 0) {
-      subsume(state, static_cast<int>(i), subsumer, fusing, residual);
-      ++report.subsumed;
-    } else if (old.count < kExpiredCount) {
-      state.kept[i] = false;
-      state.index.remove(static_cast<int>(i));
-      ++report.expired;
-    }
+    if (subsumer < 0) continue;
+    subsume(state, static_cast<int>(i), subsumer, fusing, residual);
+    ++subsumed;
   }
-  return report;
+  return subsumed;
 }
 
 }  // namespace
 
 PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing, const ResidualConfig& residual) {
-  validate_fields("prune", config);
   PruneResult result;
   const std::size_t primitives = model.primitives.size();
   if (!config.enabled) {
@@ -140,11 +131,10 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
   std::vector<bool> compared(transitions, true);
   for (bool goes_on = true; goes_on;) {
     result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, criteria, fusing, residual);
-    const PruneReport old = expire_old(state, config, criteria, fusing, residual);
-    result.report.subsumed += old.subsumed;
-    result.report.expired += old.expired;
+    const int old = subsume_old(state, config, criteria, fusing, residual);
+    result.report.subsumed += old;
     compared = std::exchange(state.changed, std::vector<bool>(transitions, false));
-    goes_on = old.subsumed > 0;  // a transition that grew may agree with further ones
+    goes_on = old > 0;  // a transition that grew may agree with further ones
   }
   result.kept = detail::remove_transitions(model, state.kept);
   result.report.primitives = static_cast<int>(primitives - model.primitives.size());

@@ -6,12 +6,10 @@
 #include <iterator>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "refine/error_statistics.hpp"
-#include "refine/forgetting.hpp"
 #include "refine/refine.hpp"
 #include "refine/residual.hpp"
 #include "sila/core/sampling.hpp"
@@ -55,15 +53,6 @@ void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& pre
                                                  error_statistics_in(recent, site.frame), memory_windows);
   }
   require_one_shape(sites);
-}
-
-/// The sites of a model that a batch shows.
-std::vector<int> sites_in(const Model& model, std::span<const FramedTrajectory> batch) {
-  std::set<int> sites;
-  for (const FramedTrajectory& track : batch) {
-    if (const auto site = find_site(model.sites, track.frame)) sites.insert(*site);
-  }
-  return {sites.begin(), sites.end()};
 }
 
 /// M'(n): each site by itself, or all in one.
@@ -313,9 +302,9 @@ BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajector
   return recent;
 }
 
-/// One episode without the discount before it. `predictor`: of `previous`, null if there is none yet.
-Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Update& update, const Predictor* predictor) {
+/// `predictor`: of `previous`, null if there is none yet.
+Episode run(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+            const Update& update, const Predictor* predictor) {
   validate(config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
@@ -341,17 +330,6 @@ Episode learn_batch(const Model& previous, std::span<const FramedTrajectory> bat
   report.prequential = recent.path;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return {std::move(within.model), std::move(report)};
-}
-
-Episode run(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-            const Update& update, const Predictor* predictor) {
-  const double half_life = config.prune.half_life_episodes;
-  if (std::isinf(half_life) || batch.empty()) return learn_batch(previous, batch, config, update, predictor);
-  validate(config);
-  const Model discounted = discount_model(previous, std::exp2(-1.0 / half_life), sites_in(previous, batch));
-  Episode episode = learn_batch(discounted, batch, config, update, nullptr);
-  if (episode.report.known) episode.model = previous;
-  return episode;
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -19,14 +18,12 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 BatchesResult run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
                           const EpisodeObserver& observer) {
-  // Error statistics need a predictor of the present model, unless all of the model is discounted before.
-  const bool predicts = config.error_statistics.enabled && std::isinf(config.prune.half_life_episodes);
   BatchesResult result;
   std::optional<Model> model(std::move(start));  // none: it is in the snapshot
   std::unique_ptr<Snapshot> snapshot;
   for (std::span<const FramedTrajectory> batch = next_batch(); !batch.empty(); batch = next_batch()) {
     const auto started = std::chrono::steady_clock::now();
-    if (model && predicts && model->episodes > 0) {
+    if (model && config.error_statistics.enabled && model->episodes > 0) {  // they need its predictor
       Model present = *std::exchange(model, std::nullopt);
       snapshot = snapshot ? std::make_unique<Snapshot>(std::move(present), config.predict, *snapshot)
                           : std::make_unique<Snapshot>(std::move(present), config.predict);

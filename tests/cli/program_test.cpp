@@ -168,12 +168,11 @@ TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
   EXPECT_NE(outcome.err.find("over the limit, evicted"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Program, RejectsCapsTooSmallForAModelAndHalfLivesThatAreNotPositiveAndLeavesTheFileAlone) {
+TEST_F(Program, RejectsCapsTooSmallForAModelAndLeavesTheFileAlone) {
   learn();
   const std::string model = read(folder_ / "m.sila");
-  for (const std::string field :
-       {"budget.max_bytes=1000", "budget.max_bytes=0", "budget.max_bytes=-5", "budget.max_primitives=0",
-        "budget.max_primitives=nan", "prune.half_life_episodes=0", "prune.half_life_episodes=-2"}) {
+  for (const std::string field : {"budget.max_bytes=1000", "budget.max_bytes=0", "budget.max_bytes=-5",
+                                  "budget.max_primitives=0", "budget.max_primitives=nan"}) {
     const std::string rejected = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
     expect_rejected(rejected, {field.substr(0, field.find('='))});
     EXPECT_EQ(run(rejected).code, 2) << field;

@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "made_up_model.hpp"
+#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/io/config_json.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
 
@@ -100,6 +102,16 @@ TEST(ModelFile, KeepsConfigurationAndEpisodesInOrder) {
   EXPECT_EQ(read.episodes[1].statistics, R"({"note": "made up"})");
   EXPECT_FALSE(read.sila_version.empty());
   EXPECT_EQ(read.bytes, std::filesystem::file_size(folder / "m.sila"));
+}
+
+TEST(ModelFile, OpensWithSettingsThatWereRemovedSince) {
+  const ScratchFolder folder;
+  StoredModel earlier = stored(random_model(3));
+  earlier.configuration = R"({"prune":{"enabled":false,"half_life_episodes":"inf"}})";
+  save_model(folder / "m.sila", earlier);
+  const std::string read = load_model(folder / "m.sila").configuration;
+  EXPECT_EQ(read, R"({"prune":{"enabled":false}})");
+  EXPECT_FALSE(apply_json(Config{}, nlohmann::json::parse(read), "m.sila").episode.prune.enabled);
 }
 
 TEST(ModelFile, CommittingContinuesAFileThatWasOpenedAgain) {

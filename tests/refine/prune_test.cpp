@@ -4,11 +4,9 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <stdexcept>
 
-#include "refine/forgetting.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/model/packing.hpp"
 #include "support/random_models.hpp"
@@ -54,14 +52,6 @@ Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
   return model;
 }
 
-TEST(Prune, RejectsValuesOutOfRange) {
-  PruneConfig config;
-  config.half_life_episodes = 0.0;
-  EXPECT_THROW(prune({}, config), std::invalid_argument);
-  config.half_life_episodes = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(prune({}, config), std::invalid_argument);
-}
-
 TEST(Prune, DisabledChangesNothing) {
   for_seeds(10, [](Random& random) {
     const Model model = grown_model(random);
@@ -95,7 +85,7 @@ TEST(Prune, TwiceIsOnce) {
     const PruneResult once = prune(grown_model(random), {});
     const PruneResult twice = prune(once.model, {});
     EXPECT_TRUE(identical(twice.model, once.model));
-    EXPECT_EQ(twice.report.subsumed + twice.report.expired + twice.report.primitives, 0);
+    EXPECT_EQ(twice.report.subsumed + twice.report.primitives, 0);
   });
 }
 
@@ -167,15 +157,6 @@ TEST(Prune, CountsTheAgeOfATransitionInEpisodesOfItsSite) {
   EXPECT_EQ(prune(model, {}).report.subsumed, 1);
 }
 
-TEST(Prune, RemovesADiscountedTransitionOnlyWhereNoOtherKnowsThePlace) {
-  Model model = model_of({walk_along(0, 0, 1, 0.0), walk_along(1, 1, 0.4, 40.0)}, 100);
-  const PruneResult small = prune(model, {});
-  EXPECT_EQ(small.report.expired, 1);
-  EXPECT_EQ(small.kept, (std::vector<int>{0})) << "the only transition at a place stays";
-  model.transitions[1].sites[0].last_episode = 91;
-  EXPECT_EQ(prune(model, {}).report.expired, 0) << "not long ago";
-}
-
 TEST(Budget, RejectsValuesOutOfRangeAndBudgetsTooSmallForOneTransition) {
   EXPECT_THROW(apply_budget({}, {0.0, 1e9}), std::invalid_argument);
   EXPECT_THROW(apply_budget({}, {10.0, -1.0}), std::invalid_argument);
@@ -228,79 +209,6 @@ TEST(Budget, EvictsRareBeforeFrequentAndOverlappedBeforeUnique) {
   apart.sites.push_back(apart.sites[0]);
   apart.transitions[1].sites[0].site = 1;
   EXPECT_EQ(apply_budget(apart, {2.0}).kept, (std::vector<int>{0, 1}));
-}
-
-constexpr std::array kFirstSite{0};
-
-TEST(Forgetting, LeavesOtherSitesAsTheyAre) {
-  Random random(6);
-  Increment elsewhere = random_increment(random);
-  elsewhere.model.sites[0].frame.origin_m = {100.0, 0.0};
-  const Model both = fuse(random_model(random), elsewhere).model;
-  const Model discounted = discount_model(both, 0.5, kFirstSite);
-  check(discounted);
-  for (std::size_t i = 0; i < both.transitions.size(); ++i) {
-    const Transition &before = both.transitions[i], &after = discounted.transitions[i];
-    const double share = before.sites[0].site == 0 ? 0.5 : 1.0;
-    EXPECT_EQ(after.count, share * before.count);
-    EXPECT_EQ(after.field.gp.points, share * before.field.gp.points);
-  }
-}
-
-TEST(Forgetting, DiscountsTheSitesPartOfASharedTransition) {
-  Model model = model_of({walk_along(0, 1, 4, 0.0)});
-  model.sharing = SiteSharing::shared;
-  model.sites.push_back(model.sites[0]);
-  model.transitions[0].sites = {{0, 3.0, 1}, {1, 1.0, 1}};
-  const double points = model.transitions[0].field.gp.points;
-  const Transition discounted = discount_model(model, 0.5, kFirstSite).transitions[0];
-  EXPECT_EQ(discounted.sites, (std::vector<SiteCount>{{0, 1.5, 1}, {1, 1.0, 1}}));
-  EXPECT_EQ(discounted.count, 2.5);
-  EXPECT_DOUBLE_EQ(discounted.field.gp.points, points * 2.5 / 4.0);
-}
-
-TEST(Forgetting, RejectsFactorsOutsideZeroToOne) {
-  for (const double factor : {0.0, -1.0, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(discount_model({}, factor, {}), std::invalid_argument) << factor;
-  }
-}
-
-TEST(Forgetting, ByFactorOneChangesNothing) {
-  for_seeds(5, [](Random& random) {
-    const Model model = grown_model(random);
-    EXPECT_TRUE(identical(discount_model(model, 1.0, kFirstSite), model));
-  });
-}
-
-TEST(Forgetting, HalfOfDataSeenTwiceIsDataSeenOnce) {
-  for_seeds(10, [](Random& random) {
-    Model once = random_model(random), twice = once;
-    for (Transition& transition : twice.transitions) {
-      const TransitionSamples samples = random_samples(random);
-      const auto at = static_cast<std::size_t>(&transition - twice.transitions.data());
-      SparseGp& single = once.transitions[at].field.gp;
-      single = condition(prior_gp(single.kernel, single.noise_variance, single.pseudo_inputs, single.mean),
-                         samples.positions, samples.velocities);
-      transition.field.gp = condition(single, samples.positions, samples.velocities);
-      transition.count *= 2.0, transition.sites[0].count *= 2.0;
-    }
-    const Model discounted = discount_model(twice, 0.5, kFirstSite);
-    for (std::size_t i = 0; i < once.transitions.size(); ++i) {
-      const SparseGp& a = once.transitions[i].field.gp;
-      const SparseGp& b = discounted.transitions[i].field.gp;
-      EXPECT_DOUBLE_EQ(discounted.transitions[i].count, once.transitions[i].count);
-      EXPECT_DOUBLE_EQ(b.points, a.points);
-      EXPECT_LE((b.information - a.information).norm(), 1e-12 * a.information.norm());
-      EXPECT_LE((b.response - a.response).norm(), 1e-12 * a.response.norm());
-    }
-  });
-}
-
-TEST(Forgetting, RepeatedManyTimesLeavesAValidModel) {
-  Random random(3);
-  Model model = grown_model(random);
-  for (int i = 0; i < 3000; ++i) model = discount_model(std::move(model), 0.5, kFirstSite);
-  check(model);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include "refine/refine.hpp"
 #include "sila/model/packing.hpp"
-#include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"
 #include "train/change.hpp"
@@ -93,46 +92,6 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
   const BudgetResult much = apply_budget(model, {.max_bytes = a_third});
   EXPECT_GT(much.report.transitions, 0);
   EXPECT_LE(most_inputs(much.model), 30);
-}
-
-/// People who come along curb 1 and all turn round the corner, or all walk straight on.
-std::vector<FramedTrajectory> walkers(bool turning, int count) {
-  std::vector<FramedTrajectory> chosen;
-  for (const FramedTrajectory& track : testing::corner_walks(3 * count, turning ? 21 : 22)) {
-    const bool turns = track.track.positions_m.back().y() > 5.0;
-    if (turns == turning && static_cast<int>(chosen.size()) < count) chosen.push_back(track);
-  }
-  return chosen;
-}
-
-/// Mean distance of where the most likely mode ends from where people were then.
-double mean_error_m(const Model& model, const EpisodeConfig& config, const std::vector<FramedTrajectory>& tracks) {
-  const Predictor predictor(model, config.predict);
-  double sum = 0.0;
-  int count = 0;
-  for (const Window& window : windows_of(tracks, config.sampling, config.predict, 1.0)) {
-    const Prediction prediction = predictor.predict(window.observed);
-    if (window.future_m.size() < prediction.times_s.size()) continue;
-    sum += (prediction.modes.front().path_m.back() - window.future_m[prediction.times_s.size() - 1]).norm();
-    ++count;
-  }
-  return count > 0 ? sum / count : 0.0;
-}
-
-TEST(Growth, AChangedPlaceIsLearntSoonerWithAHalfLife) {
-  const std::vector<FramedTrajectory> before = walkers(false, 160), after = walkers(true, 100),
-                                      test_walks = walkers(true, 120);
-  const std::vector<FramedTrajectory> unseen(test_walks.begin() + 100, test_walks.end());
-  const auto error_m = [&](double half_life_episodes) {
-    EpisodeConfig config = kConfig;
-    config.prune.half_life_episodes = half_life_episodes;
-    const Model trained = run_episodes({}, before, 20, config, sila_update(config)).model;
-    return mean_error_m(run_episodes(trained, after, 20, config, sila_update(config)).model, config, unseen);
-  };
-  const double remembering_m = error_m(kConfig.prune.half_life_episodes);
-  const double forgetting_m = error_m(2.0);
-  EXPECT_GT(forgetting_m, 0.0);
-  EXPECT_LT(forgetting_m, 0.9 * remembering_m);
 }
 
 }  // namespace

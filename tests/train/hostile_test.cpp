@@ -43,7 +43,6 @@ TEST(Hostile, SoItIsWithoutTheBlendAndWithLimits) {
   EpisodeConfig config;
   config.predict.stacking = false;
   config.budget.max_primitives = 10;
-  config.prune.half_life_episodes = 2.0;
   expect_sound_lives(50, config);
 }
 

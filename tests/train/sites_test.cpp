@@ -161,15 +161,6 @@ TEST(Sites, WithoutTrainingGetTheGlobalPart) {
   }
 }
 
-TEST(Sites, FadeByTheirOwnEpisodes) {
-  EpisodeConfig fading = kConfig;
-  fading.prune.half_life_episodes = 2.0;
-  const Model of_a = learnt(here(60, 1), {}, fading);
-  const Model together = learnt(there(60, 2), of_a, fading);
-  EXPECT_EQ(pack(together.sites[0].error_statistics), pack(of_a.sites[0].error_statistics));
-  EXPECT_LT(apart_m(together, of_a, here(10, 3)), 1e-9);
-}
-
 TEST(Sites, AreTheSameInMetresAndInWidths) {
   EpisodeConfig by_width = kConfig;
   by_width.scaling = CurbScaling::mean_width;

@@ -69,9 +69,6 @@ SparseGp prior_gp(const Kernel& kernel, double noise_variance, const Eigen::Matr
 /// Throws: std::invalid_argument for wrong shapes or NaN. Source: docs/gp.md, section 2 (FITC).
 SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs);
 
-/// Counts every data point `factor` times; exact, since the statistics are sums over points.
-SparseGp discount(SparseGp gp, double factor);
-
 /// Throws: std::invalid_argument naming the first field of wrong shape, not finite, or out of range.
 void validate(const SparseGp& gp);
 

@@ -28,22 +28,17 @@ struct PruneConfig {
   double expire_count = 3.0;
   /// ... once it has not been seen for as long, counted at its site [episodes].
   static constexpr double expire_after_episodes = 10.0;
-  double half_life_episodes = std::numeric_limits<double>::infinity();
 };
 
 template <class Config, class Visitor>
 requires std::same_as<std::remove_const_t<Config>, PruneConfig>
 void fields(Config& config, Visitor&& visit) {
-  const double none = std::numeric_limits<double>::infinity();
   visit.flag("enabled", config.enabled,
              "remove rare transitions that others represent, after each episode (paper: off)");
-  visit.number("half_life_episodes", config.half_life_episodes, Range{0.1, none}, "episodes",
-               "after which all observations count half, also with `enabled` false");
 }
 
 struct PruneReport {
   int subsumed = 0;    ///< transitions that became part of another one
-  int expired = 0;     ///< transitions removed after exponential forgetting, where no other one knows the place
   int primitives = 0;  ///< removed because no transition touches them any more
 };
 
@@ -54,11 +49,9 @@ struct PruneResult {
 };
 
 /// Merges rare transitions into those whose fields agree with them (counts add, fields and residual GPs are fused), and
-/// transitions without recent observations into one that knows their place, also if it disagrees. Removes a transition
-/// of less than half a trajectory without recent observations where no other one knows the place, and primitives that
-/// no transition touches. With sites apart, a transition subsumes only transitions of its own site. Never grows a
-/// model; idempotent. With `enabled` false the model itself, bit for bit. Throws: std::invalid_argument for a field out
-/// of range.
+/// transitions without recent observations into one that knows their place, also if it disagrees. Removes primitives
+/// that no transition touches. With sites apart, a transition subsumes only transitions of its own site. Never grows a
+/// model; idempotent. With `enabled` false the model itself, bit for bit.
 PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing = {},
                   const ResidualConfig& residual = {});
 

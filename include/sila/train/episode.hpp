@@ -98,10 +98,10 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
 std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
                                       const EpisodeConfig& config);
 
-/// One episode: discount the sites of the batch (only with a half-life), predict the batch and add the errors to the
-/// error statistics, learn the batch, and apply the budget (only if there is one). A batch that the model has learnt
-/// before leaves it as it is. Throws: std::invalid_argument for a configuration out of range, for settings other than
-/// the model's, and for a budget in which no transition fits.
+/// One episode: predict the batch and add the errors to the error statistics, learn the batch, and apply the budget
+/// (only if there is one). A batch that the model has learnt before leaves it as it is.
+/// Throws: std::invalid_argument for a configuration out of range, for settings other than the model's, and for a
+/// budget in which no transition fits.
 /// Source: SILA paper, Alg. 1. Differs: the error statistics; docs/decisions/0005-stacking.md.
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update);
