@@ -59,12 +59,17 @@ void require_object(const std::string& name, const std::string& text) {
   throw std::invalid_argument(name + " is no JSON object");
 }
 
-/// A configuration without the settings that were removed since the first file of this schema was written.
+/// Settings that were removed since the first file of this schema was written: group and name.
+constexpr std::pair<const char*, const char*> kRemoved[] = {{"prune", "half_life_episodes"},
+                                                            {"service", "max_track_samples"}};
+
 std::string without_removed(const std::string& configuration) {
   auto object = nlohmann::ordered_json::parse(configuration);
-  const auto prune = object.find("prune");
-  const bool removed = prune != object.end() && prune->is_object() && prune->erase("half_life_episodes") > 0;
-  return removed ? object.dump() : configuration;
+  std::size_t removed = 0;
+  for (const auto& [group, name] : kRemoved)
+    if (const auto found = object.find(group); found != object.end() && found->is_object())
+      removed += found->erase(name);
+  return removed > 0 ? object.dump() : configuration;
 }
 
 /// Records without the details of those up to a number.

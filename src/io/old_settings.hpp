@@ -50,6 +50,7 @@ inline constexpr std::string_view kConstants =
     " forget_count clock_patience group_share turn_share jaywalk_share stop_share stand_share "
     "dictionary.max_primitives "
     " field.length_scale_m fuse.max_pseudo_inputs max_fused_pseudo_inputs expire_after_episodes forget_after_episodes "
-    " half_life_episodes max_pending_scores max_unscored max_waiting_tracks scored_pedestrians remembered ";
+    " half_life_episodes max_track_samples max_pending_scores max_unscored max_waiting_tracks scored_pedestrians "
+    "remembered ";
 
 }  // namespace sila

@@ -119,7 +119,8 @@ TEST(ConfigJson, RejectsAnEarlierNameWithThePresentOne) {
             "c.json: expected a field that can be set (this one is a constant now), found "
             "\"predict.alternative_weight\"");
   for (const char* path : {"learn.dictionary.max_primitives", "learn.field.length_scale_m", "fuse.max_pseudo_inputs",
-                           "prune.expire_after_episodes", "prune.half_life_episodes", "service.scored_pedestrians"}) {
+                           "prune.expire_after_episodes", "prune.half_life_episodes", "service.scored_pedestrians",
+                           "service.max_track_samples"}) {
     EXPECT_EQ(said({{path, 20}}), "c.json: expected a field that can be set (this one is a constant now), found \"" +
                                       std::string(path) + "\"");
   }

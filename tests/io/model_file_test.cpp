@@ -107,10 +107,11 @@ TEST(ModelFile, KeepsConfigurationAndEpisodesInOrder) {
 TEST(ModelFile, OpensWithSettingsThatWereRemovedSince) {
   const ScratchFolder folder;
   StoredModel earlier = stored(random_model(3));
-  earlier.configuration = R"({"prune":{"enabled":false,"half_life_episodes":"inf"}})";
+  earlier.configuration =
+      R"({"prune":{"enabled":false,"half_life_episodes":"inf"},"service":{"max_track_samples":6000}})";
   save_model(folder / "m.sila", earlier);
   const std::string read = load_model(folder / "m.sila").configuration;
-  EXPECT_EQ(read, R"({"prune":{"enabled":false}})");
+  EXPECT_EQ(read, R"({"prune":{"enabled":false},"service":{}})");
   EXPECT_FALSE(apply_json(Config{}, nlohmann::json::parse(read), "m.sila").episode.prune.enabled);
 }
 

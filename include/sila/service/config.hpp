@@ -19,6 +19,7 @@ struct ServiceConfig {
   /// Without a detection, by the clock of the machine, after which all tracks of a stream end [s].
   static constexpr double silence_s = 5.0;
   int max_ids = 2000;
+  /// A longer track, of ten minutes at 10 Hz, ends and a new one begins, so that memory is limited; no setting.
   int max_track_samples = 6000;
   /// Predictions retained until their future is known; further ones are not scored; no setting.
   int max_pending_scores = 20000;
@@ -50,8 +51,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",
                "a detection may be this much older than the newest of its stream; a track stays open as long");
   visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
-  visit.number("max_track_samples", config.max_track_samples, Range{100, 10000000}, "samples",
-               "a longer track ends, and a new one begins");
   visit.number("calibration_step", config.calibration_step, Range{0.0, 1.0}, "per pedestrian",
                "step of the online calibration of nominal regions; 0: off");
   visit.number("max_line_bytes", config.max_line_bytes, Range{64, 1 << 20}, "bytes",
