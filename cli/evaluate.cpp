@@ -9,7 +9,6 @@
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/prediction_json.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/version.hpp"

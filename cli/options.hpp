@@ -14,7 +14,7 @@
 #include "sila/core/trajectory.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/prediction_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
 

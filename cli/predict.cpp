@@ -11,7 +11,7 @@
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/prediction_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/refine/predictor.hpp"
 #include "verbs.hpp"
 

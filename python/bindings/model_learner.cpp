@@ -4,7 +4,7 @@
 
 #include "experiments.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/refine/prior.hpp"
+#include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
 

@@ -5,7 +5,7 @@
 #include "sila/core/companions.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/prediction_json.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/refine/outcomes.hpp"
 #include "sila/refine/predictor.hpp"
 

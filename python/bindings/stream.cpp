@@ -10,7 +10,7 @@
 #include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/service/learner_thread.hpp"
-#include "sila/service/metrics.hpp"
+#include "sila/service/server.hpp"
 
 namespace sila::python {
 namespace {

@@ -1,5 +1,3 @@
-#include "sila/io/prediction_json.hpp"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -12,6 +10,7 @@
 #include <utility>
 
 #include "sila/core/errors.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/refine/outcomes.hpp"
 
 namespace sila {

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sila/io/model_file.hpp"
-#include "sila/refine/prior.hpp"
+#include "sila/refine/prune.hpp"
 
 namespace sila {
 

@@ -1,11 +1,10 @@
-#include "sila/refine/prior.hpp"
-
 #include <set>
 #include <stdexcept>
 #include <vector>
 
 #include "refine/error_statistics.hpp"
 #include "sila/model/packing.hpp"
+#include "sila/refine/prune.hpp"
 
 namespace sila {
 

@@ -7,7 +7,7 @@
 
 #include "lines.hpp"
 #include "live_page.hpp"
-#include "sila/io/prediction_json.hpp"
+#include "sila/io/reports.hpp"
 
 namespace sila {
 namespace {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sila/service/metrics.hpp"
+#include "sila/service/server.hpp"
 
 namespace sila {
 

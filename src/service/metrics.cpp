@@ -1,10 +1,9 @@
-#include "sila/service/metrics.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <sstream>
 
+#include "sila/service/server.hpp"
 #include "sila/version.hpp"
 
 namespace sila {

@@ -2,7 +2,7 @@
 
 #include "sila/core/errors.hpp"
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/io/prediction_json.hpp"
+#include "sila/io/reports.hpp"
 #include "support/scratch.hpp"
 #include "support/walks.hpp"
 

@@ -8,7 +8,6 @@
 
 #include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
-#include "sila/io/prediction_json.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"

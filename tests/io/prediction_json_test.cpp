@@ -1,5 +1,3 @@
-#include "sila/io/prediction_json.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <random>
 
 #include "sila/core/errors.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/refine/outcomes.hpp"
 #include "support/scratch.hpp"
 

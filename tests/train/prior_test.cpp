@@ -1,6 +1,4 @@
 // A new place begins with what other places know of how people walk.
-#include "sila/refine/prior.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "sila/evaluate/metrics.hpp"
 #include "sila/model/packing.hpp"
+#include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
 #include "support/walks.hpp"

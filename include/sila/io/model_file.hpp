@@ -118,7 +118,7 @@ StoredModel model_of_bytes(std::string_view bytes);
 /// model.
 void save_model(const std::filesystem::path& path, const StoredModel& stored);
 
-/// The prior of these models (sila/refine/prior.hpp) with the configuration of the first, but for the size of a pixel.
+/// The prior of these models (sila/refine/prune.hpp) with the configuration of the first, but for the size of a pixel.
 /// Throws: as make_prior.
 StoredModel stored_prior(std::span<const StoredModel> models);
 

@@ -105,7 +105,7 @@ struct Model {
   std::vector<Site> sites;                  ///< where it was trained, in the order of training
   SiteSharing sharing = SiteSharing::apart;
   /// Error statistics of other places, which count at each site like a few of its own windows; empty without them
-  /// (sila/refine/prior.hpp).
+  /// (sila/refine/prune.hpp).
   ErrorStatistics prior;
   int episodes = 0;
   long tracks = 0;                     ///< trajectories learnt from
