@@ -1,7 +1,6 @@
 #include "sila/report/report.hpp"
 
 #include <filesystem>
-#include <iostream>
 #include <memory>
 
 #include "options.hpp"
@@ -24,10 +23,6 @@ struct ReportOptions {
   std::string picture;
   std::string out;
 };
-
-bool is_json(const std::string& path) {
-  return std::filesystem::path(path).extension() == ".json";
-}
 
 /// What `sila experiment` wrote.
 nlohmann::json read_results(const std::string& path) {
@@ -67,7 +62,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
 void make_report(const ReportOptions& options) {
   const ThreadLimit limit(options.common.threads);
   nlohmann::ordered_json data;
-  if (is_json(options.subject)) {
+  if (std::filesystem::path(options.subject).extension() == ".json") {
     if (!options.picture.empty()) throw std::invalid_argument("report: --picture needs a model file, not results");
     data = {{"sila", build_version()}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);

@@ -99,10 +99,6 @@ std::optional<PrimitiveSplit> split_of(const Star& star, const Tables& tables, c
   return PrimitiveSplit{star.centre, star.leaf_2, star.leaf_1};
 }
 
-FusionDecision decide_pair(const SimilarityEdges& edges) {
-  return {FusionReason::one_to_one, edges, 0.0, {edges[0].first, edges[0].second}, std::nullopt};
-}
-
 FusionDecision decide_star(const Star& star, const SimilarityEdges& edges, double threshold, const Tables& tables,
                            const FusionRules& rules) {
   const double similarity = lookup(tables.similarity, star.leaf_1, star.leaf_2);
@@ -120,7 +116,7 @@ FusionDecision decide_star(const Star& star, const SimilarityEdges& edges, doubl
 /// The three cases of the paper, for one or two edges; no other part is touched, so the order of the parts does not
 /// matter.
 FusionDecision decide(const SimilarityEdges& edges, double threshold, const Tables& tables, const FusionRules& rules) {
-  if (edges.size() == 1) return decide_pair(edges);
+  if (edges.size() == 1) return {FusionReason::one_to_one, edges, 0.0, {edges[0].first, edges[0].second}, std::nullopt};
   const auto& [a, b] = std::pair(edges[0], edges[1]);
   // The graph is bipartite and edges are sorted: the common primitive is either the previous or the incoming one of
   // both.

@@ -204,11 +204,6 @@ detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& 
                                into.kernel.signal_variance);
 }
 
-/// A part of which only the constant mean is known.
-bool no_statistics(const SparseGp& part) {
-  return part.pseudo_inputs.cols() == 0;
-}
-
 }  // namespace
 
 SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, const GpConfig& config,
@@ -234,7 +229,7 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   SparseGp fused = detail::unchecked_prior(theta.kernel, theta.noise_variance, basis.pseudo_inputs,
                                            fused_mean(known, data, config.constant_mean), basis.jitter);
   for (const SparseGp* part : known) {
-    if (no_statistics(*part)) {
+    if (part->pseudo_inputs.cols() == 0) {  // only its constant mean is known
       fused.points += part->points;
     } else if (config.fusion == GpFusion::transfer) {
       detail::add(fused, detail::project(*part, fused, lower), part->points);

@@ -1,7 +1,6 @@
 #include "statistics.hpp"
 
 #include <Eigen/Cholesky>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "sila/core/errors.hpp"

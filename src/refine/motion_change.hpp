@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"

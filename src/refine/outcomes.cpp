@@ -1,5 +1,6 @@
 #include "sila/refine/outcomes.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -47,13 +48,6 @@ Matrix2 to_heading(const Prediction& prediction) {
   return rotation;
 }
 
-Matrix2 cholesky_factor(const Matrix2& covariance) {
-  const double l_xx = std::sqrt(covariance(0, 0)), l_yx = covariance(1, 0) / l_xx;
-  Matrix2 factor;
-  factor << l_xx, 0.0, l_yx, std::sqrt(std::max(0.0, covariance(1, 1) - l_yx * l_yx));
-  return factor;
-}
-
 /// Gives `stays` this probability, the others what is left in their proportion; in equal parts if they had none.
 void set_stays(OutcomeProbabilities& probabilities, double stays) {
   const double moved = 1.0 - probabilities.front(), wanted = 1.0 - stays;
@@ -82,7 +76,7 @@ OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::si
   for (const Mode& mode : prediction.modes) {
     const Vector2 mean_m = rotation * (mode.path_m[step] - prediction.start_m);
     const Matrix2 covariance = rotation * mode.covariances_m2[step] * rotation.transpose();
-    const Matrix2 factor = cholesky_factor(covariance);
+    const Matrix2 factor = covariance.llt().matrixL();
     std::array<int, kOutcomeCount> counts = {};
     for (const Vector2& u : points) {
       const Vector2 point_m = mean_m + factor * u;
@@ -103,8 +97,8 @@ std::vector<double> nearest_probabilities(const Prediction& prediction) {
   if (prediction.times_s.empty()) return probabilities;
   const std::size_t last = prediction.times_s.size() - 1, middle = last / 2;
   for (const Mode& mode : modes) {
-    const Matrix2 to_middle = cholesky_factor(mode.covariances_m2[middle]);
-    const Matrix2 to_last = cholesky_factor(mode.covariances_m2[last]);
+    const Matrix2 to_middle = mode.covariances_m2[middle].llt().matrixL();
+    const Matrix2 to_last = mode.covariances_m2[last].llt().matrixL();
     for (const Vector2& u : points) {
       const Vector2 at_middle_m = mode.path_m[middle] + to_middle * u, at_last_m = mode.path_m[last] + to_last * u;
       std::size_t nearest = 0;

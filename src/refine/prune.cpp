@@ -22,10 +22,6 @@ struct PruningState {
   std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are compared
 };
 
-bool seen_long_ago(const Transition& transition, const std::vector<Site>& sites, const PruneConfig& config) {
-  return age_episodes(transition.sites, sites) >= config.expire_after_episodes;
-}
-
 /// The transition that subsumes `rare` with the least difference; -1 if none does. Its count is at least that of
 /// `rare`, with `more_often` greater.
 int best_subsumer(PruningState& state, int rare, const std::vector<bool>& compared,
@@ -99,7 +95,8 @@ int subsume_old(PruningState& state, const PruneConfig& config, detail::OverlapC
   const std::vector<bool> all(state.transitions.size(), true);
   for (std::size_t i = 0; i < state.transitions.size(); ++i) {
     const Transition& old = state.transitions[i];
-    if (!state.kept[i] || old.count > config.expire_count || !seen_long_ago(old, state.sites, config)) continue;
+    if (!state.kept[i] || old.count > config.expire_count) continue;
+    if (age_episodes(old.sites, state.sites) < config.expire_after_episodes) continue;
     const int subsumer = best_subsumer(state, static_cast<int>(i), all, criteria, true);
     if (subsumer < 0) continue;
     subsume(state, static_cast<int>(i), subsumer, fusing, residual);

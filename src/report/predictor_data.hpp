@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "sila/report/report.hpp"
 

@@ -23,8 +23,11 @@ namespace {
 using Local = boost::asio::local::stream_protocol;
 using boost::asio::ip::tcp;
 
-/// The shift in time of each recording, so that they follow one another `pause_s` apart.
-std::map<std::size_t, double> recording_shifts(const CleanTracks& tracks, double pause_s) {
+/// Between recordings that follow one another.
+constexpr double kPause_s = 5.0;
+
+/// The shift in time of each recording, so that they follow one another.
+std::map<std::size_t, double> recording_shifts(const CleanTracks& tracks) {
   std::map<std::size_t, std::pair<double, double>> spans;
   for (const Trajectory& track : tracks.trajectories) {
     const auto span = spans.try_emplace(track.recording, track.times_s.front(), track.times_s.back()).first;
@@ -35,7 +38,7 @@ std::map<std::size_t, double> recording_shifts(const CleanTracks& tracks, double
   double next_s = 0.0;
   for (const auto& [recording, span] : spans) {
     shifts[recording] = next_s - span.first;
-    next_s += pause_s + span.second - span.first;
+    next_s += kPause_s + span.second - span.first;
   }
   return shifts;
 }
@@ -122,8 +125,8 @@ ReplayReport exchange(Socket& socket, const std::string& token, const std::vecto
 
 }  // namespace
 
-std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s, double pause_s) {
-  const std::map<std::size_t, double> shifts = recording_shifts(tracks, pause_s);
+std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s) {
+  const std::map<std::size_t, double> shifts = recording_shifts(tracks);
   std::vector<TimedLine> lines;
   for (std::size_t i = 0; i < tracks.trajectories.size(); ++i) {
     const Trajectory& track = tracks.trajectories[i];

@@ -8,13 +8,6 @@
 #include "sila/train/episode.hpp"
 
 namespace sila {
-namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-}  // namespace
 
 BatchesResult run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
                           const EpisodeObserver& observer) {
@@ -23,15 +16,15 @@ BatchesResult run_batches(Model start, const BatchSource& next_batch, const Epis
   std::unique_ptr<Snapshot> snapshot;
   for (std::span<const FramedTrajectory> batch = next_batch(); !batch.empty(); batch = next_batch()) {
     const auto started = std::chrono::steady_clock::now();
-    if (model && config.error_statistics.enabled && model->episodes > 0) {  // they need its predictor
+    if (model && config.error_statistics.enabled && model->episodes > 0) {  // error statistics need its predictor
       Model present = *std::exchange(model, std::nullopt);
       snapshot = snapshot ? std::make_unique<Snapshot>(std::move(present), config.predict, *snapshot)
                           : std::make_unique<Snapshot>(std::move(present), config.predict);
     }
-    const double snapshot_s = seconds_since(started);
+    const std::chrono::duration<double> snapshot_time = std::chrono::steady_clock::now() - started;
     Episode episode =
         model ? run_episode(*model, batch, config, update) : run_episode(*snapshot, batch, config, update);
-    episode.report.seconds += snapshot_s;
+    episode.report.seconds += snapshot_time.count();
     if (episode.report.known) {
       ++result.known;
       continue;

@@ -45,15 +45,11 @@ Split split_tracks(std::vector<FramedTrajectory> tracks, double test_share, std:
 /// The same with a number of people to hold back.
 Split split_people(std::vector<FramedTrajectory> tracks, std::size_t test_people, std::uint64_t seed, SplitBy by);
 
-/// The ground that tracks cover: square cells of the world, sorted, each once.
-struct CoveredArea {
-  double cell_m = 1.0;
-  std::vector<std::pair<int, int>> cells;
-};
+/// The ground that tracks cover: square cells of the world, with sides of 1 m, sorted, each once.
+using CoveredArea = std::vector<std::pair<int, int>>;
 
-/// The cells of `cell_m` that the tracks touch, and all cells that border on one of them.
-/// Throws: std::invalid_argument if `cell_m` is not positive.
-CoveredArea covered_area(std::span<const FramedTrajectory> tracks, double cell_m = 1.0);
+/// The cells that the tracks touch, and all cells that border on one of them.
+CoveredArea covered_area(std::span<const FramedTrajectory> tracks);
 
 bool contains(const CoveredArea& area, const Vector2& position_m);
 

@@ -6,7 +6,6 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "sila/core/clean.hpp"
 #include "sila/io/scene.hpp"

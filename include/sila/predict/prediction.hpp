@@ -21,7 +21,7 @@ inline constexpr const char* kVariantKinds[] = {"expected", "slower", "faster", 
 struct Mode {
   double weight = 0.0;
   std::vector<Vector2> path_m;          ///< mean position at each time of the prediction
-  std::vector<Matrix2> covariances_m2;  ///< of the position, same length
+  std::vector<Matrix2> covariances_m2;  ///< of the position, positive definite; same length
   std::vector<int> primitives;          ///< visited, in order; empty for constant velocity
   VariantKind variant = VariantKind::expected;
   std::size_t source = 0;  ///< which of the merged roll-outs it comes from, heaviest first

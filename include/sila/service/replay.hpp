@@ -17,10 +17,10 @@ struct TimedLine {
   std::string text;
 };
 
-/// The samples of tracks in order of time. Recordings (files) follow one another on one clock, `pause_s` apart, since
+/// The samples of tracks in order of time. Recordings (files) follow one another on one clock, 5 s apart, since
 /// each has a clock of its own. With `apart_s` > 0 each track starts this long after the one before it instead, for
 /// recordings whose tracks have no common clock. Units: seconds, metres.
-std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s, double pause_s = 5.0);
+std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s);
 
 struct ReplayReport {
   std::uint64_t sent = 0;
