@@ -12,11 +12,12 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from sila.experiments.experiment import Overrides
 from sila.experiments.measures import mixture_density, modes_of, stepwise_measures
 from sila.experiments.neighbours import inputs_of
 from sila.experiments.plots import COLOURS
 from sila.experiments.protocol import Run, protocol_of
-from sila.experiments.read import Overrides, read_experiment
+from sila.experiments.read import read_experiment
 from sila.experiments.runner import method_and_batches
 
 COUNT, LEVELS = 10, (0.9, 0.5)

@@ -8,8 +8,8 @@ import pytest
 pytest.importorskip("scipy")
 import sila
 from sila.experiments import read_experiment
+from sila.experiments.experiment import Overrides
 from sila.experiments.program import run
-from sila.experiments.read import Overrides
 from test_experiments import SMALL, written
 
 

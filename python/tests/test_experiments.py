@@ -9,14 +9,12 @@ import pytest
 
 pytest.importorskip("scipy")
 import sila
-from sila._sila import FramedTracks
 from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment
+from sila.experiments.experiment import Overrides
 from sila.experiments.measures import measures_of, modes_of, reliability_scores
-from sila.experiments.methods import load_method
 from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.program import run
 from sila.experiments.protocol import first_tracks, protocol_of, runs_of
-from sila.experiments.read import Overrides
 from sila.experiments.tables import compare
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -4,8 +4,9 @@
 Splits, windows and errors are those of the C++ library.
 """
 
+from .experiment import Experiment
 from .method import Forecast, Method, kernel_forecast, modes_sorted
-from .read import Experiment, read_experiment
+from .read import read_experiment
 from .runner import run_experiment
 
 __all__ = [

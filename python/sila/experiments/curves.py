@@ -7,8 +7,8 @@ from typing import Any
 
 import pandas as pd
 
+from .experiment import Experiment, Settings
 from .markdown import decimals_of, marked_texts, number_text, table_text
-from .read import Experiment, Settings
 from .tables import BY_NAME
 
 #: Of learning curves.

@@ -19,17 +19,16 @@ from .._config import merged
 from .._sila import FramedTracks, Scene
 from ..errors import FormatError
 from .field_measures import collides, drawn_paths, mahalanobis_measures, path_measures
+from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
+from .markdown import build_hash, hash_of, write_text
 from .measures import modes_of
 from .method import Array, Method
 from .methods import load_method
 from .neighbours import inputs_of
-from .runner import build_hash, hash_of, write_text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler
 from .scores import person_of
 from .trajnet import write_trajnet
 
-SAMPLES = 100
-MIXTURE_WINDOWS = 25  #: of which AMD and AMV are taken, as they fit a mixture to each step
 CHUNK = 1000  # windows at once
 CONFIG = {
     "predict": {
@@ -37,11 +36,6 @@ CONFIG = {
         "horizon_s": DRAWN * STEP_S,
         "mode_horizon_s": DRAWN * STEP_S,
     }
-}
-LEARNT = {
-    "in_place": "in place, 5 folds by track",
-    "elsewhere": "on the other scenes",
-    "published": "as published",
 }
 FOLDS = 5
 _KEYS = {"about", "kind", "scenes", "methods", "reference", "seed", "bootstraps", "config"}
@@ -216,8 +210,6 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
 
 def run_field(file: str, out: str, data_dir: str | None) -> None:
     """Does what is not in `out` yet, writes table.md after each scene, and predictions in TrajNet++'s format."""
-    from .field_report import markdown
-
     settings, scenes, methods = read_field(file, data_dir)
     folder, seed, build = Path(out), settings.get("seed", 100), build_hash()
     (folder / "runs").mkdir(parents=True, exist_ok=True)

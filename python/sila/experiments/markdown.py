@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
+import json
 import platform
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -58,3 +61,20 @@ def made_with(methods: Iterable[type[Method] | None]) -> dict[str, Any]:
             continue
     versions |= dict(cls.upstream for cls in methods if cls is not None and cls.upstream)
     return {"revision": _sila.revision, "versions": versions, "machine": platform.machine()}
+
+
+def hash_of(*values: Any) -> str:
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def build_hash() -> str:
+    """Tells builds of one version apart: the extension module and the Python files of experiments."""
+    files = [Path(_sila.__file__), *sorted(Path(__file__).parent.rglob("*.py"))]
+    return hash_of([hashlib.sha256(file.read_bytes()).hexdigest() for file in files])
+
+
+def write_text(path: Path, text: str) -> None:
+    """In one step, so that an interruption leaves no half file."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)

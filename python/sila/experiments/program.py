@@ -10,7 +10,8 @@ from pathlib import Path
 from .. import _sila
 from .._config import assignments
 from ..errors import FormatError
-from .read import SPLITS, Overrides, read_experiment
+from .experiment import Overrides
+from .read import SPLITS, read_experiment
 from .runner import run_experiment
 
 EXAMPLE = "example: sila experiment experiments/smoke.json --out out/smoke"

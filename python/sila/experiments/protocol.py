@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from .. import _sila
 from .._sila import FramedTracks, TrainingSupport
-from .read import Experiment, ExperimentScene, Settings
+from .experiment import Experiment, ExperimentScene, Settings
 
 
 @dataclass(frozen=True)

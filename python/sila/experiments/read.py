@@ -7,7 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,9 @@ from .. import _sila
 from .._config import merged
 from .._sila import FramedTracks, Scene, Track
 from ..errors import FormatError
-from .method import Method
+from .experiment import Experiment, ExperimentMethod, ExperimentScene, Overrides, Settings
 from .methods import METHODS, load_method
+from .protocol import split_scene
 
 KINDS = ("one_place", "places", "transfer")
 SPLITS = ("time", "track", "both")
@@ -42,93 +43,6 @@ RANGES = {
     "orders": (0, 100000),
     "bootstraps": (100, 1e6),
 }
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What an experiment does with its scenes and methods; docs/experiments.md has the meanings."""
-
-    kind: str = "one_place"
-    trials: int = 12
-    split: str = "time"
-    test_share: float = 0.15
-    test_tracks: int = 0
-    train_tracks: int = 0
-    take_fewer: bool = False
-    min_track_s: float = 0.0
-    batch: int = 20
-    seed: int = 100
-    every_episode: bool = False
-    tracks: tuple[int, ...] = ()
-    orders: int = 1
-    bootstraps: int = 2000
-
-    @property
-    def splits(self) -> tuple[str, ...]:
-        return ("time", "track") if self.split == "both" else (self.split,)
-
-
-@dataclass(frozen=True)
-class ExperimentScene:
-    name: str
-    tracks: FramedTracks
-    config: str  #: JSON
-    tracks_hash: str
-
-
-@dataclass(frozen=True)
-class ExperimentMethod:
-    """A method under one name, with its configuration at each scene."""
-
-    name: str
-    kind: str  #: a known method, or "file.py:Class"
-    parameters: Mapping[str, Any]
-    configs: Sequence[str]
-    cls: type[Method] | None  #: none: it cannot run here,
-    missing: str = ""  #: and why
-    scene: bool = True  #: false: the frame is made of the first batch, as without a scene file
-
-
-@dataclass(frozen=True)
-class Experiment:
-    settings: Settings
-    scenes: Sequence[ExperimentScene]
-    methods: Sequence[ExperimentMethod]
-    reference: str  #: the method that the others are compared with
-    file: str = ""
-    about: str = ""
-
-    def resolved(self) -> dict[str, Any]:
-        """Every value in force, defaults included."""
-        scenes = {
-            scene.name: {
-                "tracks": len(scene.tracks),
-                "tracks_hash": scene.tracks_hash,
-                "config": json.loads(scene.config),
-            }
-            for scene in self.scenes
-        }
-        methods = {
-            method.name: {
-                "method": method.kind,
-                "parameters": dict(method.parameters),
-                "scene": method.scene,
-                "config": {scene.name: json.loads(config) for scene, config in zip(self.scenes, method.configs)},
-            }
-            for method in self.methods
-        }
-        return {**asdict(self.settings), "reference": self.reference, "scenes": scenes, "methods": methods}
-
-
-@dataclass(frozen=True)
-class Overrides:
-    """What a caller says instead of the file."""
-
-    trials: int | None = None
-    split: str | None = None
-    seed: int | None = None
-    data_dir: str | None = None
-    config: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_experiment(path: str | os.PathLike[str], overrides: Overrides | None = None) -> Experiment:
@@ -298,8 +212,6 @@ def _require_scored_alike(file: str, where: str, of_scene: str, of_method: str) 
 
 
 def _check(experiment: Experiment) -> None:
-    from .protocol import split_scene
-
     settings, scenes, methods = experiment.settings, experiment.scenes, experiment.methods
     if settings.train_tracks > 0 and settings.test_tracks == 0:
         raise ValueError("experiment: train_tracks needs test_tracks beside it")

@@ -12,8 +12,18 @@ import pandas as pd
 
 from .. import _sila
 from .curves import curves_of, growth_table, learning_curve_tables
-from .markdown import bold_text, decimals_of, made_with, marked_texts, number_text, provenance, table_text
-from .read import Experiment
+from .experiment import Experiment
+from .markdown import (
+    bold_text,
+    build_hash,
+    decimals_of,
+    made_with,
+    marked_texts,
+    number_text,
+    provenance,
+    table_text,
+    write_text,
+)
 from .tables import ALL, BY_NAME, COLUMNS, POOLED, WITH_SPREAD, Comparison, compare, rows_of, summarise
 
 SPLITS = {"time": "by blocks of time with an embargo", "track": "by track (companions are learnt from)"}
@@ -57,8 +67,6 @@ def write_results(
     folder: Path, experiment: Experiment, results: Sequence[Mapping[str, Any]], trials: int
 ) -> dict[str, Any]:
     """Writes everything about the results of the first `trials` trials; gives what results.json holds."""
-    from .runner import build_hash, write_text
-
     settings = experiment.settings
     rows = rows_of(results)
     summary = summarise(rows, results)

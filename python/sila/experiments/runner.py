@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sys
@@ -18,11 +17,14 @@ import numpy as np
 
 from .. import _sila
 from .._sila import FramedTracks, Prediction, WindowSet
+from .experiment import Experiment, ExperimentMethod, Overrides
+from .markdown import build_hash, hash_of, write_text
 from .measures import measures_of, modes_measures, modes_of, stepwise_measures
 from .method import Forecast, Method
 from .neighbours import inputs_of
 from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
-from .read import Experiment, ExperimentMethod, Overrides, read_experiment
+from .read import read_experiment
+from .report import write_results
 from .scores import sums_of
 
 Json = dict[str, Any]
@@ -130,16 +132,6 @@ def stepwise(found: Forecast | Sequence[Prediction]) -> bool:
     return isinstance(found, Forecast) and found.weights.ndim == 3
 
 
-def hash_of(*values: Any) -> str:
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def build_hash() -> str:
-    """Tells builds of one version apart: the extension module and the Python files of experiments."""
-    files = [Path(_sila.__file__), *sorted(Path(__file__).parent.rglob("*.py"))]
-    return hash_of([hashlib.sha256(file.read_bytes()).hexdigest() for file in files])
-
-
 def key_of(experiment: Experiment, run: Run, build: str) -> Json:
     """What the result of a run depends on. Trials that are added later leave the earlier ones as they are."""
     settings = {k: v for k, v in asdict(experiment.settings).items() if k not in ("trials", "bootstraps", "split")}
@@ -186,13 +178,6 @@ def kept_result(path: Path, key: Json, redo: bool) -> Json | None:
     )
 
 
-def write_text(path: Path, text: str) -> None:
-    """In one step, so that an interruption leaves no half file."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
-
-
 def run_experiment(
     experiment: Experiment,
     out: str | os.PathLike[str],
@@ -205,8 +190,6 @@ def run_experiment(
 
     `workers` processes do runs side by side; each reads the experiment again, with the same `overrides`.
     """
-    from .report import write_results
-
     folder, build, runs = Path(out), build_hash(), runs_of(experiment)
     if not runs:
         reasons = [f"{m.name}: {m.missing or _not_for(m)}" for m in experiment.methods]
