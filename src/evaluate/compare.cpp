@@ -11,7 +11,6 @@
 #include "gp/flow_posterior.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/evaluate/evaluate.hpp"
-#include "sila/evaluate/metrics.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

@@ -8,7 +8,6 @@
 
 #include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
-#include "refine/error_statistics.hpp"
 #include "refine/motion_change.hpp"
 #include "sila/core/sampling.hpp"
 

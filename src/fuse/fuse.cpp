@@ -9,7 +9,6 @@
 
 #include "core/concatenate.hpp"
 #include "fuse/fuse_fields.hpp"
-#include "fuse/reindex.hpp"
 #include "fuse/similarity.hpp"
 
 namespace sila {

@@ -1,7 +1,6 @@
 #include <nlohmann/json.hpp>
 
 #include "read_rows.hpp"
-#include "sila/io/track_files.hpp"
 
 namespace sila {
 namespace {

@@ -1,8 +1,10 @@
 #include "sila/model/error_statistics.hpp"
 
 #include <cmath>
+#include <ranges>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "core/concatenate.hpp"
@@ -60,13 +62,8 @@ void require_densities(const char* name, const Densities& densities, int steps) 
   }
 }
 
-template <class Moments>
-void accumulate_cells(std::vector<Moments>& sum, const std::vector<Moments>& more) {
-  for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += more[c];
-}
-
-void accumulate_bins(std::vector<double>& sum, const std::vector<double>& more) {
-  for (std::size_t bin = 0; bin < sum.size(); ++bin) sum[bin] += more[bin];
+void discount(double& sum, double share) {
+  sum *= share;
 }
 
 void discount(RegressionMoments& moments, double share) {
@@ -75,14 +72,42 @@ void discount(RegressionMoments& moments, double share) {
   moments.products *= share;
 }
 
-void discount(std::vector<double>& counts, double share) {
-  for (double& count : counts) count *= share;
-}
-
 void discount(ErrorMoments& moments, double share) {
   moments.weight *= share;
   moments.along *= share;
   moments.across *= share;
+}
+
+void discount(DensityMoments& moments, double share) {
+  discount(moments.scale, share);
+  for (ErrorMoments& cell : moments.components) discount(cell, share);
+}
+
+void discount(SlowErrors& errors, double share) {
+  errors.weight *= share;
+  for (double& error_m : errors.errors_m) error_m *= share;
+}
+
+template <std::ranges::range Table>
+void discount(Table& table, double share) {
+  for (auto& entry : table) discount(entry, share);
+}
+
+template <class Table>
+void add_table(Table& sum, const Table& more) {
+  if constexpr (std::ranges::range<Table>) {
+    for (std::size_t i = 0; i < sum.size(); ++i) add_table(sum[i], more[i]);
+  } else {
+    sum += more;
+  }
+}
+
+/// All sums; a member that is added to the struct and forgotten here does not compile.
+auto tables_of(auto& error_statistics) {
+  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
+         global_motion, motion, motion_share, correction, correction_share] = error_statistics;
+  return std::tie(stacking, density, density_place_free, scores, novelties, slow, changes, global_motion, motion,
+                  motion_share, correction, correction_share);
 }
 
 /// From about this number of windows on, recent ones count more.
@@ -99,27 +124,15 @@ double share_of_past(double before, double now) {
 void favour_recent(Densities& past, const Densities& recent) {
   for (std::size_t d = kWalking; d < kErrorDensities; d += kMotionStates) {
     const double share = share_of_past(past[d].scale.weight, recent[d].scale.weight);
-    for (ErrorMoments& cell : past[d].components) discount(cell, share);
+    discount(past[d].components, share);
   }
 }
 
 void add(ErrorStatistics& sum, const ErrorStatistics& more) {
-  accumulate_cells(sum.stacking, more.stacking);
-  for (std::size_t d = 0; d < kErrorDensities; ++d) {
-    sum.density[d] += more.density[d];
-    sum.density_place_free[d] += more.density_place_free[d];
-  }
-  accumulate_cells(sum.slow, more.slow);
-  for (std::size_t state = 0; state < kMotionStates; ++state) sum.changes[state] += more.changes[state];
-  for (std::size_t axis = 0; axis < sum.motion.size(); ++axis) {
-    sum.global_motion[axis] += more.global_motion[axis];
-    sum.motion[axis] += more.motion[axis];
-  }
-  sum.motion_share += more.motion_share;
-  sum.correction += more.correction;
-  sum.correction_share += more.correction_share;
-  accumulate_bins(sum.novelties, more.novelties);
-  for (std::size_t cell = 0; cell < sum.scores.size(); ++cell) accumulate_bins(sum.scores[cell], more.scores[cell]);
+  const auto add_all = [&](auto&... sums) {
+    std::apply([&](const auto&... others) { (add_table(sums, others), ...); }, tables_of(more));
+  };
+  std::apply(add_all, tables_of(sum));
 }
 
 }  // namespace
@@ -174,26 +187,7 @@ void forget_positions(ErrorStatistics& error_statistics) {
 }
 
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
-  for (RegressionMoments& cell : error_statistics.stacking) discount(cell, share);
-  for (RegressionMoments& change : error_statistics.changes) discount(change, share);
-  for (MotionMoments* motion : {&error_statistics.global_motion, &error_statistics.motion}) {
-    for (RegressionMoments& axis : *motion) discount(axis, share);
-  }
-  discount(error_statistics.motion_share, share);
-  discount(error_statistics.correction, share);
-  discount(error_statistics.correction_share, share);
-  for (Densities* densities : {&error_statistics.density, &error_statistics.density_place_free}) {
-    for (DensityMoments& density : *densities) {
-      discount(density.scale, share);
-      for (ErrorMoments& cell : density.components) discount(cell, share);
-    }
-  }
-  for (std::vector<double>& bins : error_statistics.scores) discount(bins, share);
-  discount(error_statistics.novelties, share);
-  for (SlowErrors& slow : error_statistics.slow) {
-    slow.weight *= share;
-    for (double& error_m : slow.errors_m) error_m *= share;
-  }
+  std::apply([&](auto&... tables) { (discount(tables, share), ...); }, tables_of(error_statistics));
   return error_statistics;
 }
 
@@ -217,7 +211,7 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
     favour_recent(sum.density, recent.density);
     favour_recent(sum.density_place_free, recent.density_place_free);
     const double share = share_of_past(windows_in(past.density), windows_in(recent.density));
-    for (std::vector<double>& bins : sum.scores) discount(bins, share);
+    discount(sum.scores, share);
   }
   add(sum, recent);
   return sum;
@@ -247,16 +241,17 @@ void validate(const ErrorStatistics& error_statistics) {
   require_length("scores", error_statistics.scores.size(), cells / kSpeedClasses * kScoreClasses);
   for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
   require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
-  for (const RegressionMoments& change : error_statistics.changes)
-    require_regressions("changes", {change}, 1, empty ? 0 : kHazardFeatures, empty ? 0 : 1);
+  const auto require_one = [&](const char* name, const RegressionMoments& moments, int features, int outputs) {
+    require_regressions(name, {moments}, 1, empty ? 0 : features, empty ? 0 : outputs);
+  };
+  for (const RegressionMoments& change : error_statistics.changes) require_one("changes", change, kHazardFeatures, 1);
   for (const RegressionMoments& motion : error_statistics.motion)
-    require_regressions("motion", {motion}, 1, empty ? 0 : kMotionFeatures, empty ? 0 : kCorrectionKnots);
+    require_one("motion", motion, kMotionFeatures, kCorrectionKnots);
   for (const RegressionMoments& motion : error_statistics.global_motion)
-    require_regressions("global_motion", {motion}, 1, empty ? 0 : kMotionFeatures, empty ? 0 : kCorrectionKnots);
-  require_regressions("motion_share", {error_statistics.motion_share}, 1, empty ? 0 : 1, empty ? 0 : 1);
-  require_regressions("correction", {error_statistics.correction}, 1, empty ? 0 : kCorrectionFeatures,
-                      empty ? 0 : 2 * kCorrectionKnots);
-  require_regressions("correction_share", {error_statistics.correction_share}, 1, empty ? 0 : 1, empty ? 0 : 1);
+    require_one("global_motion", motion, kMotionFeatures, kCorrectionKnots);
+  require_one("motion_share", error_statistics.motion_share, 1, 1);
+  require_one("correction", error_statistics.correction, kCorrectionFeatures, 2 * kCorrectionKnots);
+  require_one("correction_share", error_statistics.correction_share, 1, 1);
   require_length("slow", error_statistics.slow.size(), empty ? 0 : kSlowClasses);
   for (const SlowErrors& slow : error_statistics.slow) {
     require_sum("slow", slow.weight);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kinematics.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {

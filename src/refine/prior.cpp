@@ -2,7 +2,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "refine/error_statistics.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
-#include "refine/residual.hpp"
 
 namespace sila {
 namespace {

@@ -9,7 +9,6 @@
 #include "report/predictor_data.hpp"
 #include "report/scored.hpp"
 #include "round.hpp"
-#include "sila/core/sampling.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/version.hpp"

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "sila/evaluate/metrics.hpp"
-#include "sila/model/error_statistics.hpp"
 
 namespace sila {
 namespace {

@@ -1,7 +1,6 @@
 // Whether stated probabilities of where simulated people will be come true.
 #include <gtest/gtest.h>
 
-#include "sila/config.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/sim/simulate.hpp"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "fuse/reindex.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/io/reports.hpp"

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fuse/reindex.hpp"
 #include "fuse/similarity.hpp"
 #include "fuse_data.hpp"
 #include "sila/io/reports.hpp"

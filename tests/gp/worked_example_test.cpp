@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "example.hpp"
-#include "gp/fuse_gps.hpp"
 #include "gp/marginal_likelihood.hpp"
 #include "gp/posterior.hpp"
 #include "gp/transfer.hpp"

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "gp/posterior.hpp"
-#include "predict/constant_velocity.hpp"
 #include "predict/flow_field_index.hpp"
 #include "refine/residual.hpp"
 #include "refine/residuals.hpp"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "gp/posterior.hpp"
 #include "sila/core/sampling.hpp"
 #include "support/walks.hpp"
 

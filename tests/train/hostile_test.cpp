@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "support/hostile_tracks.hpp"

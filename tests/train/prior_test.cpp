@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "sila/evaluate/metrics.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"

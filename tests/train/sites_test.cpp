@@ -6,8 +6,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sila/evaluate/metrics.hpp"
-#include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
 #include "support/walks.hpp"
