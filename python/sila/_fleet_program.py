@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from . import fleet
 from ._config import assignments
 from ._sila import Model
-from .errors import FormatError
+from .errors import FormatError, failed
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -26,12 +26,8 @@ def run(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
         outcome = _learn(options)
-    except FormatError as error:
-        return _failed(1, error)
-    except (ValueError, TypeError, ImportError) as error:
-        return _failed(2, error)
-    except (OSError, RuntimeError) as error:
-        return _failed(1, error)
+    except (ValueError, TypeError, ImportError, OSError, RuntimeError) as error:
+        return failed(error)
     for path, reason in outcome.unread.items():
         print(f"{path}: left out: {reason}", file=sys.stderr)
     if options.json:
@@ -118,8 +114,3 @@ def _summary(options: argparse.Namespace, outcome: fleet.Outcome) -> dict[str, A
         "size": outcome.model.size,
         "seconds": outcome.seconds,
     }
-
-
-def _failed(code: int, error: Exception) -> int:
-    print(f"sila: {error}", file=sys.stderr)
-    return code

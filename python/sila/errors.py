@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 __all__ = ["FormatError", "NumericalError"]
 
 
@@ -23,3 +25,9 @@ class FormatError(ValueError):
 
 class NumericalError(ArithmeticError):
     """A computation that failed after every documented remedy."""
+
+
+def failed(error: Exception) -> int:
+    """Says on stderr why a verb of the program ends; the exit code: 1 for bad input, 2 for wrong use."""
+    print(f"sila: {error}", file=sys.stderr)
+    return 1 if isinstance(error, (FormatError, OSError, RuntimeError)) else 2

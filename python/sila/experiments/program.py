@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .. import _sila
 from .._config import assignments
-from ..errors import FormatError
+from ..errors import failed
 from .experiment import Overrides
 from .read import SPLITS, read_experiment
 from .runner import run_experiment
@@ -41,12 +41,8 @@ def run(arguments: list[str]) -> int:
 
             for path in draw(Path(options.out), png=options.png):
                 print(path, file=sys.stderr)
-    except FormatError as error:
-        return _failed(1, error)
-    except (ValueError, TypeError, ImportError) as error:
-        return _failed(2, error)
-    except (OSError, RuntimeError) as error:
-        return _failed(1, error)
+    except (ValueError, TypeError, ImportError, OSError, RuntimeError) as error:
+        return failed(error)
     for name, reason in written["not_run_here"].items():
         print(f"{name}: not run here: {reason}", file=sys.stderr)
     if options.json:
@@ -77,8 +73,3 @@ def _parser() -> argparse.ArgumentParser:
     add("--seed", type=int, metavar="N", help="of the first trial, instead of what the file says")
     add("--json", action="store_true", help="print the summary as JSON")
     return parser
-
-
-def _failed(code: int, error: Exception) -> int:
-    print(f"sila: {error}", file=sys.stderr)
-    return code
