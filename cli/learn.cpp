@@ -12,6 +12,7 @@
 
 #include "options.hpp"
 #include "sila/config.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
@@ -48,16 +49,17 @@ struct Removed {
 
 void print_episode(int number, const EpisodeReport& report) {
   std::ostringstream line;
-  line << "episode " << number << ": " << report.tracks << " tracks, size " << report.size_before << " -> "
+  line << "episode " << number << ": " << counted(report.tracks, "track") << ", size " << report.size_before << " -> "
        << report.size_after << ", " << std::fixed << std::setprecision(3) << report.seconds << " s";
   const PrequentialError& error = report.prequential;
   if (error.constant_m > 0.0) line << ", error " << error.ratio() << " of constant velocity";
   const BudgetReport& lost = report.budget;
   if (lost.transitions > 0) {
-    line << "; over the limit, evicted " << lost.primitives << " primitives and " << lost.transitions
-         << " transitions, which " << std::setprecision(1) << lost.count << " tracks had shown";
+    line << "; over the limit, evicted " << counted(lost.primitives, "primitive") << " and "
+         << counted(lost.transitions, "transition") << ", which " << std::setprecision(1) << lost.count
+         << " tracks had shown";
   }
-  if (lost.reduced > 0) line << "; over the limit, reduced " << lost.reduced << " residual GPs";
+  if (lost.reduced > 0) line << "; over the limit, reduced " << counted(lost.reduced, "residual GP");
   std::cerr << line.str() << "\n";
 }
 
@@ -148,8 +150,9 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
                                       {"evicted", to_json(removed.evicted)}};
     std::cout << json.dump(2) << "\n";
   } else {
-    std::cout << options.model << ": " << model.tracks << " tracks in " << model.episodes << " episodes, "
-              << model.primitives.size() << " primitives, " << model.transitions.size() << " transitions\n";
+    std::cout << options.model << ": " << counted(model.tracks, "track") << " in " << counted(model.episodes, "episode")
+              << ", " << counted(model.primitives.size(), "primitive") << ", "
+              << counted(model.transitions.size(), "transition") << "\n";
   }
 }
 

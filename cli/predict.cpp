@@ -8,6 +8,7 @@
 #include "options.hpp"
 #include "sila/config.hpp"
 #include "sila/core/companions.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
@@ -96,7 +97,7 @@ void predict_tracks(const PredictOptions& options) {
     too_short += lines.count == 0 ? 1 : 0;
   });
   if (file) file->commit();
-  std::cerr << count << " predictions for " << input.tracks.size() - too_short << " tracks";
+  std::cerr << counted(count, "prediction") << " for " << counted(input.tracks.size() - too_short, "track");
   if (too_short > 0) std::cerr << "; " << too_short << " shorter than " << config.episode.predict.min_observe_s << " s";
   if (pixels) std::cerr << "; x and y are metres of " << 1.0 / config.metres_per_pixel << " pixels, u and v are pixels";
   std::cerr << '\n';

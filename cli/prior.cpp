@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "options.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/model_file.hpp"
 #include "verbs.hpp"
 
@@ -29,8 +30,8 @@ void make(const PriorOptions& options) {
     std::cout << nlohmann::ordered_json{{"models", models.size()}, {"windows", windows}}.dump(2) << "\n";
     return;
   }
-  std::cout << options.out << ": a prior of " << std::lround(windows) << " windows, from " << models.size()
-            << (models.size() == 1 ? " model" : " models") << "; begin each new place with a copy of it\n";
+  std::cout << options.out << ": a prior of " << counted(std::lround(windows), "window") << ", from "
+            << counted(models.size(), "model") << "; begin each new place with a copy of it\n";
 }
 
 }  // namespace

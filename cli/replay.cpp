@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "options.hpp"
+#include "sila/core/counted.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {
@@ -23,8 +24,8 @@ double quantile(const std::vector<double>& sorted, double share) {
 }
 
 void tell(const ReplayReport& report) {
-  std::cerr << report.sent << " detections sent, " << report.predictions << " predictions, " << report.dropped
-            << " reported as dropped, " << report.rejected << " lines rejected\n";
+  std::cerr << counted(report.sent, "detection") << " sent, " << counted(report.predictions, "prediction") << ", "
+            << report.dropped << " reported as dropped, " << counted(report.rejected, "line") << " rejected\n";
   if (report.latencies_s.empty()) return;
   std::cerr << std::fixed << std::setprecision(1) << "detection to prediction: median "
             << 1e3 * quantile(report.latencies_s, 0.5) << " ms, 90 % " << 1e3 * quantile(report.latencies_s, 0.9)
@@ -41,7 +42,7 @@ void replay_tracks(const ReplayVerb& options) {
     }
   }
   const std::vector<TimedLine> lines = timed_lines(tracks, options.apart_s);
-  std::cerr << lines.size() << " detections over " << lines.back().at_s / options.rate << " s\n";
+  std::cerr << counted(lines.size(), "detection") << " over " << lines.back().at_s / options.rate << " s\n";
   std::signal(SIGPIPE, SIG_IGN);
   if (options.to.empty()) {
     replay(lines, options.rate, [](const TimedLine& line) {

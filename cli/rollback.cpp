@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "options.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/model_file.hpp"
 #include "verbs.hpp"
 
@@ -32,9 +33,10 @@ void roll_back(const RollbackOptions& options) {
                      .dump(2)
               << "\n";
   } else {
-    std::cout << options.model << ": as it was after episode " << last << ", " << stored.model.primitives.size()
-              << " primitives, " << stored.model.transitions.size()
-              << " transitions; the oldest model that is kept is that of episode " << oldest << "\n";
+    std::cout << options.model << ": as it was after episode " << last << ", "
+              << counted(stored.model.primitives.size(), "primitive") << ", "
+              << counted(stored.model.transitions.size(), "transition")
+              << "; the oldest model that is kept is that of episode " << oldest << "\n";
   }
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "options.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
@@ -35,8 +36,8 @@ std::string describe(const CornerProposal& made) {
   const CurbFrame& frame = made.frame;
   std::ostringstream text;
   text << std::fixed << std::setprecision(1) << "corner at x = " << frame.origin_m.x()
-       << " m, y = " << frame.origin_m.y() << " m (standard error " << made.origin_error_m
-       << " m): " << made.turning_tracks << " tracks turn here\n";
+       << " m, y = " << frame.origin_m.y() << " m (standard error " << made.origin_error_m << " m), at which "
+       << counted(made.turning_tracks, "track") << (made.turning_tracks == 1 ? " turns\n" : " turn\n");
   const auto axis = [&](int number, const Vector2& direction, double share, double width_m) {
     text << "axis " << number << ": heading " << std::setprecision(0) << heading_deg(direction) << " degrees, "
          << 100.0 * share << " % of the distance walked, in a strip of " << std::setprecision(1) << width_m << " m\n";

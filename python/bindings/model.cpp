@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "arrays.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
@@ -96,9 +97,9 @@ nb::object in_python(const std::string& json) {
 
 std::string repr(const StoredModel& stored) {
   const Model& model = stored.model;
-  return "Model(size=" + std::to_string(size(model)) + ": " + std::to_string(model.primitives.size()) +
-         " primitives, " + std::to_string(model.transitions.size()) + " transitions; " + std::to_string(model.tracks) +
-         " tracks in " + std::to_string(model.episodes) + " episodes)";
+  return "Model(size=" + std::to_string(size(model)) + ": " + counted(model.primitives.size(), "primitive") + ", " +
+         counted(model.transitions.size(), "transition") + "; " + counted(model.tracks, "track") + " in " +
+         counted(model.episodes, "episode") + ")";
 }
 
 void bind_parts(nb::module_& module) {

@@ -59,8 +59,8 @@ class Evaluation:
         return self.text
 
     def __repr__(self) -> str:
-        windows = ", ".join(f"{group['windows']} {name}" for name, group in self.groups.items())
-        return f"Evaluation({windows} windows; horizons {self.horizons_s} s)"
+        windows = ", ".join(f"{name} {group['windows']}" for name, group in self.groups.items())
+        return f"Evaluation(windows: {windows}; horizons {self.horizons_s} s)"
 
 
 def _means(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import fleet
 from ._config import assignments
+from ._rows import counted
 from ._sila import Model
 from .errors import FormatError, failed
 
@@ -35,9 +36,11 @@ def run(arguments: list[str]) -> int:
     else:
         model = outcome.model
         print(
-            f"{options.model}: {outcome.tracks} tracks new, {model.tracks} in {model.episodes} episodes, "
-            f"{len(model.primitives)} primitives, {len(model.transitions)} transitions; {outcome.partitions} partitions of "
-            f"{outcome.sources} sources, {outcome.known_episodes} episodes known before, {outcome.seconds:.1f} s"
+            f"{options.model}: {counted(outcome.tracks, 'new track')}, {model.tracks} in "
+            f"{counted(model.episodes, 'episode')}, {counted(len(model.primitives), 'primitive')}, "
+            f"{counted(len(model.transitions), 'transition')}; {counted(outcome.partitions, 'partition')} of "
+            f"{counted(outcome.sources, 'source')}, {counted(outcome.known_episodes, 'episode')} known before, "
+            f"{outcome.seconds:.1f} s"
         )
     return 0
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from ._rows import text_of
+from ._rows import counted, text_of
 from ._sila import Prediction
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Predictions(Sequence[Prediction]):
 
     def __repr__(self) -> str:
         tracks = len({prediction.tracklet for prediction in self._predictions})
-        return f"Predictions({len(self)} predictions for {tracks} tracks)"
+        return f"Predictions({counted(len(self), 'prediction')} for {counted(tracks, 'track')})"
 
     def of(self, track: str | int) -> Predictions:
         """Those of one track, by its id in the input."""

@@ -50,6 +50,11 @@ def _seconds_of(column: Any) -> NDArray[np.float64]:
     return np.asarray(seconds + (values - whole) / np.timedelta64(1, "s"))
 
 
+def counted(number: int, noun: str) -> str:
+    """A number with its noun, as in "1 track" or "2 tracks"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def text_of(key: Any) -> str:
     """As a CSV would have it: 17.0 of a column that once had gaps is 17; empty for a missing one."""
     if isinstance(key, (float, np.floating)) and float(key).is_integer():

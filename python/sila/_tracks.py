@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _sila
 from ._config import ConfigLike, merged
-from ._rows import Rows, names_of, rows_of_frame, text_of, warn
+from ._rows import Rows, counted, names_of, rows_of_frame, text_of, warn
 from ._sila import Scene, Track
 from .errors import FormatError
 
@@ -63,7 +63,7 @@ class Tracks(Sequence[Track]):
 
     def __repr__(self) -> str:
         samples = sum(len(track) for track in self._tracks)
-        return f"Tracks({len(self)} tracks, {samples} samples)"
+        return f"Tracks({counted(len(self), 'track')}, {counted(samples, 'sample')})"
 
     def to_frame(self) -> pandas.DataFrame:
         """A data frame with the columns track_id, t [s], x, y [m], one row a sample."""
@@ -243,7 +243,7 @@ def clean_rows(
 
 def _reasons(dropped: Mapping[str, Any]) -> str:
     counts = {_sila.DROP_REASONS[reason]: entry["rows"] for reason, entry in dropped.items()}
-    return "; ".join(f"{rows} row{'s' * (rows > 1)} dropped: they {text}" for text, rows in counts.items())
+    return "; ".join(f"dropped rows that {text}: {rows}" for text, rows in counts.items())
 
 
 def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:

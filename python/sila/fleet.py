@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Union
 from . import _sila
 from ._config import ConfigLike, merged
 from ._progress import bar
+from ._rows import counted
 from ._sila import Model, Scene
 from ._tracks import SceneLike, as_scene, read_tracks
 from ._verbs import _settings, _whole
@@ -54,8 +55,9 @@ class Outcome:
 
     def __repr__(self) -> str:
         return (
-            f"Outcome({self.model!r}; {self.partitions} partitions of {self.sources} sources, {self.known_episodes} episodes "
-            f"known before, {len(self.unread)} sources unread, {self.seconds:.1f} s)"
+            f"Outcome({self.model!r}; {counted(self.partitions, 'partition')} of {counted(self.sources, 'source')}, "
+            f"{counted(self.known_episodes, 'episode')} known before, {counted(len(self.unread), 'source')} unread, "
+            f"{self.seconds:.1f} s)"
         )
 
 

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 
 from ._ellipse import ellipse, steps_at
 from ._predictions import Predictions
+from ._rows import counted
 from ._sila import Model, Prediction, Scene
 from ._stream import Stream
 from ._tracks import SceneLike, TracksLike, as_scene, as_tracks
@@ -109,7 +110,7 @@ def primitives(model: Model, *, scene: SceneLike | None = None, ax: Axes | None 
         arrows = frame.velocity_to_world(primitive.velocities * 0.8 * model.cell_widths)
         _quiver(ax, at, arrows, _COLOURS[index % len(_COLOURS)])
         _include(ax, at)
-    ax.set_title(f"{len(model.primitives)} primitives from {model.tracks} tracks")
+    ax.set_title(f"{counted(len(model.primitives), 'primitive')} from {counted(model.tracks, 'track')}")
     return ax
 
 
@@ -154,7 +155,7 @@ def primitive_graph(
             zorder=3,
         )
         _include(ax, points)
-    ax.set_title(f"{len(middles)} primitives, {len(shown)} of {len(model.transitions)} transitions")
+    ax.set_title(f"{counted(len(middles), 'primitive')}, {len(shown)} of {len(model.transitions)} transitions")
     return ax
 
 

@@ -117,7 +117,7 @@ def test_every_row_is_accounted_for():
 
 def test_rows_that_make_no_track_are_rejected_with_the_reasons():
     with pytest.raises(
-        sila.FormatError, match="at least one track of two samples, found 1 row dropped: they are not finite; 1 row"
+        sila.FormatError, match="at least one track of two samples, found dropped rows that are not finite: 1; "
     ):
         sila.as_tracks({"a": [[0.0, 0.0, 0.0], [1.0, np.nan, 1.0]]})
     assert len(sila.as_tracks({})) == 0

@@ -11,6 +11,7 @@
 
 #include "core/concatenate.hpp"
 #include "core/unit_warnings.hpp"
+#include "sila/core/counted.hpp"
 
 namespace sila {
 namespace {
@@ -71,7 +72,7 @@ Matrix3 solve(std::span<const PointPair> pairs, const Matrix3& of_image, const M
 }  // namespace
 
 CameraFit fit_camera(std::span<const PointPair> pairs) {
-  if (pairs.size() < 4) reject_camera(std::to_string(pairs.size()) + " pairs of points, at least 4 are needed");
+  if (pairs.size() < 4) reject_camera(counted(pairs.size(), "pair") + " of points, at least 4 are needed");
   const Matrix3 of_image = normalisation(pairs, &PointPair::image_px);
   const Matrix3 of_ground = normalisation(pairs, &PointPair::ground_m);
   const Matrix3 normalised = solve(pairs, of_image, of_ground);

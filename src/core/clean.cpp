@@ -13,6 +13,7 @@
 
 #include "core/dropped_rows.hpp"
 #include "core/unit_warnings.hpp"
+#include "sila/core/counted.hpp"
 
 namespace sila {
 namespace {
@@ -319,21 +320,20 @@ bool is_pedestrian(std::string_view label) {
 std::vector<std::string> to_lines(const TrackReport& report) {
   std::vector<std::string> lines;
   const auto number = [](std::size_t value) { return std::to_string(value); };
-  lines.push_back(number(report.tracks_kept) + " tracks of " + number(report.track_ids) + " ids in " +
-                  number(report.sources) + " files; " + number(report.rows_kept) + " of " + number(report.rows_read) +
-                  " rows kept");
+  lines.push_back(counted(report.tracks_kept, "track") + " of " + counted(report.track_ids, "id") + " in " +
+                  counted(report.sources, "file") + "; " + number(report.rows_kept) + " of " +
+                  number(report.rows_read) + " rows kept");
   for (const DroppedRows& entry : report.dropped) {
-    lines.push_back(number(entry.rows) + " rows dropped: they " +
-                    std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) + " (first: " + entry.first +
-                    ")");
+    lines.push_back("dropped rows that " + std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) +
+                    ": " + number(entry.rows) + " (first: " + entry.first + ")");
   }
   const auto tell = [&](std::size_t count, const char* text) {
-    if (count > 0) lines.push_back(number(count) + text);
+    if (count > 0) lines.push_back(text + number(count));
   };
-  tell(report.out_of_order_rows, " rows were out of order and are sorted");
-  tell(report.splits_at_gaps, " splits at gaps in time");
-  tell(report.splits_at_jumps, " splits at jumps (re-used ids)");
-  tell(report.standing_tracks, " tracks stand still (kept)");
+  tell(report.out_of_order_rows, "rows out of order (sorted): ");
+  tell(report.splits_at_gaps, "splits at gaps in time: ");
+  tell(report.splits_at_jumps, "splits at jumps (re-used ids): ");
+  tell(report.standing_tracks, "tracks that stand still (kept): ");
   for (const std::string& warning : report.warnings) lines.push_back("warning: " + warning);
   return lines;
 }

@@ -235,8 +235,8 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
     if (moves(track)) moving.push_back(&track);
   }
   if (moving.size() < kParts)
-    throw std::invalid_argument("propose_corner: " + std::to_string(moving.size()) +
-                                " tracks move 3 m or more, at least " + std::to_string(kParts) + " are needed");
+    throw std::invalid_argument("propose_corner: expected at least " + std::to_string(kParts) +
+                                " tracks that move 3 m or more, found " + std::to_string(moving.size()));
   auto result = proposed(moving, scaling);
   if (!result)
     throw std::invalid_argument(

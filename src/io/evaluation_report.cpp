@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "sila/core/counted.hpp"
 #include "sila/io/reports.hpp"
 
 namespace sila {
@@ -138,7 +139,7 @@ std::string to_text(const Evaluation& evaluation) {
     text += "outcome  windows  to s  stays straight left right back [% came/stated]   Brier  (base  rate)  ECE\n";
   for (const OutcomeScore& score : evaluation.outcomes) text += row(score);
   for (const SkippedTracks& skipped : evaluation.skipped)
-    text += std::to_string(skipped.tracks) + " tracks gave no window: " + skipped.reason + "\n";
+    text += counted(skipped.tracks, "track") + " gave no window: " + skipped.reason + "\n";
   return text;
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <sstream>
 
+#include "sila/core/counted.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
 
@@ -82,10 +83,8 @@ std::string busiest_transitions(const Model& model, std::size_t how_many) {
   std::ranges::stable_sort(order, std::ranges::greater{}, &Transition::count);
   order.resize(std::min(order.size(), how_many));
   std::ostringstream text;
-  for (const Transition* transition : order) {
-    text << (text.tellp() > 0 ? ", " : "") << transition->from << " -> " << transition->to << " (" << transition->count
-         << ")";
-  }
+  for (const Transition* edge : order)
+    text << (text.tellp() > 0 ? ", " : "") << edge->from << " -> " << edge->to << " (" << edge->count << ")";
   return order.empty() ? "none" : std::move(text).str();
 }
 
@@ -157,10 +156,11 @@ std::string describe(const LearningCurve& curve, const Model& model) {
   const Estimate now = expected_error(curve, static_cast<double>(model.tracks));
   const Estimate later = expected_error(curve, with_more(model));
   std::ostringstream text;
-  text << std::fixed << std::setprecision(3) << now.value << " of constant velocity after " << model.tracks
-       << " tracks (fitted to " << curve.points << " episodes); with " << more_tracks(model) << " more expect "
-       << later.value << " (" << later.lower << " to " << later.upper << "), " << std::setprecision(1)
-       << 100.0 * std::abs(1.0 - later.value / now.value) << " % " << (later.value > now.value ? "more" : "less");
+  text << std::fixed << std::setprecision(3) << now.value << " of constant velocity after "
+       << counted(model.tracks, "track") << " (fitted to " << counted(curve.points, "episode") << "); with "
+       << more_tracks(model) << " more expect " << later.value << " (" << later.lower << " to " << later.upper << "), "
+       << std::setprecision(1) << 100.0 * std::abs(1.0 - later.value / now.value) << " % "
+       << (later.value > now.value ? "more" : "less");
   return std::move(text).str();
 }
 
@@ -229,11 +229,11 @@ std::string describe(const StoredModel& stored) {
     return text << '\n' << std::left << std::setw(14) << name;
   };
   text << std::left << std::setw(14) << "file" << stored.bytes << " bytes, written by sila " << stored.sila_version;
-  line("learnt from") << model.tracks << " tracks in " << model.episodes << " episodes";
-  line("size") << size(model) << " = " << model.primitives.size() << " primitives + " << model.transitions.size()
-               << " transitions";
-  line("primitives") << counts.arrows << " arrows in " << counts.cells << " cells";
-  line("transitions") << counts.pseudo_inputs << " pseudo-inputs, " << counts.points << " samples";
+  line("learnt from") << counted(model.tracks, "track") << " in " << counted(model.episodes, "episode");
+  line("size") << size(model) << " = " << counted(model.primitives.size(), "primitive") << " + "
+               << counted(model.transitions.size(), "transition");
+  line("primitives") << counted(counts.arrows, "arrow") << " in " << counted(counts.cells, "cell");
+  line("transitions") << counted(counts.pseudo_inputs, "pseudo-input") << ", " << counts.points << " samples";
   line("busiest") << busiest_transitions(model, 5);
   line("grid") << "cells of " << model.settings.grid.cell * model.settings.reference_width_m << " m, tiles of "
                << model.settings.grid.tile_cells << " cells";
@@ -241,20 +241,21 @@ std::string describe(const StoredModel& stored) {
                 << model.settings.reference_width_m << " m";
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
     const Site& site = model.sites[i];
-    line("site") << "(" << site.frame.origin_m.x() << ", " << site.frame.origin_m.y() << ") m: " << site.tracks
-                 << " tracks in " << site.episodes << " episodes, " << transitions_of(model, i) << " transitions, "
+    line("site") << "(" << site.frame.origin_m.x() << ", " << site.frame.origin_m.y()
+                 << ") m: " << counted(site.tracks, "track") << " in " << counted(site.episodes, "episode") << ", "
+                 << counted(transitions_of(model, i), "transition") << ", "
                  << (site.error_statistics.empty() ? "not calibrated" : "calibrated");
   }
   const ordered_json configuration = ordered_json::parse(stored.configuration, nullptr, false);
   if (const double scale = configuration.value("metres_per_pixel", 0.0); scale > 0.0)
     line("units") << "pixels of " << scale << " m";
   if (const double windows = windows_in(model.prior.density); windows > 0.0)
-    line("prior") << "of " << std::lround(windows) << " windows at other places";
+    line("prior") << "of " << counted(std::lround(windows), "window") << " at other places";
   line("samples") << "every " << model.settings.sample_interval_s << " s";
-  line("time") << counts.seconds << " s in " << stored.episodes.size() << " recorded episodes";
+  line("time") << counts.seconds << " s in " << counted(stored.episodes.size(), "recorded episode");
   if (!stored.episodes.empty()) {
     const EpisodeRecord& last = stored.episodes.back();
-    line("last episode") << "number " << last.number << ": " << last.tracks << " tracks, " << last.seconds
+    line("last episode") << "number " << last.number << ": " << counted(last.tracks, "track") << ", " << last.seconds
                          << " s, size " << last.size_before << " -> " << last.size_after;
   }
   if (const auto curve = learning_curve_of(model, learning_points(stored)))
@@ -364,7 +365,7 @@ std::string describe(const ModelComparison& difference, std::span<const HorizonD
        << list("changed (of A)", difference.changed_transitions,
                [&](const TransitionPair& pair) { return edge(pair.a); })
        << list("only in A", difference.transitions_of_a, edge) << list("only in B", difference.transitions_of_b, edge)
-       << "predictions  mean paths on " << windows << " windows are apart by\n"
+       << "predictions  mean paths on " << counted(windows, "window") << " are apart by\n"
        << std::fixed;
   for (const HorizonDifference& horizon : predictions) {
     text << "  at " << std::setprecision(1) << horizon.horizon_s << std::setprecision(3) << " s: " << horizon.mean_m

@@ -18,8 +18,8 @@ std::string describe(const std::vector<DroppedRows>& dropped) {
   std::string text;
   for (const DroppedRows& entry : dropped) {
     if (!text.empty()) text += "; ";
-    text += std::to_string(entry.rows) + " " + std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) +
-            " (first " + entry.first + ")";
+    text += "rows that " + std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) + ": " +
+            std::to_string(entry.rows) + " (first: " + entry.first + ")";
   }
   return text.empty() ? "no row" : text;
 }

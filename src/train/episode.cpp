@@ -11,6 +11,7 @@
 #include "refine/error_statistics.hpp"
 #include "refine/refine.hpp"
 #include "refine/residual.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/model/packing.hpp"
 #include "train/change.hpp"
@@ -70,8 +71,8 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
   std::vector<EpisodeId> shared;
   std::ranges::set_intersection(previous.episode_ids, incoming.episode_ids, std::back_inserter(shared));
   if (shared.empty()) return;
-  throw std::invalid_argument("fuse_models: incoming shares " + std::to_string(shared.size()) +
-                              " episodes with previous (" + to_text(shared.front()) +
+  throw std::invalid_argument("fuse_models: incoming shares " + counted(shared.size(), "episode") + " with previous (" +
+                              to_text(shared.front()) +
                               " is one), which would count twice; learn the others anew without them");
 }
 

@@ -60,13 +60,13 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
   };
   write(folder_ / "live.sh",
         "touch reported; { cat tracks.ndjson; " + until_reported("episode 2 is stored") +
-            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_reported("continuing with its 1 episodes") +
+            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_reported("continuing with its 1 episode") +
             "cat more.ndjson; } | '" SILA_PROGRAM
             "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
             ">predictions 2>reported\n");
   ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
   const std::string reported = read(folder_ / "reported");
-  EXPECT_NE(reported.find("changed by another process; continuing with its 1 episodes"), std::string::npos) << reported;
+  EXPECT_NE(reported.find("changed by another process; continuing with its 1 episode"), std::string::npos) << reported;
   const auto log = nlohmann::json::parse(run("log m.sila --json").out);
   EXPECT_GE(log.at("episodes").size(), 4u) << reported;  // the first, and those of the others
   for (std::size_t i = 0; i < log["episodes"].size(); ++i) EXPECT_EQ(log["episodes"][i].at("number"), i + 1);

@@ -20,7 +20,7 @@ TEST_F(Program, ProposesASceneFromTracks) {
   EXPECT_EQ(quiet.out, made.out);
   EXPECT_EQ(quiet.err.find("corner at"), std::string::npos) << quiet.err;
   write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
-  expect_rejected("scene make few.csv", {"1 tracks move 3 m", "at least 10"});
+  expect_rejected("scene make few.csv", {"tracks that move 3 m or more, found 1", "at least 10"});
   expect_rejected("scene make", {"tracks"});
 }
 

@@ -292,7 +292,8 @@ TEST(BadTrackFile, IsRejectedWithPathLineExpectedAndFound) {
       {"no_header.csv", "1,2,3,4\n1,3,3,4\n", "track_id,t,x,y", "1,2,3,4", 1},
       {"three.txt", "1 2 3\n4 5 6\n", "known format", "1 2 3", 1},
       {"prose.txt", "\nIt was a dark and stormy night.\n", "known format", "It was", 2},
-      {"all_bad.csv", "track_id,t,x,y\n1,a,b,c\n2,a,b,c\n", "usable row", "2 have a cell that is not a number", 0},
+      {"all_bad.csv", "track_id,t,x,y\n1,a,b,c\n2,a,b,c\n", "usable row",
+       "rows that have a cell that is not a number: 2", 0},
       {"scene.json", "{\"origin\": [0, 0],\n \"axis_1\": [1, 0]}\n", "known format", "origin", 1},
       {"short.gz", "\x1f\x8b\x08", "gzip", "truncated", 0},
   };

@@ -216,7 +216,7 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   json["files"] = {{{"path", "a.csv"}}};
   const auto error = tests::format_error_of([&] { read_scene_tracks(read(), {}); });
   EXPECT_TRUE(contains(error->expected, "at least one track"));
-  EXPECT_TRUE(contains(error->found, "2 rows dropped: they are not pedestrians")) << error->what();
+  EXPECT_TRUE(contains(error->found, "dropped rows that are not pedestrians: 2")) << error->what();
   json.erase("files");
   EXPECT_TRUE(contains(tests::format_error_of([&] { read_scene_tracks(read(), {}); })->expected, "files"));
 }
