@@ -9,6 +9,7 @@
 
 #include "options.hpp"
 #include "sila/config.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
@@ -17,6 +18,9 @@
 
 namespace sila::cli {
 namespace {
+
+/// The value of --camera for detections in metres.
+constexpr const char* kNoCamera = "off";
 
 struct ServeVerb {
   CommonOptions common;
@@ -59,8 +63,8 @@ void commit(OpenModel& open, const Model& previous, const Episode& episode, cons
   const int number = open.episodes + 1;
   open.file.commit(episode.model, record_of(number, previous, episode, calibration), to_json(open.config).dump());
   open.episodes = number;
-  print_message("episode " + std::to_string(number) + " is stored: " + std::to_string(episode.report.tracks) +
-                " tracks, size " + std::to_string(episode.report.size_before) + " -> " +
+  print_message("episode " + std::to_string(number) + " is stored: " + counted(episode.report.tracks, "track") +
+                ", size " + std::to_string(episode.report.size_before) + " -> " +
                 std::to_string(episode.report.size_after));
 }
 
@@ -69,8 +73,7 @@ std::optional<Model> reload(OpenModel& open) {
   if (!open.file.changed_elsewhere()) return std::nullopt;
   StoredModel stored = open.file.read();
   open.episodes = static_cast<int>(stored.episodes.size());
-  print_message(open.path + ": changed by another process; continuing with its " + std::to_string(open.episodes) +
-                " episodes");
+  print_message(open.path + ": changed by another process; continuing with its " + counted(open.episodes, "episode"));
   return std::move(stored.model);
 }
 
@@ -84,8 +87,11 @@ Scene corners_in(const ServeVerb& options, const OpenModel& open) {
 /// The same with the camera of the model or of --camera, if there is one.
 Scene scene_in(const ServeVerb& options, const OpenModel& open) {
   Scene scene = corners_in(options, open);
-  const bool given = !options.camera.empty();
+  const bool given = !options.camera.empty() && options.camera != kNoCamera;
   if (const auto camera = pixel_camera(open.config, given)) scene.camera = camera;
+  if (scene.camera && options.camera.empty() && !pixel_camera(open.config))
+    throw std::invalid_argument("serve: " + options.scene + " has a camera: expected --camera " + options.scene +
+                                " if detections are image points, or --camera off if they are metres");
   if (!given) return scene;
   const CameraFile read = read_camera(options.camera);
   for (const std::string& warning : read.warnings) print_message("warning: " + warning);
@@ -133,13 +139,10 @@ void serve(const ServeVerb& options) {
   };
   ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
                            open.config.evaluate, frame_of,          options.lines};
-  if (!options.camera.empty() || pixel_camera(open.config)) settings.camera = scene.camera;
-  {
-    Server server(server_options(options, scene), scene, settings, learner, print_message);
-    print_message(options.model + ": " + std::to_string(open.stored.model.episodes) + " episodes; serving");
-    if (server.run()) learner.drain();
-  }
-  if (learner.status().learning) print_message("finishing the episode");
+  if (options.camera != kNoCamera || pixel_camera(open.config)) settings.camera = scene.camera;
+  Server server(server_options(options, scene), scene, settings, learner, print_message);
+  print_message(options.model + ": " + counted(open.stored.model.episodes, "episode") + "; serving");
+  server.run();
 }
 
 }  // namespace
@@ -151,9 +154,11 @@ void add_serve(CLI::App& app) {
       add_verb(app, "serve", "Predict the detections of a tracker as they come, and learn while predicting.",
                "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766", options->common);
   verb->add_option("--scene", options->scene, kSceneHelp)->type_name("FILE");
-  verb->add_option("--camera", options->camera,
-                   "file with the camera by which detections, then image points [pixels], become metres")
-      ->type_name("FILE");
+  verb->add_option(
+          "--camera", options->camera,
+          "camera or scene file whose camera makes metres of detections, which are then image points [pixels]; "
+          "off: they are metres, though the scene has a camera")
+      ->type_name("FILE|off");
   add_picture(*verb, options->picture);
   verb->add_option("--model", options->model, "model file to create or to continue")->required()->type_name("M.sila");
   verb->add_option("--http", options->server.http,

@@ -45,7 +45,7 @@ class Predict(Node):
         self._labels, self._frame = [label for label in labels if label], given["frame"]
         self._buffer = None
         model, scene = given["model"] or None, given["scene"] or None
-        self._stream = sila.Stream(model, scene=scene, stride_s=stride_s, batch=batch)
+        self._stream = sila.Stream(model, scene=scene, camera=False, stride_s=stride_s, batch=batch)
         # A subscription for sensor data receives from any publisher; a subscriber of the predictions may lose none.
         output = ros.message_type("autoware_perception_msgs/msg/PredictedObjects")
         self._output = self.create_publisher(output, "~/output", QoSProfile(depth=10))

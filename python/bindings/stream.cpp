@@ -23,9 +23,10 @@ constexpr std::size_t kLongestId = 64;
 /// thread; each method holds `mutex_` while it uses the core.
 class LiveStream {
  public:
-  /// Begins with the model in `file`, if there is one, and stores every episode there; else with `start`.
+  /// Begins with the model in `file`, if there is one, and stores every episode there; else with `start`. `metres`:
+  /// positions are metres even if the scene has a camera.
   LiveStream(const StoredModel& start, const std::optional<std::filesystem::path>& file, const ScaledScene& scene,
-             const std::optional<std::filesystem::path>& camera, const std::string& config_json)
+             const std::optional<std::filesystem::path>& camera, bool metres, const std::string& config_json)
       : config_(config_of(config_json)),
         stored_(start),
         scene_(scene.as(config_.episode.scaling)),
@@ -35,6 +36,11 @@ class LiveStream {
     if (file) file_ = ModelFile::open_or_create(*file);
     if (file_ && !file_->empty()) stored_ = file_->read();
     settings_.camera = pixel_camera(config_, camera.has_value());
+    if (scene_.camera && !settings_.camera && !camera && !metres)
+      throw std::invalid_argument(
+          "Stream: scene has a camera: expected camera= with its file if positions are image points, or camera=False "
+          "if "
+          "they are metres");
     if (camera) settings_.camera = read_camera(*camera).camera;
     stored_.configuration = to_json(config_).dump();
     if (!stored_.episodes.empty()) core_.online_calibration = calibration_in(stored_.episodes.back().statistics);
@@ -192,8 +198,8 @@ class LiveStream {
 void bind_stream(nb::module_& module) {
   nb::class_<LiveStream>(module, "LiveStream", "The service in process; sila.Stream is for users.")
       .def(nb::init<const StoredModel&, const std::optional<std::filesystem::path>&, const ScaledScene&,
-                    const std::optional<std::filesystem::path>&, const std::string&>(),
-           "start"_a, "file"_a.none(), "scene"_a, "camera"_a.none(), "config"_a)
+                    const std::optional<std::filesystem::path>&, bool, const std::string&>(),
+           "start"_a, "file"_a.none(), "scene"_a, "camera"_a.none(), "metres"_a, "config"_a)
       .def("update", &LiveStream::update, "t_s"_a, "ids"_a, "points"_a, "labels"_a,
            nb::sig("def update(self, t_s: float, ids: collections.abc.Sequence[str], points: numpy.typing.ArrayLike, "
                    "labels: collections.abc.Sequence[str]) -> list[Prediction]"))

@@ -6,14 +6,14 @@ import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import names_of, text_of
+from ._rows import counted, names_of, text_of
 from ._sila import Model
 from ._tracks import SceneLike
 from ._verbs import _model, _place, _seconds, _settings
@@ -28,7 +28,8 @@ class Stream:
 
     `model`: a Model to continue, or the path of a model file, which stores every episode as that of the service
     does and need not exist; without one a new model. `scene` as for `learn`. `camera`: the path of a camera file
-    (docs/formats.md); positions are then image points [pixels] on the ground, as the foot of a box. `person_classes`:
+    (docs/formats.md); positions are then image points [pixels] on the ground, as the foot of a box. If the scene has a
+    camera, give this file, or False for positions in metres. `person_classes`:
     labels that are pedestrians, instead of the usual names. `stride_s`: seconds between the predictions of a
     pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes the
     configuration of the model; its group `service` has the limits. Methods may be called from several threads.
@@ -41,7 +42,7 @@ class Stream:
         model: Model | str | os.PathLike[str] | None = None,
         *,
         scene: SceneLike | None = None,
-        camera: str | os.PathLike[str] | None = None,
+        camera: str | os.PathLike[str] | Literal[False] | None = None,
         person_classes: str | Sequence[str] = (),
         stride_s: float | None = None,
         batch: int | None = None,
@@ -55,8 +56,9 @@ class Stream:
         service = {name: value for name, value in (("stride_s", stride_s), ("batch", batch)) if value is not None}
         settings = merged(_settings("model", start, config), {"service": service})
         self._person_classes = {name.lower() for name in names_of(person_classes)}
-        camera_file = None if camera is None else Path(camera)
-        self._live = _sila.LiveStream(start, file, _place(scene, start, [], settings), camera_file, settings)
+        camera_file = Path(camera) if camera else None
+        place = _place(scene, start, [], settings)
+        self._live = _sila.LiveStream(start, file, place, camera_file, camera is False, settings)
 
     def update(self, t: float, detections: Any) -> Predictions:
         """Takes the detections of the time `t` [s] and returns the predictions that are due, in their order.
@@ -109,8 +111,8 @@ class Stream:
         self.close()
 
     def __repr__(self) -> str:
-        counts = self.counts
-        return f"Stream({counts['detections']} detections, {counts['predictions']} predictions, {self.model!r})"
+        counts = ", ".join(counted(self.counts[f"{noun}s"], noun) for noun in ("detection", "prediction"))
+        return f"Stream({counts}, {self.model!r})"
 
     def _label(self, label: str) -> str:
         if not self._person_classes or not label:

@@ -100,13 +100,13 @@ void accept_all(detail::ConnectionRegistry& registry, Acceptor& acceptor, Start 
 }  // namespace
 
 struct Server::State {
-  detail::ConnectionRegistry registry;
+  LearnerThread& learner;
+  detail::ConnectionRegistry registry{};
   std::optional<tcp::acceptor> http, lines;
   std::optional<Local::acceptor> local;
   boost::asio::signal_set signals{registry.context, SIGINT, SIGTERM};
   std::shared_ptr<detail::StandardIo> standard;
   std::shared_ptr<detail::MqttConnection> mqtt;
-  bool input_ended = false;
   std::unique_ptr<Engine> engine;
 
   ServiceMetrics metrics() const;
@@ -191,7 +191,7 @@ void Server::State::close() {
 
 Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings settings, LearnerThread& learner,
                std::function<void(const std::string&)> announce)
-    : state_(std::make_unique<State>()) {
+    : state_(std::make_unique<State>(learner)) {
   State& state = *state_;
   validate_fields("service", settings.service);
   state.registry.options = options;
@@ -221,12 +221,8 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
     if (!error) state.close();
   });
   if (!options.standard_input) return;
-  state.standard = std::make_shared<detail::StandardIo>(state.registry, [&state] {
-    boost::asio::post(state.registry.context, [&state] {
-      state.input_ended = true;
-      state.close();
-    });
-  });
+  state.standard = std::make_shared<detail::StandardIo>(
+      state.registry, [&state] { boost::asio::post(state.registry.context, [&state] { state.close(); }); });
 }
 
 Server::~Server() {
@@ -236,12 +232,14 @@ Server::~Server() {
   state_->engine.reset();
 }
 
-bool Server::run() {
+void Server::run() {
   if (state_->standard) state_->standard->start();
   if (state_->mqtt) state_->mqtt->start();
   const auto work = boost::asio::make_work_guard(state_->registry.context);
   state_->registry.context.run();
-  return state_->input_ended;
+  const LearnerStatus left = state_->learner.status();
+  if (left.learning || left.waiting_tracks > 0) state_->registry.announce("learning the tracks that are finished");
+  state_->learner.drain();
 }
 
 void Server::stop() {

@@ -202,6 +202,20 @@ TEST(Mqtt, NothingIsLostWhileTheServiceRestarts) {
   EXPECT_EQ(service.server->metrics().lines, 10U);
 }
 
+TEST(Mqtt, TracksThatWaitAreLearntWhenTheServiceStops) {
+  NEEDS_BROKER();
+  Broker broker;
+  broker.start();
+  Listener listener(broker);
+  Running service({}, broker.options());
+  ASSERT_TRUE(says(service, ": connected"));
+  walk(listener, 0, 30);
+  listener.send(R"({"t": 9, "id": "18", "x": 0, "y": 0})");  // the walker has gone
+  ASSERT_TRUE(comes_true([&] { return service.learner->status().waiting_tracks == 1; }));
+  service.stop();
+  EXPECT_EQ(service.stored, 1);
+}
+
 TEST(Mqtt, MessagesThatAreNoDetectionsAreCountedAndReported) {
   NEEDS_BROKER();
   Broker broker;

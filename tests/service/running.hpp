@@ -33,12 +33,16 @@ class Running {
     thread = std::thread([this] { server->run(); });
   }
   ~Running() {
-    server->stop();
-    thread.join();
+    stop();
     server.reset();
   }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
+
+  void stop() {
+    server->stop();
+    if (thread.joinable()) thread.join();
+  }
 
   /// The announcements that begin with `subject`.
   std::vector<std::string> announced(const std::string& subject) const {

@@ -271,7 +271,7 @@ TEST(Server, WebSocketsCarryLinesAndThePage) {
   EXPECT_TRUE(metrics && pedestrians);
 }
 
-TEST(Server, LearnsWhilePredicting) {
+TEST(Server, LearnsWhilePredictingAndTheRestAtItsEnd) {
   ServiceConfig config;
   config.batch = 10;
   Running service(config);
@@ -290,6 +290,10 @@ TEST(Server, LearnsWhilePredicting) {
   const Counters counters = service.server->metrics().counters;
   EXPECT_EQ(counters.detections, lines.size());
   EXPECT_EQ(counters.detections, counters.not_due + counters.predictions + counters.superseded);
+  for (int tries = 0; tries < 2400 && service.learner->status().waiting_tracks == 0; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  service.stop();
+  EXPECT_EQ(service.stored, 3);
 }
 
 TEST(Server, AUnixSocketIsForItsOwnerAlone) {

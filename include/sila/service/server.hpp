@@ -86,8 +86,8 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Serves until `stop`, SIGINT, SIGTERM, or the end of standard input; true for the last of these.
-  bool run();
+  /// Serves until `stop`, SIGINT, SIGTERM, or the end of standard input, then learns the tracks that wait for a batch.
+  void run();
   /// May be called from any thread.
   void stop();
 
