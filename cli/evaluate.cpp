@@ -2,9 +2,12 @@
 
 #include <iostream>
 #include <memory>
+#include <span>
+#include <string>
 
 #include "options.hpp"
 #include "sila/config.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
@@ -23,13 +26,24 @@ struct EvaluateOptions {
   std::string model, predictions;
 };
 
+/// Reads predictions, and rejects those of another recording.
+RecordedPredictions predictions_of(const std::string& path, std::span<const FramedTrajectory> tracks) {
+  RecordedPredictions recorded = read_predictions(path);
+  const std::size_t others = count_without_track(recorded, tracks);
+  const std::string found = std::to_string(others) + " of " + counted(recorded.size(), "prediction") +
+                            " without a sample of the same track and time";
+  if (2 * others > recorded.size()) throw FormatError(path, 0, "predictions of these tracks", found);
+  if (others > 0) std::cerr << "warning: " << path << ": " << found << "\n";
+  return recorded;
+}
+
 void evaluate_model(const EvaluateOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel stored = load_model(options.model);
   const Config config = configured(options.common, stored, options.model);
-  const RecordedPredictions recorded =
-      options.predictions.empty() ? RecordedPredictions{} : read_predictions(options.predictions);
   SceneTracks input = read_placed(options.tracks, config, stored.model);
+  const RecordedPredictions recorded =
+      options.predictions.empty() ? RecordedPredictions{} : predictions_of(options.predictions, input.tracks);
   if (options.tracks.hold_out > 0.0) {
     input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
                                 options.tracks.split)
@@ -50,8 +64,8 @@ void evaluate_model(const EvaluateOptions& options) {
     json["sila"] = build_version();
     std::cout << json.dump(2) << "\n";
   } else {
-    std::cout << input.tracks.size() << " tracks, model of size " << size(stored.model) << " from "
-              << stored.model.tracks << " tracks in " << stored.model.episodes << " episodes\n"
+    std::cout << counted(input.tracks.size(), "track") << ", model of size " << size(stored.model) << " from "
+              << counted(stored.model.tracks, "track") << " in " << counted(stored.model.episodes, "episode") << "\n"
               << to_text(evaluation);
   }
 }

@@ -1,9 +1,11 @@
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include "sila/core/errors.hpp"
 #include "sila/version.hpp"
@@ -19,13 +21,32 @@ int fail(int code, const std::exception& error) {
   return code;
 }
 
+/// Throws: std::invalid_argument if a verb, or one of a group of verbs, is expected and another word or none is found.
+void require_verb(const CLI::App& program, int argc, char** argv) {
+  const CLI::App* group = &program;
+  for (int i = 1; i == argc || (i < argc && argv[i][0] != '-'); ++i) {
+    const std::vector<const CLI::App*> verbs = group->get_subcommands([](const CLI::App*) { return true; });
+    if (verbs.empty()) return;
+    const auto found = i == argc ? verbs.end() : std::ranges::find(verbs, argv[i], &CLI::App::get_name);
+    if (found == verbs.end()) {
+      std::string names;
+      for (const CLI::App* verb : verbs) names += (names.empty() ? "" : ", ") + verb->get_name();
+      throw std::invalid_argument((group == &program
+                                       ? "expected a verb (`sila --help` lists them)"
+                                       : "expected a verb of `sila " + group->get_name() + "`: " + names) +
+                                  "; found " + (i == argc ? "none" : argv[i]));
+    }
+    group = *found;
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.",
                "sila");
   app.set_version_flag("--version", "sila " + std::string(sila::build_version()));
-  app.require_subcommand(0, 1);
+  app.require_subcommand(1);
   app.option_defaults()->disable_flag_override();  // a flag takes no value
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return "sila: " + std::string(error.what()) + "; `sila VERB --help` lists the options\n";
@@ -50,12 +71,8 @@ int main(int argc, char** argv) {
   sila::cli::add_replay(app);
   sila::cli::add_config(app);
   try {
-    const auto is_named = [&](const CLI::App* verb) { return verb->get_name() == argv[1]; };
-    if (argc > 1 && argv[1][0] != '-' && std::as_const(app).get_subcommands(is_named).empty())
-      throw std::invalid_argument(std::string("expected a verb (`sila --help` lists them), found ") + argv[1]);
+    require_verb(app, argc, argv);
     app.parse(argc, argv);
-    if (app.get_subcommands().empty())
-      throw std::invalid_argument("expected a verb (`sila --help` lists them), found none");
     if (!std::cout.flush()) throw std::runtime_error("not everything could be written to standard output");
   } catch (const CLI::Success& success) {
     return app.exit(success);

@@ -1,5 +1,6 @@
 #include "options.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -32,6 +33,9 @@ Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
   if (result.paths.empty() && options.scene.empty())
     throw std::invalid_argument("tracks: none are given, and no --scene that names some");
+  if (std::ranges::find(options.paths, "-") != options.paths.end())
+    throw std::invalid_argument(
+        "tracks: expected files, found -; write the tracks to a file, or send lines to `sila serve --stdin`");
   if (!options.format.empty()) result.read.format = format_named(options.format);
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
   const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;

@@ -1,9 +1,13 @@
 #include "sila/sim/simulate.hpp"
 
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
+#include <stdexcept>
 
 #include "options.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/track_files.hpp"
 #include "verbs.hpp"
@@ -35,14 +39,23 @@ Scene scene_of(const Simulation& simulation, const std::filesystem::path& tracks
   return scene;
 }
 
+/// Writes the scene file, but not over another scene.
+void write_beside(const std::filesystem::path& path, const Scene& scene) {
+  std::ifstream file(path);
+  if (file && std::string(std::istreambuf_iterator<char>(file), {}) != to_text(scene))
+    throw std::invalid_argument("simulate: expected no other scene at " + path.string() +
+                                ", which would be lost; name another --out, or move that file");
+  write_scene(path, scene);
+}
+
 void simulate_tracks(const SimulateOptions& options) {
   Config config = configured(options.common);
   if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
   if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
   const Simulation simulation = simulate(config.simulate);
+  write_beside(scene_path(options.out), scene_of(simulation, options.out));
   write_tracks_csv(options.out, simulation.tracks);
-  write_scene(scene_path(options.out), scene_of(simulation, options.out));
-  std::cerr << simulation.tracks.size() << " tracks in " << options.out << ", scene in "
+  std::cerr << counted(simulation.tracks.size(), "track") << " in " << options.out << ", scene in "
             << scene_path(options.out).string() << "\n";
 }
 

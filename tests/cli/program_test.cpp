@@ -105,6 +105,9 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   fs::create_symlink(folder_ / "m.sila", folder_ / "link.sila");
   for (const char* out : {"m.sila", "./m.sila", "link.sila", "tracks.csv", "tracks.scene.json"})
     expect_rejected("predict" + with + " --out " + out, {"--out", "name another file"});
+  write(folder_ / "own.scene.json", "{}");
+  expect_rejected("simulate --tracks 5 --out own.csv", {"own.scene.json", "would be lost"});
+  EXPECT_EQ(read(folder_ / "own.scene.json"), "{}");
   expect_rejected("report m.sila --out m.sila", {"name another file"});
   expect_rejected("scene edit tracks.csv --out tracks.csv", {"name another file"});
   expect_rejected("fuse m.sila m.sila --out f.sila --explain f.sila", {"--explain", "name another file"});
@@ -148,8 +151,61 @@ TEST_F(Program, RejectsOptionsWithoutEffect) {
   expect_rejected("learn" + with + "--split track", {"--split requires --hold-out"});
   expect_rejected("evaluate" + with + "--hold-out 0.5 --split banana", {"expected time or track, found banana"});
   expect_rejected("learn" + with + "--hold-out 0.99", {"--hold-out holds back all tracks"});
+}
+
+TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
+  learn();
+  const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila ";
+  ASSERT_EQ(run("predict" + with + "--out p.ndjson").code, 0);
+  const std::string evaluate = "evaluate" + with + "--predictions ";
+  EXPECT_EQ(run(evaluate + "p.ndjson").err.find("warning"), std::string::npos);
+  const std::string lines = read(folder_ / "p.ndjson");
+  const std::string others = std::regex_replace(lines, std::regex(R"("track":")"), R"("track":"other )");
+  write(folder_ / "others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
+  write(folder_ / "some.ndjson", lines + others.substr(0, others.find('\n') + 1));
   write(folder_ / "none.ndjson", "");
-  expect_rejected("evaluate" + with + "--predictions none.ndjson", {"none.ndjson", "predictions of these tracks"});
+  expect_rejected(evaluate + "none.ndjson", {"none.ndjson", "predictions of these tracks"});
+  expect_rejected(evaluate + "others.ndjson", {"others.ndjson", "predictions of these tracks", "without a sample"});
+  const Outcome some = run(evaluate + "some.ndjson");
+  EXPECT_EQ(some.code, 0) << some.err;
+  EXPECT_NE(some.err.find("warning: some.ndjson: 1 of "), std::string::npos) << some.err;
+}
+
+TEST_F(Program, LearnsTheSameInCoordinatesOfAMap) {
+  simulate();
+  std::istringstream rows(read(folder_ / "tracks.csv"));
+  std::ostringstream moved;
+  std::string id, t, x, y;
+  std::getline(rows, id);
+  moved << id << std::fixed << "\n";
+  while (std::getline(rows, id, ',') && std::getline(rows, t, ',') && std::getline(rows, x, ',') &&
+         std::getline(rows, y))
+    moved << id << "," << t << "," << std::stod(x) + 691600.0 << "," << std::stod(y) + 5334700.0 << "\n";  // UTM
+  write(folder_ / "utm.csv", moved.str());
+  const auto error_of = [&](const std::string& tracks) {
+    const Outcome learnt = run("learn " + tracks + " --model " + tracks + ".sila");
+    EXPECT_EQ(learnt.code, 0) << learnt.err;
+    const auto score = nlohmann::json::parse(run("evaluate " + tracks + " --json --model " + tracks + ".sila").out);
+    return score.at("groups").at("moving").at("horizons").back().at("model").at("ade_m").get<double>();
+  };
+  EXPECT_NEAR(error_of("utm.csv"), error_of("tracks.csv"), 1e-3);  // rows have six decimals
+}
+
+TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {
+  simulate();
+  nlohmann::json scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  scene["camera"] = {{"homography", {{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 1}}}};
+  write(folder_ / "seen.json", scene.dump());
+  std::string lines;
+  for (int k = 0; k < 8; ++k)
+    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 10.0 + 0.3 * k}, {"y", 9.0}}.dump() + "\n";
+  write(folder_ / "lines.ndjson", lines);
+  const std::string serve = "serve --stdin --wait --http off --scene seen.json --model s.sila < lines.ndjson";
+  expect_rejected(serve, {"seen.json has a camera", "--camera seen.json", "--camera off"});
+  EXPECT_NE(run(serve + " --camera seen.json").out.find("\"u\":"), std::string::npos);
+  const std::string metres = run(serve + " --camera off").out;
+  EXPECT_NE(metres.find("\"modes\":"), std::string::npos);
+  EXPECT_EQ(metres.find("\"u\":"), std::string::npos);
 }
 
 TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
@@ -287,7 +343,12 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
                   {"similarity_treshold", "fuse.similarity_threshold"});
   expect_rejected("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
-  expect_rejected("lern", {"sila: expected a verb (`sila --help` lists them), found lern"});
+  expect_rejected("learn -" + learn_with, {"expected files, found -", "sila serve --stdin"});
+  for (const std::string group : {"scene", "prior"}) {
+    expect_rejected(group + " foo", {"expected a verb of `sila " + group + "`: ", "make", "; found foo"});
+    expect_rejected(group, {"make", "; found none"});
+  }
+  expect_rejected("lern", {"sila: expected a verb (`sila --help` lists them); found lern"});
   expect_rejected("fuse m.sila", {"--out"});
   EXPECT_EQ(read(folder_ / "m.sila"), before);
 }

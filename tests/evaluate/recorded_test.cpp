@@ -59,6 +59,13 @@ TEST(RecordedPredictions, WindowsWithoutOneAreLeftOut) {
   EXPECT_EQ(none.groups.front().windows, 0u);
 }
 
+TEST(RecordedPredictions, ThoseWithoutASampleOfTheirTrackAreCounted) {
+  FramedTrajectory placed;
+  placed.track = {"17#2", {1.0, 2.0}, {Vector2(0.0, 0.0), Vector2(1.0, 0.0)}};
+  const RecordedPredictions recorded{{{"17", 1.0}, {}}, {{"17#2", 2.0}, {}}, {{"17", 1.5}, {}}, {{"18", 1.0}, {}}};
+  EXPECT_EQ(count_without_track(recorded, std::span(&placed, 1)), 2U);
+}
+
 TEST(RecordedPredictions, ALineThatIsNoneIsNamed) {
   try {
     recorded_in("{\"count\":3}\n{\"modes\":[{}]}\n");

@@ -121,4 +121,7 @@ using RecordedPredictions = std::map<std::pair<std::string, double>, Prediction>
 /// The recorded prediction of a track (by its id, or the id before "#") at the end of what was observed.
 Forecast forecast_of(const RecordedPredictions& recorded);
 
+/// How many predictions are of no sample of these tracks.
+std::size_t count_without_track(const RecordedPredictions& recorded, std::span<const FramedTrajectory> tracks);
+
 }  // namespace sila
