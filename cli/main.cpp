@@ -77,7 +77,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    app.exit(error, std::cout, std::cerr);
+    const std::vector<std::string> unknown = app.remaining(true);
+    const auto option = std::ranges::find_if(unknown, [](const std::string& word) { return word.starts_with('-'); });
+    const bool misspelt = option != unknown.end();  // matters more than what is then missing
+    app.exit(misspelt ? CLI::ExtrasError("sila", {*option}) : error, std::cout, std::cerr);
     return kUsage;
   } catch (const sila::FormatError& error) {
     return fail(kBadInput, error);

@@ -32,7 +32,7 @@ struct Named {
 Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
   if (result.paths.empty() && options.scene.empty())
-    throw std::invalid_argument("tracks: none are given, and no --scene that names some");
+    throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
   if (std::ranges::find(options.paths, "-") != options.paths.end())
     throw std::invalid_argument(
         "tracks: expected files, found -; write the tracks to a file, or send lines to `sila serve --stdin`");
@@ -102,6 +102,10 @@ CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::stri
   verb->parse_complete_callback([verb] { require_own_outputs(*verb); });
   verb->add_flag("--json", common.json, "print the result as JSON");
   return verb;
+}
+
+void remove_json(CLI::App& verb) {
+  verb.remove_option(verb.get_option("--json"));
 }
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,

@@ -62,6 +62,8 @@ struct ReadTracks {
 /// A verb with --json alone.
 CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                          CommonOptions& common);
+/// For a verb that has no result to print as one JSON object.
+void remove_json(CLI::App& verb);
 /// A verb with the options of a configuration, too.
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
                    CommonOptions& common);

@@ -110,6 +110,7 @@ void add_predict(CLI::App& app) {
   CLI::App* verb = add_verb(app, "predict", "Predict the next seconds of each track, one JSON object a line.",
                             "sila predict tracks.csv --scene corner.json --model corner.sila --out predictions.ndjson",
                             options->common);
+  remove_json(*verb);
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");

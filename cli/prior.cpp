@@ -39,6 +39,7 @@ void make(const PriorOptions& options) {
 void add_prior(CLI::App& app) {
   CLI::App* group = app.add_subcommand("prior", "Begin new places with what others know of how people walk.");
   group->require_subcommand(1);
+  group->footer("`sila prior make --help` has an example.");
   auto options = std::make_shared<PriorOptions>();
   CLI::App* verb = add_plain_verb(*group, "make", "Make the first model of a new place from models of other places.",
                                   "sila prior make a.sila b.sila --out new.sila", options->common);

@@ -62,6 +62,7 @@ void add_replay(CLI::App& app) {
   CLI::App* verb =
       add_verb(app, "replay", "Play recorded tracks as a live tracker would.",
                "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson", options->common);
+  remove_json(*verb);
   add_tracks(*verb, options->tracks);
   verb->add_option("--rate", options->rate, "speed: 10 plays the recording ten times as fast [1]")
       ->check(positive_number);

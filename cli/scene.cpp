@@ -84,7 +84,8 @@ std::vector<std::string> paths_of(const TrackOptions& options, const Scene& scen
     for (const SceneFile& file : scene.files)
       paths.push_back(file.resolved.empty() ? file.path : file.resolved.string());
   }
-  if (paths.empty()) throw std::invalid_argument("tracks: none are given, and no --scene that names some");
+  if (paths.empty())
+    throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
   return paths;
 }
 
@@ -175,6 +176,7 @@ void edit(const EditOptions& options) {
 void add_scene(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("scene", "Scene files: where a place has its corners.");
   verb->require_subcommand(1);
+  verb->footer("`sila scene VERB --help` has an example of each verb.");
   CLI::App* show = verb->add_subcommand("show", "Print the frames of a model as a scene file.");
   show->footer("Example:\n  sila scene show corner.sila > corner.json");
   auto model = std::make_shared<std::string>();

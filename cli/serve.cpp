@@ -153,6 +153,7 @@ void add_serve(CLI::App& app) {
   CLI::App* verb =
       add_verb(app, "serve", "Predict the detections of a tracker as they come, and learn while predicting.",
                "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766", options->common);
+  remove_json(*verb);
   verb->add_option("--scene", options->scene, kSceneHelp)->type_name("FILE");
   verb->add_option(
           "--camera", options->camera,

@@ -69,6 +69,33 @@ Matrix3 solve(std::span<const PointPair> pairs, const Matrix3& of_image, const M
   return result;
 }
 
+/// The homography to the ground as seen from a point of it. In coordinates of a map, which are large, that of the
+/// camera itself could not be inverted with enough digits.
+struct CentredHomography {
+  Matrix3 ground_from_image;
+  Vector2 centre_m;
+};
+
+CentredHomography centred(const Matrix3& homography) {
+  const Vector3 w = homography.row(2).transpose();
+  const Vector2 centre_m = homography.topRows<2>() * w / std::max(w.squaredNorm(), 1e-300);
+  Matrix3 matrix = homography;
+  matrix.topRows<2>() -= centre_m * w.transpose();
+  return {matrix, centre_m};
+}
+
+/// The homogeneous image point of a point on the ground, and the map that makes it of ground coordinates.
+struct BackProjection {
+  Matrix3 image_from_ground;
+  Vector3 image;
+};
+
+BackProjection back_project(const Camera& camera, const Vector2& ground_m) {
+  const auto [matrix, centre_m] = centred(camera.ground_from_image);
+  const Matrix3 inverse = matrix.inverse();
+  return {inverse, inverse * (ground_m - centre_m).homogeneous()};
+}
+
 }  // namespace
 
 CameraFit fit_camera(std::span<const PointPair> pairs) {
@@ -90,7 +117,8 @@ CameraFit fit_camera(std::span<const PointPair> pairs) {
 Camera camera_of(const Matrix3& ground_from_image, const std::optional<Vector2>& seen_px) {
   if (!ground_from_image.allFinite()) reject_camera("the homography is not finite");
   const Matrix3 scaled = ground_from_image / std::max(ground_from_image.cwiseAbs().maxCoeff(), 1e-300);
-  const Vector3 singular = Eigen::JacobiSVD<Matrix3>(scaled).singularValues();
+  const Matrix3 near = centred(scaled).ground_from_image;
+  const Vector3 singular = Eigen::JacobiSVD<Matrix3>(near).singularValues();
   if (!(singular(2) > kSmallestConditionShare * singular(0))) reject_camera("the homography is not invertible");
   const double below = scaled(2, 1) != 0.0 ? scaled(2, 1) : scaled(2, 2);  // w far below the horizon has its sign
   const double w = seen_px ? scaled.row(2).dot(seen_px->homogeneous()) : below;
@@ -105,14 +133,13 @@ std::optional<Vector2> to_ground(const Camera& camera, const Vector2& image_px) 
 
 std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m) {
   // With (x, y, 1) = H (u, v, 1) / w the inverse gives (u, v, 1) / w, so that its last entry has the sign of w.
-  const Vector3 p = camera.ground_from_image.inverse() * ground_m.homogeneous();
+  const Vector3 p = back_project(camera, ground_m).image;
   if (!(p.z() > 0.0)) return std::nullopt;
   return p.hnormalized();
 }
 
 Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m) {
-  const Matrix3 inverse = camera.ground_from_image.inverse();
-  const Vector3 p = inverse * ground_m.homogeneous();
+  const auto [inverse, p] = back_project(camera, ground_m);
   if (!(p.z() > 0.0)) reject_camera("the point is behind it");
   const Vector2 image_px = p.hnormalized();
   return (inverse.topLeftCorner<2, 2>() - image_px * inverse.row(2).head<2>()) / p.z();

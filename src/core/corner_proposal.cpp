@@ -255,12 +255,18 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
     for (const CornerProposal& part : parts) sum += std::pow(distance(part), 2);
     return std::sqrt(sum * static_cast<double>(kParts - 1) / static_cast<double>(kParts));
   };
-  const auto angle = [](const Vector2& a, const Vector2& b) { return std::atan2(std::abs(cross(a, b)), a.dot(b)); };
+  // A part may have another corner of the crossing, whose axes point elsewhere along the same two lines.
+  const auto angle = [](const Vector2& a, const Vector2& b) {
+    return std::atan2(std::abs(cross(a, b)), std::abs(a.dot(b)));
+  };
   result->origin_error_m =
       error([&](const auto& part) { return (part.frame.origin_m - result->frame.origin_m).norm(); });
-  result->axis_error_rad =
-      std::max(error([&](const auto& part) { return angle(part.frame.axis_1, result->frame.axis_1); }),
-               error([&](const auto& part) { return angle(part.frame.axis_2, result->frame.axis_2); }));
+  const CurbFrame& frame = result->frame;
+  result->axis_error_rad = error([&](const auto& part) {
+    const CurbFrame& other = part.frame;
+    return std::min(std::max(angle(other.axis_1, frame.axis_1), angle(other.axis_2, frame.axis_2)),
+                    std::max(angle(other.axis_1, frame.axis_2), angle(other.axis_2, frame.axis_1)));
+  });
   return *result;
 }
 

@@ -36,7 +36,9 @@ void require(int result, const std::string& option, const std::string& value, co
 
 void require_topics(const std::string& topic, const std::string& out) {
   require(mosquitto_sub_topic_check(topic.c_str()), "--mqtt", topic, "is not a topic, such as frigate/events");
-  require(out.empty() ? MOSQ_ERR_INVAL : mosquitto_pub_topic_check(out.c_str()), "--mqtt-out", out,
+  if (out.empty())
+    throw std::invalid_argument("serve: --mqtt needs --mqtt-out, a topic for predictions such as sila/door");
+  require(mosquitto_pub_topic_check(out.c_str()), "--mqtt-out", out,
           "is not a topic for predictions, such as sila/door, without wildcards");
   bool matches = false;
   mosquitto_topic_matches_sub(topic.c_str(), out.c_str(), &matches);

@@ -145,7 +145,8 @@ TEST_F(Program, RejectsOptionsWithoutEffect) {
   const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila ";
   for (const char* arguments :
        {"serve --model m.sila --wait", "serve --model m.sila --mqtt-out a", "serve --model m.sila --http off",
-        "inspect m.sila --seed 1", "log m.sila --set a=1", "replay tracks.csv --linger 3"})
+        "predict tracks.csv --model m.sila --json", "simulate --out s.csv --json", "inspect m.sila --seed 1",
+        "log m.sila --set a=1", "replay tracks.csv --linger 3"})
     expect_rejected(arguments, {"sila: "});
   expect_rejected("predict" + with + "--hold-out 0.5", {"--hold-out"});
   expect_rejected("learn" + with + "--split track", {"--split requires --hold-out"});
@@ -348,6 +349,8 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
     expect_rejected(group + " foo", {"expected a verb of `sila " + group + "`: ", "make", "; found foo"});
     expect_rejected(group, {"make", "; found none"});
   }
+  expect_rejected("learn tracks.csv --modle m.sila", {"not expected: --modle"});
+  expect_rejected("--foo", {"not expected: --foo"});
   expect_rejected("lern", {"sila: expected a verb (`sila --help` lists them); found lern"});
   expect_rejected("fuse m.sila", {"--out"});
   EXPECT_EQ(read(folder_ / "m.sila"), before);

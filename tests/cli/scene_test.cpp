@@ -15,6 +15,10 @@ TEST_F(Program, ProposesASceneFromTracks) {
   EXPECT_NEAR(scene["origin"][0].get<double>(), 4.0, 1.5);
   EXPECT_GT(scene["corners"][0]["origin_uncertainty_m"].get<double>(), 0.0);
   write(folder_ / "made.json", made.out);
+  ASSERT_EQ(run("simulate --tracks 60 --seed 1 --out more.csv").code,
+            0);  // some parts have another of the four corners
+  const auto other = nlohmann::json::parse(run("scene make more.csv").out);
+  EXPECT_LT(other["corners"][0]["axis_uncertainty_deg"].get<double>(), 5.0);
   EXPECT_EQ(run("learn tracks.csv --scene made.json --model m.sila").code, 0);
   const Outcome quiet = run("scene make tracks.csv --json");
   EXPECT_EQ(quiet.out, made.out);

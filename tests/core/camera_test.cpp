@@ -44,6 +44,19 @@ TEST(Camera, FitsExactPairsExactlyAndGoesBothWays) {
   for (const double residual_m : fit.residuals_m) EXPECT_LT(residual_m, 1e-8);
 }
 
+TEST(Camera, IsAsExactInCoordinatesOfAMap) {
+  const Vector2 corner_m(691600.0, 5334700.0);  // UTM
+  const Camera here = oblique();
+  std::vector<PointPair> pairs = pairs_of(here, {{0, 0}, {8, 1}, {-3, 20}, {6, 25}, {2, 9}});
+  for (PointPair& pair : pairs) pair.ground_m += corner_m;
+  const CameraFit fit = fit_camera(pairs);
+  for (const double residual_m : fit.residuals_m) EXPECT_LT(residual_m, 1e-6);
+  for (const Vector2& point_m : {Vector2(1, 3), Vector2(7, 18), Vector2(-2, 28)}) {
+    EXPECT_LT((to_image(fit.camera, point_m + corner_m).value() - to_image(here, point_m).value()).norm(), 1e-4);
+    EXPECT_LT((image_jacobian(fit.camera, point_m + corner_m) - image_jacobian(here, point_m)).norm(), 1e-4);
+  }
+}
+
 TEST(Camera, ReportsTheResidualsOfManyPairsInMetres) {
   std::vector<PointPair> pairs = pairs_of(oblique(), {{0, 0}, {8, 1}, {-3, 20}, {6, 25}, {2, 10}, {5, 5}, {-2, 4}});
   pairs[4].ground_m += Vector2(2, 0);

@@ -325,7 +325,7 @@ TEST(Mqtt, OptionsThatCannotBeUsedAreNamed) {
     return std::string("none");
   };
   for (const auto& [address, out, option] :
-       {std::tuple{"mqtt://b/a/#/b", "c", "--mqtt = a/#/b"}, std::tuple{"mqtt://b/a", "", "--mqtt-out = "},
+       {std::tuple{"mqtt://b/a/#/b", "c", "--mqtt = a/#/b"}, std::tuple{"mqtt://b/a", "", "--mqtt needs --mqtt-out"},
         std::tuple{"mqtt://b/a", "b/#", "--mqtt-out = b/#"}, std::tuple{"mqtt://b/a/#", "a/out", "--mqtt-out = a/out"}})
     EXPECT_NE(message(address, out).find(option), std::string::npos) << message(address, out);
   EXPECT_NE(message("mqtts://b/a", "c", "none.pem").find("--mqtt-ca = none.pem"), std::string::npos);
