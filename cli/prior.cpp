@@ -37,7 +37,7 @@ void make(const PriorOptions& options) {
 }  // namespace
 
 void add_prior(CLI::App& app) {
-  CLI::App* group = app.add_subcommand("prior", "Begin new places with what others know of how people walk.");
+  CLI::App* group = app.add_subcommand("prior", "Begin the model of a new place with how people walk at other places.");
   group->require_subcommand(1);
   group->footer("`sila prior make --help` has an example.");
   auto options = std::make_shared<PriorOptions>();

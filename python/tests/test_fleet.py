@@ -228,7 +228,7 @@ def program(*arguments):
 def test_the_program_learns_a_fleet(outcome, sites, tmp_path):
     run = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--partition", PARTITION, "--workers", 2)
     assert run.returncode == 0, run.stderr
-    assert f"{outcome.tracks} tracks new" in run.stdout
+    assert f"{outcome.tracks} new tracks" in run.stdout
     assert run.stderr == "", "nothing of distributed is logged, at the end either"
     assert sila.Model.load(tmp_path / "city.sila") == outcome.model
     again = program(sites, "--model", tmp_path / "city.sila", "--batch", 10, "--partition", PARTITION, "--workers", 1, "--json")

@@ -202,6 +202,17 @@ def test_a_camera_makes_metres_of_image_points(tmp_path):
     assert points.counts["rejected"] == {"not_usable": 1}, "above the horizon"
 
 
+def test_a_scene_with_a_camera_needs_to_be_told_what_positions_are(tmp_path):
+    corner = {"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 2.5}
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps({**corner, "camera": CAMERA.get("camera", CAMERA)}))
+    with pytest.raises(ValueError, match="scene has a camera: expected camera="):
+        sila.Stream(scene=scene)
+    assert sila.Stream(scene=scene, camera=scene).to_image([[2.0, 8.0]]).shape == (1, 2)
+    with pytest.raises(ValueError, match="no camera"):
+        sila.Stream(scene=scene, camera=False).to_image([[2.0, 8.0]])
+
+
 def test_person_classes_name_the_labels_of_pedestrians():
     stream = sila.Stream(person_classes=["0", "Cyclist"])
     stream.update(0.0, [("a", 0.0, 0.0, 0), ("b", 1.0, 0.0, "cyclist"), ("c", 2.0, 0.0, "person"), ("d", 3.0, 0.0)])

@@ -291,6 +291,12 @@ TEST(UnitWarnings, SeeMetresThatWereTakenAsPixels) {
   EXPECT_TRUE(unit_warnings(std::span(tracks).first(4), 1.0).empty());
 }
 
+TEST(UnitWarnings, SeeDegreesThatWereTakenAsMetres) {
+  const std::vector<Trajectory> tracks(5, straight(1.3e-5, 0.4, 48.1));
+  ASSERT_EQ(unit_warnings(tracks, 1.0).size(), 1U);
+  EXPECT_NE(unit_warnings(tracks, 1.0)[0].find("latitude and longitude"), std::string::npos);
+}
+
 TEST(UnitWarnings, SeeStampsThatAreNotSeconds) {
   const std::vector<Trajectory> milliseconds = {straight(0.0013, 40.0, 0.1)};
   ASSERT_EQ(unit_warnings(milliseconds, 1.0).size(), 1U);
