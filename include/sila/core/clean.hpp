@@ -19,8 +19,9 @@ struct CleanConfig {
   double max_speed_mps = 12.0;
   /// Noise that is allowed on top of max_speed_mps, and between samples of the same time stamp [m].
   static constexpr double jump_tolerance_m = 0.5;
-  /// Coordinates beyond this are absurd and dropped [m]; those of maps (UTM, Web Mercator) are below 3e7 m.
-  static constexpr double max_abs_position_m = 1e8;
+  /// Coordinates beyond this are absurd and dropped [m]. Those of maps (UTM, Web Mercator) are smaller; the finest grid
+  /// reaches farther.
+  static constexpr double max_abs_position_m = 3e7;
   /// Tracks of a smaller extent are counted as standing (and kept) [m].
   static constexpr double standing_extent_m = 0.5;
   bool pedestrians_only = true;
