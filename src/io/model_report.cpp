@@ -241,7 +241,7 @@ std::string describe(const StoredModel& stored) {
                 << model.settings.reference_width_m << " m";
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
     const Site& site = model.sites[i];
-    line("site") << "(" << site.frame.origin_m.x() << ", " << site.frame.origin_m.y()
+    line("site") << "(" << std::llround(site.frame.origin_m.x()) << ", " << std::llround(site.frame.origin_m.y())
                  << ") m: " << counted(site.tracks, "track") << " in " << counted(site.episodes, "episode") << ", "
                  << counted(transitions_of(model, i), "transition") << ", "
                  << (site.error_statistics.empty() ? "not calibrated" : "calibrated");

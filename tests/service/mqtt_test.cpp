@@ -96,6 +96,8 @@ class Listener {
         client_, [](mosquitto* client, void*, int) { mosquitto_subscribe(client, nullptr, "out", 1); });
     mosquitto_subscribe_callback_set(
         client_, [](mosquitto*, void* self, int, int, const int*) { ++static_cast<Listener*>(self)->subscribed; });
+    mosquitto_publish_callback_set(client_,
+                                   [](mosquitto*, void* self, int) { ++static_cast<Listener*>(self)->acknowledged; });
     mosquitto_connect(client_, "127.0.0.1", static_cast<int>(broker.port), 10);
     mosquitto_reconnect_delay_set(client_, 1, 1, false);
     mosquitto_loop_start(client_);
@@ -125,6 +127,7 @@ class Listener {
   }
 
   std::atomic<int> subscribed = 0;
+  std::atomic<int> acknowledged = 0;  ///< messages that the broker has
 
  private:
   mosquitto* client_;
@@ -158,6 +161,7 @@ TEST(Mqtt, DetectionsOfOneTopicArePredictedToAnother) {
   broker.start();
   Listener listener(broker);
   listener.send(R"({"t": 99, "id": "old", "x": 0, "y": 0})", true);  // kept by the broker, and not sent again
+  ASSERT_TRUE(comes_true([&] { return listener.acknowledged == 1; }));
   Running service({}, broker.options());
   ASSERT_TRUE(says(service, ": connected; detections from in"));
   walk(listener, 0, 10);
