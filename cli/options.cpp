@@ -1,9 +1,9 @@
 #include "options.hpp"
 
-#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "sila/config.hpp"
@@ -29,13 +29,24 @@ struct Named {
   ReadOptions read;
 };
 
+/// Rejects standard input, which cannot be read twice as some formats are, and a file whose tracks would count twice.
+void require_different_files(const std::vector<std::filesystem::path>& paths) {
+  std::set<std::filesystem::path> different;
+  for (const std::filesystem::path& path : paths) {
+    if (path == "-")
+      throw std::invalid_argument(
+          "tracks: expected files, found -; write the tracks to a file, or send lines to `sila serve --stdin`");
+    std::error_code error;
+    if (!different.insert(std::filesystem::weakly_canonical(path, error)).second)
+      throw std::invalid_argument("tracks: expected each file once, found " + path.string() + " twice");
+  }
+}
+
 Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
   if (result.paths.empty() && options.scene.empty())
     throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
-  if (std::ranges::find(options.paths, "-") != options.paths.end())
-    throw std::invalid_argument(
-        "tracks: expected files, found -; write the tracks to a file, or send lines to `sila serve --stdin`");
+  require_different_files(result.paths);
   if (!options.format.empty()) result.read.format = format_named(options.format);
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
   const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;

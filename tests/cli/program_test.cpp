@@ -344,6 +344,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
                   {"similarity_treshold", "fuse.similarity_threshold"});
   expect_rejected("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
+  expect_rejected("learn tracks.csv ./tracks.csv" + learn_with, {"expected each file once", "tracks.csv twice"});
   expect_rejected("learn -" + learn_with, {"expected files, found -", "sila serve --stdin"});
   for (const std::string group : {"scene", "prior"}) {
     expect_rejected(group + " foo", {"expected a verb of `sila " + group + "`: ", "make", "; found foo"});
