@@ -33,21 +33,10 @@ BENCHMARK(fit_fixed)
 void fit_optimised(benchmark::State& state) {
   const sila::GpData data = transition_data(static_cast<int>(state.range(0)), 1);
   sila::GpConfig config;
-  config.hyperparameters = sila::HyperparameterChoice::optimised;
-  if (state.range(1) != 0) config.pseudo_inputs = sila::PseudoInputChoice::optimised;
+  config.pseudo_inputs = sila::PseudoInputChoice::optimised;
   for (auto _ : state) benchmark::DoNotOptimize(sila::fit_sparse_gp(data, walking_theta(), config));
 }
-BENCHMARK(fit_optimised)
-    ->ArgsProduct({{50, 150, 300}, {0, 1}})
-    ->ArgNames({"points", "joint"})
-    ->Unit(benchmark::kMillisecond);
-
-void pool(benchmark::State& state) {
-  std::vector<sila::GpData> sets;
-  for (unsigned i = 0; i < 30; ++i) sets.push_back(transition_data(100, i));
-  for (auto _ : state) benchmark::DoNotOptimize(sila::pool_hyperparameters(sets, walking_theta()));
-}
-BENCHMARK(pool)->Unit(benchmark::kMillisecond);
+BENCHMARK(fit_optimised)->Arg(50)->Arg(150)->Arg(300)->ArgName("points")->Unit(benchmark::kMillisecond);
 
 void condition_on_200(benchmark::State& state) {
   const sila::SparseGp gp = sila::fit_sparse_gp(transition_data(300, 1), theta_of(state.range(0) != 0));

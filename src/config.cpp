@@ -35,7 +35,6 @@ constexpr Setting kSettings[] = {
     {"learn.field.outputs", {nullptr, "independent"}},
     {"learn.field.stride_s", {"0.8", nullptr}},
     {"learn.field.pseudo_inputs", {nullptr, "optimised"}},
-    {"learn.field.hyperparameters", {nullptr, "optimised"}},
     {"learn.field.max_pseudo_inputs", {nullptr, "20"}},
     {"fuse.strict_relax", {nullptr, "true"}},
     {"fuse.both_directions", {nullptr, "false"}},

@@ -105,7 +105,6 @@ std::vector<double> numbers(const Eigen::MatrixXd& matrix) {
 /// Theta and pseudo-inputs by gradient from the same start as the peer's, with so many iterations.
 ordered_json solve_gp(const GpCase& problem, int iterations, int times) {
   sila::GpConfig config;
-  config.hyperparameters = sila::HyperparameterChoice::optimised;
   config.pseudo_inputs = sila::PseudoInputChoice::optimised;
   config.max_pseudo_inputs = kPseudoInputs, config.selection_stop = 0.0, config.max_iterations = iterations;
   sila::SparseGp gp;

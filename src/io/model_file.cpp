@@ -59,17 +59,17 @@ void require_object(const std::string& name, const std::string& text) {
   throw std::invalid_argument(name + " is no JSON object");
 }
 
-/// Settings that were removed since the first file of this schema was written: group and name.
-constexpr std::pair<const char*, const char*> kRemoved[] = {{"prune", "half_life_episodes"},
-                                                            {"service", "max_track_samples"}};
+/// Settings that were removed since the first file of this schema was written.
+constexpr const char* kRemoved[] = {"/prune/half_life_episodes", "/service/max_track_samples",
+                                    "/learn/field/hyperparameters"};
 
 std::string without_removed(const std::string& configuration) {
   auto object = nlohmann::ordered_json::parse(configuration);
-  std::size_t removed = 0;
-  for (const auto& [group, name] : kRemoved)
-    if (const auto found = object.find(group); found != object.end() && found->is_object())
-      removed += found->erase(name);
-  return removed > 0 ? object.dump() : configuration;
+  for (const char* const name : kRemoved) {
+    const nlohmann::ordered_json::json_pointer path(name);
+    if (object.contains(path)) object.at(path.parent_pointer()).erase(path.back());
+  }
+  return object.dump();
 }
 
 /// Records without the details of those up to a number.

@@ -16,6 +16,7 @@ inline constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"tuning_step", "calibration_step"},
     {"gp.fusion", "gp_fusion"},
     {"field.gp", "field"},
+    {"field.hyperparameters", "field.pseudo_inputs"},
     {"fuse.gp", "fuse"},
     {"live.every_s", "service.stride_s"},
     {"serve.max_waiting_lines", "service.max_queued_lines"},

@@ -51,11 +51,9 @@ Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2
 
 /// One GP a transition, fitted in parallel; the result does not depend on the number of threads.
 std::vector<SparseGp> fit_gps(const std::vector<GpData>& data, const Hyperparameters& start, const GpConfig& config) {
-  const Hyperparameters pooled =
-      config.hyperparameters == HyperparameterChoice::pooled ? pool_hyperparameters(data, start, config) : start;
   std::vector<SparseGp> gps(data.size());
   tbb::parallel_for(std::size_t{0}, data.size(),
-                    [&](std::size_t i) { gps[i] = fit_sparse_gp(data[i], pooled, config); });
+                    [&](std::size_t i) { gps[i] = fit_sparse_gp(data[i], start, config); });
   return gps;
 }
 

@@ -96,8 +96,7 @@ TEST(Fit, KeepsNoPointOfItsDataAsAPseudoInput) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
     GpConfig config;
-    if (seed % 3 == 1) config.hyperparameters = HyperparameterChoice::optimised;
-    if (seed % 3 == 2) config.pseudo_inputs = PseudoInputChoice::optimised, config.max_iterations = 3;
+    if (seed % 2 == 1) config.pseudo_inputs = PseudoInputChoice::optimised, config.max_iterations = 3;
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 2 + 7 * static_cast<int>(seed), 2);
     const SparseGp fitted = fit_sparse_gp(data, theta, config);
@@ -144,7 +143,7 @@ TEST(Fit, OfNoneOrOnePointIsTheConstantMeanWithThePriorsVariance) {
   EXPECT_EQ(single.points, 1.0);
 }
 
-TEST(Fit, EveryKindOfOptimisationImprovesTheLikelihoodInsideTheBox) {
+TEST(Fit, OptimisationImprovesTheLikelihoodInsideTheBox) {
   for (unsigned seed = 0; seed < 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
@@ -158,29 +157,16 @@ TEST(Fit, EveryKindOfOptimisationImprovesTheLikelihoodInsideTheBox) {
     config.max_pseudo_inputs = 10;
     const SparseGp fixed = fit_sparse_gp(data, start, config);
     config.pseudo_inputs = PseudoInputChoice::optimised;
-    const SparseGp moved = fit_sparse_gp(data, start, config);
-    config.hyperparameters = HyperparameterChoice::optimised;
-    const SparseGp joint = fit_sparse_gp(data, start, config);
-    config.pseudo_inputs = PseudoInputChoice::greedy;
-    const SparseGp theta_only = fit_sparse_gp(data, start, config);
-    EXPECT_LT(neg_log_likelihood(moved), neg_log_likelihood(fixed) - 1.0);
-    EXPECT_TRUE(moved.kernel == start.kernel);
-    EXPECT_LT(neg_log_likelihood(theta_only), neg_log_likelihood(fixed) - 1.0);
-    EXPECT_LT(neg_log_likelihood(joint), neg_log_likelihood(moved) - 1.0);
-    for (const SparseGp& gp : {joint, theta_only}) {
-      EXPECT_GE(gp.noise_variance, config.min_noise_variance * (1 - 1e-12));
-      EXPECT_GE(gp.kernel.length_scales.minCoeff(), config.min_length_scale * (1 - 1e-12));
-    }
-    // With pseudo-inputs from the data the noise is found; moved ones let FITC hide it in its diagonal (see
-    // docs/gp.md).
-    EXPECT_NEAR(std::sqrt(theta_only.noise_variance), 0.2, 0.06);  // what the data were made with
+    const SparseGp optimised = fit_sparse_gp(data, start, config);
+    EXPECT_LT(neg_log_likelihood(optimised), neg_log_likelihood(fixed) - 2.0);
+    EXPECT_GE(optimised.noise_variance, config.min_noise_variance * (1 - 1e-12));
+    EXPECT_GE(optimised.kernel.length_scales.minCoeff(), config.min_length_scale * (1 - 1e-12));
   }
 }
 
 TEST(Fit, RespectsTheNoiseFloorOnNoiselessData) {
   Generator make(7);
   GpConfig config;
-  config.hyperparameters = HyperparameterChoice::optimised;
   config.pseudo_inputs = PseudoInputChoice::optimised;
   const GpData data = make.data_at(make.points(2, 60), 2, 0.0);
   const SparseGp gp = fit_sparse_gp(data, {{1.0, vector({2, 2})}, 0.1}, config);
@@ -192,7 +178,6 @@ TEST(Fit, RespectsTheNoiseFloorOnNoiselessData) {
 TEST(Fit, KeepsThetaWhenPointsAreFew) {
   Generator make(2);
   GpConfig config;
-  config.hyperparameters = HyperparameterChoice::optimised;
   config.pseudo_inputs = PseudoInputChoice::optimised;
   const Hyperparameters start = make.hyperparameters(2);
   const GpData data = make.data(2, 29, 2);
@@ -203,7 +188,6 @@ TEST(Fit, KeepsThetaWhenPointsAreFew) {
 
 TEST(Fit, SurvivesDataOnALineAndCopies) {
   GpConfig config;
-  config.hyperparameters = HyperparameterChoice::optimised;
   config.pseudo_inputs = PseudoInputChoice::optimised;
   Generator make(4);
   Eigen::MatrixXd line = make.points(2, 50);
@@ -217,34 +201,6 @@ TEST(Fit, SurvivesDataOnALineAndCopies) {
     EXPECT_NO_THROW(validate(gp));
     EXPECT_TRUE(Posterior(gp).predict_flow({0, 2}).mean.allFinite());
   }
-}
-
-TEST(Pooling, FindsTheThetaThatMadeTheData) {
-  Generator make(11);
-  const Hyperparameters truth{{0.8, vector({1.0, 2.5})}, 0.05};
-  std::vector<GpData> sets;
-  for (int i = 0; i < 12; ++i) {
-    GpData set{make.points(2, 40), Eigen::MatrixXd(40, 2)};
-    Eigen::MatrixXd full = covariance(truth.kernel, set.inputs, set.inputs);
-    full.diagonal().array() += truth.noise_variance;
-    const Eigen::MatrixXd lower = full.llt().matrixL();
-    const Eigen::MatrixXd white = Eigen::MatrixXd::NullaryExpr(40, 2, [&] { return make.normal(); });
-    set.outputs = lower * white;
-    sets.push_back(set);
-  }
-  sets.push_back({make.points(2, 1), Eigen::MatrixXd::Zero(1, 2)});
-  const Hyperparameters pooled = pool_hyperparameters(sets, {{0.3, vector({2.0, 2.0})}, 0.2});
-  EXPECT_NEAR(pooled.kernel.length_scales(0), 1.0, 0.2);
-  EXPECT_NEAR(pooled.kernel.length_scales(1), 2.5, 0.5);
-  EXPECT_NEAR(pooled.noise_variance, 0.05, 0.02);
-  EXPECT_NEAR(pooled.kernel.signal_variance, 0.8, 0.25);
-}
-
-TEST(Pooling, WithoutDataKeepsTheStart) {
-  const Hyperparameters start{{0.3, vector({2.0, 1.0})}, 0.2};
-  EXPECT_TRUE(pool_hyperparameters({}, start) == start);
-  const std::vector<GpData> sets{{Eigen::MatrixXd(2, 0), Eigen::MatrixXd(0, 2)}};
-  EXPECT_TRUE(pool_hyperparameters(sets, start) == start);
 }
 
 TEST(Fit, FallsBackToZeroFarFromItsDataIfAsked) {

@@ -108,10 +108,10 @@ TEST(ModelFile, OpensWithSettingsThatWereRemovedSince) {
   const ScratchFolder folder;
   StoredModel earlier = stored(random_model(3));
   earlier.configuration =
-      R"({"prune":{"enabled":false,"half_life_episodes":"inf"},"service":{"max_track_samples":6000}})";
+      R"({"prune":{"enabled":false,"half_life_episodes":"inf"},"learn":{"field":{"hyperparameters":"fixed"}}})";
   save_model(folder / "m.sila", earlier);
   const std::string read = load_model(folder / "m.sila").configuration;
-  EXPECT_EQ(read, R"({"prune":{"enabled":false},"service":{}})");
+  EXPECT_EQ(read, R"({"prune":{"enabled":false},"learn":{"field":{}}})");
   EXPECT_FALSE(apply_json(Config{}, nlohmann::json::parse(read), "m.sila").episode.prune.enabled);
 }
 

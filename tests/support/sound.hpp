@@ -25,7 +25,7 @@ inline ::testing::AssertionResult finite(const std::vector<double>& numbers, con
 inline double least_noise(const EpisodeConfig& config, const Model& model) {
   const double width_m = model.settings.reference_width_m;
   const FieldConfig& field = config.learn.field;
-  const bool fitted = field.gp.hyperparameters != HyperparameterChoice::fixed;
+  const bool fitted = field.gp.pseudo_inputs == PseudoInputChoice::optimised;
   return (fitted ? field.gp.min_noise_variance : field.noise_std_mps * field.noise_std_mps) / (width_m * width_m);
 }
 

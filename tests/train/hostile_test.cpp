@@ -47,13 +47,9 @@ TEST(Hostile, SoItIsWithoutTheBlendAndWithLimits) {
 
 TEST(Hostile, SoItIsWithOptimisedFields) {
   EpisodeConfig config;
-  config.learn.field.gp.hyperparameters = HyperparameterChoice::optimised;
   config.learn.field.gp.pseudo_inputs = PseudoInputChoice::optimised;
   config.predict.stacking = false;
   config.residual.enabled = false;
-  expect_sound_lives(12, config);
-  config.learn.field.gp.hyperparameters = HyperparameterChoice::pooled;
-  config.learn.field.gp.pseudo_inputs = PseudoInputChoice::greedy;
   expect_sound_lives(12, config);
 }
 

@@ -85,20 +85,18 @@ struct Hyperparameters {
 bool operator==(const Hyperparameters& a, const Hyperparameters& b);
 void validate(const Hyperparameters& hyperparameters);
 
+/// Greedy Z and theta as given, or both by gradient of the marginal likelihood.
 enum class PseudoInputChoice { greedy, optimised };
-enum class HyperparameterChoice { fixed, pooled, optimised };
 enum class GpFusion { transfer, pseudo_data };
 enum class ConstantMean { data, zero };
 
 inline constexpr std::array<const char*, 2> pseudo_input_choice_names = {"greedy", "optimised"};
-inline constexpr std::array<const char*, 3> hyperparameter_choice_names = {"fixed", "pooled", "optimised"};
 inline constexpr std::array<const char*, 2> gp_fusion_names = {"transfer", "pseudo_data"};
 
 /// How sparse GPs are fitted and fused; the settings are those of `learn.field` and `fuse`. Lengths and variances are
 /// in the units of the data.
 struct GpConfig {
   PseudoInputChoice pseudo_inputs = PseudoInputChoice::greedy;
-  HyperparameterChoice hyperparameters = HyperparameterChoice::fixed;
   ConstantMean constant_mean = ConstantMean::data;
   int max_pseudo_inputs = 30;  ///< of a fit, M
   double selection_stop =
@@ -111,8 +109,6 @@ struct GpConfig {
   static constexpr double max_length_scale_extents = 3.0;
   double min_noise_variance = 0.0025;
   static constexpr double min_noise_to_signal = 1e-3;
-  /// How often a greedy Z is chosen anew while theta is optimised.
-  static constexpr int pooling_rounds = 2;
   GpFusion fusion = GpFusion::transfer;
   int max_fused_pseudo_inputs = 30;
   /// A GP at its limit of pseudo-inputs that holds at least this share of all points keeps them when fused; 1: none

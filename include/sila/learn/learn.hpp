@@ -88,10 +88,8 @@ void fields(Config& config, Visitor&& visit) {
       "stride_s", config.stride_s, Range{0.0, 60.0}, "s",
       "between the samples of a track that a field is fitted to, as neighbours are correlated; 0: all samples");
   visit.choice("pseudo_inputs", config.gp.pseudo_inputs, pseudo_input_choice_names,
-               "pseudo-inputs Z: chosen from the data, or moved by gradient as in the paper");
-  visit.choice(
-      "hyperparameters", config.gp.hyperparameters, hyperparameter_choice_names,
-      "theta: as given, one for all transitions of a batch, or one per transition by gradient as in the paper");
+               "pseudo-inputs: chosen from the data, or moved by gradient, with hyperparameters of each transition, as "
+               "in the paper");
   visit.number("max_pseudo_inputs", config.gp.max_pseudo_inputs, Range{1, 1000}, "", "most pseudo-inputs of a fit, M");
 }
 

@@ -1,0 +1,93 @@
+#include "train/prequential.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "refine/error_statistics.hpp"
+
+namespace sila {
+namespace {
+
+/// The tracks of each site, in the order in which the sites first come.
+std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::span<const FramedTrajectory> tracks) {
+  std::vector<Site> sites;
+  std::vector<std::vector<FramedTrajectory>> groups;
+  for (const FramedTrajectory& track : tracks) {
+    const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
+    groups.resize(sites.size());
+    groups[site].push_back(track);
+  }
+  return groups;
+}
+
+/// `unseen`: by site.
+BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<FramedTrajectory>> unseen,
+                      const EpisodeConfig& config) {
+  // Every other moment once more, as of people who appeared shortly before.
+  std::vector<double> shorter_s;
+  std::ranges::copy_if(kShorterObserved_s, std::back_inserter(shorter_s),
+                       [&](double seconds) { return seconds < config.predict.observe_s; });
+  BatchErrors errors;
+  for (const std::vector<FramedTrajectory>& tracks : unseen) {
+    const PresentPeople present(tracks);
+    const auto windows = [&](double stride_s, std::span<const double> observed_s) {
+      return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s, &present);
+    };
+    std::vector<Window> all = windows(config.error_statistics.stride_s, {});
+    if (!shorter_s.empty())
+      std::ranges::move(windows(2.0 * config.error_statistics.stride_s, shorter_s), std::back_inserter(all));
+    GatheredErrors gathered = gather_errors(predictor, all);
+    errors.sites.push_back({tracks.front().frame, 0, 0, std::move(gathered.statistics)});
+    errors.path += gathered.path;
+  }
+  return errors;
+}
+
+/// The first batch of a site has no model that could predict it. It is split into this number of parts; a model of the
+/// earlier parts predicts each, and the errors are the error statistics of the site.
+constexpr std::size_t kFirstParts = 4;
+constexpr std::size_t kLeastPartTracks = 2;
+
+ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                                 const ErrorStatistics& prior) {
+  Model model;
+  model.prior = prior;
+  if (batch.size() < kFirstParts * kLeastPartTracks)
+    return error_statistics_on(model, batch, config).front().error_statistics;
+  for (std::size_t part = 0; part < kFirstParts; ++part) {
+    const std::size_t begin = batch.size() * part / kFirstParts, end = batch.size() * (part + 1) / kFirstParts;
+    model = run_episode(model, batch.subspan(begin, end - begin), config).model;
+  }
+  return std::move(model.sites.front().error_statistics);
+}
+
+BatchErrors errors_on(const Model& model, std::span<const std::vector<FramedTrajectory>> unseen,
+                      const EpisodeConfig& config) {
+  if (unseen.empty()) return {};
+  Model seen = model;
+  seen.settings = settings_for(model, unseen.front().front().frame, config);
+  return errors_by(Predictor(seen, config.predict), unseen, config);
+}
+
+}  // namespace
+
+BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                          const Predictor* predictor) {
+  std::vector<std::vector<FramedTrajectory>> by_site = tracks_by_site(batch);
+  const auto first = std::stable_partition(by_site.begin(), by_site.end(), [&](const auto& tracks) {
+    return find_site(previous.sites, tracks.front().frame).has_value();
+  });
+  const std::span known(by_site.begin(), first);
+  BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
+  for (const std::vector<FramedTrajectory>& tracks : std::span(first, by_site.end()))
+    recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config, previous.prior)});
+  return recent;
+}
+
+std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
+                                      const EpisodeConfig& config) {
+  return errors_on(model, tracks_by_site(unseen), config).sites;
+}
+
+}  // namespace sila

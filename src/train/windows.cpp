@@ -1,0 +1,54 @@
+#include <algorithm>
+#include <utility>
+
+#include "sila/core/sampling.hpp"
+#include "sila/train/episode.hpp"
+
+namespace sila {
+namespace {
+
+/// The end of a track until sample `last`, as if the person had appeared `seconds` before.
+Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
+  constexpr double slack_s = 1e-6;
+  const auto begin = track.times_s.begin();
+  const auto later =
+      std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(last), track.times_s[last] - seconds + slack_s);
+  const auto from = std::max<std::ptrdiff_t>(1, later - begin) - 1, end = static_cast<std::ptrdiff_t>(last) + 1;
+  Trajectory recent{track.id, {begin + from, begin + end}, {}, track.recording};
+  recent.positions_m.assign(track.positions_m.begin() + from, track.positions_m.begin() + end);
+  return recent;
+}
+
+/// `observed_s` below `predict.observe_s`: as if the person had appeared so long before.
+Window window_at(const FramedTrajectory& placed, std::size_t last, double observed_s, const PresentPeople& present,
+                 const SamplingConfig& sampling, const RefineConfig& predict) {
+  std::vector<Vector2> future_m =
+      future(placed.track, last, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s)), sampling);
+  const bool whole = observed_s >= predict.observe_s;
+  const Trajectory recent = whole ? placed.track : appeared(placed.track, last, observed_s);
+  const std::size_t end = whole ? last : recent.times_s.size() - 1;
+  const double reach_s = whole ? predict.observe_s : std::min(observed_s + sampling.interval_s, predict.observe_s);
+  return {present.observe(recent, end, placed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
+          std::move(future_m)};
+}
+
+}  // namespace
+
+std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
+                               const RefineConfig& predict, double stride_s, std::span<const double> observed_s,
+                               const PresentPeople* present) {
+  if (present == nullptr) {
+    const PresentPeople own(tracks);
+    return windows_of(tracks, sampling, predict, stride_s, observed_s, &own);
+  }
+  std::vector<Window> windows;
+  for (const FramedTrajectory& placed : tracks) {
+    for (std::size_t last : prediction_samples(placed.track, predict.observe_s, stride_s)) {
+      const double seconds = observed_s.empty() ? predict.observe_s : observed_s[windows.size() % observed_s.size()];
+      windows.push_back(window_at(placed, last, seconds, *present, sampling, predict));
+    }
+  }
+  return windows;
+}
+
+}  // namespace sila
