@@ -65,11 +65,12 @@ constexpr const char* kRemoved[] = {"/prune/half_life_episodes", "/service/max_t
 
 std::string without_removed(const std::string& configuration) {
   auto object = nlohmann::ordered_json::parse(configuration);
+  std::size_t removed = 0;
   for (const char* const name : kRemoved) {
     const nlohmann::ordered_json::json_pointer path(name);
-    if (object.contains(path)) object.at(path.parent_pointer()).erase(path.back());
+    if (object.contains(path)) removed += object.at(path.parent_pointer()).erase(path.back());
   }
-  return object.dump();
+  return removed > 0 ? object.dump() : configuration;
 }
 
 /// Records without the details of those up to a number.
