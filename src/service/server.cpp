@@ -100,6 +100,8 @@ void accept_all(detail::ConnectionRegistry& registry, Acceptor& acceptor, Start 
 }  // namespace
 
 struct Server::State {
+  explicit State(LearnerThread& learner_) : learner(learner_) {}
+
   LearnerThread& learner;
   detail::ConnectionRegistry registry{};
   std::optional<tcp::acceptor> http, lines;
