@@ -18,7 +18,7 @@
 
 namespace sila {
 
-/// Limits the threads of everything that runs while it exists; 0 means no limit.
+/// While it exists, all computations of the process use at most `threads` threads; 0: no limit.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads) {
@@ -34,7 +34,8 @@ struct Config {
   CleanConfig clean;
   CornerChoice corners = CornerChoice::primary;
   double metres_per_pixel = 0.0;
-  EpisodeConfig episode;  ///< its groups stand at the top level: fuse.similarity_threshold, predict.horizon_s, ...
+  EpisodeConfig
+      episode;  ///< its groups are at the top level of paths: fuse.similarity_threshold, predict.horizon_s, ...
   EvaluateConfig evaluate;
   ServiceConfig service;
   SimulationConfig simulate;
@@ -53,26 +54,26 @@ void fields(C& config, Visitor&& visit) {
   visit.group("simulate", config.simulate);
 }
 
-/// Names of the profiles: `default`; `paper`, the published method in its fairest reading; `paper-literal`, the same to
-/// the letter. Source: docs/decisions/0100-profiles.md.
+/// Names of the profiles: `default`; `paper`, the published method with one assumption where the paper is silent;
+/// `paper-literal`, the literal text. Source: docs/decisions/0100-profiles.md.
 std::vector<std::string> profile_names();
 
-/// The configuration with every field that any profile sets as the named one has it; all other fields stay.
+/// The configuration with the values of the named profile for all fields that some profile sets; other fields stay.
 /// Throws: std::invalid_argument for an unknown name (with the nearest known one).
 Config with_profile(Config config, std::string_view name);
 
 /// The whole configuration of a profile. Throws: as with_profile.
 Config profile(std::string_view name);
 
-/// The camera of a configuration in pixels, of one scale; null if `metres_per_pixel` is 0. Throws:
-/// std::invalid_argument if it is not and something `else_given` makes metres of positions, too.
+/// The camera for tracks in pixels, with the scale `metres_per_pixel`; null if that is 0. `else_given`: the caller has
+/// a camera, scale or scene as well. Throws: std::invalid_argument if both are given.
 std::optional<Camera> pixel_camera(const Config& config, bool else_given = false);
 
 /// Throws: std::invalid_argument if models of these configurations are not of one scale, and so cannot be fused.
 void require_one_scale(const Config& previous, const Config& incoming);
 
-/// As apply_json; beside fields the object may name a `profile`, which comes first, so that its fields may be set
-/// beside it. Throws: FormatError as apply_json, and for an unknown profile.
+/// As apply_json. The object may also name a `profile`, which is applied first, so that the other keys override it.
+/// Throws: FormatError as apply_json, and for an unknown profile.
 Config read_config(Config config, const nlohmann::json& json, std::string_view source);
 
 }  // namespace sila

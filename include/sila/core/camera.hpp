@@ -16,13 +16,13 @@ struct Camera {
   Eigen::Matrix3d ground_from_image = Eigen::Matrix3d::Identity();
 };
 
-/// A point in the image and where it is on the ground.
+/// A point in the image and the same point on the ground.
 struct PointPair {
   Vector2 image_px = Vector2::Zero();
   Vector2 ground_m = Vector2::Zero();
 };
 
-/// The camera of points known in both, and how far each lies from where the camera puts it [m].
+/// A fitted camera, and for each pair the distance [m] between its ground point and the image of its image point.
 struct CameraFit {
   Camera camera;
   std::vector<double> residuals_m;
@@ -43,7 +43,7 @@ Camera camera_of(const Eigen::Matrix3d& ground_from_image, const std::optional<V
 /// The point on the ground that an image point shows; null at and above the horizon.
 std::optional<Vector2> to_ground(const Camera& camera, const Vector2& image_px);
 
-/// Where a point on the ground is in the image; null behind the camera.
+/// The image point [pixels] of a point on the ground; null behind the camera.
 std::optional<Vector2> to_image(const Camera& camera, const Vector2& ground_m);
 
 /// The derivative of `to_image` [pixels per metre], with which covariances come into the image: J C J^T.
@@ -53,12 +53,12 @@ Matrix2 image_jacobian(const Camera& camera, const Vector2& ground_m);
 /// The camera of a picture that has one scale everywhere, as if taken from straight above: x to the right, y upwards.
 Camera flat_camera(double metres_per_pixel);
 
-/// How fast people walk [m/s], by which a picture without a camera gets its scale.
-/// Source: docs/decisions/0118.
+/// Usual walking speed [m/s], by which a picture without a camera gets its scale.
+/// Source: docs/decisions/0118-pixels-without-a-camera.md.
 inline constexpr double kWalkingSpeed_mps = 1.3;
-/// The scale at which tracks are read to measure it: so small that no limit in metres cuts a track.
+/// The scale at which tracks are read to measure their speed: so small that no limit in metres cuts a track.
 inline constexpr double kTrialMetresPerPixel = 1e-3;
-/// On how many tracks it is measured, the first.
+/// Number of tracks, the first of the input, by which the scale is measured.
 inline constexpr std::size_t kScaleTracks = 100;
 
 struct WalkingScale {

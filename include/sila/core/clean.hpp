@@ -62,12 +62,11 @@ struct CleanTracks {
 
 /// Sorts, splits and counts: rows in, trajectories out, every row accounted for. The order of the rows has no influence
 /// on the trajectories. Ids stay as they are; later tracklets of a split track are "17#2", "17#3"; if there are several
-/// sources, ids begin with the shortest distinct name of the source, "file:17". Each source is a recording,
-/// or each of its tracks where they have clocks of their own. Throws: std::invalid_argument for a
-/// configuration out of range.
+/// sources, ids begin with the shortest distinct name of the source, "file:17". Each source is one recording; if its
+/// tracks have clocks of their own, each track is one. Throws: std::invalid_argument for a configuration out of range.
 CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config);
 
-/// The same for one source whose ids get a prefix, as where it is one of several.
+/// The same for one source, whose ids get `id_prefix`.
 CleanTracks clean(const Detections& source, const std::string& id_prefix, const CleanConfig& config);
 
 /// For each source (a path) the prefix of its ids: nothing for one source, else the shortest tail of the path that

@@ -33,10 +33,10 @@ struct MotionState {
   Vector2 velocity_mps = Vector2::Zero();
 };
 
-/// States at the given times from the first `known` samples alone: what comes later cannot change the result, which
-/// central differences or smoothing across the boundary would let it do. A cubic smoothing spline whose stiffness
-/// follows from the noise of the tracker, estimated from second differences of these samples: clean tracks are
-/// interpolated, noisy ones filtered. Throws: std::invalid_argument if `known` is 0 or over the length of the track.
+/// States at the given times from the first `known` samples alone; later samples never change the result. The states
+/// are those of a cubic smoothing spline. Its stiffness follows from the noise of the tracker, which is estimated from
+/// second differences of these samples: clean tracks are interpolated, noisy ones filtered.
+/// Throws: std::invalid_argument if `known` is 0 or over the length of the track.
 /// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config);
@@ -58,9 +58,9 @@ std::vector<Vector2> past(const Trajectory& track, std::size_t last, double obse
 /// times that follow it by `interval_s`; shorter where the track ends.
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config);
 
-/// Whether a prediction that is due at `due_s` (observe_s after the start of a track, to begin with) falls to a sample
-/// at `time_s`, and when the next one is due: the rule of `prediction_samples` for tracks that still grow. 0 as
-/// `stride_s` makes one due at each sample.
+/// The rule of `prediction_samples` for a track that still grows. If a prediction that is due at `due_s` is made at the
+/// sample at `time_s`, the time at which the next one is due; else null. The first is due observe_s after the start of
+/// the track. With `stride_s` = 0 one is due at each sample.
 std::optional<double> next_due_s(double due_s, double time_s, double stride_s);
 
 /// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the

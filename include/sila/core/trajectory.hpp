@@ -79,7 +79,7 @@ struct CurbTrajectory {
   std::vector<double> times_s;      ///< on the clock of the input
   std::vector<Vector2> positions;   ///< curb units
   std::vector<Vector2> velocities;  ///< curb units per second
-  double still_s = 0.0;  ///< how long the whole track had stayed within 0.5 m of its last position; at most 60
+  double still_s = 0.0;  ///< time for which the whole track stayed within 0.5 m of its last position [s]; at most 60
   /// Velocity of companions relative to the person's own at the end [m/s], world frame (core/companions.hpp); zero
   /// without companions, or if the other people are not known.
   Vector2 companions_mps = Vector2::Zero();
@@ -108,7 +108,7 @@ struct CornerProposal {
   SidewalkWidths widths;
   double origin_error_m = 0.0;  ///< of the origin; large if the parts disagree about the corner
   double axis_error_rad = 0.0;  ///< of the direction of either axis, the larger one
-  double share_1 = 0.0;         ///< of the distance walked, within 15 degrees of axis_1; likewise share_2
+  double share_1 = 0.0;         ///< share of the distance walked within 15 degrees of axis_1; share_2: of axis_2
   double share_2 = 0.0;
   std::size_t turning_tracks = 0;  ///< that turn from one axis into the other at this corner
 };

@@ -11,14 +11,14 @@
 
 namespace sila {
 
-/// A primitive of each of two models, the most similar that are left.
+/// A primitive of model a and one of model b (indices) that belong together, and their similarity.
 struct PrimitivePair {
   int a = 0;
   int b = 0;
   double similarity = 0.0;
 };
 
-/// A transition of each of two models whose primitives belong together.
+/// A transition of model a and one of model b whose primitives belong together.
 struct TransitionPair {
   std::pair<int, int> a;  ///< from, to
   std::pair<int, int> b;
@@ -30,7 +30,7 @@ struct TransitionPair {
 struct ModelComparison {
   std::size_t same_primitives = 0;  ///< bit for bit
   std::vector<PrimitivePair> changed_primitives;
-  std::vector<int> primitives_of_a;  ///< that the other has not
+  std::vector<int> primitives_of_a;  ///< indices of primitives that only `a` has
   std::vector<int> primitives_of_b;
   std::size_t same_transitions = 0;  ///< count, field and residual GP bit for bit
   std::vector<TransitionPair> changed_transitions;
@@ -42,15 +42,15 @@ struct ModelComparison {
 /// Throws: std::invalid_argument if the models' settings differ.
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold);
 
-/// How far apart two predictions' mean paths are.
+/// Distance between the mean paths of two predictors at one horizon: mean and maximum over the observed paths.
 struct HorizonDifference {
   double horizon_s = 0.0;
   double mean_m = 0.0;
   double max_m = 0.0;
 };
 
-/// Observed paths made up from what a model knows: straight on to each pseudo-input of its fields, at the velocity
-/// there. At most `most`, evenly taken. Standing ones (below 0.2 m/s) are left out.
+/// Invented observed paths at the places that a model knows: for each pseudo-input of its fields a straight path that
+/// ends there, with the velocity of the field. At most `most`, evenly taken; slower ones than 0.2 m/s are left out.
 std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, std::size_t most = 1000);
 
 /// At whole seconds and at the whole horizon; nothing if no path is given. Both predict as far as `a` does.

@@ -86,10 +86,10 @@ using Forecast = std::function<Prediction(const CurbTrajectory& observed)>;
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config);
 
-/// Scores a forecast on tracks, beside the references on the same windows. A window needs its whole future. The truth
-/// is the raw track. The references are those of the training support; without one constant velocity and "stays" have
-/// the Gaussian errors that suit these very windows best. Throws: std::invalid_argument for a configuration out of
-/// range, or a forecast shorter than the horizon.
+/// Scores a forecast on tracks, beside the references on the same windows. A window needs its whole future. The true
+/// path is the raw track. The references are those of `support`; without it they are constant velocity and "stays",
+/// with Gaussian errors fitted to these same windows. Throws: std::invalid_argument for a configuration out of range,
+/// or a forecast shorter than the horizon.
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
                              const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                              const TrainingSupport* support = nullptr);
@@ -121,7 +121,7 @@ using RecordedPredictions = std::map<std::pair<std::string, double>, Prediction>
 /// The recorded prediction of a track (by its id, or the id before "#") at the end of what was observed.
 Forecast forecast_of(const RecordedPredictions& recorded);
 
-/// How many predictions are of no sample of these tracks.
+/// Number of predictions whose track and t0 belong to no sample of these tracks.
 std::size_t count_without_track(const RecordedPredictions& recorded, std::span<const FramedTrajectory> tracks);
 
 }  // namespace sila

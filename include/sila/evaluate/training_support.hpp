@@ -63,7 +63,7 @@ enum class Reference {
 inline constexpr const char* kReferences[] = {"constant_velocity", "stays", "damped_velocity", "linear"};
 inline constexpr std::size_t kReferenceCount = std::size(kReferences);
 
-/// A predictor that is linear in the past, with a Gaussian error of its own for each step.
+/// A predictor that is linear in the past positions, with a separate Gaussian error for each step.
 struct LinearReference {
   Reference kind = Reference::constant_velocity;
   Eigen::MatrixXd weights;              ///< (inputs x 2 steps): displacements that are added to constant velocity
@@ -74,9 +74,9 @@ struct LinearReference {
   Prediction predict(std::span<const Vector2> past_m, double interval_s) const;
 };
 
-/// All references, fitted to windows with their whole future. Without windows errors of a metre a second are assumed,
-/// and `linear` is constant velocity. The ridge is the one of the least error over five folds of tracks, and the errors
-/// are those of the held-back folds. Shapes: `steps` steps of `interval_s`.
+/// All references, fitted to windows with their whole future. Without windows, errors of 1 m/s times the time ahead are
+/// assumed, and `linear` is constant velocity. The ridge is the one with the least error over five folds of tracks, and
+/// the errors are those of the held-back folds. Shapes: `steps` steps of `interval_s`.
 /// Source: Schoeller et al., "What the constant velocity model can teach us about pedestrian motion prediction", 2020,
 /// on why such baselines are needed; ridge regression: Hastie, Tibshirani, Friedman, section 3.4.
 std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,
@@ -90,24 +90,24 @@ struct Passage {
   Vector2 way_m = Vector2::Zero();         ///< displacement from t0 to the horizon
 };
 
-/// Where windows with their whole future led.
+/// The passage of each window that has its whole future.
 std::vector<Passage> passages_of(std::span<const Window* const> windows, double interval_s);
 
-/// A way on from one place: to stay, or a direction.
+/// A way to continue from one place: to stay, or a direction.
 struct Way {
   bool stays = false;
   double direction_rad = 0.0;
   double share = 0.0;  ///< of the similar passages
 };
 
-/// The ways that the similar passages took: those within 2 m and 0.5 m/s of the window. Passages of less than 1 m stay;
-/// the directions of the others are separated by gaps of at least 20 degrees. Only ways that at least 15 % took; none
-/// if there are fewer than 12 similar passages.
+/// The ways of the similar passages, which are those within 2 m and 0.5 m/s of the window. Passages of less than 1 m
+/// stay; gaps of at least 20 degrees separate the directions of the others. Ways that less than 15 % took are left out;
+/// with fewer than 12 similar passages there is no way.
 std::vector<Way> ways_on(std::span<const Passage> passages, const Window& window, double interval_s);
 
-/// At a fork, which is where `ways` are two or more: the probability that a prediction gives, at the whole horizon, to
-/// the way that the window took. Every place belongs to the way it is nearest to: within 1 m of the start to staying,
-/// else to the nearest direction. At least 1e-4. Nothing elsewhere.
+/// At a fork (two or more `ways`): the probability that a prediction gives, at the whole horizon, to the way that the
+/// window took; at least 1e-4. Elsewhere null. Every position belongs to the nearest way: within 1 m of the start to
+/// staying, else to the nearest direction.
 /// Differs from a likelihood: only the choice of the way counts, not how far along it the person went.
 std::optional<double> probability_of_way_taken(const Prediction& prediction, const Window& window,
                                                std::span<const Way> ways);

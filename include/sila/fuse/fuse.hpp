@@ -24,7 +24,7 @@ struct FuseConfig : FusionRules {
   FuseConfig() { split_credit = true; }
 
   double similarity_threshold = 0.7;
-  /// No setting, but a fleet takes the mean by count.
+  /// Not a setting; distributed training (train/fleet.hpp) uses `count`.
   PrimitiveMean mean = PrimitiveMean::plain;
   /// Arrows shorter than this after a mean are dropped.
   static constexpr double drop_below = 0.05;
@@ -58,13 +58,13 @@ struct FuseReport {
   int one_to_one = 0;  ///< components, or their parts after relaxing, by the decision
   int case_1 = 0;
   int case_2 = 0;
-  int case_3 = 0;           ///< with those of which the stronger pair was fused
+  int case_3 = 0;           ///< including those whose stronger pair was fused
   int apart = 0;            ///< only with strict_relax
   int relaxed = 0;          ///< similarity edges removed
   int copied = 0;           ///< transitions taken over bit for bit
   int refitted = 0;         ///< transitions only of the increment that became one: fitted to their pooled samples
   int fused = 0;            ///< transitions whose GPs were fused
-  double split_credit = 0;  ///< by which the counts of the model exceed the sum of those that came in
+  double split_credit = 0;  ///< sum of the counts of the result minus the sum of the counts of both inputs
 };
 
 /// A fused model and how it was made. `explain_fusion(name, problem, config, plan)` writes it down.
@@ -75,21 +75,21 @@ struct FuseResult {
   FuseReport report;
 };
 
-/// SILA: M(n) from M(n-1) and M'(n). Previous primitives keep their order, those of the increment that are new follow.
-/// The first episode gives the increment's model, an increment without primitives leaves all primitives and transitions
-/// as they are. Where GPs are fused, samples of the increment replace its GPs; without samples its GPs are fused
-/// as stored. Sites are joined; episodes, tracks and error statistics add. The same on any number of threads. Throws:
-/// std::invalid_argument for a field out of range, settings that differ, samples that do not belong to the
-/// transitions, sites that are shared and must be apart. Source: SILA paper, Alg. 1 and 2. Differs: docs/decisions/0040
-/// to 0046, 0097.
+/// SILA: M(n) from M(n-1) and M'(n). Previous primitives keep their order; new ones of the increment follow them.
+/// If `previous` is empty the result is the model of the increment; an increment without primitives changes no
+/// primitive and no transition. Where GPs are fused, samples of the increment replace its GPs; without samples its GPs
+/// are fused as stored. Sites are joined; episodes, tracks and error statistics add. The result does not depend on the
+/// number of threads. Throws: std::invalid_argument for a field out of range, settings that differ, samples that do not
+/// belong to the transitions, a model with shared sites if they must stay apart. Source: SILA paper, Alg. 1 and 2.
+/// Differs: docs/decisions/0040 to 0046, 0097.
 FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config = {});
 
 /// Standard incremental learning: the union of the previous and the incoming model. Equals `fuse` with a threshold
-/// that nothing reaches. Throws: as fuse. Source: SILA paper, second baseline.
+/// that no pair reaches. Throws: as fuse. Source: SILA paper, second baseline.
 FuseResult accumulate(const Model& previous, const Increment& incoming);
 
-/// How the previous and the incoming model become one: which primitives are fused, which are replaced by two others,
-/// where each transition then begins and ends. The result does not depend on the order of the lists in the problem.
+/// Plans the fusion of two models: which primitives are fused, which are replaced by two others, and where each
+/// transition then begins and ends. The result does not depend on the order of the lists in the problem.
 /// Throws: std::invalid_argument if validate(problem) does.
 /// Source: SILA paper, Alg. 1 and the edges of Alg. 2. Differs: docs/decisions/0040 to 0043.
 FusionPlan plan_fusion(const FusionProblem& problem, const FusionRules& rules = {});

@@ -85,9 +85,11 @@ struct Hyperparameters {
 bool operator==(const Hyperparameters& a, const Hyperparameters& b);
 void validate(const Hyperparameters& hyperparameters);
 
-/// Greedy Z and theta as given, or both by gradient of the marginal likelihood.
+/// Z chosen greedily and theta as given, or both by gradient of the marginal likelihood.
 enum class PseudoInputChoice { greedy, optimised };
+/// Fusion by transfer of the stored information (docs/gp.md, section 8), or by weighted pseudo-data (section 9).
 enum class GpFusion { transfer, pseudo_data };
+/// The constant mean of a GP: that of its data, or zero.
 enum class ConstantMean { data, zero };
 
 inline constexpr std::array<const char*, 2> pseudo_input_choice_names = {"greedy", "optimised"};
@@ -98,19 +100,21 @@ inline constexpr std::array<const char*, 2> gp_fusion_names = {"transfer", "pseu
 struct GpConfig {
   PseudoInputChoice pseudo_inputs = PseudoInputChoice::greedy;
   ConstantMean constant_mean = ConstantMean::data;
-  int max_pseudo_inputs = 30;  ///< of a fit, M
+  int max_pseudo_inputs = 30;  ///< maximum M of a fit
   double selection_stop =
-      0.01;  ///< no more pseudo-inputs once conditional variances are below [of the signal variance]
+      0.01;  ///< greedy choice stops when all conditional variances are below this [of the signal variance]
   /// With fewer points Z is chosen greedily and theta kept.
   static constexpr int min_points_to_optimise = 30;
   int max_iterations = 50;  ///< of the optimiser
-  /// Bounds of an optimised theta: length scales, also in extents of the data, the noise, also of the signal variance.
+  /// Bounds of an optimised theta: length scales at least this [units of the inputs] and at most this many extents of
+  /// the data; noise variance at least this [units of the outputs squared] and at least this share of the signal
+  /// variance.
   double min_length_scale = 0.5;
   static constexpr double max_length_scale_extents = 3.0;
   double min_noise_variance = 0.0025;
   static constexpr double min_noise_to_signal = 1e-3;
   GpFusion fusion = GpFusion::transfer;
-  int max_fused_pseudo_inputs = 30;
+  int max_fused_pseudo_inputs = 30;  ///< maximum M of a fusion
   /// A GP at its limit of pseudo-inputs that holds at least this share of all points keeps them when fused; 1: none
   /// does.
   double keep_pseudo_inputs_share = 0.9;

@@ -30,7 +30,7 @@ struct Field {
   Range storable;                        ///< of numbers: the range of the member's type
   std::span<const char* const> choices;  ///< of choices
   std::function<FieldValue()> read;
-  std::function<void(const FieldValue&)> write;  ///< takes the mode variant that `read` gives, already checked
+  std::function<void(const FieldValue&)> write;  ///< takes the alternative of FieldValue that `read` gives, checked
 };
 
 /// Throws: std::out_of_range for a value that has no name.
@@ -101,10 +101,10 @@ concept Configuration = requires(Config& config, FieldCollector& collector) {
   fields(config, collector);
 };
 
-/// Which of the known names a pedestrian may have meant. Throws: std::invalid_argument if none is known.
+/// The known name that is nearest to `name` by edit distance. Throws: std::invalid_argument if `known` is empty.
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 
-// Independent of the type of the configuration; the templates below do the same for whole configurations.
+// These do not depend on the type of the configuration; the templates below do the same for whole configurations.
 nlohmann::ordered_json fields_to_json(std::span<const Field> list);
 void fields_from_json(std::span<const Field> list, const nlohmann::json& json, std::string_view source);
 void field_from_assignment(std::span<const Field> list, std::string_view assignment);

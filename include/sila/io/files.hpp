@@ -21,7 +21,8 @@ class OutputFile {
 
   std::ostream& stream() { return stream_; }
 
-  /// Throws: FormatError if something could not be written, a full disk say; the target is then as it was.
+  /// Throws: FormatError if something could not be written, for instance on a full disk; the target does not change
+  /// then.
   void commit();
 
  private:

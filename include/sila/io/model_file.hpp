@@ -32,22 +32,21 @@ struct StoredModel {
   std::uintmax_t bytes = 0;             ///< of the file; set when read
 };
 
-/// How many of the last episodes a file can take back by default.
+/// Number of the last episodes that a rollback can remove, by default.
 inline constexpr int kUndoKept = 20;
-/// Of how many of the last episodes a file keeps the details (`change` of their statistics).
+/// Number of the last episodes whose details (`change` of their statistics) a file keeps.
 inline constexpr int kDetailsKept = 200;
 
 /// The parts that `ModelFile::verify` found intact.
 struct VerifyReport {
   std::int64_t pages = 0;
   std::size_t episodes = 0;  ///< recorded
-  std::size_t undone = 0;    ///< earlier models, which a rollback would give back
+  std::size_t undone = 0;    ///< earlier models, which a rollback would restore
 };
 
-/// A model file that is kept open while a place is learnt: an SQLite database, one transaction an episode. Whenever the
-/// process dies, the file holds the last complete episode; other processes read it in the meantime. The file comes into
-/// being with the first commit. Every error is a FormatError that names the file, and leaves in it what was there
-/// before.
+/// A model file that is kept open while a place is learnt: an SQLite database, one transaction per episode. If the
+/// process dies, the file holds the last complete episode; other processes can read it at any time. The first commit
+/// creates the file. Every error is a FormatError that names the file, and leaves its content unchanged.
 class ModelFile {
  public:
   /// The file may be absent or empty; its folder must exist.
@@ -55,7 +54,7 @@ class ModelFile {
   /// schema, or damaged.
   static ModelFile open_or_create(const std::filesystem::path& path);
 
-  /// The file must exist and may be write-protected: to read it again and again while another process learns.
+  /// For reading repeatedly while another process learns. The file must exist and may be write-protected.
   static ModelFile open(const std::filesystem::path& path);
 
   ModelFile(ModelFile&&) noexcept;
@@ -65,37 +64,38 @@ class ModelFile {
   /// Whether no episode was committed yet: there is nothing to read.
   bool empty() const;
 
-  /// Whether another process put something else in the file since this object last read or committed.
+  /// Whether another process changed the content of the file since this object last read or committed.
   /// Throws: FormatError if it cannot be read.
   bool changed_elsewhere();
 
   /// Throws: FormatError if the file is empty or damaged.
   StoredModel read();
 
-  /// Makes a model the present one and adds its episode to the list, all or nothing. `rollback` gives back the earlier
+  /// Stores a model as the current one and adds its episode to the list, all or nothing. `rollback` restores earlier
   /// models.
   /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
   /// committed, whose episode would be lost; std::invalid_argument if check(model) does or the record's number is not
   /// the next.
   void commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration);
 
-  /// Puts all of `stored` in the place of the file's content: for a model that does not continue the present one, as of
-  /// `sila fuse`. Nothing can be taken back then.
+  /// Replaces the whole content of the file, for a model that does not continue the stored one, such as that of
+  /// `sila fuse`. No rollback is possible then.
   void replace(const StoredModel& stored);
 
-  /// The earliest episode after which the model can be had again; the last one if none can be taken back.
+  /// The earliest episode to which a rollback is possible; the last episode if no rollback is.
   /// Throws: as read.
   int oldest_rollback();
 
-  /// Makes the file what it was after an episode: model, configuration, records; later episodes are removed.
-  /// Throws: FormatError, which names the oldest episode that is possible, if this one is not; as commit.
+  /// Restores model, configuration and records as they were after an episode; later episodes are removed.
+  /// Throws: FormatError, which names the oldest possible episode, if this one is not possible; as commit.
   void rollback(int episode);
 
-  /// How many episodes can be taken back at most, from the next commit on; 0 for none. Kept in the file.
+  /// Sets the maximum number of episodes that a rollback can remove, from the next commit on; 0: none. The file keeps
+  /// it.
   void keep_undo(int episodes);
 
   /// Reads every page and every kept model, without writing anything.
-  /// Throws: FormatError with what is wrong and what helps.
+  /// Throws: FormatError that names the damage and the remedy.
   VerifyReport verify();
 
  private:
@@ -108,17 +108,17 @@ class ModelFile {
 /// Throws: FormatError as ModelFile does, and if the file does not exist or is empty.
 StoredModel load_model(const std::filesystem::path& path);
 
-/// The bytes of a model file without a file, for models that travel: `model_of_bytes(model_bytes(m))` is `m`, and the
-/// same content gives the same bytes.
+/// The bytes of a model file without a file, to send a model: `model_of_bytes(model_bytes(m))` is `m`, and the same
+/// content gives the same bytes.
 /// Throws: FormatError as ModelFile does.
 std::string model_bytes(const StoredModel& stored);
 StoredModel model_of_bytes(std::string_view bytes);
 
-/// Writes a model file, in the place of a model that is there already; throws rather than overwrite what is not a
-/// model.
+/// Writes a model file; replaces a model file at `path`. Throws: FormatError if the file at `path` is not a model.
 void save_model(const std::filesystem::path& path, const StoredModel& stored);
 
-/// The prior of these models (sila/refine/prune.hpp) with the configuration of the first, but for the size of a pixel.
+/// The prior of these models (make_prior, sila/refine/prune.hpp) with the configuration of the first, without its
+/// `metres_per_pixel`.
 /// Throws: as make_prior.
 StoredModel stored_prior(std::span<const StoredModel> models);
 

@@ -13,10 +13,10 @@
 
 namespace sila {
 
-/// By which corner of a scene its tracks are looked at.
+/// The corner whose frame a track gets, in a scene of several corners.
 enum class CornerChoice {
-  primary,  ///< all by the scene's primary corner
-  nearest,  ///< each by the corner nearest to it: what is learnt at one corner serves the others
+  primary,  ///< the primary corner of the scene, for all tracks
+  nearest,  ///< the corner nearest to the track
 };
 inline constexpr const char* kCornerChoices[] = {"primary", "nearest"};
 
@@ -29,6 +29,7 @@ struct SimilarityTransform {
   bool operator==(const SimilarityTransform&) const = default;
 };
 
+/// The point in the frame of the scene [m].
 Vector2 apply(const SimilarityTransform& similarity, const Vector2& point_m);
 
 /// One entry of a scene's `files`.
@@ -68,12 +69,12 @@ struct Scene {
 /// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
 Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir = {});
 
-/// Reads the `camera` of a scene file, or a file that holds it alone; warnings are about large residuals.
-/// Throws: FormatError naming the file for a camera that is missing, malformed or degenerate.
 struct CameraFile {
   Camera camera;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< about large residuals
 };
+/// Reads the `camera` of a scene file, or of a file that has only a camera.
+/// Throws: FormatError naming the file for a camera that is missing, malformed or degenerate.
 CameraFile read_camera(const std::filesystem::path& path);
 
 /// A scene file: the text that `read_scene` reads. Throws: std::invalid_argument if `primary` is no corner.
@@ -86,32 +87,32 @@ void write_scene(const std::filesystem::path& path, const Scene& scene);
 /// or sample.
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 
-/// The frame of the corner by which a track is looked at. Throws: as nearest_corner.
+/// The frame that a track gets. Throws: as nearest_corner.
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
 
 /// The sites of a model as the corners of a scene, the first one primary. Throws: std::invalid_argument for a model
 /// without sites.
 Scene scene_of(const Model& model);
 
-/// The frame that a model without a scene file began with; null for an empty model and one with scene files alone.
+/// The frame that a model made from its first batch; null for an empty model, and for one that began with a scene file.
 std::optional<CurbFrame> frame_from_tracks(const Model& model);
 
-/// The frame of a track of a live stream: of the scene, if it has a corner; else the one that the model began with.
-/// Until the first batch of a new model is complete a provisional one, with `from_tracks` set.
+/// The frame of a track of a live stream: that of the scene, if it has a corner, else that of the model. Until the
+/// first batch of a new model is complete it is a provisional one, with `from_tracks` set.
 CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners);
 
-/// The scene by which tracks are looked at, for every verb that takes a model: `given` if there is one (it has a
-/// corner; its camera is kept in any case); else that of the model; for an empty model one whose frame is made of
-/// `first_batch`, which the model then keeps for its life. Throws: std::invalid_argument for a given scene other than
-/// the one that a model without a scene file began with; for a model of several sites without a given scene, unless
-/// each track goes to the nearest; for an empty model, scene and batch together.
+/// The scene that gives tracks their frames, for every verb that takes a model: `given` if it has a corner, else that
+/// of the model, else (for an empty model) one whose frame is made from `first_batch`; the model then keeps it for its
+/// life. The camera of `given` is kept in any case. Throws: std::invalid_argument for a given scene with another frame
+/// than that which a model made from its first batch; for a model of several sites without a given scene, unless
+/// `corners` is nearest; if model, scene and batch are all empty.
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
                 CurbScaling scaling, CornerChoice corners);
 
-/// Tracks that are not placed yet.
+/// Tracks with the default frame, for `place`.
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks);
 
-/// Puts each track in the frame of its corner. Throws: as nearest_corner.
+/// Gives each track the frame of its corner. Throws: as nearest_corner.
 void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners);
 
 }  // namespace sila

@@ -30,15 +30,15 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
 /// Limits of the memory in use at once. The rows of a part take some 200 bytes each.
 struct StreamLimits {
   std::size_t whole_bytes = 16U << 20;  ///< a file of no more bytes is read whole
-  std::size_t block_bytes = 4U << 20;   ///< of a larger one at once while it is looked through
-  std::size_t rows_at_once = 400'000;   ///< of a larger one at once when its tracks are read
+  std::size_t block_bytes = 4U << 20;   ///< bytes of a larger file in memory while it is scanned
+  std::size_t rows_at_once = 400'000;   ///< rows of a larger file in memory while its tracks are read
 };
 
-/// The tracks of files, a part at a time, so that memory does not grow with their number: read_tracks for more than
-/// memory holds. Tracks come by source, then start time, then id, with the same ids, the tracklets of a track that was
-/// split together. A large file is looked through once for where each track is, then read in parts; a track is never
-/// torn, however its rows are mixed with others'. Files whose frames are made seconds by an interval, TrajNet++ and
-/// folders of one-track files are read whole.
+/// The tracks of files, a part at a time, so that memory does not grow with their number: read_tracks for files larger
+/// than memory. Tracks have the same ids and come by source, then start time, then id; the tracklets of a split track
+/// come together. A large file is scanned once to find where each track is, then read in parts. Each part has whole
+/// tracks, even if their rows are mixed in the file. Read whole are files whose frame numbers become seconds by an
+/// interval, TrajNet++ files and folders of one-track files.
 class TrackStream {
  public:
   /// `paths` as for read_tracks; if there are none, the files of the scene. Throws: as read_tracks.
@@ -48,10 +48,10 @@ class TrackStream {
   TrackStream& operator=(TrackStream&&) noexcept;
   ~TrackStream();
 
-  /// The next tracks, maybe none; nothing after the last. Throws: FormatError as read_tracks does.
+  /// The next tracks, possibly an empty part; null after the last part. Throws: FormatError as read_tracks does.
   std::optional<CleanTracks> next();
 
-  /// Whether the last part was given, as far as that is known without reading on.
+  /// Whether `next` has returned the last part, as far as that is known without reading more.
   bool exhausted() const;
 
   /// The report on the rows so far; after the last part on all of them, as read_tracks reports it (the first row

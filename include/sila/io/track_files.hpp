@@ -46,7 +46,7 @@ struct TrackFormatText {
 /// Every format once.
 std::span<const TrackFormatText> track_formats();
 std::string_view name_of(TrackFormat format);
-/// Nothing if there is no format of that name.
+/// The format of that name; null if there is none.
 std::optional<TrackFormat> track_format(std::string_view name);
 
 /// Information that is not in a file. Unset fields follow the rules of the format (docs/formats.md).
@@ -55,7 +55,7 @@ struct ReadOptions {
   std::optional<double> frames_per_second =
       {};  ///< makes seconds of frame numbers; no effect on files with time stamps
   std::optional<double> sample_interval_s = {};  ///< time between annotations; used if `frames_per_second` is unset
-  std::optional<double> metres_per_unit = {};    ///< of a pixel, centimetre, ...; unset: the file is in metres
+  std::optional<double> metres_per_unit = {};    ///< size of a pixel, centimetre, ... [m]; unset: the file is in metres
   std::optional<Camera> camera = {};             ///< makes metres of pixels, instead of `metres_per_unit`
   std::vector<std::string> person_classes = {};  ///< names or numbers that are pedestrians; empty: those of the format
   std::optional<std::string> frigate_camera = {};  ///< whose events count; unset: all

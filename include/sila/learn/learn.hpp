@@ -11,7 +11,7 @@
 
 namespace sila {
 
-/// Lengths in metres become curb units when a model begins (see ModelSettings).
+/// The grid of a new model. Its lengths in metres become curb units when the model begins (see ModelSettings).
 struct GridConfig {
   double cell_m = 1.0;
   /// Side of a tile, at whose borders aligned primitives are cut [cells].
@@ -107,7 +107,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.group("field", config.field);
 }
 
-/// The settings of a model. The length of its curb unit converts configured metres into units.
+/// The settings of a new model: configured metres become curb units of `reference_width_m` metres.
 ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
                              const GridConfig& config);
 
@@ -125,7 +125,7 @@ struct LearnReport {
   int unexplained = 0;  ///< tracks for which no primitive was worth its cost
   std::size_t primitives = 0;
   std::size_t transitions = 0;
-  double objective = 0.0;
+  double objective = 0.0;  ///< of the dictionary learning, at its end (docs/method.md, M2)
 };
 
 struct LearnResult {
@@ -140,8 +140,8 @@ struct LearnResult {
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).
 LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
 
-/// The same for a batch of several sites that are to stay apart: each site is learnt by itself, and the increments
-/// stand side by side in one.
+/// The same for a batch of several sites that stay apart: each site is learnt by itself, and one increment has the
+/// primitives and transitions of all sites, without transitions between sites.
 LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
 
 }  // namespace sila

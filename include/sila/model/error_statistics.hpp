@@ -43,7 +43,7 @@ struct RegressionMoments {
   }
 };
 
-/// Those of errors of mean velocities along the heading, and to the left of it, on motion.
+/// Moments of the regression of velocity errors on motion features: along the heading, and to the left of it.
 using MotionMoments = std::array<RegressionMoments, 2>;
 
 /// Sums of squared prediction errors along and across the predicted way.
@@ -100,46 +100,46 @@ struct ErrorStatistics {
   int steps = 0;
   double interval_s = 0.2;                  ///< between steps
   double observe_s = 3.2;                   ///< length of a whole window
-  std::vector<RegressionMoments> stacking;  ///< of true mean velocities on kStackedFeatures
+  std::vector<RegressionMoments> stacking;  ///< regression of true mean velocities on kStackedFeatures
   Densities density;                        ///< errors of stacked predictions
-  Densities density_place_free;             ///< of the motion regression alone, for a place that is not known
+  Densities density_place_free;             ///< errors of the motion regression alone, for untrained sites
   std::vector<std::vector<double>> scores;  ///< counts of nonconformity scores: bins at step * kScoreClasses + class
   std::vector<double> novelties;            ///< counts of raw novelties: bins
   std::vector<SlowErrors> slow;             ///< of each slow class
-  /// Of each motion state, when it changes: kStanding when people start, kWalking when they stop.
+  /// Hazards of a change of motion state: at kStanding that people start, at kWalking that they stop.
   std::array<RegressionMoments, kMotionStates> changes;
-  /// Of people who walk: errors of constant velocity on motion.
-  MotionMoments global_motion;
-  /// The same of stacked velocities; and on the correction known before: 1 x 1.
+  MotionMoments global_motion;  ///< motion regression: errors of constant velocity on motion, of people who walk
+  /// Motion correction: errors of stacked velocities on motion. The share regresses them on earlier corrections (1 x
+  /// 1).
   MotionMoments motion;
   RegressionMoments motion_share;
-  RegressionMoments correction;  ///< the same of what that leaves, on places
+  RegressionMoments correction;  ///< path correction: errors that remain after it, on positions; and its share
   RegressionMoments correction_share;
 
   bool empty() const { return steps == 0; }
 };
 
-/// Windows that the densities are fitted to, of those that were observed whole.
+/// Number of windows, of those observed whole, that the densities are fitted to.
 double windows_in(const Densities& densities);
 
 /// Tables of zeros.
 ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s);
 
-/// Without the sums that depend on positions, of the correction by place.
+/// Sets the sums that depend on positions, those of the path correction, to zero.
 void forget_positions(ErrorStatistics& error_statistics);
 
-/// Every example counted `share` times; exact, since all error statistics are sums over examples.
+/// The statistics as if every example had counted `share` times; exact, because all of them are sums over examples.
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
-/// Past error statistics and new ones; each new window multiplies the past ones by exp(-1 / memory_windows). Unless the
-/// memory is infinite, recent windows count more in the nonconformity scores and in the densities of people who walk.
-/// Throws: std::invalid_argument if they differ in shape.
+/// The sum of past and recent error statistics; each recent window multiplies past ones by exp(-1 / memory_windows).
+/// Unless the memory is infinite, recent windows count more in the nonconformity scores and in the densities of people
+/// who walk. Throws: std::invalid_argument if they differ in shape.
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double memory_windows);
 
-/// Throws: std::invalid_argument if neither is empty and they differ in shape.
+/// Throws: std::invalid_argument if neither argument is empty and their shapes differ.
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b);
 
-/// Adds as if both had been gathered at once. Throws: std::invalid_argument if they differ in shape.
+/// Adds `more` to `sum`, as if one model had gathered both. Throws: std::invalid_argument if they differ in shape.
 void accumulate(ErrorStatistics& sum, const ErrorStatistics& more);
 
 /// Throws: std::invalid_argument for tables whose shape does not follow from the steps and classes, numbers that are

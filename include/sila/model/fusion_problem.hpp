@@ -7,8 +7,8 @@
 
 namespace sila {
 
-/// Joint indices: the primitives of the previous model are 0 .. previous_primitives - 1, those of the incoming one
-/// follow.
+// Joint indices number the primitives of both models: those of the previous model are 0 .. previous_primitives - 1,
+// those of the incoming model follow.
 
 /// The similarity S of two primitives, first < second (joint indices).
 struct Similarity {
@@ -18,7 +18,7 @@ struct Similarity {
   bool operator==(const Similarity&) const = default;
 };
 
-/// How often the transition from -> to was seen, T(from, to) (joint indices, both of the same model).
+/// Number of tracks that showed the transition from -> to, T(from, to) (joint indices, both of the same model).
 struct TransitionCount {
   int from = 0;
   int to = 0;
@@ -38,17 +38,17 @@ struct FusionProblem {
   int primitives() const { return previous_primitives + incoming_primitives; }
 };
 
-/// How the algorithm is read where the paper leaves a choice (docs/fuse.md).
+/// Choices where the paper is silent or contradicts itself (docs/fuse.md).
 struct FusionRules {
   bool strict_relax = false;    ///< Alg. 1 literally: keep two edges of a big component, even if they do not touch
   bool both_directions = true;  ///< case 1 looks for a transition between the leaves in both directions
-  bool split_credit = false;    ///< what flows through a split primitive is added to the count between its parts
+  bool split_credit = false;    ///< tracks through a split primitive are added to the count between its parts
   /// A self transition of a split primitive becomes second -> first, as Alg. 2 literally says.
   bool literal_self_transitions = false;
   bool case_3_fuses_stronger = false;  ///< case 3 fuses the stronger of the two pairs instead of nothing
 };
 
-/// The decision on a few primitives that similarity connects.
+/// The decision on the primitives of one component of the similarity graph, or of a part of it after relaxing.
 enum class FusionReason {
   one_to_one,       ///< one edge: the two are fused
   case_1,           ///< the centre is replaced by its two leaves, one after the other
@@ -76,8 +76,8 @@ struct FusionDecision {
   std::optional<PrimitiveSplit> split;  ///< of case 1
 };
 
-/// A connected component of the similarity graph: the edges that relaxing removed, weakest first, and the decisions on
-/// the rest.
+/// A connected component of the similarity graph: the edges that relaxing removed, weakest first, and a decision on
+/// each part that remains.
 struct FusionComponent {
   std::vector<Similarity> relaxed;
   std::vector<FusionDecision> decisions;
@@ -94,13 +94,13 @@ struct TransitionGroup {
 
 /// How two models become one, in joint indices. Everything is sorted, so equal problems give equal plans.
 struct FusionPlan {
-  std::vector<int> in;                       ///< of each primitive: where transitions to it now end
-  std::vector<int> out;                      ///< of each primitive: where transitions from it now begin
+  std::vector<int> in;                       ///< for each primitive: where transitions to it end after the fusion
+  std::vector<int> out;                      ///< for each primitive: where transitions from it begin
   std::vector<std::vector<int>> fusion_set;  ///< the primitives of each tuple are averaged into its first
   std::vector<PrimitiveSplit> splits;
   std::vector<int> kept;  ///< primitives of the fused model, in their order there
   std::vector<TransitionGroup> groups;
-  std::vector<FusionComponent> components;  ///< why
+  std::vector<FusionComponent> components;  ///< the decisions that led to the plan
 
   /// The paper's model size: |D''| + |R''|.
   std::size_t model_size() const { return kept.size() + groups.size(); }

@@ -22,8 +22,8 @@ struct ModelSettings {
   CurbScaling scaling = CurbScaling::metres;
   double sample_interval_s = 0.2;
   double reference_width_m = 1.0;   ///< [m] of one curb unit, by which configured metres became units
-  double residual_horizon_s = 0.0;  ///< how far residual GPs reach; 0 if the model has none
-  int residual_knots = 0;           ///< evenly spaced times until then
+  double residual_horizon_s = 0.0;  ///< time ahead that residual GPs reach; 0 if the model has none
+  int residual_knots = 0;           ///< number of evenly spaced times until that horizon
 };
 
 bool operator==(const ModelSettings& a, const ModelSettings& b);
@@ -82,7 +82,7 @@ struct FlowField {
   const SparseGp* second() const { return independent() ? &gp_y : nullptr; }
 };
 
-/// A transition between two primitives (or from one to itself): how often it was seen and how people move along it.
+/// A transition between two primitives (or from one to itself): the number of tracks, and the velocities along it.
 /// Count and field are kept together so that the paper's R_edges and R_GP cannot disagree.
 struct Transition {
   int from = 0;  ///< index of a primitive of the same model, 0-based
@@ -91,7 +91,7 @@ struct Transition {
   FlowField field;
   SparseGp residual = {};             ///< no points: no data (src/refine/residual.hpp)
   std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
-  int support = 0;  ///< lower bound of the number of different tracks; is not discounted, counts no track twice
+  int support = 0;                    ///< lower bound of the number of different tracks that showed it
 };
 
 static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");
@@ -117,7 +117,7 @@ struct Model {
 /// The paper's model size: |D| + |R|.
 std::size_t size(const Model& model);
 
-/// Throws: std::invalid_argument if a model that shares its sites is to keep them apart.
+/// Throws: std::invalid_argument if `sharing` is `apart` and the model has shared sites; `function` names the caller.
 void require_separable(const std::string& function, const Model& model, SiteSharing sharing);
 
 /// Throws std::invalid_argument naming the first part that breaks an invariant: unsorted or repeated cells, arrows

@@ -9,7 +9,7 @@
 
 namespace sila {
 
-/// What a model has as flat lists of numbers.
+/// The parts of a model that a file keeps as flat lists of numbers.
 template <class Part>
 concept PackedPart =
     std::same_as<Part, ErrorStatistics> || std::same_as<Part, FlowField> || std::same_as<Part, SparseGp> ||
@@ -21,7 +21,7 @@ concept PackedPart =
 template <PackedPart Part>
 std::vector<double> pack(const Part& part);
 
-/// The part again.
+/// The part of which `pack` made these numbers.
 /// Throws: std::invalid_argument if the numbers are too few or too many, or a size is not valid.
 template <PackedPart Part>
 Part unpack(std::span<const double> numbers);

@@ -6,7 +6,7 @@
 
 namespace sila {
 
-/// Speed classes that error statistics are kept for.
+/// Number of speed classes that have separate error statistics.
 inline constexpr int kSpeedClasses = 5;
 /// Mean observed speeds between the classes [m/s]: standing, strolling, slow, normal, fast.
 inline constexpr double kSpeedClassLimits_mps[] = {0.3, 0.8, 1.15, 1.5};
@@ -27,7 +27,7 @@ inline constexpr int kScoreClasses = kSpeedClasses + static_cast<int>((kObserved
 constexpr std::size_t motion_state(int speed_class) {
   return speed_class == 0 ? kStanding : kWalking;
 }
-/// The motion state of a class of scores: of the speed class, or beside the observed class.
+/// The motion state of a class of scores.
 constexpr std::size_t motion_state_of_score_class(std::size_t score_class) {
   return score_class < kSpeedClasses ? motion_state(static_cast<int>(score_class))
                                      : (score_class - kSpeedClasses) % kMotionStates;

@@ -13,7 +13,7 @@ namespace sila {
 struct Site {
   CurbFrame frame;
   int episodes = 0;                  ///< batches that had tracks of this site
-  long tracks = 0;                   ///< of this site learnt from
+  long tracks = 0;                   ///< trajectories of this site that were learnt
   ErrorStatistics error_statistics;  ///< of predictions at this site; constant size
 };
 
@@ -38,10 +38,10 @@ bool same_site(const CurbFrame& a, const CurbFrame& b);
 /// The index of the site at this corner.
 std::optional<int> find_site(const std::vector<Site>& sites, const CurbFrame& frame);
 
-/// The same; a site that is not among them is appended, with no episodes and no tracks.
+/// The same; if no site is at this corner, one without episodes and tracks is appended.
 int find_or_add_site(std::vector<Site>& sites, const CurbFrame& frame);
 
-/// The sites of the tracks of one batch, in the order in which they first come.
+/// The sites of the tracks of one batch, in the order of their first tracks.
 std::vector<Site> sites_of(const std::vector<CurbTrajectory>& tracks);
 
 /// The sites of two models: those of the first keep their indices, those that only the second has follow. Episodes,
@@ -56,8 +56,9 @@ JoinedSites join_sites(std::vector<Site> first, const std::vector<Site>& second)
 /// Throws: std::invalid_argument if the error statistics of two sites have different shapes.
 void require_one_shape(const std::vector<Site>& sites);
 
-/// Adds counts to a list that is sorted by site.
+/// Adds a count to a list that is sorted by site.
 void add_count(std::vector<SiteCount>& counts, const SiteCount& more);
+/// The sum of the counts of all sites.
 double total_count(const std::vector<SiteCount>& counts);
 
 /// Whether two lists, sorted by site, have a site in common.

@@ -6,7 +6,7 @@
 
 namespace sila {
 
-/// The factor of the likelihood of a transition in its weight.
+/// The prior of a transition, which multiplies its likelihood in its weight.
 enum class WeightPrior {
   local_evidence,          ///< number of samples that support its field at the position
   transition_probability,  ///< P(j | i) = T(i, j) / sum_k T(i, k) (paper)

@@ -13,11 +13,11 @@
 
 namespace sila {
 
-/// How a mode differs from what is expected of its roll-out.
+/// How a mode differs from the expected path of its roll-out (docs/decisions/0072-mode_variants.md).
 enum class VariantKind { expected, slower, faster, left, right, wide };
 inline constexpr const char* kVariantKinds[] = {"expected", "slower", "faster", "left", "right", "wide"};
 
-/// One hypothesis of what the person will do, in the world frame.
+/// One hypothesis of the future path, in the world frame.
 struct Mode {
   double weight = 0.0;
   std::vector<Vector2> path_m;          ///< mean position at each time of the prediction
@@ -27,25 +27,25 @@ struct Mode {
   std::size_t source = 0;  ///< which of the merged roll-outs it comes from, heaviest first
 };
 
-/// Where the person will be with a nominal probability: wherever the density of the modes is at least exp(-level) of
-/// its peak (`nonconformity` at most `level`, refine/predictor.hpp). The levels were learnt from past errors.
+/// The region in which the person will be with a nominal probability: where the density of the modes is at least
+/// exp(-level) times its peak (`nonconformity` at most `level`, refine/predictor.hpp). Past errors gave the levels.
 struct Region {
   double probability = 0.0;
   std::vector<double> levels;  ///< at each time of the prediction
 };
 
-/// Probabilities of the regions that every fitted prediction states.
+/// Probabilities of the regions of a prediction by a model with error statistics.
 inline constexpr std::array<double, 4> kRegionProbabilities = {0.25, 0.5, 0.75, 0.9};
 
 /// Invariant: at least one mode; weights >= 0, sum 1, in falling order; every path as long as `times_s`.
 struct Prediction {
   double t0_s = 0.0;            ///< time of the last observed sample, on the clock of the input
-  std::vector<double> times_s;  ///< after t0
+  std::vector<double> times_s;  ///< of the steps, after t0
   std::vector<Mode> modes;
   std::vector<Region> regions;  ///< by rising probability
   bool fallback = false;        ///< no transition matched: kinematics alone
-  double novelty = 0.0;     ///< in [0, 1]: share of the people seen so far whose path was better known than this one
-  double observed_s = 0.0;  ///< between the first and the last sample that it rests on
+  double novelty = 0.0;     ///< in [0, 1]: share of the people learnt so far whose path was better known than this one
+  double observed_s = 0.0;  ///< time between the first and the last observed sample that was used
   bool standing = false;    ///< mean speed below 0.3 m/s while observed
   /// Probability that the motion has changed by each time: that a standing person has started (is 0.5 m away), that a
   /// walking one has stopped (slower than 0.3 m/s over 0.8 s). Empty before errors are known.
@@ -95,7 +95,7 @@ class Scratch {
 struct Workspace {
   Scratch scratch;
   Prediction prediction;    ///< the last one
-  std::vector<Mode> spare;  ///< modes that it did not need
+  std::vector<Mode> spare;  ///< modes that the last prediction did not need; their memory is used again
 };
 
 }  // namespace sila

@@ -13,14 +13,14 @@ namespace sila {
 /// Source: none in the paper; docs/decisions/0070-residuals.md.
 struct ResidualConfig {
   bool enabled = true;
-  /// Number of times until the horizon at which they are learnt.
+  /// Number of evenly spaced times until the horizon at which the deviation is learnt.
   static constexpr int knots = 4;
   double place_scale_m = 1.3;
   double velocity_scale_mps = 0.45;
   double mean_velocity_scale_mps = 0.5;
   /// Prior standard deviation [m/s].
   static constexpr double signal_std_mps = 0.4;
-  /// Noise: how much pedestrians with the same inputs differ [m/s].
+  /// Noise: standard deviation between pedestrians with the same inputs [m/s].
   static constexpr double noise_std_mps = 0.25;
   /// Time between two samples of a track [s].
   static constexpr double stride_s = 0.8;

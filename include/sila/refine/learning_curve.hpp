@@ -42,10 +42,10 @@ struct Estimate {
   double upper = 0.0;
 };
 
-/// Weighted least squares, weights: windows; points without windows or without an error of constant velocity do not
-/// count. None for fewer than four points, or if all are after equally many tracks.
-/// Throws: std::invalid_argument for a point with windows before the first track, or with errors that are negative or
-/// not finite. Source: none in the paper; docs/decisions/0116-learning-curve.md.
+/// Fits the curve by least squares, weighted by windows; points without windows or without an error of constant
+/// velocity do not count. Null for fewer than four points, or if all of them have the same number of tracks. Throws:
+/// std::invalid_argument for a point with windows before the first track, or with errors that are negative or not
+/// finite. Source: none in the paper; docs/decisions/0116-learning-curve.md.
 std::optional<LearningCurve> fit_learning_curve(std::span<const LearningPoint> points);
 
 /// The expected relative error after `tracks`. Throws: std::invalid_argument if tracks is not positive.

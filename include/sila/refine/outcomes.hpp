@@ -9,12 +9,12 @@
 
 namespace sila {
 
-/// Where a person is at one time, from where they were at t0: within 0.5 m, or in a direction.
+/// The position of a person at one time relative to that at t0: within 0.5 m, or farther in some direction.
 enum class Outcome { stays, straight, left, right, back };
 inline constexpr const char* kOutcomes[] = {"stays", "straight", "left", "right", "back"};
 inline constexpr std::size_t kOutcomeCount = std::size(kOutcomes);
 
-/// At the index of each outcome; the sum is 1.
+/// The probability of each outcome, at its index; the sum is 1.
 using OutcomeProbabilities = std::array<double, kOutcomeCount>;
 
 /// The outcome if the person is at this position [m]. Directions are relative to `prediction.heading`. `straight` is
@@ -28,14 +28,14 @@ Outcome outcome_of(const Prediction& prediction, const Vector2& position_m);
 /// does not have, or without a heading. Source: none in the paper; docs/decisions/0126-outcomes.md.
 OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step);
 
-/// For each mode, the probability that no other path of the prediction comes nearer to the way that the person takes,
-/// by the density of the modes: weights are shares of that density, and a mode of little weight can well come nearest.
-/// Of modes with one path the first has its probability, the others 0; the sum is 1. By numerical integration with an
-/// absolute error below 0.04; ways are compared halfway to the horizon and there. Source: none in the paper;
-/// docs/decisions/0128-nearest-path.md.
+/// For each mode, the probability that no other path of the prediction comes nearer to the true path, by the density of
+/// the modes. (A weight is a share of that density: a mode with a small weight can often come nearest.) Of several
+/// modes with the same path the first has its probability, the others 0; the sum is 1. Computed by numerical
+/// integration with an absolute error below 0.04. Paths are compared halfway to the horizon and at the horizon. Source:
+/// none in the paper; docs/decisions/0128-nearest-path.md.
 std::vector<double> nearest_probabilities(const Prediction& prediction);
 
-/// Steps at which outcomes are stated: the last until each whole second, and the last of all.
+/// Steps at which outcomes are written: the last step until each whole second, and the last of all.
 std::vector<std::size_t> outcome_steps(const Prediction& prediction);
 
 }  // namespace sila

@@ -26,10 +26,12 @@ class Predictor {
   /// world frame. Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
   /// Source: SILA paper, section on prediction; docs/predict.md.
   Prediction predict(const CurbTrajectory& observed) const;
-  /// The same, and once the workspace is as large as it has to be without allocating; valid until it is used again.
+  /// The same without allocation once the workspace is large enough; the result is valid until the workspace is used
+  /// again.
   const Prediction& predict(const CurbTrajectory& observed, Workspace& workspace) const;
 
   const RefineConfig& config() const;
+  /// Time between the steps of a prediction, which is the sampling interval of the model.
   double interval_s() const;
   /// The steps towards a prediction, for error statistics and explanations.
   const PreparedModel& prepared() const { return *prepared_; }
@@ -78,22 +80,23 @@ struct ModeExplanation {
   std::vector<RolloutExplanation> rollouts;  ///< heaviest first
 };
 
-/// Why a prediction is what it is.
+/// The transitions behind a prediction, and the terms of the weights of its roll-outs.
 struct Explanation {
   std::vector<ModeExplanation> modes;  ///< in the order of the prediction's
   double likelihood_power = 1.0;
-  double effective_samples = 0.0;  ///< that the residual GPs rest on
+  double effective_samples = 0.0;  ///< effective number of samples of the residual GPs near this person
   double raw_novelty = 0.0;  ///< mean over the scored samples of var / sigma_f^2 of the field that knows each best
   double at_least_as_novel = 0.0;  ///< share of the people seen so far whose path was at least as novel
 };
 
+/// Explains `predictor.predict(observed)`. Units and Throws: as there.
 Explanation explain(const Predictor& predictor, const CurbTrajectory& observed);
 
 /// 2 pi times the density of a prediction at a point [1/m²], at least 1e-300, so that its logarithm is finite.
 double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m);
 
-/// How much less dense the prediction is at a point than at the densest of its modes' centres: log(peak / density), at
-/// least 0; half the squared Mahalanobis distance for a single mode. Never infinite.
+/// Nonconformity score of a point [m, world frame]: log(peak / density), where the peak is the largest density at the
+/// centre of a mode; at least 0, never infinite. For a single mode half of the squared Mahalanobis distance.
 double nonconformity(const Prediction& prediction, std::size_t step, const Vector2& point_m);
 
 /// Whether a point lies in a nominal region: where the nonconformity score is at most its level.
@@ -105,18 +108,17 @@ int score_bin(double nonconformity);
 /// The bin of kNoveltyBins of a raw novelty in [0, 1].
 int novelty_bin(double raw_novelty);
 
-/// Quantiles of nonconformity scores of windows that the model had not learnt: the level of the region of each
-/// probability. A speed class with few windows is pooled with the others; without any window a Gaussian is assumed.
+/// The level of the region of each probability: a quantile of the nonconformity scores of windows that the model had
+/// not learnt. A speed class with few windows is shrunk to the others; without any window a Gaussian is assumed.
 /// Source: none in the paper; docs/decisions/0071-regions.md.
 class Calibration {
  public:
   explicit Calibration(const ErrorStatistics& error_statistics);
 
   bool fitted() const { return steps_ > 0; }
-  /// Of the region with this number in kRegionProbabilities.
+  /// Level of the region whose probability is kRegionProbabilities[region].
   double level(std::size_t step, std::size_t score_class, std::size_t region) const;
-  /// Share of the people seen so far whose path was better known than this raw novelty; the raw novelty itself while
-  /// no track was scored.
+  /// Share of the people scored so far with a smaller raw novelty; the raw novelty itself until a track was scored.
   double novelty(double raw_novelty) const;
 
  private:

@@ -13,13 +13,13 @@
 
 namespace sila {
 
-/// Which transitions become part of others, and which are removed.
+/// Which transitions are merged into others.
 /// Source: none in the paper, whose models grow without limit; docs/decisions/0047-pruning.md.
 struct PruneConfig {
   bool enabled = true;
   /// A transition seen at most this often is subsumed by one that agrees with it [trajectories].
   static constexpr double max_count = 3.0;
-  /// Of its pseudo-inputs, which the other field must know.
+  /// Share of its pseudo-inputs that the other field must know.
   static constexpr double agreement_share = 0.8;
   /// A field knows a position where its variance is below this [of the signal variance].
   static constexpr double known_ratio = 0.4;
@@ -27,7 +27,7 @@ struct PruneConfig {
   static constexpr double agreement_mps = 0.3;
   /// A transition seen at most this often expires where another one knows its place [trajectories]; no setting.
   double expire_count = 3.0;
-  /// ... once it has not been seen for as long, counted at its site [episodes].
+  /// ... once it has not been seen for this time, counted at its site [episodes].
   static constexpr double expire_after_episodes = 10.0;
 };
 
@@ -56,7 +56,7 @@ struct PruneResult {
 PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing = {},
                   const ResidualConfig& residual = {});
 
-/// Maximum size of a model; infinite: none.
+/// Maximum size of a model; infinite: no limit.
 struct ModelBudget {
   double max_primitives = std::numeric_limits<double>::infinity();
   double max_bytes = std::numeric_limits<double>::infinity();
@@ -95,16 +95,15 @@ struct BudgetResult {
 BudgetResult apply_budget(Model model, const ModelBudget& budget, const PruneConfig& overlap = {});
 
 /// A model for export: only transitions that at least `min_people` different tracks support, between primitives with
-/// the same support. Nothing else remains except sums over all tracks (error statistics without the correction by
-/// place; docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is
-/// below 1.
+/// the same support. Nothing else remains except sums over all tracks (error statistics without the path correction;
+/// docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is below 1.
 Model k_anonymous(Model model, int min_people);
 
 /// A model that knows only how people walked at the places of other models: the sum of their error statistics and of
-/// their different priors, without what depends on positions. Learning that begins with it predicts better while few
-/// tracks are known.
-/// Throws: std::invalid_argument if no model has error statistics, their shapes differ, or two have learnt one episode.
-/// Source: none in the paper; power prior (Ibrahim and Chen 2000); docs/decisions/0127-prior.md.
+/// their different priors, without the sums that depend on positions. Learning that begins with it predicts better
+/// while a place has few tracks. Throws: std::invalid_argument if no model has error statistics, their shapes differ,
+/// or two have learnt one episode. Source: none in the paper; power prior (Ibrahim and Chen 2000);
+/// docs/decisions/0127-prior.md.
 Model make_prior(std::span<const Model> models);
 
 }  // namespace sila

@@ -14,14 +14,14 @@
 
 namespace sila {
 
-/// How much of a place goes into a report; what is left out is counted in it.
+/// Limits of the content of a report; the report says how much was left out.
 struct ReportLimits {
   std::size_t drawn_tracks = 300;      ///< that are drawn under the primitives
   std::size_t predicted_tracks = 32;   ///< that can be played, the worst of them among them
   std::size_t worst = 12;              ///< rows of the table of the worst
   double stride_s = 1.0;               ///< between the predictions of a played track
   std::size_t most_bytes = 1'400'000;  ///< of the data; predicted tracks are halved until they fit
-  /// Of the data with what predicts on the page, which is left out if it does not fit: a page of 4 MB.
+  /// Bytes of the data with predictor and model, which are left out beyond it, so that a page has at most 4 MB.
   std::size_t bytes_with_predictor = 3'600'000;
 };
 
@@ -52,7 +52,7 @@ struct EditorInput {
   std::string file_name;  ///< under which the page saves it
   std::string proposal;   ///< a sentence on where the corner comes from
   std::vector<FramedTrajectory> tracks;
-  bool in_picture = false;  ///< they were read by the scene's camera; without one: they are image points
+  bool in_picture = false;  ///< the tracks come from image points: by the scene's camera, or as they are without one
   std::string picture;      ///< data URL; empty: none
 };
 

@@ -16,7 +16,7 @@ struct ServiceConfig {
   static constexpr double clock_jump_s = 10.0;
   /// Consecutive detections that agree with each other but not with the clock of the stream reset it; no setting.
   int clock_patience = 10;
-  /// Without a detection, by the clock of the machine, after which all tracks of a stream end [s].
+  /// All tracks of a stream end after this time without a detection, by the clock of the machine [s].
   static constexpr double silence_s = 5.0;
   int max_ids = 2000;
   /// A longer track, of ten minutes at 10 Hz, ends and a new one begins, so that memory is limited; no setting.
@@ -26,7 +26,7 @@ struct ServiceConfig {
   /// Tracks that wait to be learnt; beyond it the oldest are discarded; no setting.
   int max_waiting_tracks = 1000;
   double calibration_step = 0.05;
-  /// Errors and coverage are reported of the last ones [pedestrians]; no setting.
+  /// Number of the last pedestrians whose errors and coverage are reported; not a setting.
   int scored_pedestrians = 1000;
   /// The drift alarm compares the error of the last pedestrians with that of the earlier ones [pedestrians].
   static constexpr int drift_pedestrians = 50;

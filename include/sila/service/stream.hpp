@@ -36,7 +36,7 @@ struct StreamClock {
 };
 
 /// A track that may continue. Invariant: `path` is the last of the trajectories that `clean` makes of `rows`, or empty
-/// if there is none, so that a stream and a file are cleaned alike.
+/// if there is none, so that streams and files are cleaned by the same rules.
 struct OpenTrack {
   std::vector<Detection> rows;  ///< in order of arrival, without exact repetitions of the last
   Trajectory path;
@@ -93,7 +93,7 @@ struct StreamCore {
   RecentScores scores;
   OnlineCalibration online_calibration;
   Counters counters;
-  std::vector<FramedTrajectory> finished;  ///< to be learnt; the caller takes them
+  std::vector<FramedTrajectory> finished;  ///< tracks to learn; the caller removes them
   std::vector<WindowScore> windows;        ///< scored windows, if `keep_windows`
   bool keep_windows = false;
 };
@@ -115,7 +115,7 @@ struct PredictionRequest {
 IngestResult ingest(StreamCore& core, StreamId stream, const Detection& given, double arrived_s,
                     const ServiceSettings& settings);
 
-/// Tracks whose prediction is due.
+/// Number of tracks whose prediction is due.
 std::size_t due_predictions(const StreamCore& core);
 
 /// At most `count` due predictions. Streams take turns; within a stream the longest waiting is first.

@@ -15,7 +15,7 @@ struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Time between two windows of a track [s].
   double stride_s = 1.6;
-  /// After this number of newer windows an error counts 1/e; no setting, but a fleet forgets nothing.
+  /// After this number of newer windows an error counts 1/e. Not a setting; in distributed training it is infinite.
   double memory_windows = 5000.0;
 };
 
@@ -25,6 +25,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and calibrate by the errors");
 }
 
+/// All settings of learning and predicting.
 struct EpisodeConfig {
   SamplingConfig sampling;
   CurbScaling scaling = CurbScaling::metres;

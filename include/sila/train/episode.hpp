@@ -20,7 +20,7 @@ namespace sila {
 struct FusedPrimitive {
   int primitive = 0;          ///< index in the updated model
   std::vector<int> previous;  ///< of the previous model, sorted
-  int incoming = 0;           ///< how many of the increment
+  int incoming = 0;           ///< number of primitives of the increment
 };
 
 /// A previous primitive that was replaced by two of the updated model, one after the other.
@@ -70,8 +70,8 @@ struct UpdateResult {
   ModelChange change;
 };
 
-/// How a batch is learnt into a model: SILA, or one of the baselines that it is compared with in the same loop.
-/// The batch comes in curb coordinates; `settings` are those of the model, or the first ones.
+/// The way a batch is learnt into a model: SILA, or a baseline, all run by the same loop.
+/// The batch is in curb coordinates; `settings` are those of `previous`, or of a new model if `previous` is empty.
 using Update = std::function<UpdateResult(const Model& previous, const Batch& batch, const ModelSettings& settings)>;
 
 Update sila_update(const EpisodeConfig& config);  ///< learn, fuse, prune: M(n) = prune(fuse(M(n-1), M'(n)))
@@ -80,10 +80,10 @@ Update accumulate_update(const EpisodeConfig& config);
 /// Learns anew from all batches so far, which it keeps (batch learning); each call needs the batches in order.
 Update retrain_update(const EpisodeConfig& config);
 
-/// The windows of tracks that were observed for predict.observe_s, `stride_s` apart: the observed part until t0, and
-/// the future as far as the track goes. `observed_s`: window i keeps only the last observed_s[i modulo size] seconds
-/// before t0, as if the person had appeared then; if it is empty, every window is whole. `present`: the people among
-/// whom there may be companions; those of `tracks` if null.
+/// The windows of tracks that are observed for predict.observe_s, `stride_s` apart: the observed part until t0, and
+/// the future until the track ends. `observed_s`: window i keeps only the last observed_s[i modulo size] seconds
+/// before t0, as if the person had appeared then; if it is empty, every window is whole. `present`: the people who may
+/// be companions; those of `tracks` if null.
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
                                const RefineConfig& predict, double stride_s, std::span<const double> observed_s = {},
                                const PresentPeople* present = nullptr);
@@ -92,8 +92,8 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
 /// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model.
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
 
-/// The error statistics of a model on tracks that it has not learnt, for each of their sites; these have no episodes
-/// and no tracks.
+/// The error statistics of a model on tracks that it has not learnt, for each site of the tracks. The sites of the
+/// result have no episodes and no tracks.
 std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
                                       const EpisodeConfig& config);
 
@@ -104,10 +104,10 @@ std::vector<Site> error_statistics_on(const Model& model, std::span<const Framed
 /// Source: SILA paper, Alg. 1. Differs: the error statistics; docs/decisions/0005-stacking.md.
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update);
-/// With the predictor of the previous model, made with `config.predict`.
+/// The same, with the predictor of the previous model; it must have been made with `config.predict`.
 Episode run_episode(const Snapshot& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update);
-/// With SILA's update.
+/// The same with sila_update.
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config);
 
 /// Fuses two finished models, whose tracks are gone: as `fuse`.
@@ -123,10 +123,10 @@ struct Training {
   int known = 0;                        ///< batches that the model had learnt before
 };
 
-/// Called after each episode that learnt a batch: its number, from 1, the model before it, and the episode.
+/// Called after each episode that learnt a batch, with its number (from 1), the model before it, and the episode.
 using EpisodeObserver = std::function<void(int, const Model& previous, const Episode&)>;
 
-/// The next batch; empty after the last. What the span points to stays until the next call.
+/// Gives the next batch; an empty one after the last. The tracks must stay valid until the next call.
 using BatchSource = std::function<std::span<const FramedTrajectory>()>;
 
 struct BatchesResult {
@@ -135,15 +135,15 @@ struct BatchesResult {
   int known = 0;   ///< batches that the model had learnt before
 };
 
-/// Learns batch after batch: SILA and every baseline, a stream and tracks in memory go through this one loop.
+/// Learns batch after batch. SILA and every baseline, files and tracks in memory use this one loop.
 BatchesResult run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
                           const EpisodeObserver& observer = {});
 
-/// Feeds tracks to `update`, `batch_size` at a time.
+/// The same for tracks in memory, `batch_size` per batch.
 Training run_episodes(const Model& start, std::span<const FramedTrajectory> tracks, std::size_t batch_size,
                       const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
 
-/// The batch-learning baseline: all tracks at once, nothing pruned as nothing grows.
+/// The batch-learning baseline: learns all tracks at once, without pruning.
 Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config);
 
 }  // namespace sila

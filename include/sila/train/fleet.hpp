@@ -10,7 +10,7 @@
 
 namespace sila {
 
-/// Data that one task learns: tracks, `batch` of them an episode, or a model that was learnt elsewhere.
+/// Data that one task learns: tracks, `batch` of them per episode, or a model that was learnt elsewhere.
 struct Partition {
   std::vector<FramedTrajectory> tracks;
   std::size_t batch = 20;
@@ -18,16 +18,16 @@ struct Partition {
   std::optional<Model> model;       ///< instead of tracks
 };
 
-/// Its episodes, sorted, each once.
+/// The ids of the episodes of a partition, sorted, each once.
 std::vector<EpisodeId> episodes_of(const Partition& partition);
 
-/// A partition that is learnt, and which of its episodes are not.
+/// A partition that is learnt, and the ids of its episodes that are left out.
 struct ChosenPartition {
   std::size_t partition = 0;  ///< index
   std::vector<EpisodeId> left_out;
 };
 
-/// The site of its first track; of a model, the first.
+/// The frame of the first track of a partition; for a model, that of its first site.
 CurbFrame site_of(const Partition& partition);
 
 /// Partitions in an order that depends on their content alone. Each site's partitions are evenly spread, so that
@@ -42,14 +42,14 @@ struct SiteErrorStatistics {
   std::vector<Site> sites;
 };
 
-/// The result of a task of a fleet.
+/// The kinds of tasks of a fleet: inputs -> result.
 enum class FleetStep {
-  learn,      ///< of a partition its model, without error statistics
-  fuse,       ///< of two models one
-  warm_up,    ///< as calibrate, from a quarter of the windows: then calibrate measures errors of a fitted model
-  calibrate,  ///< of a partition, and a model that has not learnt it with earlier error statistics, error statistics
-  add,        ///< of two error statistics one
-  finalise,   ///< of a model, new error statistics and the start model, the model with all error statistics
+  learn,      ///< partition -> its model, without error statistics
+  fuse,       ///< two models -> one
+  warm_up,    ///< as calibrate, from a quarter of the windows, so that calibrate measures errors of a fitted model
+  calibrate,  ///< partition, model that has not learnt it, earlier error statistics -> error statistics
+  add,        ///< two error statistics -> one
+  finalise,   ///< model, new error statistics, start model -> the model with all error statistics
 };
 inline constexpr const char* kFleetSteps[] = {"learn", "fuse", "warm_up", "calibrate", "add", "finalise"};
 
@@ -68,9 +68,10 @@ struct FleetTask {
   std::vector<int> inputs = {};
 };
 
-/// All tasks; each after those that it needs, the last one makes the model. Partitions are halved recursively and the
-/// halves fused. Then a model of three quarters of them predicts the fourth quarter, round by round, and the errors
-/// calibrate: no model is scored on tracks that it has learnt. Throws: std::invalid_argument without partitions.
+/// All tasks of a run, in an order in which each follows its inputs; the last one makes the model. `goes_on`: the run
+/// continues a model. Partitions are halved recursively and the models of the halves fused. Then a model of three
+/// quarters of the partitions predicts the fourth quarter, round by round, and its errors become the error statistics:
+/// no model is scored on tracks that it has learnt. Throws: std::invalid_argument without partitions.
 /// Source: none in the paper; docs/decisions/0062-fleet.md.
 std::vector<FleetTask> plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config);
 
@@ -81,14 +82,12 @@ using FleetValue = std::variant<std::monostate, Model, SiteErrorStatistics>;
 FleetValue run_task(FleetStep step, const Partition& partition, std::span<const FleetValue* const> inputs,
                     const EpisodeConfig& config);
 
-/// The sidewalk width that a fleet of several sites begins with if curb coordinates are scaled by width: the median,
-/// the smaller one of two.
+/// The reference width of several sites if curb coordinates are scaled by width: the median, of two the smaller one.
 /// Throws: std::invalid_argument without widths.
 double agreed_width_m(std::vector<double> widths_m);
 
-/// All tasks in this process, one after another; partitions of which all episodes are known change nothing.
-/// Where curb coordinates are scaled by width they begin with the agreed one if neither the configuration nor `start`
-/// has one.
+/// Runs all tasks in this process, one after another. Partitions without a new episode change nothing. If curb
+/// coordinates are scaled by width and neither the configuration nor `start` has one, it is agreed_width_m.
 Model learn_fleet(const Model& start, std::vector<Partition> partitions, EpisodeConfig config);
 
 }  // namespace sila
