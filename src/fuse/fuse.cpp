@@ -129,8 +129,9 @@ const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming
   return index < shift ? previous.primitives[index] : incoming.primitives[index - shift];
 }
 
-/// Lower bound of the number of different tracks that support a part made of parts of both models. The models have no
-/// track in common, but one track may have shown several parts of one model.
+/// Lower bound of the number of different tracks that showed a primitive or transition made of several of both models:
+/// the largest support on each side. The models have no track in common, but one track may have shown several parts of
+/// one model.
 struct Support {
   int previous = 0;
   int incoming = 0;
@@ -165,16 +166,16 @@ std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model
 /// Number of tracks through a split primitive, by site: the larger of the counts that enter and that leave.
 std::vector<SiteCount> flow_through(int primitive, const FusionProblem& problem,
                                     const std::vector<std::vector<SiteCount>>& counts) {
-  std::vector<SiteCount> came, left;
+  std::vector<SiteCount> entering, leaving;
   for (std::size_t t = 0; t < counts.size(); ++t) {
     const TransitionCount& edge = problem.transitions[t];
     if (edge.from == edge.to) continue;
     for (const SiteCount& part : counts[t]) {
-      if (edge.to == primitive) add_count(came, part);
-      if (edge.from == primitive) add_count(left, part);
+      if (edge.to == primitive) add_count(entering, part);
+      if (edge.from == primitive) add_count(leaving, part);
     }
   }
-  return total_count(came) >= total_count(left) ? came : left;
+  return total_count(entering) >= total_count(leaving) ? entering : leaving;
 }
 
 /// The count of each group by site: that of its sources, and the credit for splits.

@@ -10,22 +10,24 @@
 
 namespace sila {
 
-/// The transitions that become one: with samples, or as GPs alone.
+/// The transitions that become one transition: GPs without data, and transitions with samples.
 struct FieldSources {
   std::vector<const Transition*> stored;  ///< their data are gone
   std::vector<const Transition*> fresh;   ///< their samples are at hand: `samples`, in the same order
   std::vector<const TransitionSamples*> samples;
 };
 
+/// How the flow field of a transition is made: copied, fitted to pooled samples, or fused from GPs.
 enum class FieldOrigin { copied, refitted, fused };
 
 FieldOrigin origin_of(const FieldSources& sources);
 
-/// One flow field of all. A single source is copied bit for bit; samples replace the GPs that were trained on them,
-/// never both. Source: SILA paper, Alg. 2, FuseGP; docs/method.md, Fusion. Differs: docs/decisions/0045.
+/// The flow field of all sources. A single source is copied bit for bit. Samples replace the GPs that were trained on
+/// them, so no data counts twice. Source: SILA paper, Alg. 2, FuseGP; docs/method.md, Fusion.
+/// Differs: docs/decisions/0045.
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config);
 
-/// A transition of a model, which must have it.
+/// A transition of a model by its (from, to). Precondition: the model has it.
 const Transition& transition_at(const Model& model, std::pair<int, int> edge);
 
 /// The sources of a group of transitions.
@@ -35,7 +37,8 @@ FieldSources sources_of(const TransitionGroup& group, const Model& previous, con
 GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::MatrixXd TransitionSamples::*inputs,
               Eigen::MatrixXd TransitionSamples::*outputs);
 
-/// Kernel and noise of GPs: theirs if they agree, otherwise the mean that their fusion takes.
+/// Kernel and noise for the fusion of GPs: those of the GPs if all are equal, else the weighted mean (docs/gp.md,
+/// section 8).
 Hyperparameters common_hyperparameters(const std::vector<const SparseGp*>& gps, const GpConfig& config);
 
 }  // namespace sila

@@ -92,13 +92,14 @@ struct Star {
 
 /// Case 1: the two leaves replace the centre, if a transition leads from one to the other; otherwise nullopt.
 std::optional<PrimitiveSplit> split_of(const Star& star, const Tables& tables, const FusionRules& rules) {
-  const double forth = lookup(tables.transitions, star.leaf_1, star.leaf_2);
-  const double back = rules.both_directions ? lookup(tables.transitions, star.leaf_2, star.leaf_1) : 0.0;
-  if (forth <= 0.0 && back <= 0.0) return std::nullopt;
-  if (forth >= back) return PrimitiveSplit{star.centre, star.leaf_1, star.leaf_2};
+  const double forward = lookup(tables.transitions, star.leaf_1, star.leaf_2);
+  const double backward = rules.both_directions ? lookup(tables.transitions, star.leaf_2, star.leaf_1) : 0.0;
+  if (forward <= 0.0 && backward <= 0.0) return std::nullopt;
+  if (forward >= backward) return PrimitiveSplit{star.centre, star.leaf_1, star.leaf_2};
   return PrimitiveSplit{star.centre, star.leaf_2, star.leaf_1};
 }
 
+/// Cases 1, 2 and 3 of Alg. 1, in this order.
 FusionDecision decide_star(const Star& star, const SimilarityEdges& edges, double threshold, const Tables& tables,
                            const FusionRules& rules) {
   const double similarity = lookup(tables.similarity, star.leaf_1, star.leaf_2);
@@ -113,7 +114,7 @@ FusionDecision decide_star(const Star& star, const SimilarityEdges& edges, doubl
   return {FusionReason::case_3_stronger, edges, similarity, {best.first, best.second}, std::nullopt};
 }
 
-/// The three cases of the paper, for one or two edges; no other part is touched, so the order of the parts does not
+/// The decision on a part of one or two edges. It depends on this part alone, so the order of the parts does not
 /// matter.
 FusionDecision decide(const SimilarityEdges& edges, double threshold, const Tables& tables, const FusionRules& rules) {
   if (edges.size() == 1) return {FusionReason::one_to_one, edges, 0.0, {edges[0].first, edges[0].second}, std::nullopt};
@@ -170,7 +171,7 @@ std::vector<int> kept_primitives(const FusionPlan& plan) {
   return kept;
 }
 
-/// Where a transition begins and ends after the re-indexing.
+/// From and to of a transition after the re-indexing.
 Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRules& rules) {
   const std::size_t from = static_cast<std::size_t>(edge.from);
   // A pedestrian who stays in a split primitive walks from its first part to its second, not back.
@@ -180,14 +181,14 @@ Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRul
 
 /// Number of tracks through a primitive: the larger of the counts that enter and that leave.
 double flow_through(int primitive, const std::vector<TransitionCount>& transitions) {
-  double came = 0.0;
-  double left = 0.0;
+  double entering = 0.0;
+  double leaving = 0.0;
   for (const TransitionCount& edge : transitions) {
     if (edge.from == edge.to) continue;
-    if (edge.to == primitive) came += edge.count;
-    if (edge.from == primitive) left += edge.count;
+    if (edge.to == primitive) entering += edge.count;
+    if (edge.from == primitive) leaving += edge.count;
   }
-  return std::max(came, left);
+  return std::max(entering, leaving);
 }
 
 std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, const FusionPlan& plan,
@@ -236,9 +237,9 @@ std::vector<SimilarityEdges> connected_components(const SimilarityEdges& edges) 
   return result;
 }
 
-// Removing the weakest edge first until at most two hang together is the same as adding the strongest first and closing
-// a part as soon as an edge would make it more than two: the part stays as it was before that edge. One pass over the
-// sorted edges.
+// To remove the weakest edge until each part has at most two edges gives the same parts as to add edges, strongest
+// first, and to close a part as soon as an edge would give it a third: such an edge is removed, and the closed part
+// takes no more edges. So one pass over the sorted edges is enough.
 Relaxed relax(const SimilarityEdges& component, bool strict) {
   if (component.size() <= 2) return {{component}, {}};
   if (strict) return relax_strictly(component);

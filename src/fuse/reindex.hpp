@@ -6,7 +6,7 @@
 
 namespace sila {
 
-/// Similarities are compared with a threshold up to this, so that exact copies match at a threshold of 1 despite
+/// Tolerance when a similarity is compared with a threshold, so that exact copies match at a threshold of 1 despite
 /// rounding.
 inline constexpr double kSimilaritySlack = 1e-9;
 
@@ -28,7 +28,7 @@ struct Relaxed {
 };
 
 /// Removes the weakest edge (ties: largest previous index, then largest incoming index) from every component of three
-/// or more edges, and looks at the components of what is left, until none has more than two. `strict` removes the
+/// or more edges and finds the components of the remaining edges, until none has more than two. `strict` removes the
 /// weakest edges until two are left, connected or not. Source: SILA paper, Alg. 1, Relaxedges. Differs:
 /// docs/decisions/0040.
 Relaxed relax(const SimilarityEdges& component, bool strict);

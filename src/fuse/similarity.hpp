@@ -14,7 +14,7 @@ namespace sila {
 /// not change it. Source: SILA paper, Eq. 1.
 double similarity(const MotionPrimitive& a, const MotionPrimitive& b);
 
-/// The graph G_s between the primitives of two models.
+/// The similarity graph G_s between the primitives of two models.
 struct SimilarityGraph {
   int previous_primitives = 0;
   int incoming_primitives = 0;
@@ -25,8 +25,8 @@ struct SimilarityGraph {
 /// cell are never compared. Throws: std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
 SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold);
 
-/// Similarities within a model, of the pairs that case 2 needs: two primitives with a common neighbour in the
-/// graph. Joint indices, sorted.
+/// The similarities that case 2 needs: of two primitives of one model with a common neighbour in the graph. Joint
+/// indices, sorted.
 std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming);
 
 /// The mean of primitives that are fused, cell by cell; weights add. Arrows shorter than `drop_below` are dropped, but

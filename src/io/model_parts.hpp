@@ -11,8 +11,8 @@ namespace sila {
 /// them. What the bytes of a part mean is known here and in sila/model/packing.hpp alone.
 struct ModelParts {
   std::string head;  ///< counts, settings, frames of the sites, and from and to of each transition
-  /// Configuration, global residual GP, episode ids in 16 groups; error statistics and global residual GP of each site;
-  /// each primitive; each transition without from and to.
+  /// Configuration, prior, episode ids in groups; error statistics of each site; each primitive; each transition
+  /// without from and to.
   std::vector<std::string> parts;
 };
 

@@ -42,17 +42,17 @@ Eigen::MatrixXd gram_of(const CodingProblem& problem, const CodingState& state, 
 /// The lasso of one track, on the primitives that share a cell with it and may get a positive coefficient.
 struct TrackLasso {
   std::vector<int> primitives;
-  Eigen::VectorXd products;
-  Eigen::VectorXd start;
+  Eigen::VectorXd products;  ///< inner products of the primitives with the track
+  Eigen::VectorXd start;     ///< the present coefficients
 };
 
 /// Scratch memory with an entry for each primitive; all zero between tracks.
 struct Touched {
   explicit Touched(const CodingState& state)
-      : products(state.primitives.size(), 0.0), yet(products.size(), false), used(products.size(), false) {}
-  std::vector<double> products;
-  std::vector<bool> yet;   ///< shares a cell with the track
-  std::vector<bool> used;  ///< by the track's present code
+      : products(state.primitives.size(), 0.0), overlaps(products.size(), false), used(products.size(), false) {}
+  std::vector<double> products;  ///< inner products with the track
+  std::vector<bool> overlaps;    ///< shares a cell with the track
+  std::vector<bool> used;        ///< by the present code of the track
 };
 
 /// Whether a coefficient of 0 stays 0 whatever the others are. For g >= 1 no arrow is longer than its activeness, so
@@ -67,9 +67,9 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   for (const CellArrow& visit : problem.tracks[track]) {
     for (const Overlap::Entry& entry : overlap.at(visit.cell)) {
       const auto k = static_cast<std::size_t>(entry.primitive);
-      if (!touched.yet[k]) {
+      if (!touched.overlaps[k]) {
         lasso.primitives.push_back(entry.primitive);
-        touched.yet[k] = true;
+        touched.overlaps[k] = true;
       }
       touched.products[k] += entry.arrow->dot(visit.value);
     }
@@ -80,7 +80,7 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
     const bool out = !touched.used[k] && stays_zero(touched.products[k], penalty, problem);
     if (out) {
       touched.products[k] = 0.0;
-      touched.yet[k] = false;
+      touched.overlaps[k] = false;
     }
     return out;
   });
@@ -91,7 +91,7 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
     const auto k = static_cast<std::size_t>(lasso.primitives[static_cast<std::size_t>(j)]);
     lasso.products(j) = touched.products[k];
     touched.products[k] = 0.0;
-    touched.yet[k] = false;
+    touched.overlaps[k] = false;
   }
   lasso.start = Eigen::VectorXd::Zero(count);
   for (const Coefficient& used : state.codes[track]) {

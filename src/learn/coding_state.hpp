@@ -28,8 +28,8 @@ struct CodingProblem {
   std::vector<std::vector<CellArrow>> tracks;  ///< per track, in path order, active cells only
   std::vector<std::vector<CellArrow>> visits;  ///< per cell; CellArrow::cell is the track here
   Grid grid;
-  double g = 1.0;  ///< square root of the activeness weight
-  double energy = 0.0;
+  double g = 1.0;       ///< square root of the activeness weight
+  double energy = 0.0;  ///< 1/2 |X|^2, the objective without primitives
 };
 
 /// Primitives on their support, and the code of each track.
@@ -39,10 +39,12 @@ struct CodingState {
   double objective = 0.0;  ///< 1/2 |X - D S|^2 + penalty * sum S, without the price of primitives
 };
 
-/// Recomputes all codes for the given primitives (exact minimum); warm-started from the present ones.
+/// The state with the optimal code of each track for its primitives (exact minimum); starts from the present codes.
+/// `penalty`: the weight of sum S in the objective.
 CodingState with_new_codes(const CodingProblem& problem, CodingState state, double penalty);
 
-/// Replaces each primitive in turn by the exact minimiser over its convex set (docs/learn.md, section 4).
+/// The state in which each primitive in turn was replaced by the exact minimiser over its convex set (docs/learn.md,
+/// section 4). The codes do not change, and `objective` is not updated.
 CodingState with_new_primitives(const CodingProblem& problem, CodingState state);
 
 /// The part of each visited cell of a track that the code does not explain, in path order.
@@ -57,7 +59,7 @@ struct Overlap {
   };
   std::vector<Entry> entries;      ///< of one cell after another, primitives in order
   std::vector<std::size_t> first;  ///< entry of each cell, and the end
-  Eigen::MatrixXd gram;            ///< inner products of the primitives; zero for those that are gone
+  Eigen::MatrixXd gram;            ///< inner products of the primitives; zero for removed ones
 
   std::span<const Entry> at(int cell) const {
     const auto c = static_cast<std::size_t>(cell);
@@ -76,7 +78,7 @@ struct Removal {
 Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
                    double penalty);
 
-/// The overlap once a primitive is gone; its index stays, with zero norm, so that no code takes it.
+/// The overlap without a primitive; its index stays, with zero norm, so that no code uses it.
 Overlap without(Overlap overlap, int primitive);
 
 /// The state without the primitives for which `drop` is true; no code may use them.

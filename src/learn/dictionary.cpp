@@ -17,9 +17,9 @@ constexpr int kAlternationsPerRound = 4;
 constexpr int kPolishAlternations = 20;
 constexpr double kPolishDecrease = 1e-5;  ///< relative; polishing stops below it
 constexpr double kSmallestSeed = 0.5;     ///< squared norm
-constexpr double kSmallestUse = 0.2;      ///< primitives never used more than this are pruned
+constexpr double kSmallestUse = 0.2;      ///< primitives whose coefficients are all smaller are removed
 constexpr double kShortestArrow = 0.05;   ///< shorter arrows are left out of the finished primitive
-constexpr double kSameSeedCosine = 0.5;   ///< two seeds of one round that agree more than this are one
+constexpr double kSameSeedCosine = 0.5;   ///< of two seeds of one round with a larger cosine only the first is taken
 
 /// A stretch of a track's path, [begin, end) in its visits.
 struct Section {
@@ -127,10 +127,12 @@ std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const Codin
   return seeds;
 }
 
+/// The objective with the price of each primitive.
 double priced(const CodingState& state, double gain_cells) {
   return state.objective + gain_cells * static_cast<double>(state.primitives.size());
 }
 
+/// Updates primitives and codes in turn, at most `times` times, until the objective hardly falls.
 CodingState alternate(const CodingProblem& problem, CodingState state, int times, double penalty, double gain_cells,
                       std::vector<double>* trace) {
   state = with_new_codes(problem, std::move(state), penalty);
@@ -159,6 +161,7 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
   return without(state, drop);
 }
 
+/// Adds rounds of new primitives, as long as a round lowers the priced objective.
 CodingState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config,
                  std::vector<double>& trace) {
   CodingState state{{}, std::vector<std::vector<Coefficient>>(problem.tracks.size()), problem.energy};
@@ -181,7 +184,8 @@ CodingState grow(const CodingProblem& problem, double gain_cells, double run_cel
   return state;
 }
 
-CodingState prune(const CodingProblem& problem, const CodingState& state, double penalty) {
+/// The state without primitives that no track uses much.
+CodingState without_rarely_used(const CodingProblem& problem, const CodingState& state, double penalty) {
   std::vector<bool> drop(state.primitives.size(), true);
   for (const auto& code : state.codes) {
     for (const Coefficient& used : code) {
@@ -229,7 +233,7 @@ Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid
   state = alternate(problem, std::move(state), kPolishAlternations, config.sparsity, gain_cells, &dictionary.objective);
   state = drop_unprofitable(problem, std::move(state), 0, config.sparsity, gain_cells);
   dictionary.objective.push_back(priced(state, gain_cells));
-  state = prune(problem, state, config.sparsity);
+  state = without_rarely_used(problem, state, config.sparsity);
 
   std::vector<int> new_index(state.primitives.size(), -1);
   for (std::size_t k = 0; k < state.primitives.size(); ++k) {

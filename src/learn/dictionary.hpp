@@ -22,9 +22,9 @@ struct GridVector {
 /// SILA paper, section on ASNSC ("k-th entry is the normalised velocity in cell k"); docs/learn.md, section 1.
 GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double min_speed_mps);
 
-/// The nearest point (in the Euclidean norm) of the cone that keeps a primitive's arrow no longer than its activeness,
-/// and the activeness at most 1: |(x, y)| <= b / g, b <= g. `g` is the square root of the activeness weight. Source:
-/// docs/learn.md, section 4. It is what forbids pairs of primitives of opposite sign.
+/// Projects an arrow (x, y, b) onto the convex set |(x, y)| <= b / g, b <= g (nearest point in the Euclidean norm): no
+/// arrow is longer than its activeness, and the activeness is at most 1. So no two primitives cancel each other. `g` is
+/// the square root of the activeness weight. Source: docs/learn.md, section 4.
 Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g);
 
 /// One use of a primitive by a track.
@@ -33,7 +33,7 @@ struct Coefficient {
   double value = 0.0;  ///< > 0
 };
 
-/// What dictionary learning found.
+/// The result of dictionary learning.
 struct Dictionary {
   std::vector<MotionPrimitive> primitives;
   std::vector<std::vector<Coefficient>> codes;  ///< per track, sorted by primitive
@@ -41,8 +41,9 @@ struct Dictionary {
 };
 
 /// Learns local motion primitives by augmented semi-nonnegative sparse coding:
-/// min 1/2 |X - D S|^2 + sparsity * sum S, S >= 0, each primitive in its convex set and support; primitives are added
-/// while each pays `gain` (cell visits). Source: Chen, Liu, How 2016 (ASNSC); docs/learn.md, sections 2 to 5. Differs:
+/// min 1/2 |X - D S|^2 + sparsity * sum S, S >= 0, each primitive in its convex set and support. Primitives are added
+/// while each lowers the objective by more than `gain_cells`. `run_cells`: the longest stretch of a new primitive if
+/// config.cut is first_unexplained. Source: Chen, Liu, How 2016 (ASNSC); docs/learn.md, sections 2 to 5. Differs:
 /// support masks, see docs/decisions/0002-support-masks.md.
 Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid, double gain_cells, double run_cells,
                             const DictionaryConfig& config);

@@ -36,10 +36,10 @@ Hyperparameters starting_hyperparameters(const ModelSettings& settings, const Fi
   return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
 }
 
-/// The bounds of the fit, configured in metres, in curb units of the place where the model began.
-GpConfig in_widths(GpConfig config, double width_m) {
-  config.min_length_scale /= width_m;
-  config.min_noise_variance /= width_m * width_m;
+/// The bounds of the fit, configured in metres, in curb units of `unit_m` metres.
+GpConfig in_curb_units(GpConfig config, double unit_m) {
+  config.min_length_scale /= unit_m;
+  config.min_noise_variance /= unit_m * unit_m;
   return config;
 }
 
@@ -88,7 +88,7 @@ struct SitePart {
   std::vector<std::size_t> tracks;
 };
 
-/// The tracks of each site, in the order in which sites first come.
+/// The tracks of each site, in the order of the first tracks of the sites.
 std::vector<SitePart> by_site(const Batch& batch) {
   std::vector<Site> sites;
   std::vector<SitePart> parts;
@@ -188,7 +188,7 @@ LearnResult learn(const Batch& batch, const ModelSettings& settings, const Learn
   for (const CurbTrajectory& track : tracks) sites.push_back(find_or_add_site(model.sites, track.frame));
   Observed observed = observe_transitions(tracks, segments, sites, config.field.stride_s);  // T(i, j), samples
   model.transitions = fit_transitions(observed, starting_hyperparameters(settings, config.field), config.field.outputs,
-                                      in_widths(config.field.gp, settings.reference_width_m));
+                                      in_curb_units(config.field.gp, settings.reference_width_m));
   model.primitives = std::move(dictionary.primitives);
   count_support(segments, model.primitives);
   model.episodes = 1;

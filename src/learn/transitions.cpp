@@ -21,7 +21,8 @@ std::size_t samples_in(double stride_s, const CurbTrajectory& track) {
   return static_cast<std::size_t>(std::max(1L, std::lround(stride_s / (track.times_s[1] - track.times_s[0]))));
 }
 
-/// Subsamples each stretch: one sample every `stride_s`, from half of it after the start on; of a short one the middle.
+/// Subsamples each stretch: one sample every `stride_s`, the first half of that after the start; of a stretch shorter
+/// than `stride_s` the middle sample.
 std::vector<SampleOf> subsampled(std::span<const CurbTrajectory> tracks, const std::vector<Stretch>& stretches,
                                  double stride_s) {
   std::vector<SampleOf> samples;
@@ -55,15 +56,15 @@ std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const 
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const std::vector<Segment>& runs = segments[i];
     std::map<TransitionKey, std::size_t> last_end;  // of this track: a pair seen twice must not give a sample twice
-    const auto note = [&](const Segment& from, const Segment& to) {
+    const auto add = [&](const Segment& from, const Segment& to) {
       const TransitionKey key{from.primitive, to.primitive};
       const auto [seen, first] = last_end.try_emplace(key, from.begin);
       if (first) add_count(counts[key], {sites[i], 1.0, 1});
       stretches[key].push_back({i, std::max(from.begin, seen->second), to.end});
       seen->second = to.end;
     };
-    if (runs.size() == 1) note(runs.front(), runs.front());
-    for (std::size_t r = 1; r < runs.size(); ++r) note(runs[r - 1], runs[r]);
+    if (runs.size() == 1) add(runs.front(), runs.front());
+    for (std::size_t r = 1; r < runs.size(); ++r) add(runs[r - 1], runs[r]);
   }
   std::map<TransitionKey, ObservedTransition> observed;
   for (const auto& [key, list] : stretches)

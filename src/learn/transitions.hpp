@@ -20,7 +20,7 @@ namespace sila {
 std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coefficient> code,
                              std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps);
 
-/// What the tracks of a batch showed of one transition.
+/// One transition in the tracks of a batch.
 struct ObservedTransition {
   std::vector<SiteCount> sites;  ///< trajectories that showed it, T(i, j), by site
   TransitionSamples samples;
@@ -29,10 +29,11 @@ struct ObservedTransition {
 /// From and to of a transition.
 using TransitionKey = std::pair<int, int>;
 
-/// Counts each transition at most once a trajectory and gathers the samples of both of its segments; a track of one
-/// segment makes a self transition, so that its data are not lost. Shapes: one list of segments and the index of its
-/// site a track. Samples are real velocities, slow ones included, so that fields show where people slow down; of
-/// each stretch of a track one every `stride_s`, or all. Source: SILA paper, T(i, j); docs/learn.md, section 7.
+/// Counts each transition at most once per trajectory and gathers the samples of both of its segments. A track of one
+/// segment makes a self transition, so that its data are not lost. Shapes: `segments` has a list and `sites` the index
+/// of a site for each track. Samples are measured velocities, slow ones included, so that fields show where people slow
+/// down; of each stretch of a track one every `stride_s`, or all if that is 0. Source: SILA paper, T(i, j);
+/// docs/learn.md, section 7.
 std::map<TransitionKey, ObservedTransition> observe_transitions(std::span<const CurbTrajectory> tracks,
                                                                 std::span<const std::vector<Segment>> segments,
                                                                 std::span<const int> sites, double stride_s = 0.0);

@@ -36,12 +36,14 @@ double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_her
   return 0.0;
 }
 
+/// The index of the first of those samples that lie in the last `seconds`.
 std::size_t first_of_last(std::size_t samples, double seconds, double interval_s) {
   const auto wanted = static_cast<std::size_t>(std::max(1L, std::lround(seconds / interval_s)));
   return samples > wanted ? samples - wanted : 0;
 }
 
-/// The terms of one field for the last sample, if the field covers it.
+/// Likelihood and prior of one field by the last sample; null if the field does not cover it. `least_unknown` becomes
+/// the smaller var / sigma_f^2 at that sample.
 std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
                                double& least_unknown, const PredictConfig& config) {
   const FieldPrediction here = field.posterior.predict(observed.positions.back());

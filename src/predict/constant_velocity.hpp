@@ -7,11 +7,11 @@
 
 namespace sila {
 
-/// Growth of the error of constant velocity before any error is known [m/s].
+/// Standard deviation of the error of constant velocity per second ahead, before any error is known [m/s].
 inline constexpr double kConstantVelocitySpread_mps = 0.3;
 
-/// The baseline: from the last position on with the mean velocity of the last 0.8 s of a path that was sampled by
-/// `interval_s` (less where it is shorter). Returns `steps` positions [m] at steps of `interval_s`.
+/// The baseline: continues from the last position with the mean velocity of the last 0.8 s (less for a shorter path).
+/// `past_m` is sampled every `interval_s`. Returns `steps` positions [m], `interval_s` apart.
 /// Throws: std::invalid_argument for an empty path.
 std::vector<Vector2> constant_velocity(std::span<const Vector2> past_m, int steps, double interval_s);
 

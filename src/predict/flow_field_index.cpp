@@ -61,7 +61,7 @@ struct Ranked {
   int transition = 0;
 };
 
-/// Buckets of one column, one above the other.
+/// Consecutive buckets of one column.
 struct Stretch {
   std::int64_t column, first_row, last_row;
   bool operator<(const Stretch& other) const {
@@ -138,7 +138,7 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
   return static_cast<std::size_t>(std::ranges::lower_bound(sorted, value) - sorted.begin());
 }
 
-/// The positions at which a field is summarised, and where each summary is stored.
+/// The positions at which a field is summarised, and the summaries to fill.
 struct CellSummaries {
   std::vector<RasterIndex> places;
   std::vector<FlowFieldIndex::CellSummary*> summaries;

@@ -30,7 +30,7 @@ class FlowFieldIndex {
   };
 
   const Field& field(int transition) const { return fields_[static_cast<std::size_t>(transition)]; }
-  /// The trained site at which this frame stands.
+  /// The trained site of this frame; null at an untrained site.
   std::optional<int> site(const CurbFrame& frame) const;
   /// Transitions whose field may cover the current position, in order. If sites are apart: those of this site; at an
   /// untrained site none (with `trained_sites_only`) or all. Where more than `max_shortlisted` overlap, those whose
@@ -48,7 +48,7 @@ class FlowFieldIndex {
 
  private:
   struct Bucket {
-    std::vector<int> transitions;  ///< that may know it
+    std::vector<int> transitions;  ///< whose fields may cover it
     /// One for each transition if there are more than `max_shortlisted`, else none.
     std::vector<CellSummary> summaries;
   };

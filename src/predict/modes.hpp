@@ -10,9 +10,8 @@ namespace sila {
 /// Numbers of the roll-outs that become one mode.
 using RolloutGroup = std::span<const std::size_t>;
 
-/// Which roll-outs become one mode: those that stay within `merge_radius_m` of a heavier one (mean distance over the
-/// first `decision_steps`). Heaviest group first, at most `max_modes`; the
-/// heaviest member of each comes first.
+/// Groups the roll-outs that become one mode: those within `merge_radius_m` of a heavier one (mean distance over the
+/// first `decision_steps`). Heaviest group first, at most `max_modes`; in each group the heaviest member first.
 std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, const CurbFrame& frame,
                                              int decision_steps, const PredictConfig& config, Scratch& scratch);
 

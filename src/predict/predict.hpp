@@ -14,26 +14,27 @@ namespace sila {
 
 /// The roll-outs of one observed path. They live in the scratch memory that they were made with.
 struct RolloutSet {
-  std::optional<int> site;               ///< none: an untrained one
+  std::optional<int> site;               ///< null: an untrained site
   std::span<const int> near;             ///< transitions whose field may cover the position
-  std::span<const Rollout> rollouts;     ///< none if no transition matches
+  std::span<const Rollout> rollouts;     ///< empty if no transition matches
   std::span<const RolloutGroup> groups;  ///< of roll-outs that become one mode, heaviest first
-  double raw_novelty = 1.0;              ///< how little of the observed path any field knows
+  double raw_novelty = 1.0;              ///< see Candidates::novelty
 };
 
-/// Selects the transitions that a pedestrian may be in, rolls them out over at least `steps` steps and groups them.
+/// Selects the transitions that a pedestrian may be in, rolls them out over at least `steps` steps of `interval_s`, and
+/// groups the roll-outs.
 /// Source: SILA paper, section on prediction; docs/predict.md.
 RolloutSet roll_out_near(const FlowFieldIndex& map, const CurbTrajectory& observed, int steps, double interval_s,
                          bool with_covariances, const PredictConfig& config, Scratch& scratch);
 
-/// An empty prediction of `steps` steps after t0, in the memory of the last one.
+/// A prediction without modes, of `steps` steps after t0, in the memory of the last prediction.
 Prediction& begin_prediction(const CurbTrajectory& observed, std::size_t steps, double interval_s,
                              Workspace& workspace);
 
-/// One more mode, blank, in memory of an earlier one.
+/// Adds a mode without path to the prediction, in the memory of an earlier mode.
 Mode& add_mode(Workspace& workspace, double weight, std::size_t steps);
 
-/// The primitives of a chain of transitions, each once in a row.
+/// Appends the primitives of a chain of transitions; equal neighbours count once.
 void visit_primitives(const FlowFieldIndex& map, std::span<const int> transitions, std::vector<int>& visited);
 
 /// Sorts by weight, heaviest first; modes of equal weight keep their order.

@@ -40,8 +40,8 @@ struct Successor {
   double probability = 0.0;
 };
 
-/// Transitions that follow in the graph and know the place; their probabilities sum to 1. Without branching the
-/// most likely of them.
+/// The transitions that follow in the graph and whose fields cover `position`; their probabilities sum to 1. If the
+/// path may not branch, the most likely of them alone.
 std::span<const Successor> successors(const FlowFieldIndex& map, int transition, const Vector2& position,
                                       bool may_branch, double support_ratio, Scratch& scratch) {
   const std::span<const int> leaving = map.leaving(map.field(transition).to);
@@ -65,6 +65,7 @@ std::span<const Successor> successors(const FlowFieldIndex& map, int transition,
   return known.first(1);
 }
 
+/// Advances and splits the branches of one prediction.
 class Roller {
  public:
   Roller(const FlowFieldIndex& map, double interval_s, bool with_covariances, const PredictConfig& config,
@@ -174,18 +175,20 @@ class Roller {
       branch.here.flow = posterior.predict(branch.position);
   }
 
+  /// The covariance after one more step.
   void spread(Branch& branch, const FlowFieldIndex::Field& field, int steps_before) const {
     Matrix2 step = Matrix2::Identity();
     if (!branch.off_map) step += dt_ * branch.here.jacobian;
     const Matrix2 grown = step * branch.covariance * step.transpose();
     const Vector2 variance = branch.here.flow.variance + field.posterior.noise_variance();
-    const Matrix2 added = (variance * lasting_s(steps_before) * dt_).asDiagonal();
+    const Matrix2 added = (variance * spreading_time_s(steps_before) * dt_).asDiagonal();
     branch.covariance = 0.5 * (grown + grown.transpose()) + added;
   }
 
+  /// The time that, times the variance of the velocity, gives the growth of the variance of the position per second.
   /// Deviations from the field are correlated in time, so errors add up as for noise of that correlation time, not as
   /// for white noise. If the deviation at the beginning is known (own_deviation), only its later change counts.
-  double lasting_s(int steps_before) const {
+  double spreading_time_s(int steps_before) const {
     const double correlation_s = config_.noise_correlation_s;
     if (!config_.own_deviation) return std::min(2.0 * correlation_s, dt_ * (2.0 * steps_before + 1.0));
     const double gained = 1.0 - std::exp(-dt_ * (steps_before + 0.5) / correlation_s);

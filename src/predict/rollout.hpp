@@ -6,13 +6,13 @@
 
 namespace sila {
 
-/// Where a chain of transitions leads, in curb coordinates.
+/// The path along a chain of transitions, in curb coordinates.
 struct Rollout {
   double weight = 0.0;                   ///< relative; not normalised
   std::span<const Vector2> path;         ///< of a person who follows the fields
   std::span<const Matrix2> covariances;  ///< of `path`, from the fields' variance and noise; none unless asked for
   std::span<const int> transitions;      ///< in order
-  Candidate origin;                      ///< where it began
+  Candidate origin;                      ///< the candidate from which it began
   double chain_probability = 1.0;        ///< of the branches that it took
 };
 
