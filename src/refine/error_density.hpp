@@ -15,8 +15,8 @@ using ScaleFeatures = Eigen::Matrix<double, kScaleFeatures, 1>;
 inline constexpr double kLeastError_m = 1e-3;
 
 /// The features of the scale of errors of one prediction.
-/// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
-/// until the horizon, and the number of pedestrians that the residual GPs rest on.
+/// Units: mean velocities of the last 0.4, 0.8 and 1.6 s and of the whole observed part [m/s], the predicted mean
+/// velocity until the horizon [m/s], and the effective number of samples of the residual GPs.
 ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
                              const Vector2& predicted_mps, double local_support);
 
@@ -29,22 +29,22 @@ Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_acros
 /// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0107-error-density.md.
 class ErrorDensity {
  public:
-  /// `state`: kWalking or kStanding, whose errors differ before any was seen.
+  /// `state`: kWalking or kStanding, which have different priors.
   ErrorDensity(const DensityMoments& moments, int steps, double interval_s, std::size_t state = kWalking);
 
-  /// Windows that it was fitted to.
+  /// Number of windows that it was fitted to.
   double windows() const { return windows_; }
-  /// Factors of the variances along and across.
+  /// Factors of the nominal variances along and across.
   Vector2 scale(const ScaleFeatures& features) const;
   /// Share of the component, from 0 (narrow) to kMixtureComponents - 1 (wide).
   double weight(std::size_t component) const { return weights_[component]; }
   const std::array<double, kMixtureComponents>& weights() const { return weights_; }
-  /// Variances [m^2] of a component along and across; steps beyond the fitted ones go on growing with the square of
-  /// time.
+  /// Variances [m^2] of a component along and across; beyond the fitted steps they grow with the square of time.
   Vector2 variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const;
+  /// Variances [m^2] of the whole mixture.
   Vector2 total_variances_m2(std::size_t step, const Vector2& scale) const;
 
-  /// How likely each component is to have made an error, given along and across.
+  /// For an error (along, across) the probability that each component made it; the sum is 1.
   std::array<double, kMixtureComponents> responsibilities(std::size_t step, const Vector2& scale,
                                                           const Vector2& error_m) const;
   /// Density of an error [1/m^2].

@@ -19,7 +19,7 @@ namespace {
 constexpr double kUnfittedWeight = 0.2;
 /// Maximum weight of all other sites together in a cell of a site's nonconformity scores.
 constexpr double kOtherSitesWindows = 20.0;
-/// Windows as which the prior of a model counts at a trained site.
+/// The prior of a model counts at a trained site like this number of windows.
 constexpr double kElsewhereWindows = 200.0;
 
 void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
@@ -42,7 +42,7 @@ constexpr double kWindowsToKnowDensity = 500.0;
 struct Example {
   PersonClass person;
   double raw_novelty = 1.0;
-  bool fitted = false;     ///< by a model that had learnt something
+  bool fitted = false;     ///< predicted by a model with error statistics of this site
   bool corrected = false;  ///< see Stacking::corrects
   SlowErrors slow_errors;
   ScaleFeatures scale, scale_place_free;

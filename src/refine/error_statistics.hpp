@@ -7,6 +7,7 @@
 
 namespace sila {
 
+/// The errors of a predictor on some windows: sums for the model, and the displacement errors of mean paths.
 struct GatheredErrors {
   ErrorStatistics statistics;
   PrequentialError path;
@@ -16,14 +17,14 @@ struct GatheredErrors {
 /// learnt.
 GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows);
 
-/// The error statistics of all sites and the prior together, for an untrained site; `place_free`: without those of what
-/// depends on the site.
+/// The sum of the error statistics of all sites and of the prior, for an untrained site. `place_free`: without the sums
+/// of predictions that depend on the site.
 ErrorStatistics pooled_error_statistics(const Model& model, bool place_free);
 
-/// The error statistics of one site, its nonconformity scores shrunk to those of the others: what these saw is a prior
-/// that counts as a few windows (power prior). The rest is the site's own, for regressions and variances of other sites
-/// made predictions worse, unless the caller gave them as the prior of the model. A site alone keeps its own bit for
-/// bit. Source: none in the paper; docs/decisions/0097-sites.md.
+/// The error statistics of one site, with nonconformity scores shrunk to those of the other sites, which count as a few
+/// windows (power prior), and with the prior of the model added. All other sums are those of the site alone, because
+/// regressions and variances of other sites made predictions worse. For a model of one site without prior the result is
+/// that of the site, bit for bit. Source: none in the paper; docs/decisions/0097-sites.md, 0127-prior.md.
 ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site);
 
 }  // namespace sila

@@ -6,7 +6,7 @@ namespace sila {
 namespace {
 
 constexpr double kCorrectionRidge = 1.0;
-/// Sum of weights after which half of the share that would have been best is added: of some 50 windows.
+/// Sum of weights, about 50 windows, at which half of the best factor is used.
 constexpr double kHalfWeight = 40.0;
 /// Errors have Student's distribution with one degree of freedom and this scale: a step of iteratively reweighted least
 /// squares (Lange, Little, Taylor 1989).

@@ -12,7 +12,7 @@
 
 namespace sila {
 
-/// What to add to the mean velocity from t0 to each of some times ahead [m/s], in the world frame.
+/// Velocities to add to the mean velocity from t0 to each of kCorrectionKnots times ahead [m/s], in the world frame.
 struct VelocityCorrection {
   std::array<Vector2, kCorrectionKnots> knots_mps = zero();
   double knot_interval_s = 1.0;
@@ -26,8 +26,8 @@ struct VelocityCorrection {
   Vector2 at(double seconds) const { return ResidualPrediction{knots_mps, knot_interval_s}.residual_mps(seconds); }
 };
 
-/// Frequencies of a Gaussian kernel with these length scales, and phases, of random Fourier features (Rahimi and Recht
-/// 2007): the same numbers everywhere, as they are part of what is learnt.
+/// Frequencies and phases of random Fourier features (Rahimi and Recht 2007) of a Gaussian kernel with these length
+/// scales. The numbers are the same on every machine, because the learnt coefficients depend on them.
 template <int Features, int Inputs>
 struct FourierBasis {
   Eigen::Matrix<double, Features, Inputs> frequencies;
@@ -54,21 +54,21 @@ Eigen::Matrix<double, Outputs, Eigen::Dynamic> ridge_coefficients(const Regressi
   return solved;
 }
 
-/// The share of a correction that would have been best so far, less while few windows are known. `past`: 1 x 1 moments
-/// of errors on corrections.
+/// The factor of a correction that would have been best so far, in [0, 1] and smaller while few windows are known.
+/// `past`: 1 x 1 moments of the regression of errors on earlier corrections. Source: docs/method.md, M6.
 double learnt_share(const RegressionMoments& past);
 
-/// Adds a window whose errors have this product with the correction known before, the square of which is given.
+/// Adds a window: `square` of the correction before the window, and its `product` with the errors of the window.
 void add_to_share(RegressionMoments& past, double square, double product, double weight);
 
 /// Errors of mean velocities at the knots of a correction [m/s].
 struct KnotErrors {
   std::array<Vector2, kCorrectionKnots> at_mps;
-  /// Of the window in the regression: large errors, of people who do something else, count less.
+  /// Weight of the window in the regression: windows with large errors count less.
   double weight = 1.0;
 };
 
-/// From those at the steps until the horizon.
+/// The errors at the knots, of those at all steps until the horizon. Precondition: not empty.
 KnotErrors knot_errors(std::span<const Vector2> errors_mps);
 
 /// Adds a window with the weight of its errors.

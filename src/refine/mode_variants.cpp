@@ -8,10 +8,11 @@
 namespace sila {
 namespace {
 
-/// Tilted weights leave at least this much within reach and beyond.
+/// Tilted weights leave at least this probability within reach, and at least this beyond.
 constexpr double kLeastShare = 0.02;
 constexpr double kMostTilt = 30.0;
-/// Where few people stood the hazard may be wrong: the rest of the weights are those of the density.
+/// Share of the tilted weights in the result; the rest are those of the density, because the hazard may be wrong where
+/// few people stood.
 constexpr double kTiltedShare = 0.5;
 
 Mode& add_twin(Workspace& workspace, VariantKind variant, double weight) {

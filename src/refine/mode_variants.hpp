@@ -8,13 +8,13 @@
 
 namespace sila {
 
-/// The covariances of a component about the mode's path, along and across the way from `start_m`.
+/// Sets the covariances of the mode to those of a component, along and across the way from `start_m`.
 void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t component, const Vector2& scale,
                       const Vector2& start_m);
 
 /// Adds modes of little weight beside the first: slower, faster, more to the left, more to the right, each
-/// `variant_reach` standard deviations off, so that a user of single paths sees what else may happen. In pairs, as
-/// long as these and the wider modes do not exceed the maximum number of modes. Source: none in the paper;
+/// `variant_reach` standard deviations away, so that a user of single paths sees other possible paths. They come in
+/// pairs, as many as fit with the wide modes into the maximum number of modes. Source: none in the paper;
 /// docs/decisions/0072-mode_variants.md.
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
                   const RefineConfig& config);
@@ -22,9 +22,9 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
 /// Weights of the components of the errors.
 using ComponentWeights = std::array<double, kMixtureComponents>;
 
-/// Those of a person who stands: halfway from the weights of the density to the same weights, tilted exponentially
-/// until the mixture at this step holds `stays` within kStandingReach_m of its mean, as far as its components allow
-/// that. Source: none in the paper; docs/decisions/0126-outcomes.md.
+/// The weights for a person who stands: the mean of the weights of the density and of the same weights after
+/// exponential tilting. Tilted weights give the mixture at this step the probability `stays` within kStandingReach_m of
+/// its mean, as far as its components allow. Source: none in the paper; docs/decisions/0126-outcomes.md.
 ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const Vector2& scale, double stays);
 
 /// Adds the wider components of the errors, about the path of the first mode.

@@ -12,9 +12,9 @@ namespace sila {
 
 using HazardFeatures = Eigen::Matrix<double, kHazardFeatures, 1>;
 
-/// The features of the hazard of a change of motion, apart from the time ahead.
-/// Units: velocities of the last 0.4, 0.8 and 1.6 s and of all that was observed [m/s], the predicted mean velocity
-/// until the horizon, the mean speed while observed, and the time that the person has stayed where they are.
+/// The features of the hazard of a change of motion, without those of the time ahead.
+/// Units: mean velocities of the last 0.4, 0.8 and 1.6 s and of the whole observed part [m/s], the predicted mean
+/// velocity until the horizon [m/s], the mean observed speed, and the time that the person has stayed in place [s].
 HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
                                const Vector2& predicted_mps, double mean_speed_mps, double still_s);
 
@@ -35,11 +35,11 @@ class MotionChange {
   /// `state`: kStanding for the hazard of starting, kWalking for that of stopping.
   MotionChange(const RegressionMoments& moments, std::size_t state, double interval_s);
 
-  /// Of the step with this number, from 0.
+  /// Hazard of a step, counted from 0.
   double hazard(const HazardFeatures& features, std::size_t step) const;
   /// Probability that the change has come by the end of each step: non-decreasing.
   void probabilities(const HazardFeatures& features, std::span<double> by_step) const;
-  /// Adds what a window shows: `change`, and `steps` that were seen of its future.
+  /// Adds a window. `change`: see change_step; `steps`: number of steps of its future that were recorded.
   void add_window(RegressionMoments& moments, const HazardFeatures& features, std::optional<std::size_t> change,
                   std::size_t steps) const;
 

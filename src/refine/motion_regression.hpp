@@ -6,22 +6,24 @@
 
 namespace sila {
 
-/// How a person walks, in the heading frame [m/s]: mean velocities of the last 0.4, 0.8, 1.6 and 3 s, the predicted one
-/// until the horizon, and that of companions relative to the person's own.
+/// Number of velocities of a MotionInput: means of the last 0.4, 0.8, 1.6 and 3 s, the predicted mean until the
+/// horizon, and that of companions relative to the person's own.
 inline constexpr int kMotionVelocities = 6;
+/// The motion of a person, in the heading frame [m/s].
 struct MotionInput {
   Vector2 heading = Vector2::UnitX();                          ///< world frame
   Eigen::Matrix<double, kMotionVelocities, 1> along, to_left;  ///< of each velocity
 };
 
-/// `past_mps`: of the last 0.4, 0.8, 1.6 and 3 s; the second is the heading. In the world frame.
+/// The input of velocities in the world frame. `past_mps`: means of the last 0.4, 0.8, 1.6 and 3 s; the second gives
+/// the heading.
 MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
                          const Vector2& companions_mps);
 
-/// Errors of mean velocities by how people walk, anywhere: ridge regression on random Fourier features that are even
-/// (errors along the heading) or odd (errors to the left of it) under reflection, so that what is learnt of a left turn
-/// holds for a right one. Sums of constant size that add exactly.
-/// Source: none in the paper; Rahimi and Recht 2007; docs/decisions/0124-companions.md.
+/// Predicts errors of mean velocities from the motion of a person, independent of the place: ridge regression on random
+/// Fourier features that are even (errors along the heading) or odd (errors to the left of it) under reflection, so
+/// that left and right turns are learnt together. Its moments have a constant size and add exactly. Source: none in the
+/// paper; Rahimi and Recht 2007; docs/decisions/0124-companions.md.
 class MotionRegression {
  public:
   explicit MotionRegression(const MotionMoments& moments);

@@ -41,14 +41,14 @@ double tan_straight_of(const Prediction& prediction) {
   return prediction.standing ? 1.0 : kTan25;
 }
 
-/// Rows: the heading and what is left of it.
+/// The rotation into the frame of the heading: its rows are the heading and the direction to the left of it.
 Matrix2 to_heading(const Prediction& prediction) {
   Matrix2 rotation;
   rotation << prediction.heading.transpose(), left_of(prediction.heading).transpose();
   return rotation;
 }
 
-/// Gives `stays` this probability, the others what is left in their proportion; in equal parts if they had none.
+/// Sets the probability of `stays` and scales the others to the sum 1; they become equal if all were 0.
 void set_stays(OutcomeProbabilities& probabilities, double stays) {
   const double moved = 1.0 - probabilities.front(), wanted = 1.0 - stays;
   for (std::size_t k = 1; k < kOutcomeCount; ++k)

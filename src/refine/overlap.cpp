@@ -71,10 +71,10 @@ std::optional<double> OverlapIndex::difference(int of, const Transition& rare, i
   double known = 0.0;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     if (known + static_cast<double>(places.cols() - m) < needed) return std::nullopt;  // most fail early
-    const FieldPrediction said = other.predict(places.col(m));
-    if (other.unexplained_share(said) >= criteria.known_ratio) continue;
+    const FieldPrediction predicted = other.predict(places.col(m));
+    if (other.unexplained_share(predicted) >= criteria.known_ratio) continue;
     known += 1.0;
-    squares += (said.mean - own.col(m)).squaredNorm();
+    squares += (predicted.mean - own.col(m)).squaredNorm();
   }
   if (known == 0.0 || known < needed) return std::nullopt;
   const double difference = std::sqrt(squares / known);

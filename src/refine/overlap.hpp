@@ -8,10 +8,10 @@
 
 namespace sila::detail {
 
-/// When a field represents another one. Two fields are compared at the pseudo-inputs of the represented one.
+/// The conditions under which a field represents another one. They are compared at the pseudo-inputs of the latter.
 struct OverlapCriteria {
   double known_ratio = 0.4;  ///< a field knows a position if variance / signal variance is below this
-  double agreement = 0.3;    ///< velocities that differ by less are alike [curb units/s]
+  double agreement = 0.3;    ///< velocities that differ by less agree [curb units/s]
   double share = 0.8;        ///< of the pseudo-inputs of the other field, which it must know
 };
 

@@ -10,8 +10,8 @@ namespace {
 /// Length scales of the kernel: of positions [m] and of velocities [m/s].
 constexpr double kPlaceScale_m = 3.0, kVelocityScale_mps = 1.0;
 
-/// What is learnt stands on a lattice of this many points a length scale: a sum over one window gives no coordinate
-/// away.
+/// Learnt inputs are rounded to a lattice with this number of points per length scale, so that a sum over one window
+/// reveals no coordinate.
 constexpr double kLatticePoints = 6.0;
 
 /// Position and predicted position at the horizon [m], and the predicted mean velocity until then [m/s], of a person at

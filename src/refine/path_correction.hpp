@@ -9,9 +9,9 @@
 
 namespace sila {
 
-/// The error that stacking and the correction by motion leave at a site, by where a person is and is predicted to go:
-/// ridge regression on random Fourier features, from sums of constant size that add exactly. The share of it that would
-/// have been best so far is added to a path: a step of boosting (Friedman 2001), stacked by its prequential errors.
+/// Predicts the error that stacking and the motion correction leave at a site, from the position and the predicted
+/// position of a person: ridge regression on random Fourier features, whose moments have a constant size and add
+/// exactly. A path gets it times the factor that would have been best so far (a step of boosting, Friedman 2001).
 /// Source: none in the paper; docs/decisions/0123-path-correction.md.
 class PathCorrection {
  public:
@@ -19,8 +19,8 @@ class PathCorrection {
 
   /// Zero before anything was learnt.
   VelocityCorrection correction(const CurbTrajectory& observed, const Vector2& to_horizon_mps, double horizon_s) const;
-  /// Adds what a window shows. `errors_mps`: of mean velocities from t0 to each step until the horizon, the last of
-  /// which was predicted as `to_horizon_mps`.
+  /// Adds a window. `errors_mps`: errors of mean velocities from t0 to each step until the horizon; `to_horizon_mps`:
+  /// the predicted mean velocity until the horizon.
   void add_window(ErrorStatistics& error_statistics, const CurbTrajectory& observed,
                   std::span<const Vector2> errors_mps, const Vector2& to_horizon_mps) const;
 

@@ -13,10 +13,10 @@
 
 namespace sila {
 
-/// Merged and normalised roll-outs, and the features that need none. They live in the scratch memory.
+/// Merged roll-outs with normalised weights, and the features of the person. They live in the scratch memory.
 struct MergedRollouts {
   std::span<const Rollout> rollouts;
-  std::span<const ResidualPrediction> residuals;  ///< for each, of the transitions that do not support another mode
+  std::span<const ResidualPrediction> residuals;  ///< for each: by all experts but those that support other modes alone
   ObservedFeatures seen;
   double raw_novelty = 1.0;
 };
@@ -29,7 +29,7 @@ class PreparedModel {
   PreparedModel(const Model& model, const RefineConfig& config, const Model* earlier = nullptr,
                 const PreparedModel* of_earlier = nullptr);
 
-  /// Over at least `steps` steps.
+  /// The roll-outs over at least `steps` steps.
   RolloutSet rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
   ObservedFeatures observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const;
   MergedRollouts merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;

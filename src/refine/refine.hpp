@@ -4,8 +4,8 @@
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
 
-// SILA's verbs with the refinement beside them: the same names with one argument more. The paper's part of the result
-// is that of the verb alone; residual GPs are learnt and merged by what it returns (segments, fusion plan).
+// SILA's verbs with the refinement: the same names with one more argument. The paper's part of the result equals that
+// of the verb alone; residual GPs are learnt by the segments and merged by the fusion plan that the verb returns.
 
 namespace sila {
 
@@ -20,7 +20,7 @@ FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConf
                 const ResidualConfig& residual);
 FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);
 
-/// One residual GP of two; without points if neither has any.
+/// Merges two residual GPs; the result has no points if neither has any.
 SparseGp merge_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config);
 
 }  // namespace sila

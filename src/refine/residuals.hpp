@@ -12,10 +12,10 @@ namespace sila {
 struct ResidualPrediction {
   std::span<const Vector2> residuals_mps;  ///< world frame, at each knot; none if the model has no residual GPs
   double knot_interval_s = 1.0;
-  double effective_samples = 0.0;  ///< effective number of samples that it rests on
+  double effective_samples = 0.0;  ///< effective number of samples of all experts together
 
-  /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s]; between knots along a line, before the
-  /// first and after the last as there.
+  /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s]; linear between knots, constant before the
+  /// first and after the last.
   Vector2 residual_mps(double seconds) const;
 };
 
@@ -26,12 +26,12 @@ struct ExpertPrediction {
   double effective_samples = 0.0;         ///< effective number of samples
   std::span<const double> weighted_mean;  ///< mean times relative precision, curb coordinates
 };
-/// Of the transitions nearby.
+/// The predictions of the transitions nearby that have a residual GP which explains something here.
 std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, std::span<const int> near,
                                                   const CurbTrajectory& observed, Scratch& scratch);
 
-/// Each transition nearby is an expert, trained on other people than the rest: the precisions beyond the prior's add
-/// up, and each mean is weighted by its precision. Experts in `excluded` are left out: they belong to another mode.
+/// Combines experts that were trained on different people: their precisions beyond that of the prior add, and each mean
+/// is weighted by its precision. Experts in `excluded` are left out, because they belong to another mode.
 /// Source: Tresp 2000, Bayesian committee machine; docs/decisions/0070-residuals.md.
 ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& observed,
                            std::span<const ExpertPrediction> experts, std::span<const int> excluded, Scratch& scratch);

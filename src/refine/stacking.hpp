@@ -18,6 +18,7 @@
 
 namespace sila {
 
+/// The class of kSpeedClassLimits_mps by the mean observed speed.
 int speed_class(const CurbTrajectory& observed);
 /// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
 /// two samples were seen.
@@ -32,7 +33,7 @@ using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures
 inline constexpr int kConstantVelocityFeature = 1;
 using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
 
-/// Those of any step.
+/// The features that are the same for each step: velocities of the observed path [m/s], world frame.
 KinematicFeatures kinematic_features(const CurbTrajectory& observed);
 
 /// The features of a pedestrian that need no roll-out.
@@ -48,6 +49,7 @@ struct ObservedFeatures {
   bool on_the_map = false;  ///< transitions are nearby
 };
 class Stacking;
+/// `near`: transitions whose field may cover the position.
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,
                                    const CurbTrajectory& observed, const Stacking& stacking, Scratch& scratch);
 
@@ -68,11 +70,11 @@ bool walks(const PersonClass& person);
 /// The features of the hazards of starting and of stopping.
 HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
 
-/// What is added to the stacked velocities of one person.
+/// The corrections of the stacked velocities of one person, and the input of the motion correction.
 struct Corrections {
   MotionInput input;
   VelocityCorrection motion;
-  VelocityCorrection total;  ///< by motion and by place
+  VelocityCorrection total;  ///< motion correction plus path correction
 };
 
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
@@ -85,9 +87,9 @@ class Stacking {
   Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config);
 
   bool fitted() const { return steps_ > 0; }
-  /// Length of the whole windows that it was fitted to.
+  /// Length of the whole windows that it was fitted to [s].
   double observe_s() const { return observe_s_; }
-  /// Zero for people who hardly move.
+  /// The error of constant velocity by the motion regression; zero for people who hardly move.
   VelocityCorrection global_motion(const ObservedFeatures& seen, const CurbTrajectory& observed) const;
   /// Mean velocity from t0 to `step` [m/s]; steps beyond the error statistics use the last of them. For a person who
   /// hardly moves it is the choice that erred least so far: to stay, constant velocity, the stacked prediction, or
@@ -98,20 +100,22 @@ class Stacking {
   Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
   /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
-  /// Of the errors of stacked predictions (`here`), or of those of the motion regression alone. `number`: that of
-  /// PersonClass.
+  /// The density of the errors of stacked predictions (`here`: at a trained site), or of those of the motion regression
+  /// alone. `number`: PersonClass::density().
   const ErrorDensity& density(std::size_t number, bool here) const {
     return here ? density_[number] : density_place_free_[number];
   }
   /// Whether the path of this person is corrected: the person walks, at a trained site, and transitions are nearby.
   bool corrects(const ObservedFeatures& seen) const;
-  /// Zero for people whose path is not corrected. `to_horizon_mps`: the stacked mean velocity until the horizon.
+  /// The corrections of a path, zero if `corrects` is false. `to_horizon_mps`: the stacked mean velocity until the
+  /// horizon.
   Corrections corrections(const CurbTrajectory& observed, const ObservedFeatures& seen, const Vector2& to_horizon_mps,
                           double interval_s) const;
-  /// Adds what a window of a person shows whose path is corrected. Mean velocities until each step.
+  /// Adds a window of a person whose path is corrected. `truths_mps`, `stacked_mps`: true and stacked mean velocities
+  /// from t0 to each step.
   void add_window(ErrorStatistics& error_statistics, const CurbTrajectory& observed, const Corrections& known,
                   std::span<const Vector2> truths_mps, std::span<const Vector2> stacked_mps) const;
-  /// Of starting for kStanding, of stopping for kWalking.
+  /// The hazard of starting for kStanding, of stopping for kWalking.
   const MotionChange& change(std::size_t state) const { return changes_[state]; }
 
  private:

@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// Where each primitive of the joint model is in the updated one; -1 if nowhere.
+/// For each primitive of the joint model its index in the updated model; -1 if it is not there.
 std::vector<int> places_of(const FusionPlan& plan) {
   std::vector<int> places(plan.in.size(), -1);
   for (std::size_t k = 0; k < plan.kept.size(); ++k)

@@ -8,13 +8,13 @@
 
 namespace sila {
 
-/// Throws: std::invalid_argument if the plan is not about these models.
+/// The changes by a fusion with this plan. Throws: std::invalid_argument if the plan is not that of these models.
 ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model& updated);
 
-/// For a model that was learnt anew: all that was is gone, all that is was added.
+/// The changes if a model was learnt again from all data: all previous primitives are gone, all updated ones added.
 ModelChange change_by_retraining(const Model& previous, const Model& updated);
 
-/// The change if of the updated primitives only those in `kept` (sorted indices) stay.
+/// The change after later steps (pruning, budget) that keep only the updated primitives in `kept` (sorted indices).
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept);
 
 }  // namespace sila

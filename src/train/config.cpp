@@ -7,7 +7,8 @@
 namespace sila {
 namespace {
 
-constexpr double kLeastWidth_m = 0.1;  // of a sidewalk, so that a model in widths has coordinates of a sane size
+/// Least width of a sidewalk: the coordinates of a model in widths must not become too large.
+constexpr double kLeastWidth_m = 0.1;
 
 }  // namespace
 

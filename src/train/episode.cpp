@@ -21,21 +21,21 @@ namespace {
 /// The samples of one track for residual GPs.
 std::vector<ResidualSample> samples_of(const FramedTrajectory& track, const ModelSettings& settings,
                                        const EpisodeConfig& config) {
-  std::vector<ResidualSample> examples;
+  std::vector<ResidualSample> samples;
   for (const Window& window :
        windows_of(std::span(&track, 1), config.sampling, config.predict, config.residual.stride_s)) {
-    auto example = residual_sample(window.observed, window.future_m, settings, config.residual.min_seen_share);
-    if (example) examples.push_back(*std::move(example));
+    auto sample = residual_sample(window.observed, window.future_m, settings, config.residual.min_seen_share);
+    if (sample) samples.push_back(*std::move(sample));
   }
-  return examples;
+  return samples;
 }
 
 /// The tracks in curb coordinates and their samples for residual GPs.
 Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& settings, const EpisodeConfig& config) {
   Batch batch;
-  for (const FramedTrajectory& placed : tracks) {
-    batch.tracks.push_back(resample(placed.track, placed.frame, config.sampling));
-    if (config.residual.enabled) batch.residuals.push_back(samples_of(placed, settings, config));
+  for (const FramedTrajectory& framed : tracks) {
+    batch.tracks.push_back(resample(framed.track, framed.frame, config.sampling));
+    if (config.residual.enabled) batch.residuals.push_back(samples_of(framed, settings, config));
   }
   return batch;
 }
@@ -54,7 +54,7 @@ void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& pre
   require_one_shape(sites);
 }
 
-/// M'(n): each site by itself, or all in one.
+/// M'(n): each site learnt by itself, or all sites together.
 LearnResult increment_of(const Batch& batch, const ModelSettings& settings, const EpisodeConfig& config) {
   if (config.fuse.sites == SiteSharing::apart) return learn_apart(batch, settings, config.learn, config.residual);
   return learn(batch, settings, config.learn, config.residual);
@@ -75,7 +75,7 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
                               " is one), which would count twice; learn the others anew without them");
 }
 
-/// Of two models, of which one may have been trained without.
+/// The prior of two models, of which one may have none.
 const ErrorStatistics& common_prior(const Model& previous, const Model& incoming) {
   if (previous.prior.empty() || incoming.prior.empty()) return previous.prior.empty() ? incoming.prior : previous.prior;
   if (!std::ranges::equal(pack(previous.prior), pack(incoming.prior)))
@@ -134,7 +134,7 @@ EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model
   return report;
 }
 
-/// `predictor`: of `previous`, null if there is none yet.
+/// One episode. `predictor`: that of `previous`; null: it is made when needed.
 Episode run(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
             const Update& update, const Predictor* predictor) {
   validate(config);

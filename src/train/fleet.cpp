@@ -29,14 +29,15 @@ int add_task(Plan& plan, FleetTask task) {
   return static_cast<int>(plan.tasks.size()) - 1;
 }
 
-/// A task that combines two others; the same one again if it is planned already.
+/// The number of a task that combines the results of two others; a task that is already planned is used again.
 int combine(Plan& plan, FleetStep step, int first, int second) {
   const auto [known, is_new] = plan.combined.try_emplace({step, {first, second}});
   if (is_new) known->second = add_task(plan, {step, -1, {first, second}});
   return known->second;
 }
 
-/// Halves recursively, so that parts of similar size are fused and each takes part in few fusions.
+/// The number of a task that combines all values. They are halved recursively, so that parts of similar size are
+/// combined and each takes part in few combinations.
 int reduce(Plan& plan, FleetStep step, std::span<const int> values) {
   if (values.empty()) return kFleetNothing;
   if (values.size() == 1) return values.front();
@@ -60,8 +61,8 @@ std::vector<int> others(std::span<const int> values, std::size_t left_out) {
   return rest;
 }
 
-/// Adds the rounds in which each group of partitions is predicted by a model of the other ones, `models`, with their
-/// error statistics; returns the task with all errors of the last round.
+/// Adds the rounds in which a model of the other groups, models[group], predicts each group of partitions, with the
+/// error statistics of the others. Returns the number of the task with all error statistics of the last round.
 int add_rounds(Plan& plan, std::span<const int> models, std::span<const std::size_t> group_of) {
   std::vector<int> known(models.size(), kFleetNothing), all;
   for (int round = 0; round < kFleetRounds; ++round) {
@@ -125,7 +126,7 @@ Model learn_partition(const Partition& partition, EpisodeConfig config) {
   return model;
 }
 
-/// The partition as one batch after another, each scored before it is learnt.
+/// A model of the partition alone, learnt batch by batch; each batch is scored before it is learnt.
 Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
   config.error_statistics.memory_windows = std::numeric_limits<double>::infinity();
   Model model;
@@ -171,7 +172,7 @@ FuseConfig fusing(const EpisodeConfig& config) {
   return fuse;
 }
 
-/// As an episode: fuse, then prune.
+/// Fuses and prunes, as an episode does.
 Model fuse_two(const Model& first, const Model& second, const EpisodeConfig& config) {
   const FuseConfig fuse = fusing(config);
   Model fused = fuse_models(first, second, fuse, config.residual).model;
@@ -179,8 +180,8 @@ Model fuse_two(const Model& first, const Model& second, const EpisodeConfig& con
 }
 
 EpisodeConfig warm_up_config(EpisodeConfig config) {
-  constexpr double kSparser = 4.0;
-  config.error_statistics.stride_s *= kSparser;
+  constexpr double kStrideFactor = 4.0;
+  config.error_statistics.stride_s *= kStrideFactor;
   return config;
 }
 

@@ -9,7 +9,7 @@
 namespace sila {
 namespace {
 
-/// The tracks of each site, in the order in which the sites first come.
+/// The tracks of each site, in the order of the first tracks of the sites.
 std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::span<const FramedTrajectory> tracks) {
   std::vector<Site> sites;
   std::vector<std::vector<FramedTrajectory>> groups;
@@ -21,10 +21,10 @@ std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::span<const Framed
   return groups;
 }
 
-/// `unseen`: by site.
+/// The errors of a predictor on tracks that its model has not learnt; `unseen`: the tracks of each site.
 BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<FramedTrajectory>> unseen,
                       const EpisodeConfig& config) {
-  // Every other moment once more, as of people who appeared shortly before.
+  // Every other window is used a second time, cut short as if the person had just appeared (docs/decisions/0112).
   std::vector<double> shorter_s;
   std::ranges::copy_if(kShorterObserved_s, std::back_inserter(shorter_s),
                        [&](double seconds) { return seconds < config.predict.observe_s; });
@@ -44,9 +44,10 @@ BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<Fr
   return errors;
 }
 
-/// The first batch of a site has no model that could predict it. It is split into this number of parts; a model of the
-/// earlier parts predicts each, and the errors are the error statistics of the site.
+/// No model can predict the first batch of a site. It is split into this number of parts; a model of the earlier parts
+/// predicts each, and the errors become the error statistics of the site. Source: docs/decisions/0115.
 constexpr std::size_t kFirstParts = 4;
+/// A part has at least this number of tracks, else the batch is not split.
 constexpr std::size_t kLeastPartTracks = 2;
 
 ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config,

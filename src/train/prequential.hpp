@@ -13,8 +13,9 @@ struct BatchErrors {
   PrequentialError path;    ///< at all sites that the model knew
 };
 
-/// At sites that the model does not know the batch is split into parts, and a model of the earlier parts predicts each.
-/// `predictor`: of `previous`, null if there is none yet. Source: docs/method.md, section 2.2.
+/// The errors of `previous` on a batch that it has not learnt. At sites that it does not know, the batch is split into
+/// parts, and a model of the earlier parts predicts each. `predictor`: that of `previous`; null: it is made here.
+/// Source: docs/method.md, section 2.2.
 BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                           const Predictor* predictor);
 

@@ -7,7 +7,7 @@
 namespace sila {
 namespace {
 
-/// The end of a track until sample `last`, as if the person had appeared `seconds` before.
+/// The part of a track until sample `last`, cut as if the person had appeared `seconds` before that sample.
 Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
   constexpr double slack_s = 1e-6;
   const auto begin = track.times_s.begin();
@@ -19,16 +19,17 @@ Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
   return recent;
 }
 
-/// `observed_s` below `predict.observe_s`: as if the person had appeared so long before.
-Window window_at(const FramedTrajectory& placed, std::size_t last, double observed_s, const PresentPeople& present,
+/// The window whose t0 is sample `last`. If `observed_s` is below `predict.observe_s`, it is cut as if the person had
+/// appeared `observed_s` before t0.
+Window window_at(const FramedTrajectory& framed, std::size_t last, double observed_s, const PresentPeople& present,
                  const SamplingConfig& sampling, const RefineConfig& predict) {
   std::vector<Vector2> future_m =
-      future(placed.track, last, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s)), sampling);
+      future(framed.track, last, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s)), sampling);
   const bool whole = observed_s >= predict.observe_s;
-  const Trajectory recent = whole ? placed.track : appeared(placed.track, last, observed_s);
+  const Trajectory recent = whole ? framed.track : appeared(framed.track, last, observed_s);
   const std::size_t end = whole ? last : recent.times_s.size() - 1;
   const double reach_s = whole ? predict.observe_s : std::min(observed_s + sampling.interval_s, predict.observe_s);
-  return {present.observe(recent, end, placed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
+  return {present.observe(recent, end, framed.frame, reach_s, sampling), past(recent, end, reach_s, sampling),
           std::move(future_m)};
 }
 
@@ -42,10 +43,10 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
     return windows_of(tracks, sampling, predict, stride_s, observed_s, &own);
   }
   std::vector<Window> windows;
-  for (const FramedTrajectory& placed : tracks) {
-    for (std::size_t last : prediction_samples(placed.track, predict.observe_s, stride_s)) {
+  for (const FramedTrajectory& framed : tracks) {
+    for (std::size_t last : prediction_samples(framed.track, predict.observe_s, stride_s)) {
       const double seconds = observed_s.empty() ? predict.observe_s : observed_s[windows.size() % observed_s.size()];
-      windows.push_back(window_at(placed, last, seconds, *present, sampling, predict));
+      windows.push_back(window_at(framed, last, seconds, *present, sampling, predict));
     }
   }
   return windows;
