@@ -61,9 +61,10 @@ inline constexpr double kTrialMetresPerPixel = 1e-3;
 /// Number of tracks, the first of the input, by which the scale is measured.
 inline constexpr std::size_t kScaleTracks = 100;
 
+/// A measured scale, and the number of tracks it was measured on.
 struct WalkingScale {
   double metres_per_pixel = 0.0;
-  std::size_t walking = 0;  ///< tracks that gave it
+  std::size_t walking = 0;  ///< tracks that walk
 };
 
 /// The scale at which the median speed of the tracks that walk is kWalkingSpeed_mps. `tracks` are read at

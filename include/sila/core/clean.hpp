@@ -37,6 +37,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.flag("pedestrians_only", config.pedestrians_only, "drop rows whose class label is not that of a pedestrian");
 }
 
+/// Throws: std::invalid_argument for the first field out of its range.
 void validate(const CleanConfig& config);
 
 /// Counts of all rows. Invariant: `rows_read` = `rows_kept` + the rows of `dropped`.
@@ -54,6 +55,7 @@ struct TrackReport {
   std::vector<std::string> warnings;
 };
 
+/// The result of cleaning.
 struct CleanTracks {
   std::vector<Trajectory> trajectories;  ///< by source, then start time, then id; ids are unique
   std::vector<std::string> input_ids;    ///< for each trajectory the id that its rows had in the input

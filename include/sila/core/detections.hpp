@@ -38,6 +38,7 @@ enum class DropReason {
   single_sample,  ///< alone between two cuts; a path needs two
 };
 
+/// The texts of a reason.
 struct DropReasonText {
   DropReason reason;
   std::string_view name;  ///< for JSON
@@ -63,6 +64,7 @@ inline constexpr std::array<DropReasonText, 15> kDropReasons{{
     {DropReason::single_sample, "single_sample", "stand alone (a path needs two samples)"},
 }};
 
+/// The name of a reason in JSON.
 std::string_view name_of(DropReason reason);
 
 /// How many rows were dropped for one reason, and where the first of them is.

@@ -34,6 +34,7 @@ struct FieldInfo {
   std::string text;
 };
 
+/// The range as text, such as "(0, 1]".
 std::string describe(const Range& range);
 
 /// Throws std::invalid_argument "<function>: <field> = <value> is outside <range>".

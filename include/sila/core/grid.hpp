@@ -28,10 +28,13 @@ inline constexpr double kFarthestCell = 1e9;
 
 /// The cell that holds a point. Throws std::invalid_argument if the point is not finite or over 1e9 cells away.
 CellKey cell_of(const Grid& grid, const Vector2& point);
+/// The middle of a cell [curb units].
 Vector2 centre_of(const Grid& grid, const CellKey& cell);
 /// The tile of a cell.
 CellKey tile_of(const Grid& grid, const CellKey& cell);
 
+/// Throws: std::invalid_argument unless the cell is 1e-6 to 1e6 curb units, the origin finite and at most 1e9 cells
+/// away, and the tile 1 to 1,000,000 cells.
 void validate(const Grid& grid);
 
 }  // namespace sila

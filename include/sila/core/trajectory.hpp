@@ -57,6 +57,7 @@ void validate(const CurbFrame& frame);
 /// The matrix that takes curb coordinates to world displacements [m per unit]; its columns are the scaled axes.
 Matrix2 world_from_curb(const CurbFrame& frame);
 
+/// Positions and velocities in the other frame: [m] and [curb units], [m/s] and [curb units/s].
 Vector2 to_curb(const CurbFrame& frame, const Vector2& world_m);
 Vector2 to_world(const CurbFrame& frame, const Vector2& curb);
 Vector2 velocity_to_curb(const CurbFrame& frame, const Vector2& world_mps);

@@ -64,11 +64,13 @@ struct GroupScore {
   std::vector<Metrics> references;  ///< as in WindowScore
 };
 
+/// Number of tracks without a window, by reason.
 struct SkippedTracks {
   std::string reason;
   std::size_t tracks = 0;
 };
 
+/// The scores of a predictor on some tracks: each window, and means over groups of windows.
 struct Evaluation {
   std::vector<double> horizons_s;  ///< 1, 2, ... and the whole horizon
   std::vector<GroupScore> groups;

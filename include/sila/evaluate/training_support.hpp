@@ -51,6 +51,7 @@ using CoveredArea = std::vector<std::pair<int, int>>;
 /// The cells that the tracks touch, and all cells that border on one of them.
 CoveredArea covered_area(std::span<const FramedTrajectory> tracks);
 
+/// Whether a position lies in one of the cells.
 bool contains(const CoveredArea& area, const Vector2& position_m);
 
 /// The simple predictors that every other one is compared with. All begin at the last raw position.

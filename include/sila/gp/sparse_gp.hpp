@@ -83,6 +83,7 @@ struct Hyperparameters {
 };
 
 bool operator==(const Hyperparameters& a, const Hyperparameters& b);
+/// Throws: std::invalid_argument naming the first number that is not positive and finite.
 void validate(const Hyperparameters& hyperparameters);
 
 /// Z chosen greedily and theta as given, or both by gradient of the marginal likelihood.

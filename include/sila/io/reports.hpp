@@ -16,6 +16,7 @@
 
 namespace sila {
 
+/// The members under their names.
 nlohmann::ordered_json to_json(const BudgetReport& report);
 nlohmann::ordered_json to_json(const PrequentialError& error);
 

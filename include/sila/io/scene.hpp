@@ -40,6 +40,7 @@ struct SceneFile {
   SimilarityTransform to_scene;
 };
 
+/// A corner of a scene.
 struct Corner {
   std::string name;
   CurbFrame frame;
@@ -69,6 +70,7 @@ struct Scene {
 /// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
 Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir = {});
 
+/// The content of a camera file.
 struct CameraFile {
   Camera camera;
   std::vector<std::string> warnings;  ///< about large residuals

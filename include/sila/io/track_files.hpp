@@ -37,6 +37,7 @@ enum class TrackFormat {
   opendatacam,     ///< tracker history of OpenDataCam, JSON
 };
 
+/// The texts of a format.
 struct TrackFormatText {
   TrackFormat format;
   std::string_view name;     ///< as on the command line and in scene files
@@ -45,6 +46,7 @@ struct TrackFormatText {
 
 /// Every format once.
 std::span<const TrackFormatText> track_formats();
+/// The name of a format on the command line and in scene files.
 std::string_view name_of(TrackFormat format);
 /// The format of that name; null if there is none.
 std::optional<TrackFormat> track_format(std::string_view name);
@@ -68,6 +70,7 @@ ReadOptions first_of(const ReadOptions& first, const ReadOptions& second);
 /// a scale.
 void validate(const ReadOptions& options);
 
+/// The content of a track file.
 struct TrackFile {
   Detections detections;
   TrackFormat format = TrackFormat::csv;

@@ -93,6 +93,7 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("max_pseudo_inputs", config.gp.max_pseudo_inputs, Range{1, 1000}, "", "most pseudo-inputs of a fit, M");
 }
 
+/// All settings of `learn`.
 struct LearnConfig {
   GridConfig grid;
   DictionaryConfig dictionary;
@@ -128,6 +129,7 @@ struct LearnReport {
   double objective = 0.0;  ///< of the dictionary learning, at its end (docs/method.md, M2)
 };
 
+/// The increment of a batch, and how it was made.
 struct LearnResult {
   Increment increment;
   LearnReport report;

@@ -73,6 +73,7 @@ struct RolloutExplanation {
   std::vector<TransitionUse> transitions;
 };
 
+/// The roll-outs of a mode.
 struct ModeExplanation {
   double weight = 0.0;
   VariantKind variant = VariantKind::expected;

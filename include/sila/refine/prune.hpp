@@ -38,11 +38,13 @@ void fields(Config& config, Visitor&& visit) {
              "remove rare transitions that others represent, after each episode (paper: off)");
 }
 
+/// Counts of merged and removed parts.
 struct PruneReport {
   int subsumed = 0;    ///< transitions that became part of another one
   int primitives = 0;  ///< removed because no transition touches them any more
 };
 
+/// A pruned model.
 struct PruneResult {
   Model model;
   PruneReport report;
@@ -80,6 +82,7 @@ struct BudgetReport {
   int reduced = 0;     ///< residual GPs with fewer pseudo-inputs than before; reduced twice counts twice
 };
 
+/// A model within its budget.
 struct BudgetResult {
   Model model;
   BudgetReport report;

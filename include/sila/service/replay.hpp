@@ -22,6 +22,7 @@ struct TimedLine {
 /// recordings whose tracks have no common clock. Units: seconds, metres.
 std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s);
 
+/// Counts of lines sent and received.
 struct ReplayReport {
   std::uint64_t sent = 0;
   std::uint64_t predictions = 0;

@@ -42,6 +42,8 @@ struct Drift {
 
 /// The last pedestrians that have a scored prediction, the newest at the end.
 using RecentScores = std::deque<PedestrianScore>;
+/// Adds the scores of a pedestrian, unless no prediction was scored; removes the oldest beyond
+/// config.scored_pedestrians.
 void add(RecentScores& scores, PedestrianScore score, const ServiceConfig& config);
 
 /// Sums over all recent pedestrians at each horizon; empty if there is none.

@@ -19,6 +19,7 @@ namespace sila {
 inline constexpr std::array<double, 12> kLatencyEdges_s = {0.001, 0.002, 0.005, 0.01, 0.02, 0.03,
                                                            0.05,  0.1,   0.2,   0.5,  1.0,  5.0};
 
+/// Counts of latencies by bin, and their sum [s].
 struct LatencyHistogram {
   std::array<std::uint64_t, kLatencyEdges_s.size() + 1> counts = {};
   double sum_s = 0.0;

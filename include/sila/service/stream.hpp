@@ -98,6 +98,7 @@ struct StreamCore {
   bool keep_windows = false;
 };
 
+/// The outcome of one detection.
 struct IngestResult {
   std::optional<Rejection> rejection;
   bool superseded = false;  ///< an older prediction of the same pedestrian was due and will not be made

@@ -62,6 +62,7 @@ inline constexpr int kFleetRounds = 3;
 inline constexpr int kFleetStart = -1;    ///< the model that the fleet continues
 inline constexpr int kFleetNothing = -2;  ///< no model, or no error statistics yet
 
+/// One task of a plan.
 struct FleetTask {
   FleetStep step = FleetStep::learn;
   int partition = -1;  ///< of learn, warm_up and calibrate
