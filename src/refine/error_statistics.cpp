@@ -138,6 +138,7 @@ double precision(const ErrorDensity& density, std::size_t step, const Vector2& s
   return sum;
 }
 
+/// The errors of constant velocity in a window.
 KnotErrors constant_errors(const Example& example) {
   std::vector<Vector2> errors_mps;
   for (std::size_t j = 0; j < example.features.size(); ++j)
@@ -168,6 +169,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   }
 }
 
+/// Adds one window to all statistics. `stacking`: that which predicted it.
 void add(ErrorStatistics& error_statistics, const Example& example, const CurbTrajectory& observed,
          const Stacking& stacking) {
   const ErrorDensity& walking = stacking.density(kWalking, true);
@@ -194,12 +196,12 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   tbb::parallel_for(std::size_t{0}, windows.size(),
                     [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
   GatheredErrors sum{zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s), {}};
-  const Stacking unseen(sum.statistics, predictor.config());
-  // In the order of the windows, whatever the threads did.
+  const Stacking unfitted(sum.statistics, predictor.config());
+  // In the order of the windows, so that rounding does not depend on the threads.
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking =
         predictor.prepared().stacking(predictor.prepared().map().site(windows[i].observed.frame));
-    add(sum.statistics, each[i], windows[i].observed, stacking.fitted() ? stacking : unseen);
+    add(sum.statistics, each[i], windows[i].observed, stacking.fitted() ? stacking : unfitted);
     sum.path += each[i].path;
   }
   return sum;

@@ -33,6 +33,7 @@ class PreparedModel {
   RolloutSet rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
   ObservedFeatures observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const;
   MergedRollouts merged_rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const;
+  /// The prediction from merged roll-outs of at least the configured horizon; valid until the workspace is used again.
   const Prediction& predict(const CurbTrajectory& observed, const MergedRollouts& merged, Workspace& workspace) const;
 
   const RefineConfig& config() const { return config_; }

@@ -12,14 +12,14 @@
 namespace sila {
 namespace {
 
-/// The model while it is pruned: transitions keep their indices, those that are gone are not `kept`.
+/// The model while it is pruned: transitions keep their indices, and removed ones are not `kept`.
 struct PruningState {
   std::vector<Transition>& transitions;
   const std::vector<Site>& sites;
   bool apart;  ///< a transition subsumes nothing of another site
   detail::OverlapIndex index;
   std::vector<bool> kept;
-  std::vector<bool> changed;  ///< in this round or the one before: only pairs with such a one are compared
+  std::vector<bool> changed;  ///< in this round: the next round compares only pairs with a changed transition
 };
 
 /// The transition that subsumes `rare` with the least difference; -1 if none does. Its count is at least that of
@@ -62,7 +62,8 @@ void subsume(PruningState& state, int rare, int into, const FuseConfig& fusing, 
   state.changed[static_cast<std::size_t>(into)] = true;
 }
 
-/// Repeats until no pair agrees: a transition that subsumed another one may agree with further ones.
+/// Merges rare transitions into those that agree best, until no pair agrees: a transition that grew may agree with
+/// further ones. Returns the number of merged transitions.
 int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count,
                  const detail::OverlapCriteria& criteria, const FuseConfig& fusing, const ResidualConfig& residual) {
   std::vector<int> order(state.transitions.size());

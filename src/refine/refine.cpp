@@ -19,7 +19,7 @@ struct ResidualSamples {
   Eigen::MatrixXd residuals;
 };
 
-/// The transition at a sample: that to the next segment.
+/// The transition at a sample: from its segment to the next one; in the last segment the transition that led there.
 TransitionKey transition_at(const std::vector<Segment>& runs, std::size_t sample) {
   std::size_t r = 0;
   while (r + 1 < runs.size() && sample >= runs[r].end) ++r;
@@ -27,7 +27,7 @@ TransitionKey transition_at(const std::vector<Segment>& runs, std::size_t sample
   return {runs[r > 0 ? r - 1 : r].primitive, runs[r].primitive};
 }
 
-/// The sample of a track at a time.
+/// The index of the sample of a track at a time.
 std::size_t sample_at(const CurbTrajectory& track, double time_s) {
   const auto later = std::lower_bound(track.times_s.begin(), track.times_s.end(), time_s - 1e-9);
   return std::min(static_cast<std::size_t>(later - track.times_s.begin()), track.times_s.size() - 1);

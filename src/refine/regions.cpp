@@ -8,11 +8,12 @@
 namespace sila {
 namespace {
 
-/// Upper edges of the bins: evenly spaced where the regions' levels are, then ever wider.
+/// Upper edges of the bins of scores: fine where the levels of the regions are, wider beyond.
 constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.95, 1.1, 1.3, 1.5,  1.75, 2.0,
                                            2.3, 2.6, 3.0, 3.5, 4.2, 5.0, 6.0, 7.5, 9.5,  12., 16., 22.0, 32.0};
 /// Weight of the pooled classes, in windows of the speed class.
 constexpr double kPooledWindows = 20.0;
+/// Weight of the scores of a Gaussian in the pooled classes, in windows.
 constexpr double kGaussianWindows = 10.0;
 /// Mean score of a person who hardly moves, before any score is known. People who stay make the density narrow, so the
 /// scores of the others are large.
@@ -23,7 +24,8 @@ double lower_edge(int bin) {
   return bin == 0 ? 0.0 : kEdges[bin - 1];
 }
 
-/// Half a squared Mahalanobis distance in two dimensions is exponentially distributed with a mean of 1.
+/// Shares of the bins for exponentially distributed scores. Those of a Gaussian are, with a mean of 1: they are half of
+/// the squared Mahalanobis distance in two dimensions.
 std::vector<double> exponential_shares(double mean) {
   std::vector<double> shares;
   for (int bin = 0; bin < kScoreBins; ++bin) {
