@@ -29,7 +29,7 @@ requires std::same_as<std::remove_const_t<Config>, EvaluateConfig>
 void fields(Config& config, Visitor&& visit) {
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
   visit.number("observed_s", config.observed_s, Range{0.0, 60.0}, "s",
-               "at most so much of a window is observed, as of a person who appeared then");
+               "observed part of each window, at most, as if the person had just appeared");
 }
 
 /// One scored window.

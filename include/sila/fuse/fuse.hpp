@@ -40,12 +40,12 @@ void fields(Config& config, Visitor&& visit) {
   visit.flag("strict_relax", config.strict_relax, "Alg. 1 literally: relax to two edges even if they do not touch");
   visit.flag("both_directions", config.both_directions, "case 1 looks for a transition between the leaves both ways");
   visit.flag("split_credit", config.split_credit,
-             "count those who walked through a split primitive between its two parts");
+             "count the tracks that went through a split primitive between its two parts");
   visit.flag("literal_self_transitions", config.literal_self_transitions,
              "Alg. 2 literally: the self transition of a split primitive leads back");
   visit.choice("sites", config.sites, kSiteSharings,
-               "apart: only what sites have in common fuses, a site predicts by what was seen there; shared: all "
-               "sites are laid over each other (paper)");
+               "apart: each site is learnt, fused and predicted by itself; shared: all sites are laid over each other "
+               "by their frames (paper)");
   visit.choice("gp_fusion", config.gp.fusion, gp_fusion_names,
                "GPs without their data: transfer of the stored information, or weighted pseudo-data (Suk 2012)");
 }

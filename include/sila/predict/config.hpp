@@ -51,14 +51,13 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("horizon_s", config.horizon_s, Range{0.0, 60.0, true}, "s", "predicted time after t0");
   visit.number("mode_horizon_s", config.mode_horizon_s, Range{0.0, 60.0, true}, "s",
                "modes branch and merge by their paths until then, so that a longer horizon_s only extends them");
-  visit.number("max_modes", config.max_modes, Range{1, 100}, "-", "maximum number of modes");
-  visit.number("max_shortlisted", config.max_shortlisted, Range{1, 100000}, "-",
+  visit.number("max_modes", config.max_modes, Range{1, 100}, "", "maximum number of modes");
+  visit.number("max_shortlisted", config.max_shortlisted, Range{1, 100000}, "",
                "maximum number of transitions evaluated; if more overlap, those that best match the current velocity");
-  visit.number("max_candidates", config.max_candidates, Range{1, 1000}, "-",
-               "maximum number of transitions rolled out");
+  visit.number("max_candidates", config.max_candidates, Range{1, 1000}, "", "maximum number of transitions rolled out");
   visit.number("evidence_s", config.evidence_s, Range{0.2, 60.0}, "s",
                "last part of the observed window that scores transitions");
-  visit.number("likelihood_power", config.likelihood_power, Range{0.0, 1.0}, "-",
+  visit.number("likelihood_power", config.likelihood_power, Range{0.0, 1.0}, "",
                "exponent of the likelihood; below 1 because successive velocities are correlated (paper: 1)");
   visit.choice("prior", config.prior, kWeightPriors, "prior that multiplies the likelihood of a transition");
   visit.number("min_supported_samples", config.min_supported_samples, Range{0, 1000}, "samples",

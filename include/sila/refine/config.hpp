@@ -40,7 +40,7 @@ void fields(Config& config, Visitor&& visit) {
                "length scale of the velocity of the last 0.8 s");
   visit.number("mean_velocity_scale_mps", config.mean_velocity_scale_mps, Range{0.01, 20.0}, "m/s",
                "length scale of the velocity of the last 3 s");
-  visit.number("max_pseudo_inputs", config.max_pseudo_inputs, Range{1, 1000}, "-",
+  visit.number("max_pseudo_inputs", config.max_pseudo_inputs, Range{1, 1000}, "",
                "maximum number of pseudo-inputs of a residual GP");
 }
 
@@ -62,7 +62,7 @@ void fields(Config& config, Visitor&& visit) {
   fields(paper, visit);
   visit.flag("stacking", config.stacking,
              "stack kinematics and residual GPs by ridge regression on past errors (paper: off)");
-  visit.number("mode_variants", config.mode_variants, Range{0, 4}, "-",
+  visit.number("mode_variants", config.mode_variants, Range{0, 4}, "",
                "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
 }
 
