@@ -239,6 +239,7 @@ void Server::run() {
   if (state_->mqtt) state_->mqtt->start();
   const auto work = boost::asio::make_work_guard(state_->registry.context);
   state_->registry.context.run();
+  state_->engine->drain();  // else the learner would get the last finished tracks one by one
   const LearnerStatus left = state_->learner.status();
   if (left.learning || left.waiting_tracks > 0) state_->registry.announce("learning the tracks that are finished");
   state_->learner.drain();
