@@ -34,8 +34,7 @@ struct Config {
   CleanConfig clean;
   CornerChoice corners = CornerChoice::primary;
   double metres_per_pixel = 0.0;
-  EpisodeConfig
-      episode;  ///< its groups are at the top level of paths: fuse.similarity_threshold, predict.horizon_s, ...
+  EpisodeConfig episode;  ///< its groups begin paths: fuse.similarity_threshold, predict.horizon_s, ...
   EvaluateConfig evaluate;
   ServiceConfig service;
   SimulationConfig simulate;

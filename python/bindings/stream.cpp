@@ -38,9 +38,7 @@ class LiveStream {
     settings_.camera = pixel_camera(config_, camera.has_value());
     if (scene_.camera && !settings_.camera && !camera && !metres)
       throw std::invalid_argument(
-          "Stream: scene has a camera: expected camera= with its file if positions are image points, or camera=False "
-          "if "
-          "they are metres");
+          "Stream: scene has a camera: expected camera= with its file for image points, or camera=False for metres");
     if (camera) settings_.camera = read_camera(*camera).camera;
     stored_.configuration = to_json(config_).dump();
     if (!stored_.episodes.empty()) core_.online_calibration = calibration_in(stored_.episodes.back().statistics);

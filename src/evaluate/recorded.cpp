@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <set>
+#include <map>
 
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"
@@ -17,14 +17,16 @@ Forecast forecast_of(const RecordedPredictions& recorded) {
 }
 
 std::size_t count_without_track(const RecordedPredictions& recorded, std::span<const FramedTrajectory> tracks) {
-  std::set<std::pair<std::string, double>> samples;
+  std::multimap<std::string, const std::vector<double>*> times_s;
   for (const FramedTrajectory& placed : tracks) {
-    for (const std::string& id : {placed.track.id, person_of(placed.track.id)}) {
-      for (const double t_s : placed.track.times_s) samples.emplace(id, t_s);
-    }
+    for (const std::string& id : {placed.track.id, person_of(placed.track.id)})
+      times_s.emplace(id, &placed.track.times_s);
   }
-  return static_cast<std::size_t>(
-      std::ranges::count_if(recorded, [&](const auto& entry) { return !samples.contains(entry.first); }));
+  return static_cast<std::size_t>(std::ranges::count_if(recorded, [&](const auto& entry) {
+    const auto& [track, t0_s] = entry.first;
+    const auto [first, last] = times_s.equal_range(track);
+    return std::none_of(first, last, [&](const auto& of) { return std::ranges::binary_search(*of.second, t0_s); });
+  }));
 }
 
 }  // namespace sila

@@ -11,6 +11,7 @@
 #include "json_file.hpp"
 #include "model_path.hpp"
 #include "model_tables.hpp"
+#include "old_settings.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/version.hpp"
 #include "sqlite.hpp"
@@ -58,10 +59,6 @@ void require_object(const std::string& name, const std::string& text) {
   }
   throw std::invalid_argument(name + " is no JSON object");
 }
-
-/// Settings that were removed since the first file of this schema was written.
-constexpr const char* kRemoved[] = {"/prune/half_life_episodes", "/service/max_track_samples",
-                                    "/learn/field/hyperparameters"};
 
 std::string without_removed(const std::string& configuration) {
   auto object = nlohmann::ordered_json::parse(configuration);

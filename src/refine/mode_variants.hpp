@@ -22,8 +22,8 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
 /// Weights of the components of the errors.
 using ComponentWeights = std::array<double, kMixtureComponents>;
 
-/// The weights for a person who stands: the mean of the weights of the density and of the same weights after
-/// exponential tilting. Tilted weights give the mixture at this step the probability `stays` within kStandingReach_m of
+/// The weights for a standing person: the mean of the original and of the tilted weights of the density. Exponentially
+/// tilted weights give the mixture at this step the probability `stays` within kStandingReach_m of
 /// its mean, as far as its components allow. Source: none in the paper; docs/decisions/0126-outcomes.md.
 ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const Vector2& scale, double stays);
 

@@ -1,0 +1,196 @@
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "program.hpp"
+
+// What the program does with wrong options, wrong files and full disks.
+namespace sila::tests {
+namespace {
+
+TEST_F(Program, OnAFullDiskSaysSoAndKeepsWhatItHad) {
+  simulate();
+  const std::string learn = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch ";
+  const std::string full = "trap '' XFSZ; ulimit -f 64; ";  // no file over 32 KB
+  const Outcome nothing = run(learn + "20", full);
+  EXPECT_EQ(nothing.code, 1) << nothing.err;
+  EXPECT_NE(nothing.err.find("m.sila: expected a model file that can be written"), std::string::npos) << nothing.err;
+  EXPECT_NE(nothing.err.find("is the disk full?"), std::string::npos) << nothing.err;
+  ASSERT_EQ(run(learn + "20").code, 0);  // what was begun there is no hindrance
+  const std::string before = run("inspect m.sila --json").out;
+  EXPECT_EQ(nlohmann::json::parse(before).at("episodes"), 3);
+  const Outcome more = run(learn + "15", full);
+  EXPECT_EQ(more.code, 1) << more.err;
+  EXPECT_NE(more.err.find("m.sila: expected a model file that can be written"), std::string::npos) << more.err;
+  EXPECT_EQ(run("inspect m.sila --json").out, before);
+  EXPECT_EQ(run(learn + "15").code, 0);
+}
+
+TEST_F(Program, SaysThatStandardOutputIsFull) {
+  learn();
+  const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila > /dev/full");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("standard output"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
+  learn();
+  const std::string model = read(folder_ / "m.sila"), tracks = read(folder_ / "tracks.csv");
+  const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila";
+  fs::create_symlink(folder_ / "m.sila", folder_ / "link.sila");
+  for (const char* out : {"m.sila", "./m.sila", "link.sila", "tracks.csv", "tracks.scene.json"})
+    expect_rejected("predict" + with + " --out " + out, {"--out", "name another file"});
+  write(folder_ / "own.scene.json", "{}");
+  expect_rejected("simulate --tracks 5 --out own.csv", {"own.scene.json", "would be lost"});
+  EXPECT_EQ(read(folder_ / "own.scene.json"), "{}");
+  expect_rejected("report m.sila --out m.sila", {"name another file"});
+  expect_rejected("scene edit tracks.csv --out tracks.csv", {"name another file"});
+  expect_rejected("fuse m.sila m.sila --out f.sila --explain f.sila", {"--explain", "name another file"});
+  expect_rejected("learn" + with + " --min-people 3 --share m.sila", {"name another file"});
+  fs::copy(folder_ / "m.sila", folder_ / "other.sila");
+  expect_rejected("learn" + with + " --min-people 3 --share other.sila", {"3 recorded episodes"});
+  expect_rejected("learn" + with + " --min-people 3 --share no/s.sila", {"no folder"});
+  expect_rejected("prior make m.sila --out other.sila", {"3 recorded episodes"});
+  EXPECT_EQ(run("predict" + with + " --out /dev/null").code, 0);
+  EXPECT_EQ(read(folder_ / "m.sila"), model);
+  EXPECT_EQ(read(folder_ / "other.sila"), model);
+  EXPECT_EQ(read(folder_ / "tracks.csv"), tracks);
+}
+
+TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
+  std::string lines = R"({"t": 1, "id": "a", "x": 1, "y": 1})"
+                      "\n";
+  for (int i = 0; i < 30; ++i) lines += "nonsense\n";
+  lines += R"({"t": 2, "id": "a", "x": 1, "y": 1e300})"
+           "\n";
+  write(folder_ / "lines.ndjson", lines);
+  const Outcome outcome = run("serve --stdin --wait --http off --model s.sila < lines.ndjson");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::map<std::string, int> rejected;
+  std::istringstream answers(outcome.out);
+  for (std::string line; std::getline(answers, line);) {
+    const auto answer = nlohmann::json::parse(line);
+    if (answer.contains("rejected")) rejected[answer.at("rejected")] += answer.at("count").get<int>();
+  }
+  EXPECT_EQ(rejected, (std::map<std::string, int>{{"not_json", 30}, {"not_usable", 1}}));
+}
+
+TEST_F(Program, RejectsOptionsWithoutEffect) {
+  learn();
+  const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila ";
+  for (const char* arguments :
+       {"serve --model m.sila --wait", "serve --model m.sila --mqtt-out a", "serve --model m.sila --http off",
+        "predict tracks.csv --model m.sila --json", "simulate --out s.csv --json", "inspect m.sila --seed 1",
+        "log m.sila --set a=1", "replay tracks.csv --linger 3"})
+    expect_rejected(arguments, {"sila: "});
+  expect_rejected("predict" + with + "--hold-out 0.5", {"--hold-out"});
+  expect_rejected("learn" + with + "--split track", {"--split requires --hold-out"});
+  expect_rejected("evaluate" + with + "--hold-out 0.5 --split banana", {"expected time or track, found banana"});
+  expect_rejected("learn" + with + "--hold-out 0.99", {"--hold-out holds back all tracks"});
+}
+
+TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
+  learn();
+  const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila ";
+  ASSERT_EQ(run("predict" + with + "--out p.ndjson").code, 0);
+  const std::string evaluate = "evaluate" + with + "--predictions ";
+  EXPECT_EQ(run(evaluate + "p.ndjson").err.find("warning"), std::string::npos);
+  const std::string lines = read(folder_ / "p.ndjson");
+  const std::string others = std::regex_replace(lines, std::regex(R"("track":")"), R"("track":"other )");
+  write(folder_ / "others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
+  write(folder_ / "some.ndjson", lines + others.substr(0, others.find('\n') + 1));
+  write(folder_ / "none.ndjson", "");
+  expect_rejected(evaluate + "none.ndjson", {"none.ndjson", "predictions of these tracks"});
+  expect_rejected(evaluate + "others.ndjson", {"others.ndjson", "predictions of these tracks", "without a sample"});
+  const Outcome some = run(evaluate + "some.ndjson");
+  EXPECT_EQ(some.code, 0) << some.err;
+  EXPECT_NE(some.err.find("warning: some.ndjson: 1 of "), std::string::npos) << some.err;
+}
+
+TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {
+  simulate();
+  nlohmann::json scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  scene["camera"] = {{"homography", {{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 1}}}};
+  write(folder_ / "seen.json", scene.dump());
+  std::string lines;
+  for (int k = 0; k < 8; ++k)
+    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 10.0 + 0.3 * k}, {"y", 9.0}}.dump() + "\n";
+  write(folder_ / "lines.ndjson", lines);
+  const std::string serve = "serve --stdin --wait --http off --scene seen.json --model s.sila < lines.ndjson";
+  expect_rejected(serve, {"seen.json has a camera", "--camera seen.json", "--camera off"});
+  EXPECT_NE(run(serve + " --camera seen.json").out.find("\"u\":"), std::string::npos);
+  const std::string metres = run(serve + " --camera off").out;
+  EXPECT_NE(metres.find("\"modes\":"), std::string::npos);
+  EXPECT_EQ(metres.find("\"u\":"), std::string::npos);
+}
+
+TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {
+  for (const std::string verb : {"learn nowhere.csv --model m.sila", "config"}) {
+    expect_rejected(verb + " --set reference_width_m=2", {"reference_width_m = 2", "scaling = mean_width"});
+    expect_rejected(verb + " --set scaling=mean_width --set reference_width_m=0.05",
+                    {"reference_width_m = 0.05", "0.1"});
+  }
+}
+
+TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
+  learn();
+  const std::string before = read(folder_ / "m.sila");
+  write(folder_ / "empty.csv", "");
+  write(folder_ / "binary.csv", std::string("\x00\x01\xff\xfe\x00PNG", 8));
+  write(folder_ / "header.csv", "track_id,t,x,y\n");
+  write(folder_ / "nan.csv", "track_id,t,x,y\na,0,nan,1\na,1,nan,1\n");
+  write(folder_ / "absurd.csv", "track_id,t,x,y\na,0,1e300,1\na,1,1e300,1\n");
+  write(folder_ / "prose.txt", "It was a dark and stormy night.\nNobody walked.\n");
+  const std::string learn_with = " --scene tracks.scene.json --model m.sila";
+  expect_rejected("learn missing.csv" + learn_with, {"missing.csv"});
+  for (const char* file : {"empty.csv", "binary.csv", "header.csv", "nan.csv", "absurd.csv", "prose.txt"}) {
+    expect_rejected(std::string("learn ") + file + learn_with, {file, "expected"});
+  }
+  const auto scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  const auto spoilt = [&](const char* name, auto change) {
+    nlohmann::json wrong = scene;
+    wrong.erase("corners");
+    change(wrong);
+    write(folder_ / name, wrong.dump());
+  };
+  spoilt("no_axes.json", [](auto& s) { s.erase("axis_1"); });
+  spoilt("parallel.json", [](auto& s) { s["axis_2"] = s["axis_1"]; });
+  spoilt("no_width.json", [](auto& s) { s["sidewalk_width_m"] = 0; });
+  spoilt("no_file.json", [](auto& s) { s["files"][0]["path"] = "nowhere.csv"; });
+  const std::string model = " --model m.sila";
+  expect_rejected("learn tracks.csv --scene no_axes.json" + model, {"no_axes.json", "axis_1"});
+  expect_rejected("learn tracks.csv --scene parallel.json" + model, {"parallel.json", "axis"});
+  expect_rejected("learn tracks.csv --scene no_width.json" + model, {"no_width.json", "sidewalk_width_m"});
+  expect_rejected("learn --scene no_file.json" + model, {"nowhere.csv"});
+  expect_rejected("learn --scene missing.json" + model, {"missing.json"});
+  expect_rejected("learn tracks.csv --scene tracks.scene.json --model no/such/folder/m.sila", {"no/such/folder"});
+  expect_rejected("learn tracks.csv --scene tracks.scene.json --model tracks.csv", {"tracks.csv"});
+  const std::string predict_with = "predict tracks.csv --scene tracks.scene.json --model m.sila ";
+  expect_rejected(predict_with + "--horizon 0", {"horizon"});
+  expect_rejected(predict_with + "--observe 30", {"predict.observe_s = 30, the model uses at most 3.2 s"});
+  expect_rejected(predict_with + "--horizon -3", {"horizon"});
+  expect_rejected(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
+  expect_rejected(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});
+  expect_rejected("predict tracks.csv --scene tracks.scene.json --model missing.sila", {"missing.sila"});
+  expect_rejected("predict tracks.csv --scene tracks.scene.json --model m.sila --outcomes=9", {"outcomes was given"});
+  expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_threshold=1.7",
+                  {"similarity_threshold", "1.7"});
+  expect_rejected("learn tracks.csv" + learn_with + " --set fuse.similarity_treshold=0.5",
+                  {"similarity_treshold", "fuse.similarity_threshold"});
+  expect_rejected("learn tracks.csv" + learn_with + " --set learn.grid.cell_m=3", {"cell_m"});
+  expect_rejected("learn tracks.csv ./tracks.csv" + learn_with, {"expected each file once", "tracks.csv twice"});
+  expect_rejected("learn -" + learn_with, {"expected files, found -", "sila serve --stdin"});
+  for (const std::string group : {"scene", "prior"}) {
+    expect_rejected(group + " foo", {"expected a verb of `sila " + group + "`: ", "make", "; found foo"});
+    expect_rejected(group, {"make", "; found none"});
+  }
+  expect_rejected("learn tracks.csv --modle m.sila", {"not expected: --modle"});
+  expect_rejected("--foo", {"not expected: --foo"});
+  expect_rejected("lern", {"sila: expected a verb (`sila --help` lists them); found lern"});
+  expect_rejected("fuse m.sila", {"--out"});
+  EXPECT_EQ(read(folder_ / "m.sila"), before);
+}
+
+}  // namespace
+}  // namespace sila::tests
