@@ -23,8 +23,8 @@ std::size_t count_without_track(const RecordedPredictions& recorded, std::span<c
       times_s.emplace(id, &placed.track.times_s);
   }
   return static_cast<std::size_t>(std::ranges::count_if(recorded, [&](const auto& entry) {
-    const auto& [track, t0_s] = entry.first;
-    const auto [first, last] = times_s.equal_range(track);
+    const double t0_s = entry.first.second;
+    const auto [first, last] = times_s.equal_range(entry.first.first);
     return std::none_of(first, last, [&](const auto& of) { return std::ranges::binary_search(*of.second, t0_s); });
   }));
 }
