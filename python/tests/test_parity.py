@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import sys
 import sysconfig
 from pathlib import Path
 
@@ -110,13 +111,13 @@ def test_fusion(case):
 
 
 def test_the_command_that_pip_installs_is_the_program():
-    command = Path(sysconfig.get_path("scripts")) / "sila"
+    commands = ([PROGRAM], [Path(sysconfig.get_path("scripts")) / "sila"], [sys.executable, "-m", "sila"])
     for arguments, code in ((["--version"], 0), (["inspect", "nowhere.sila"], 1), (["inspekt"], 2)):
-        ours, theirs = (
-            subprocess.run([executable, *arguments], capture_output=True, text=True, check=False)
-            for executable in (command, PROGRAM)
+        theirs, *ours = (
+            subprocess.run([*command, *arguments], capture_output=True, text=True, check=False) for command in commands
         )
-        assert (ours.returncode, ours.stdout, ours.stderr) == (theirs.returncode, theirs.stdout, theirs.stderr)
-        assert ours.returncode == code
+        for run in ours:
+            assert (run.returncode, run.stdout, run.stderr) == (theirs.returncode, theirs.stdout, theirs.stderr)
+        assert theirs.returncode == code
     assert program("--version").split("(")[0] == f"sila {sila.__version__} "
     assert sila.revision in program("--version")
