@@ -1,5 +1,4 @@
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "options.hpp"
@@ -41,22 +40,19 @@ void diff_models(const DiffOptions& options) {
   const Predictor of_a(a.model, config.episode.predict), of_b(b.model, config.episode.predict);
   const std::vector<CurbTrajectory> paths = observed_paths(options, a.model, b.model, config);
   const std::vector<HorizonDifference> predictions = compare_predictions(of_a, of_b, paths);
-  if (options.common.json)
-    std::cout << to_json(difference, predictions, paths.size()).dump(2) << "\n";
-  else
-    std::cout << describe(difference, predictions, paths.size());
+  print(options.common, to_json(difference, predictions, paths.size()),
+        describe(difference, predictions, paths.size()));
 }
 
 }  // namespace
 
 void add_diff(CLI::App& app) {
-  auto options = std::make_shared<DiffOptions>();
-  CLI::App* verb = add_verb(app, "diff", "Compare two models, and their predictions on tracks.",
-                            "sila diff monday.sila tuesday.sila", options->common);
+  const auto [verb, options] = add_verb(
+      app, {"diff", "Compare two models, and their predictions on tracks.", "sila diff monday.sila tuesday.sila"},
+      Shared::both, diff_models);
   verb->add_option("A", options->a, "model file")->required()->type_name("A.sila");
   verb->add_option("B", options->b, "model file")->required()->type_name("B.sila");
   add_tracks(*verb, options->tracks);
-  verb->callback([options] { diff_models(*options); });
 }
 
 }  // namespace sila::cli

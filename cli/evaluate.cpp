@@ -1,7 +1,6 @@
 #include "sila/evaluate/evaluate.hpp"
 
 #include <iostream>
-#include <memory>
 #include <span>
 #include <string>
 
@@ -44,11 +43,8 @@ void evaluate_model(const EvaluateOptions& options) {
   SceneTracks input = read_placed(options.tracks, config, stored.model);
   const RecordedPredictions recorded =
       options.predictions.empty() ? RecordedPredictions{} : predictions_of(options.predictions, input.tracks);
-  if (options.tracks.hold_out > 0.0) {
-    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
-                                options.tracks.split)
-                       .test;
-  }
+  if (options.tracks.hold_out > 0.0)
+    input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
   const Evaluation evaluation =
       options.predictions.empty()
           ? evaluate(stored.model, input.tracks, config.episode, config.evaluate)
@@ -56,33 +52,30 @@ void evaluate_model(const EvaluateOptions& options) {
   if (!options.predictions.empty() && evaluation.windows.empty())
     throw FormatError(options.predictions, 0, "predictions of these tracks",
                       std::to_string(recorded.size()) + ", none of them at a sample that can be scored");
-  if (options.common.json) {
-    nlohmann::ordered_json json = to_json(evaluation);
-    json["tracks"] = input.tracks.size();
-    json["size"] = size(stored.model);
-    json["rows"] = to_json(input.report);
-    json["sila"] = build_version();
-    std::cout << json.dump(2) << "\n";
-  } else {
-    std::cout << counted(input.tracks.size(), "track") << ", model of size " << size(stored.model) << " from "
-              << counted(stored.model.tracks, "track") << " in " << counted(stored.model.episodes, "episode") << "\n"
-              << to_text(evaluation);
-  }
+  nlohmann::ordered_json json = to_json(evaluation);
+  json["tracks"] = input.tracks.size();
+  json["size"] = size(stored.model);
+  json["rows"] = to_json(input.report);
+  json["sila"] = build_version();
+  print(options.common, json,
+        counted(input.tracks.size(), "track") + ", model of size " + std::to_string(size(stored.model)) + " from " +
+            counted(stored.model.tracks, "track") + " in " + counted(stored.model.episodes, "episode") + "\n" +
+            to_text(evaluation));
 }
 
 }  // namespace
 
 void add_evaluate(CLI::App& app) {
-  auto options = std::make_shared<EvaluateOptions>();
-  CLI::App* verb = add_verb(app, "evaluate", "Score a model's predictions on tracks, beside constant velocity.",
-                            "sila evaluate tracks.csv --scene corner.json --model corner.sila", options->common);
+  const auto [verb, options] = add_verb(app,
+                                        {"evaluate", "Score a model's predictions on tracks, beside constant velocity.",
+                                         "sila evaluate tracks.csv --scene corner.json --model corner.sila"},
+                                        Shared::both, evaluate_model);
   add_tracks(*verb, options->tracks);
   add_hold_out(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--predictions", options->predictions,
                    "score these lines, of `predict` or `serve`, instead of what the model predicts now")
       ->type_name("FILE");
-  verb->callback([options] { evaluate_model(*options); });
 }
 
 }  // namespace sila::cli

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <stdexcept>
 
 #include "options.hpp"
@@ -55,6 +54,7 @@ void run_cases(const FuseOptions& options) {
 }
 
 void fuse_files(const FuseOptions& options) {
+  if (!options.cases.empty()) return run_cases(options);
   if (options.previous.empty() || options.incoming.empty() || options.out.empty()) {
     throw std::invalid_argument("fuse: two model files and --out are needed, or --cases");
   }
@@ -81,9 +81,10 @@ void fuse_files(const FuseOptions& options) {
 }  // namespace
 
 void add_fuse(CLI::App& app) {
-  auto options = std::make_shared<FuseOptions>();
-  CLI::App* verb = add_verb(app, "fuse", "Fuse two models, or check worked cases of fusion.",
-                            "sila fuse monday.sila tuesday.sila --out both.sila --explain why.json", options->common);
+  const auto [verb, options] = add_verb(app,
+                                        {"fuse", "Fuse two models, or check worked cases of fusion.",
+                                         "sila fuse monday.sila tuesday.sila --out both.sila --explain why.json"},
+                                        Shared::both, fuse_files);
   verb->add_option("previous", options->previous, "model file")->type_name("A.sila");
   verb->add_option("incoming", options->incoming, "model file")->type_name("B.sila");
   verb->add_option("--out", options->out, "model file to write")->type_name("C.sila");
@@ -91,7 +92,6 @@ void add_fuse(CLI::App& app) {
       ->type_name("E.json");
   verb->add_option("--cases", options->cases, "run every case of this folder instead; exit 1 if any fails")
       ->type_name("DIR");
-  verb->callback([options] { options->cases.empty() ? fuse_files(*options) : run_cases(*options); });
 }
 
 }  // namespace sila::cli

@@ -2,7 +2,6 @@
 #include <iomanip>
 #include <iostream>
 #include <iterator>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -72,9 +71,7 @@ class Batches {
     if (options.tracks.hold_out > 0.0) {  // the tracks held back are drawn from all
       ReadTracks input = read_clean(options.tracks, config);
       given = std::move(input.scene);
-      waiting_ = split_tracks(without_frames(std::move(input.tracks.trajectories)), options.tracks.hold_out,
-                              options.common.seed.value_or(1), options.tracks.split)
-                     .train;
+      waiting_ = held_out(without_frames(std::move(input.tracks.trajectories)), options.tracks, options.common).train;
     } else {
       OpenedTracks opened = open_tracks(options.tracks, config);
       given = std::move(opened.scene);
@@ -140,20 +137,17 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
     std::cerr << known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
   }
-  if (options.common.json) {
-    const nlohmann::ordered_json json{{"model", options.model},
-                                      {"episodes", episodes},
-                                      {"known", known},
-                                      {"tracks", tracks},
-                                      {"size", size(model)},
-                                      {"subsumed", removed.subsumed},
-                                      {"evicted", to_json(removed.evicted)}};
-    std::cout << json.dump(2) << "\n";
-  } else {
-    std::cout << options.model << ": " << counted(model.tracks, "track") << " in " << counted(model.episodes, "episode")
-              << ", " << counted(model.primitives.size(), "primitive") << ", "
-              << counted(model.transitions.size(), "transition") << "\n";
-  }
+  print(options.common,
+        {{"model", options.model},
+         {"episodes", episodes},
+         {"known", known},
+         {"tracks", tracks},
+         {"size", size(model)},
+         {"subsumed", removed.subsumed},
+         {"evicted", to_json(removed.evicted)}},
+        options.model + ": " + counted(model.tracks, "track") + " in " + counted(model.episodes, "episode") + ", " +
+            counted(model.primitives.size(), "primitive") + ", " + counted(model.transitions.size(), "transition") +
+            "\n");
 }
 
 /// The configuration with the scale of a model in pixels: that of a new one is measured on the first tracks.
@@ -212,10 +206,11 @@ void learn_tracks(const LearnOptions& options) {
 }  // namespace
 
 void add_learn(CLI::App& app) {
-  auto options = std::make_shared<LearnOptions>();
-  CLI::App* verb =
-      add_verb(app, "learn", "Learn tracks into a model, new or already there; every batch is an episode.",
-               "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20", options->common);
+  const auto [verb, options] =
+      add_verb(app,
+               {"learn", "Learn tracks into a model, new or already there; every batch is an episode.",
+                "sila learn tracks.csv --scene corner.json --model corner.sila --batch 20"},
+               Shared::both, learn_tracks);
   add_tracks(*verb, options->tracks);
   add_hold_out(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file to create or to update")->required()->type_name("M.sila");
@@ -231,7 +226,6 @@ void add_learn(CLI::App& app) {
   verb->add_option("--share", options->share,
                    "also write a k-anonymous copy of the model to this file; needs --min-people")
       ->type_name("S.sila");
-  verb->callback([options] { learn_tracks(*options); });
 }
 
 }  // namespace sila::cli

@@ -52,24 +52,7 @@ int main(int argc, char** argv) {
     return "sila: " + std::string(error.what()) + "; `sila VERB --help` lists the options\n";
   });
   app.footer("`sila VERB --help` has an example of each verb.");
-  sila::cli::add_simulate(app);
-  sila::cli::add_learn(app);
-  sila::cli::add_predict(app);
-  sila::cli::add_evaluate(app);
-  sila::cli::add_fuse(app);
-  sila::cli::add_prior(app);
-  sila::cli::add_fleet(app);
-  sila::cli::add_inspect(app);
-  sila::cli::add_log(app);
-  sila::cli::add_rollback(app);
-  sila::cli::add_diff(app);
-  sila::cli::add_verify(app);
-  sila::cli::add_experiment(app);
-  sila::cli::add_report(app);
-  sila::cli::add_scene(app);
-  sila::cli::add_serve(app);
-  sila::cli::add_replay(app);
-  sila::cli::add_config(app);
+  for (sila::cli::AddVerb* add : sila::cli::kVerbs) add(app);
   try {
     require_verb(app, argc, argv);
     app.parse(argc, argv);

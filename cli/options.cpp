@@ -44,8 +44,7 @@ void require_different_files(const std::vector<std::filesystem::path>& paths) {
 
 Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
-  if (result.paths.empty() && options.scene.empty())
-    throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
+  require_named(!result.paths.empty() || !options.scene.empty());
   require_different_files(result.paths);
   if (!options.format.empty()) result.read.format = format_named(options.format);
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
@@ -106,22 +105,12 @@ std::string positive_number(const std::string& text) {
   return is_number && number > 0.0 ? "" : "expected a positive number, found " + text;
 }
 
-CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
-                         CommonOptions& common) {
-  CLI::App* verb = app.add_subcommand(name, what);
-  verb->footer("Example:\n  " + example);
+CLI::App* add_plain_verb(CLI::App& app, const VerbText& text, Shared shared, CommonOptions& common) {
+  CLI::App* verb = app.add_subcommand(text.name, text.what);
+  verb->footer("Example:\n  " + text.example);
   verb->parse_complete_callback([verb] { require_own_outputs(*verb); });
-  verb->add_flag("--json", common.json, "print the result as JSON");
-  return verb;
-}
-
-void remove_json(CLI::App& verb) {
-  verb.remove_option(verb.get_option("--json"));
-}
-
-CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
-                   CommonOptions& common) {
-  CLI::App* verb = add_plain_verb(app, name, what, example, common);
+  if (shared != Shared::configuration) verb->add_flag("--json", common.json, "print the result as JSON");
+  if (shared == Shared::json) return verb;
   verb->add_option("--config", common.config_file, "JSON file with configuration values")->type_name("FILE");
   verb->add_option("--profile", common.profile, "default, paper or paper-literal: the values to begin with")
       ->type_name("NAME");
@@ -133,6 +122,10 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& wh
   verb->add_option("--seed", common.seed, "seed of everything random in this verb")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));
   return verb;
+}
+
+void print(const CommonOptions& common, const nlohmann::ordered_json& json, const std::string& text) {
+  std::cout << (common.json ? json.dump(2) + "\n" : text);
 }
 
 void add_classes(CLI::App& verb, ReadOptions& options) {
@@ -262,6 +255,11 @@ std::string first_line(const std::string& option, const std::string& path) {
   return line;
 }
 
+void require_named(bool tracks) {
+  if (!tracks)
+    throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
+}
+
 SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model) {
   ReadTracks read = read_clean(options, config);
   SceneTracks result;
@@ -271,6 +269,10 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config, const
   result.scene = scene_for(read.scene, model, result.tracks, config.episode.scaling, config.corners);
   place(result.tracks, result.scene, config.corners);
   return result;
+}
+
+Split held_out(std::vector<FramedTrajectory> tracks, const TrackOptions& options, const CommonOptions& common) {
+  return split_tracks(std::move(tracks), options.hold_out, common.seed.value_or(1), options.split);
 }
 
 }  // namespace sila::cli

@@ -5,7 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
-#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,14 +60,28 @@ struct ReadTracks {
   CleanTracks tracks;
 };
 
-/// A verb with --json alone.
-CLI::App* add_plain_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
-                         CommonOptions& common);
-/// For a verb that has no result to print as one JSON object.
-void remove_json(CLI::App& verb);
-/// A verb with the options of a configuration, too.
-CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& example,
-                   CommonOptions& common);
+/// The name of a verb, its effect and an example of its use.
+struct VerbText {
+  std::string name, what, example;
+};
+/// The shared options of a verb: those of a configuration, and --json if its result can be one JSON object.
+enum class Shared { json, configuration, both };
+/// A verb and its options, which it owns.
+template <class Options>
+struct Verb {
+  CLI::App* app;
+  Options* options;
+};
+CLI::App* add_plain_verb(CLI::App& app, const VerbText& text, Shared shared, CommonOptions& common);
+template <class Options>
+Verb<Options> add_verb(CLI::App& app, const VerbText& text, Shared shared, void (*run)(const Options&)) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = add_plain_verb(app, text, shared, options->common);
+  verb->callback([options, run] { run(*options); });
+  return {verb, options.get()};
+}
+/// Prints a result for programs (--json) or for people.
+void print(const CommonOptions& common, const nlohmann::ordered_json& json, const std::string& text);
 void add_tracks(CLI::App& verb, TrackOptions& options);
 /// Which tracks are held back.
 void add_hold_out(CLI::App& verb, TrackOptions& options);
@@ -113,5 +128,11 @@ void tell(const TrackReport& report);
 /// Reads tracks, reports their rows on stderr, and puts each in the frame of its corner: of the scene, or
 /// without one of the model.
 SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model);
+
+/// The tracks that --hold-out holds back, and the others.
+Split held_out(std::vector<FramedTrajectory> tracks, const TrackOptions& options, const CommonOptions& common);
+
+/// Throws: std::invalid_argument unless a command names tracks.
+void require_named(bool tracks);
 
 }  // namespace sila::cli

@@ -2,7 +2,6 @@
 #include <tbb/task_arena.h>
 
 #include <iostream>
-#include <memory>
 #include <stdexcept>
 
 #include "options.hpp"
@@ -106,11 +105,11 @@ void predict_tracks(const PredictOptions& options) {
 }  // namespace
 
 void add_predict(CLI::App& app) {
-  auto options = std::make_shared<PredictOptions>();
-  CLI::App* verb = add_verb(app, "predict", "Predict the next seconds of each track, one JSON object a line.",
-                            "sila predict tracks.csv --scene corner.json --model corner.sila --out predictions.ndjson",
-                            options->common);
-  remove_json(*verb);
+  const auto [verb, options] =
+      add_verb(app,
+               {"predict", "Predict the next seconds of each track, one JSON object a line.",
+                "sila predict tracks.csv --scene corner.json --model corner.sila --out predictions.ndjson"},
+               Shared::configuration, predict_tracks);
   add_tracks(*verb, options->tracks);
   verb->add_option("--model", options->model, "model file")->required()->type_name("M.sila");
   verb->add_option("--out", options->out, "file for the predictions [standard output]")->type_name("FILE");
@@ -123,7 +122,6 @@ void add_predict(CLI::App& app) {
   verb->add_flag("--image", options->image,
                  "add u, v and cov_uv, the path in the picture of the camera [of a model in pixels always]");
   verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");
-  verb->callback([options] { predict_tracks(*options); });
 }
 
 }  // namespace sila::cli

@@ -3,7 +3,6 @@
 #include <csignal>
 #include <iomanip>
 #include <iostream>
-#include <memory>
 
 #include "options.hpp"
 #include "sila/core/counted.hpp"
@@ -58,11 +57,11 @@ void replay_tracks(const ReplayVerb& options) {
 }  // namespace
 
 void add_replay(CLI::App& app) {
-  auto options = std::make_shared<ReplayVerb>();
-  CLI::App* verb =
-      add_verb(app, "replay", "Play recorded tracks as a live tracker would.",
-               "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson", options->common);
-  remove_json(*verb);
+  const auto [verb, options] =
+      add_verb(app,
+               {"replay", "Play recorded tracks as a live tracker would.",
+                "sila replay tracks.csv --rate 10 --to tcp:127.0.0.1:8766 > predictions.ndjson"},
+               Shared::configuration, replay_tracks);
   add_tracks(*verb, options->tracks);
   verb->add_option("--rate", options->rate, "speed: 10 plays the recording ten times as fast [1]")
       ->check(positive_number);
@@ -78,7 +77,6 @@ void add_replay(CLI::App& app) {
   verb->add_option("--token-file", options->token_file, "file whose first line is the token of the service")
       ->needs(to)
       ->type_name("FILE");
-  verb->callback([options] { replay_tracks(*options); });
 }
 
 }  // namespace sila::cli

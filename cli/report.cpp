@@ -1,7 +1,6 @@
 #include "sila/report/report.hpp"
 
 #include <filesystem>
-#include <memory>
 
 #include "options.hpp"
 #include "sila/config.hpp"
@@ -50,9 +49,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.input_ids = std::move(read.input_ids);
   input.tracks = std::move(read.tracks);
   if (options.tracks.hold_out > 0.0) {
-    input.tracks = split_tracks(std::move(input.tracks), options.tracks.hold_out, options.common.seed.value_or(1),
-                                options.tracks.split)
-                       .test;
+    input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
     input.input_ids.clear();
     for (const FramedTrajectory& placed : input.tracks) input.input_ids.push_back(placed.track.id);
   }
@@ -76,10 +73,11 @@ void make_report(const ReportOptions& options) {
 }  // namespace
 
 void add_report(CLI::App& app) {
-  auto options = std::make_shared<ReportOptions>();
-  CLI::App* verb =
-      add_verb(app, "report", "Show a model, its predictions and its errors as one HTML page that opens offline.",
-               "sila report corner.sila later.csv --scene corner.json --out report.html", options->common);
+  const auto [verb, options] =
+      add_verb(app,
+               {"report", "Show a model, its predictions and its errors as one HTML page that opens offline.",
+                "sila report corner.sila later.csv --scene corner.json --out report.html"},
+               Shared::both, make_report);
   verb->add_option("subject", options->subject, "model file, or the results.json of `sila experiment`")
       ->required()
       ->type_name("M.sila|RESULTS.json");
@@ -90,7 +88,6 @@ void add_report(CLI::App& app) {
   add_picture(*verb, options->picture);
   verb->add_option("--out", options->out, "HTML file to write [standard output]; with --json its data")
       ->type_name("FILE");
-  verb->callback([options] { make_report(*options); });
 }
 
 }  // namespace sila::cli

@@ -49,7 +49,7 @@ std::string describe(const CornerProposal& made) {
   return text.str();
 }
 
-void make(const MakeOptions& options) {
+void propose_scene(const MakeOptions& options) {
   const Config config = configured(options.common);
   ReadTracks read = read_clean(options.tracks, config);
   const CornerProposal made = propose_corner(read.tracks.trajectories, config.episode.scaling);
@@ -84,8 +84,7 @@ std::vector<std::string> paths_of(const TrackOptions& options, const Scene& scen
     for (const SceneFile& file : scene.files)
       paths.push_back(file.resolved.empty() ? file.path : file.resolved.string());
   }
-  if (paths.empty())
-    throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
+  require_named(!paths.empty());
   return paths;
 }
 
@@ -166,7 +165,7 @@ EditorInput editor_input(const EditOptions& options) {
   return input;
 }
 
-void edit(const EditOptions& options) {
+void edit_scene(const EditOptions& options) {
   const nlohmann::ordered_json data = editor_data(editor_input(options));
   write_page(options.common.json ? data.dump(1) + "\n" : editor_page(data), options.out);
 }
@@ -182,14 +181,17 @@ void add_scene(CLI::App& app) {
   auto model = std::make_shared<std::string>();
   show->add_option("model", *model, "model file")->required()->type_name("M.sila");
   show->callback([model] { std::cout << to_text(scene_of(load_model(*model).model)); });
-  auto options = std::make_shared<MakeOptions>();
-  CLI::App* made = add_verb(*verb, "make", "Propose a scene file from tracks: the corner at which most of them turn.",
-                            "sila scene make tracks.csv > corner.json", options->common);
+  const auto [made, options] =
+      add_verb(*verb,
+               {"make", "Propose a scene file from tracks: the corner at which most of them turn.",
+                "sila scene make tracks.csv > corner.json"},
+               Shared::both, propose_scene);
   add_tracks(*made, options->tracks);
-  made->callback([options] { make(*options); });
-  auto editing = std::make_shared<EditOptions>();
-  CLI::App* edited = add_verb(*verb, "edit", "Make an HTML page, which opens offline, that edits a scene by hand.",
-                              "sila scene edit tracks.csv --picture corner.jpg --out editor.html", editing->common);
+  const auto [edited, editing] =
+      add_verb(*verb,
+               {"edit", "Make an HTML page, which opens offline, that edits a scene by hand.",
+                "sila scene edit tracks.csv --picture corner.jpg --out editor.html"},
+               Shared::both, edit_scene);
   add_tracks(*edited, editing->tracks);
   CLI::Option* picture =
       edited->add_option("--picture", editing->picture, "PNG or JPEG picture of the camera, to place the corner on")
@@ -200,7 +202,6 @@ void add_scene(CLI::App& app) {
       ->needs(picture);
   edited->add_option("--out", editing->out, "HTML file to write [standard output]; with --json its data")
       ->type_name("FILE");
-  edited->callback([editing] { edit(*editing); });
 }
 
 }  // namespace sila::cli

@@ -3,7 +3,6 @@
 #include <csignal>
 #include <cstring>
 #include <iostream>
-#include <memory>
 #include <mutex>
 #include <optional>
 
@@ -148,12 +147,12 @@ void serve(const ServeVerb& options) {
 }  // namespace
 
 void add_serve(CLI::App& app) {
-  auto options = std::make_shared<ServeVerb>();
+  const auto [verb, options] =
+      add_verb(app,
+               {"serve", "Predict the detections of a tracker as they come, and learn while predicting.",
+                "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766"},
+               Shared::configuration, serve);
   options->server.http = "127.0.0.1:8765";
-  CLI::App* verb =
-      add_verb(app, "serve", "Predict the detections of a tracker as they come, and learn while predicting.",
-               "sila serve --scene corner.json --model corner.sila --tcp 127.0.0.1:8766", options->common);
-  remove_json(*verb);
   verb->add_option("--scene", options->scene, kSceneHelp)->type_name("FILE");
   verb->add_option(
           "--camera", options->camera,
@@ -192,7 +191,6 @@ void add_serve(CLI::App& app) {
   verb->add_option("--every", options->stride_s, "seconds between predictions of a pedestrian [each detection]");
   verb->add_option("--batch", options->batch, "finished tracks that make an episode [20]");
   add_lines(*verb, options->lines);
-  verb->callback([options] { serve(*options); });
 }
 
 }  // namespace sila::cli

@@ -3,7 +3,6 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <memory>
 #include <stdexcept>
 
 #include "options.hpp"
@@ -62,16 +61,15 @@ void simulate_tracks(const SimulateOptions& options) {
 }  // namespace
 
 void add_simulate(CLI::App& app) {
-  auto options = std::make_shared<SimulateOptions>();
-  CLI::App* verb = add_verb(app, "simulate", "Make tracks of pedestrians at a simulated intersection.",
-                            "sila simulate --layout four-way --tracks 989 --seed 1 --out tracks.csv", options->common);
-  remove_json(*verb);
+  const auto [verb, options] = add_verb(app,
+                                        {"simulate", "Make tracks of pedestrians at a simulated intersection.",
+                                         "sila simulate --layout four-way --tracks 989 --seed 1 --out tracks.csv"},
+                                        Shared::configuration, simulate_tracks);
   verb->add_option("--layout", options->layout, "four-way, t-junction, acute or obtuse [four-way]");
   verb->add_option("--tracks", options->tracks, "number of tracks [989]");
   verb->add_option("--out", options->out, "track file to write; its scene file is written beside it")
       ->required()
       ->type_name("FILE");
-  verb->callback([options] { simulate_tracks(*options); });
 }
 
 }  // namespace sila::cli
