@@ -2,7 +2,6 @@
 
 #include <tbb/global_control.h>
 
-#include <concepts>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -40,9 +39,7 @@ struct Config {
   SimulationConfig simulate;
 };
 
-template <class C, class Visitor>
-requires std::same_as<std::remove_const_t<C>, Config>
-void fields(C& config, Visitor&& visit) {
+void fields(MaybeConst<Config> auto& config, auto&& visit) {
   visit.group("clean", config.clean);
   visit.choice("corners", config.corners, kCornerChoices, "which corner of a scene gives the frame of a track");
   visit.number("metres_per_pixel", config.metres_per_pixel, Range{0.0, 1000.0}, "m",

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/bytes.hpp"
+#include "sila/core/fields.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {
@@ -72,10 +73,7 @@ class Reader {
   bytes::Reader rest_;
 };
 
-template <class A, class B>
-concept Is = std::same_as<std::remove_const_t<A>, B>;
-
-void members(auto& archive, Is<MotionPrimitive> auto& primitive) {
+void members(auto& archive, MaybeConst<MotionPrimitive> auto& primitive) {
   auto& [cells, weight, support] = primitive;
   archive.number(weight);
   archive.number(support);
@@ -86,7 +84,7 @@ void members(auto& archive, Is<MotionPrimitive> auto& primitive) {
   });
 }
 
-void members(auto& archive, Is<Transition> auto& transition) {
+void members(auto& archive, MaybeConst<Transition> auto& transition) {
   auto& [from, to, count, field, residual, sites, support] = transition;
   archive.number(count);
   archive.number(support);
@@ -102,7 +100,7 @@ void members(auto& archive, Part& part) {
 }
 
 /// The members of a model that stand in its head.
-void head_members(auto& archive, Is<Model> auto& model) {
+void head_members(auto& archive, MaybeConst<Model> auto& model) {
   auto& [settings, primitives, transitions, sites, sharing, prior, episodes, tracks, episode_ids] = model;
   archive.number(episodes);
   archive.number(tracks);

@@ -1,13 +1,15 @@
 #include "sila/model/error_statistics.hpp"
 
 #include <cmath>
-#include <ranges>
+#include <concepts>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "core/concatenate.hpp"
+#include "model/parts.hpp"
 
 namespace sila {
 namespace {
@@ -16,98 +18,55 @@ namespace {
   throw std::invalid_argument("error statistics: " + what);
 }
 
-void require_length(const char* name, std::size_t length, std::size_t wanted) {
-  if (length == wanted) return;
-  reject_statistics(std::string(name) + " has " + std::to_string(length) + " entries, must have " +
-                    std::to_string(wanted));
-}
-
-/// Of something that was counted or summed up from squares.
-void require_sum(const char* name, double value) {
-  if (!(value >= 0.0) || !std::isfinite(value))
-    reject_statistics(std::string(name).append(" has a number that is no sum"));
-}
-
-void require_regressions(const char* name, const std::vector<RegressionMoments>& table, std::size_t cells, int features,
-                         int outputs) {
-  require_length(name, table.size(), cells);
-  for (const RegressionMoments& moments : table) {
-    require_sum(name, moments.weight);
-    if (moments.features.rows() != features || moments.features.cols() != features ||
-        moments.products.rows() != features || moments.products.cols() != outputs)
-      reject_statistics(std::string(name) + " is not a regression on " + std::to_string(features) + " features");
-    if (!moments.features.allFinite() || !moments.products.allFinite())
-      reject_statistics(std::string(name) + " has a number that is not finite");
-  }
-}
-
-void require_error_moments(const char* name, const std::vector<ErrorMoments>& table, std::size_t cells) {
-  require_length(name, table.size(), cells);
-  for (const ErrorMoments& moments : table) {
-    require_sum(name, moments.weight);
+/// Rejects sums of another shape than `like`, and numbers that nothing was counted or summed up to. Only what a
+/// regression is made of may be negative.
+template <class Sums>
+void require_sums(const char* name, const Sums& sums, const Sums& like) {
+  const auto reject = [&](const char* what) { reject_statistics(std::string(name) + what); };
+  if constexpr (std::is_arithmetic_v<Sums>) {
+    if (!(sums >= 0.0) || !std::isfinite(sums)) reject(" has a number that is no sum");
+  } else if constexpr (std::same_as<Sums, Eigen::MatrixXd>) {
+    if (sums.rows() != like.rows() || sums.cols() != like.cols()) reject(" is a regression on other features");
+    if (!sums.allFinite()) reject(" has a number that is not finite");
+  } else if constexpr (std::same_as<Sums, ErrorMoments>) {
+    require_sums(name, sums.weight, like.weight);
     // One is a difference of squares, which rounding may leave a little below 0.
-    for (const double sum : {moments.along, moments.across}) require_sum(name, sum + 1e-6);
-  }
-}
-
-void require_bins(const char* name, const std::vector<double>& bins, std::size_t wanted) {
-  require_length(name, bins.size(), wanted);
-  for (const double count : bins) require_sum(name, count);
-}
-
-void require_densities(const char* name, const Densities& densities, int steps) {
-  for (const DensityMoments& density : densities) {
-    require_regressions(name, {density.scale}, 1, steps > 0 ? kScaleFeatures : 0, steps > 0 ? 2 : 0);
-    require_error_moments(name, density.components, static_cast<std::size_t>(steps * kMixtureComponents));
-  }
-}
-
-void discount(double& sum, double share) {
-  sum *= share;
-}
-
-void discount(RegressionMoments& moments, double share) {
-  moments.weight *= share;
-  moments.features *= share;
-  moments.products *= share;
-}
-
-void discount(ErrorMoments& moments, double share) {
-  moments.weight *= share;
-  moments.along *= share;
-  moments.across *= share;
-}
-
-void discount(DensityMoments& moments, double share) {
-  discount(moments.scale, share);
-  for (ErrorMoments& cell : moments.components) discount(cell, share);
-}
-
-void discount(SlowErrors& errors, double share) {
-  errors.weight *= share;
-  for (double& error_m : errors.errors_m) error_m *= share;
-}
-
-template <std::ranges::range Table>
-void discount(Table& table, double share) {
-  for (auto& entry : table) discount(entry, share);
-}
-
-template <class Table>
-void add_table(Table& sum, const Table& more) {
-  if constexpr (std::ranges::range<Table>) {
-    for (std::size_t i = 0; i < sum.size(); ++i) add_table(sum[i], more[i]);
+    for (const double sum : {sums.along, sums.across}) require_sums(name, sum + 1e-6, 0.0);
+  } else if constexpr (requires { parts_of(sums); }) {
+    const auto require_all = [&](const auto&... parts) {
+      std::apply([&](const auto&... alike) { (require_sums(name, parts, alike), ...); }, parts_of(like));
+    };
+    std::apply(require_all, parts_of(sums));
   } else {
-    sum += more;
+    if (sums.size() != like.size())
+      reject_statistics(concatenate(name, " has ", sums.size(), " entries, must have ", like.size()));
+    for (std::size_t i = 0; i < sums.size(); ++i) require_sums(name, sums[i], like[i]);
   }
 }
 
-/// All sums; a member that is added to the struct and forgotten here does not compile.
-auto tables_of(auto& error_statistics) {
-  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
-         global_motion, motion, motion_share, correction, correction_share] = error_statistics;
-  return std::tie(stacking, density, density_place_free, scores, novelties, slow, changes, global_motion, motion,
-                  motion_share, correction, correction_share);
+template <class Sums>
+void discount(Sums& sums, double share) {
+  if constexpr (requires { parts_of(sums); }) {
+    std::apply([&](auto&... parts) { (discount(parts, share), ...); }, parts_of(sums));
+  } else if constexpr (std::is_arithmetic_v<Sums> || std::same_as<Sums, Eigen::MatrixXd>) {
+    sums *= share;
+  } else {
+    for (auto& entry : sums) discount(entry, share);
+  }
+}
+
+template <class Sums>
+void add(Sums& sums, const Sums& more) {
+  if constexpr (requires { parts_of(sums); }) {
+    const auto add_all = [&](auto&... parts) {
+      std::apply([&](const auto&... others) { (add(parts, others), ...); }, parts_of(more));
+    };
+    std::apply(add_all, parts_of(sums));
+  } else if constexpr (std::is_arithmetic_v<Sums> || std::same_as<Sums, Eigen::MatrixXd>) {
+    sums += more;
+  } else {
+    for (std::size_t i = 0; i < sums.size(); ++i) add(sums[i], more[i]);
+  }
 }
 
 /// From about this number of windows on, recent ones count more.
@@ -128,24 +87,10 @@ void favour_recent(Densities& past, const Densities& recent) {
   }
 }
 
-void add(ErrorStatistics& sum, const ErrorStatistics& more) {
-  const auto add_all = [&](auto&... sums) {
-    std::apply([&](const auto&... others) { (add_table(sums, others), ...); }, tables_of(more));
-  };
-  std::apply(add_all, tables_of(sum));
-}
-
 }  // namespace
 
-DensityMoments& DensityMoments::operator+=(const DensityMoments& more) {
-  scale += more.scale;
-  for (std::size_t c = 0; c < components.size(); ++c) components[c] += more.components[c];
-  return *this;
-}
-
 SlowErrors& SlowErrors::operator+=(const SlowErrors& more) {
-  weight += more.weight;
-  for (std::size_t c = 0; c < errors_m.size(); ++c) errors_m[c] += more.errors_m[c];
+  add(*this, more);
   return *this;
 }
 
@@ -187,7 +132,7 @@ void forget_positions(ErrorStatistics& error_statistics) {
 }
 
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {
-  std::apply([&](auto&... tables) { (discount(tables, share), ...); }, tables_of(error_statistics));
+  discount(error_statistics, share);
   return error_statistics;
 }
 
@@ -228,35 +173,28 @@ void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
 }
 
 void validate(const ErrorStatistics& error_statistics) {
-  const bool empty = error_statistics.empty();
-  if (error_statistics.steps < 0) reject_statistics("steps = " + std::to_string(error_statistics.steps));
-  if (!(error_statistics.interval_s > 0.0) || !std::isfinite(error_statistics.interval_s))
-    reject_statistics("interval_s must be positive");
-  if (!(error_statistics.observe_s > 0.0) || !std::isfinite(error_statistics.observe_s))
-    reject_statistics("observe_s must be positive");
-  const std::size_t cells = empty ? 0 : static_cast<std::size_t>(error_statistics.steps) * kSpeedClasses;
-  require_regressions("stacking", error_statistics.stacking, cells, kStackedFeatures, 1);
-  require_densities("density", error_statistics.density, empty ? 0 : error_statistics.steps);
-  require_densities("density_place_free", error_statistics.density_place_free, empty ? 0 : error_statistics.steps);
-  require_length("scores", error_statistics.scores.size(), cells / kSpeedClasses * kScoreClasses);
-  for (const std::vector<double>& bins : error_statistics.scores) require_bins("scores", bins, kScoreBins);
-  require_bins("novelties", error_statistics.novelties, empty ? 0 : kNoveltyBins);
-  const auto require_one = [&](const char* name, const RegressionMoments& moments, int features, int outputs) {
-    require_regressions(name, {moments}, 1, empty ? 0 : features, empty ? 0 : outputs);
-  };
-  for (const RegressionMoments& change : error_statistics.changes) require_one("changes", change, kHazardFeatures, 1);
-  for (const RegressionMoments& motion : error_statistics.motion)
-    require_one("motion", motion, kMotionFeatures, kCorrectionKnots);
-  for (const RegressionMoments& motion : error_statistics.global_motion)
-    require_one("global_motion", motion, kMotionFeatures, kCorrectionKnots);
-  require_one("motion_share", error_statistics.motion_share, 1, 1);
-  require_one("correction", error_statistics.correction, kCorrectionFeatures, 2 * kCorrectionKnots);
-  require_one("correction_share", error_statistics.correction_share, 1, 1);
-  require_length("slow", error_statistics.slow.size(), empty ? 0 : kSlowClasses);
-  for (const SlowErrors& slow : error_statistics.slow) {
-    require_sum("slow", slow.weight);
-    for (const double error_m : slow.errors_m) require_sum("slow", error_m);
-  }
+  const auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
+               global_motion, motion, motion_share, correction, correction_share] = error_statistics;
+  if (steps < 0) reject_statistics(concatenate("steps = ", steps));
+  if (!(interval_s > 0.0) || !std::isfinite(interval_s)) reject_statistics("interval_s must be positive");
+  if (!(observe_s > 0.0) || !std::isfinite(observe_s)) reject_statistics("observe_s must be positive");
+  // First, so that no damaged number of steps asks for very large tables.
+  if (stacking.size() != static_cast<std::size_t>(steps) * kSpeedClasses)
+    reject_statistics(concatenate("stacking has ", stacking.size(), " entries for ", steps, " steps"));
+  const ErrorStatistics like =
+      error_statistics.empty() ? ErrorStatistics{} : zero_error_statistics(steps, interval_s, observe_s);
+  require_sums("stacking", stacking, like.stacking);
+  require_sums("density", density, like.density);
+  require_sums("density_place_free", density_place_free, like.density_place_free);
+  require_sums("scores", scores, like.scores);
+  require_sums("novelties", novelties, like.novelties);
+  require_sums("slow", slow, like.slow);
+  require_sums("changes", changes, like.changes);
+  require_sums("global_motion", global_motion, like.global_motion);
+  require_sums("motion", motion, like.motion);
+  require_sums("motion_share", motion_share, like.motion_share);
+  require_sums("correction", correction, like.correction);
+  require_sums("correction_share", correction_share, like.correction_share);
 }
 
 }  // namespace sila

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
+
+#include "model/parts.hpp"
+#include "sila/core/fields.hpp"
 
 namespace sila {
 namespace {
@@ -133,65 +136,34 @@ class Unpacker {
   std::span<const double> rest_;
 };
 
-template <class A, class B>
-concept Is = std::same_as<std::remove_const_t<A>, B>;
-
-void members(auto& archive, Is<double> auto& number) {
-  archive.number(number);
+/// Numbers and sums: a struct part by part, a list with its length, an array without.
+void members(auto& archive, auto& sums) {
+  if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(sums)>>) {
+    archive.number(sums);
+  } else if constexpr (requires { parts_of(sums); }) {
+    std::apply([&](auto&... parts) { (members(archive, parts), ...); }, parts_of(sums));
+  } else if constexpr (requires { sums.capacity(); }) {
+    archive.list(sums);
+  } else {
+    for (auto& entry : sums) members(archive, entry);
+  }
 }
 
-void members(auto& archive, Is<std::vector<double>> auto& numbers) {
-  archive.list(numbers);
-}
-
-void members(auto& archive, Is<RegressionMoments> auto& moments) {
+void members(auto& archive, MaybeConst<RegressionMoments> auto& moments) {
   auto& [weight, features, products] = moments;
   archive.number(weight);
   archive.lower_triangle(features);
   archive.matrix(products);
 }
 
-void members(auto& archive, Is<ErrorMoments> auto& moments) {
-  auto& [weight, along, across] = moments;
-  archive.number(weight);
-  archive.number(along);
-  archive.number(across);
+void members(auto& archive, MaybeConst<ErrorStatistics> auto& error_statistics) {
+  archive.count(error_statistics.steps);
+  archive.number(error_statistics.interval_s);
+  archive.number(error_statistics.observe_s);
+  std::apply([&](auto&... parts) { (members(archive, parts), ...); }, parts_of(error_statistics));
 }
 
-void members(auto& archive, Is<DensityMoments> auto& moments) {
-  auto& [scale, components] = moments;
-  members(archive, scale);
-  archive.list(components);
-}
-
-void members(auto& archive, Is<SlowErrors> auto& errors) {
-  auto& [weight, errors_m] = errors;
-  archive.number(weight);
-  for (auto& error_m : errors_m) archive.number(error_m);
-}
-
-void members(auto& archive, Is<ErrorStatistics> auto& error_statistics) {
-  auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
-         global_motion, motion, motion_share, correction, correction_share] = error_statistics;
-  archive.count(steps);
-  archive.number(interval_s);
-  archive.number(observe_s);
-  archive.list(stacking);
-  for (auto* densities : {&density, &density_place_free}) {
-    for (auto& moments : *densities) members(archive, moments);
-  }
-  archive.list(scores);
-  archive.list(novelties);
-  archive.list(slow);
-  for (auto& change : changes) members(archive, change);
-  for (auto& moments : global_motion) members(archive, moments);
-  for (auto& moments : motion) members(archive, moments);
-  members(archive, motion_share);
-  members(archive, correction);
-  members(archive, correction_share);
-}
-
-void members(auto& archive, Is<SparseGp> auto& gp) {
+void members(auto& archive, MaybeConst<SparseGp> auto& gp) {
   auto& [kernel, noise_variance, pseudo_inputs, mean, information, response, mean_response, points, jitter] = gp;
   auto& [signal_variance, length_scales] = kernel;
   archive.number(signal_variance);
@@ -206,7 +178,7 @@ void members(auto& archive, Is<SparseGp> auto& gp) {
   archive.number(jitter);
 }
 
-void members(auto& archive, Is<FlowField> auto& field) {
+void members(auto& archive, MaybeConst<FlowField> auto& field) {
   auto& [gp, extent, gp_y] = field;
   members(archive, gp);
   archive.matrix(extent.min());
@@ -216,7 +188,7 @@ void members(auto& archive, Is<FlowField> auto& field) {
   archive.require(field.independent(), "the second GP of a field has no output");
 }
 
-void members(auto& archive, Is<CurbFrame> auto& frame) {
+void members(auto& archive, MaybeConst<CurbFrame> auto& frame) {
   auto& [origin_m, axis_1, axis_2, unit_m, sidewalk_width_m, from_tracks] = frame;
   for (auto* part : {&origin_m, &axis_1, &axis_2, &unit_m}) archive.matrix(*part);
   archive.number(sidewalk_width_m);
@@ -225,18 +197,14 @@ void members(auto& archive, Is<CurbFrame> auto& frame) {
   archive.require(from_tracks, "a frame ends with a mark that is not 1");
 }
 
-void members(auto& archive, Is<SiteCount> auto& part) {
+void members(auto& archive, MaybeConst<SiteCount> auto& part) {
   auto& [site, count, last_episode] = part;
   archive.count(site);
   archive.number(count);
   archive.count(last_episode);
 }
 
-void members(auto& archive, Is<std::vector<SiteCount>> auto& counts) {
-  archive.list(counts);
-}
-
-void members(auto& archive, Is<ModelSettings> auto& settings) {
+void members(auto& archive, MaybeConst<ModelSettings> auto& settings) {
   auto& [grid, scaling, sample_interval_s, reference_width_m, residual_horizon_s, residual_knots] = settings;
   auto& [cell, origin, tile_cells] = grid;
   archive.number(cell);

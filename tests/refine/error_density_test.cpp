@@ -97,7 +97,8 @@ TEST(ErrorDensity, AddsMomentsExactly) {
     add_errors(i < 10 ? first : second, density, features_at(change_mps), errors_m, 1.0, kInterval_s);
     add_errors(both, density, features_at(change_mps), errors_m, 1.0, kInterval_s);
   }
-  first += second;
+  first.scale += second.scale;
+  for (std::size_t c = 0; c < first.components.size(); ++c) first.components[c] += second.components[c];
   EXPECT_LT((first.scale.features - both.scale.features).norm(), 1e-10);
   EXPECT_LT((first.scale.products - both.scale.products).norm(), 1e-10);
   for (std::size_t c = 0; c < both.components.size(); ++c)

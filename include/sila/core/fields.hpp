@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <span>
 #include <stdexcept>
@@ -11,6 +12,10 @@
 
 namespace sila {
 
+/// A struct, or the same struct constant: for functions that list its members to read or to write them.
+template <class T, class Struct>
+concept MaybeConst = std::same_as<std::remove_const_t<T>, Struct>;
+
 /// The admitted interval of a number; `open_min` leaves the lower end out.
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
@@ -20,8 +25,7 @@ struct Range {
 
 /// One field of a configuration struct, as text. Beside each struct is
 ///
-///     template <class Config, class Visitor>            // Config: the struct or its const
-///     void fields(Config& config, Visitor&& visit)
+///     void fields(MaybeConst<CleanConfig> auto& config, auto&& visit)
 ///
 /// that calls `visit.number(name, member, Range, unit, text)`, `visit.flag(name, member, text)`,
 /// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order.

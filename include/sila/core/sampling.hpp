@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -19,9 +18,7 @@ struct SamplingConfig {
   double acceleration_density = 2.0;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, SamplingConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<SamplingConfig> auto& config, auto&& visit) {
   visit.number("interval_s", config.interval_s, Range{0.01, 2.0}, "s", "time between resampled positions (Delta t)");
   visit.number("acceleration_density", config.acceleration_density, Range{0.0, 1000.0, true}, "m^2/s^3",
                "spectral density of the acceleration of pedestrians: smaller values smooth tracks more");

@@ -24,9 +24,7 @@ struct EvaluateConfig {
   static constexpr double turning_rad = 0.5235987755982988;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, EvaluateConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<EvaluateConfig> auto& config, auto&& visit) {
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0, true}, "s", "between the windows of a track");
   visit.number("observed_s", config.observed_s, Range{0.0, 60.0}, "s",
                "observed part of each window, at most, as if the person had just appeared");

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <concepts>
 #include <cstddef>
 #include <vector>
 
@@ -18,9 +17,7 @@ struct GridConfig {
   static constexpr int tile_cells = 8;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, GridConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<GridConfig> auto& config, auto&& visit) {
   visit.number("cell_m", config.cell_m, Range{0.05, 20.0}, "m",
                "side of a grid cell at the place where the model begins");
 }
@@ -51,9 +48,7 @@ struct DictionaryConfig {
   int max_primitives = 2000;  ///< learnt from one batch (L_max); no setting
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, DictionaryConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<DictionaryConfig> auto& config, auto&& visit) {
   visit.flag("support_mask", config.support_mask,
              "limit each primitive to its own cells; off: one primitive swallows a whole route");
   visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
@@ -79,9 +74,7 @@ struct FieldConfig {
   GpConfig gp;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, FieldConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<FieldConfig> auto& config, auto&& visit) {
   visit.choice("outputs", config.outputs, kFieldOutputs,
                "one GP for both components of the velocity, or one for each as in the paper");
   visit.number(
@@ -100,9 +93,7 @@ struct LearnConfig {
   FieldConfig field;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, LearnConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<LearnConfig> auto& config, auto&& visit) {
   visit.group("grid", config.grid);
   visit.group("dictionary", config.dictionary);
   visit.group("field", config.field);

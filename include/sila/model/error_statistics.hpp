@@ -67,8 +67,6 @@ struct DensityMoments {
   RegressionMoments scale;
   /// Expected squared errors of each component, relative to the scale: at step * kMixtureComponents + component.
   std::vector<ErrorMoments> components;
-
-  DensityMoments& operator+=(const DensityMoments& more);
 };
 
 /// At observed class * kMotionStates + motion state.

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <concepts>
-
 #include "sila/core/fields.hpp"
 
 namespace sila {
@@ -42,9 +40,7 @@ struct PredictConfig {
   bool own_deviation = false;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, PredictConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<PredictConfig> auto& config, auto&& visit) {
   visit.number("observe_s", config.observe_s, Range{0.2, 60.0}, "s", "observed time before t0, at most");
   visit.number("min_observe_s", config.min_observe_s, Range{0.0, 60.0, true}, "s",
                "a track gets its first prediction once it is that old");

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <concepts>
 #include <type_traits>
 
 #include "sila/core/fields.hpp"
@@ -31,9 +30,7 @@ struct ResidualConfig {
   static constexpr double selection_stop = 0.1;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, ResidualConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<ResidualConfig> auto& config, auto&& visit) {
   visit.flag("enabled", config.enabled, "learn residual GPs: deviations from constant velocity (paper: off)");
   visit.number("place_scale_m", config.place_scale_m, Range{0.05, 100.0}, "m", "length scale of the position");
   visit.number("velocity_scale_mps", config.velocity_scale_mps, Range{0.01, 20.0}, "m/s",
@@ -55,11 +52,10 @@ struct RefineConfig : PredictConfig {
   static constexpr double variant_reach = 0.9;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, RefineConfig>
-void fields(Config& config, Visitor&& visit) {
-  std::conditional_t<std::is_const_v<Config>, const PredictConfig, PredictConfig>& paper = config;
-  fields(paper, visit);
+void fields(MaybeConst<RefineConfig> auto& config, auto&& visit) {
+  using Paper = std::conditional_t<std::is_const_v<std::remove_reference_t<decltype(config)>>, const PredictConfig,
+                                   PredictConfig>;
+  fields(static_cast<Paper&>(config), visit);
   visit.flag("stacking", config.stacking,
              "stack kinematics and residual GPs by ridge regression on past errors (paper: off)");
   visit.number("mode_variants", config.mode_variants, Range{0, 4}, "",

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <concepts>
 #include <limits>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 #include "sila/core/fields.hpp"
@@ -31,9 +29,7 @@ struct PruneConfig {
   static constexpr double expire_after_episodes = 10.0;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, PruneConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<PruneConfig> auto& config, auto&& visit) {
   visit.flag("enabled", config.enabled,
              "remove rare transitions that others represent, after each episode (paper: off)");
 }
@@ -64,9 +60,7 @@ struct ModelBudget {
   double max_bytes = std::numeric_limits<double>::infinity();
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, ModelBudget>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<ModelBudget> auto& config, auto&& visit) {
   const double none = std::numeric_limits<double>::infinity();
   visit.number("max_primitives", config.max_primitives, Range{1.0, none}, "primitives",
                "maximum; the transitions of least worth are evicted");

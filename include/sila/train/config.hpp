@@ -1,7 +1,5 @@
 #pragma once
 
-#include <concepts>
-
 #include "sila/core/sampling.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
@@ -19,9 +17,7 @@ struct ErrorStatisticsConfig {
   double memory_windows = 5000.0;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, ErrorStatisticsConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<ErrorStatisticsConfig> auto& config, auto&& visit) {
   visit.flag("enabled", config.enabled, "predict each batch before it is learnt, and calibrate by the errors");
 }
 
@@ -39,9 +35,7 @@ struct EpisodeConfig {
   RefineConfig predict;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, EpisodeConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<EpisodeConfig> auto& config, auto&& visit) {
   visit.group("sampling", config.sampling);
   visit.choice("scaling", config.scaling, kCurbScalings,
                "unit of the curb coordinates: metres, the mean sidewalk width (paper), or each strip's own width");
