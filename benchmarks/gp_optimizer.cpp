@@ -6,8 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "gp/greedy.hpp"
-#include "gp/marginal_likelihood.hpp"
+#include "gp/fit.hpp"
 #include "gp/minimise.hpp"
 #include "gp_data.hpp"
 

@@ -14,7 +14,6 @@
 
 #include "../gp_data.hpp"
 #include "gp/fit.hpp"
-#include "gp/greedy.hpp"
 #include "learn/dictionary.hpp"
 #include "sila/config.hpp"
 #include "sila/core/sampling.hpp"

@@ -244,7 +244,7 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
 
 CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::string> prefix,
                       const CleanConfig& config) {
-  validate(config);
+  validate_fields("clean", config);
   CleanTracks result;
   TrackReport& report = result.report;
   std::size_t recordings = 0;
@@ -271,10 +271,6 @@ CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::
 
 std::string_view name_of(DropReason reason) {
   return kDropReasons[static_cast<std::size_t>(reason)].name;
-}
-
-void validate(const CleanConfig& config) {
-  validate_fields("clean", config);
 }
 
 bool id_less(const std::string& a, const std::string& b) {

@@ -1,6 +1,7 @@
 #include "sila/evaluate/metrics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,6 +16,40 @@ double mean_distance_m(std::span<const Vector2> a, std::span<const Vector2> b) {
   double sum = 0.0;
   for (std::size_t j = 0; j < a.size(); ++j) sum += (a[j] - b[j]).norm();
   return sum / static_cast<double>(a.size());
+}
+
+/// Expected calibration error over ten bins of equal width.
+class CalibrationError {
+ public:
+  void add(double probability, bool came) {
+    const double excess = probability - (came ? 1.0 : 0.0);
+    excess_[std::min(kBins - 1, static_cast<std::size_t>(probability * kBins))] += excess;
+    count_ += 1.0;
+  }
+  double value() const {
+    double sum = 0.0;
+    for (const double excess : excess_) sum += std::abs(excess) / count_;
+    return sum;
+  }
+
+ private:
+  static constexpr std::size_t kBins = 10;
+  std::array<double, kBins> excess_{};  ///< of the stated over the observed number
+  double count_ = 0.0;
+};
+
+double square(double x) {
+  return x * x;
+}
+
+double mean_nearest_m(std::span<const Vector2> from, std::span<const Vector2> to) {
+  double sum = 0.0;
+  for (const Vector2& a : from) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vector2& b : to) nearest = std::min(nearest, (a - b).squaredNorm());
+    sum += std::sqrt(nearest);
+  }
+  return sum / static_cast<double>(from.size());
 }
 
 }  // namespace
@@ -72,6 +107,46 @@ Metrics operator*(double factor, const Metrics& a) {
   for (const auto& [name, member] : kMetrics) scaled.*member *= factor;
   for (double& share : scaled.coverage) share *= factor;
   return scaled;
+}
+
+ChangeScore score_changes(std::size_t motion_state, double horizon_s, std::span<const ChangeForecast> forecasts) {
+  const auto count = static_cast<double>(forecasts.size());
+  ChangeScore score{motion_state, horizon_s, forecasts.size(), 0.0, 0.0, 0.0, 0.0};
+  CalibrationError error;
+  for (const ChangeForecast& forecast : forecasts) {
+    const double changed = forecast.changed ? 1.0 : 0.0;
+    score.rate += changed / count;
+    score.brier += square(forecast.probability - changed) / count;
+    error.add(forecast.probability, forecast.changed);
+  }
+  score.base_brier = score.rate * (1.0 - score.rate);
+  score.calibration_error = error.value();
+  return score;
+}
+
+OutcomeScore score_outcomes(std::size_t motion_state, double horizon_s, std::span<const OutcomeForecast> forecasts) {
+  const auto count = static_cast<double>(forecasts.size());
+  OutcomeScore score{motion_state, horizon_s, forecasts.size(), {}, {}, 0.0, 0.0, 0.0};
+  CalibrationError error;
+  for (const OutcomeForecast& forecast : forecasts) {
+    for (std::size_t k = 0; k < kOutcomeCount; ++k) {
+      const bool came = k == static_cast<std::size_t>(forecast.came);
+      const double probability = forecast.probabilities[k];
+      score.rates[k] += (came ? 1.0 : 0.0) / count;
+      score.stated[k] += probability / count;
+      score.brier += square(probability - (came ? 1.0 : 0.0)) / count;
+      error.add(probability, came);
+    }
+  }
+  for (const double rate : score.rates)
+    score.base_brier += rate * std::max(0.0, 1.0 - rate);  // sums may exceed 1 by rounding
+  score.calibration_error = error.value();
+  return score;
+}
+
+double modified_hausdorff_m(std::span<const Vector2> a, std::span<const Vector2> b) {
+  if (a.empty() || b.empty()) throw std::invalid_argument("modified_hausdorff_m: a path is empty");
+  return std::max(mean_nearest_m(a, b), mean_nearest_m(b, a));
 }
 
 }  // namespace sila

@@ -226,43 +226,6 @@ std::vector<Transition> fused_transitions(const std::vector<FieldSources>& sourc
   return result;
 }
 
-void count_decision(FusionReason reason, FuseReport& report) {
-  switch (reason) {
-    case FusionReason::one_to_one:
-      ++report.one_to_one;
-      break;
-    case FusionReason::case_1:
-      ++report.case_1;
-      break;
-    case FusionReason::case_2:
-      ++report.case_2;
-      break;
-    case FusionReason::case_3:
-    case FusionReason::case_3_stronger:
-      ++report.case_3;
-      break;
-    case FusionReason::apart:
-      ++report.apart;
-      break;
-  }
-}
-
-FuseReport report_of(const FusionPlan& plan, const std::vector<FieldSources>& sources) {
-  FuseReport report;
-  for (const FusionComponent& component : plan.components) {
-    report.relaxed += static_cast<int>(component.relaxed.size());
-    for (const FusionDecision& decision : component.decisions) count_decision(decision.reason, report);
-  }
-  for (const FieldSources& group : sources) {
-    const FieldOrigin origin = origin_of(group);
-    report.copied += origin == FieldOrigin::copied;
-    report.refitted += origin == FieldOrigin::refitted;
-    report.fused += origin == FieldOrigin::fused;
-  }
-  for (const TransitionGroup& group : plan.groups) report.split_credit += group.credit;
-  return report;
-}
-
 /// Alg. 2: the model that a plan describes.
 FuseResult carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
                      JoinedSites joined, const FuseConfig& config) {
@@ -282,8 +245,7 @@ FuseResult carry_out(FusionProblem problem, FusionPlan plan, const Model& previo
   model.sharing = config.sites;
   model.episodes = previous.episodes + incoming.model.episodes;
   model.tracks = previous.tracks + incoming.model.tracks;
-  const FuseReport report = report_of(plan, sources);
-  return {std::move(model), std::move(problem), std::move(plan), report};
+  return {std::move(model), std::move(problem), std::move(plan)};
 }
 
 }  // namespace

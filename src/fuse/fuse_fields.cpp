@@ -87,11 +87,6 @@ Hyperparameters common_hyperparameters(const std::vector<const SparseGp*>& gps, 
   return {fused.kernel, fused.noise_variance};
 }
 
-FieldOrigin origin_of(const FieldSources& sources) {
-  if (sources.stored.size() + sources.fresh.size() == 1) return FieldOrigin::copied;
-  return sources.stored.empty() ? FieldOrigin::refitted : FieldOrigin::fused;
-}
-
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config) {
   std::vector<const Transition*> all = sources.stored;
   all.insert(all.end(), sources.fresh.begin(), sources.fresh.end());

@@ -17,11 +17,6 @@ struct FieldSources {
   std::vector<const TransitionSamples*> samples;
 };
 
-/// How the flow field of a transition is made: copied, fitted to pooled samples, or fused from GPs.
-enum class FieldOrigin { copied, refitted, fused };
-
-FieldOrigin origin_of(const FieldSources& sources);
-
 /// The flow field of all sources. A single source is copied bit for bit. Samples replace the GPs that were trained on
 /// them, so no data counts twice. Source: SILA paper, Alg. 2, FuseGP; docs/method.md, Fusion.
 /// Differs: docs/decisions/0045.

@@ -1,10 +1,9 @@
-#include "fuse/reindex.hpp"
-
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <tuple>
 
+#include "fuse/similarity.hpp"
 #include "sila/fuse/fuse.hpp"
 
 namespace sila {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "marginal_likelihood.hpp"
 #include "minimise.hpp"
 #include "statistics.hpp"
 

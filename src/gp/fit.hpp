@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila {
@@ -10,5 +12,30 @@ namespace sila {
 /// Throws: std::invalid_argument for wrong shapes, NaN or a field out of range; NumericalError.
 /// Source: docs/gp.md, section 6.
 SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const GpConfig& config = {});
+
+/// Chooses pseudo-inputs from the candidates (pivoted Cholesky): repeatedly the one with the largest conditional
+/// variance given those chosen so far, until `max_count` are chosen or the largest conditional variance is below
+/// `stop_fraction` of the signal variance. Of candidates equal within 1e-9 the first is taken, so the choice is
+/// deterministic. Shapes: candidates D x n; the result is D x M, M <= min(n, max_count). Throws: std::invalid_argument
+/// for wrong shapes, NaN, max_count < 0 or stop_fraction outside [0, 1]. Source: docs/gp.md, section 5. Cost O(n M^2).
+Eigen::MatrixXd select_pseudo_inputs(const Kernel& kernel, const Eigen::MatrixXd& candidates, int max_count,
+                                     double stop_fraction = 0.01);
+
+/// The negative log marginal likelihood and its derivatives.
+struct MarginalLikelihoodGradient {
+  double value = 0.0;
+  Eigen::MatrixXd pseudo_inputs;      ///< D x M
+  Eigen::VectorXd log_length_scales;  ///< D
+  double log_signal_variance = 0.0;
+  double log_noise_variance = 0.0;
+};
+
+/// Negative log marginal likelihood of FITC, summed over the outputs, whose mean is taken as zero, and its gradient by
+/// adjoints. Shapes: data as GpData, pseudo_inputs D x M. Throws: std::invalid_argument for wrong shapes or NaN;
+/// NumericalError. Source: docs/gp.md, section 4. Cost O(n M^2).
+MarginalLikelihoodGradient negative_log_marginal_likelihood_gradient(const GpData& data,
+                                                                     const Hyperparameters& hyperparameters,
+                                                                     const Eigen::MatrixXd& pseudo_inputs,
+                                                                     double jitter = default_jitter);
 
 }  // namespace sila

@@ -10,10 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "gp/fit.hpp"
 #include "gp/posterior.hpp"
-#include "greedy.hpp"
 #include "statistics.hpp"
-#include "transfer.hpp"
 
 namespace sila {
 namespace {

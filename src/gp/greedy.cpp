@@ -1,5 +1,3 @@
-#include "greedy.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "core/concatenate.hpp"
+#include "gp/fit.hpp"
 #include "posterior_simd.hpp"
 #include "statistics.hpp"
 

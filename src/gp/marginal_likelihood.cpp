@@ -1,9 +1,8 @@
-#include "marginal_likelihood.hpp"
-
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 
+#include "gp/fit.hpp"
 #include "statistics.hpp"
 
 namespace sila {

@@ -1,11 +1,10 @@
-#include "transfer.hpp"
-
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "gp/fuse_gps.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -280,23 +279,14 @@ std::vector<FieldInfo> field_infos(std::span<const Field> list) {
 std::string table(std::span<const FieldInfo> list) {
   std::vector<FieldInfo> rows(list.begin(), list.end());
   rows.insert(rows.begin(), FieldInfo{"field", "value", "unit", "range", "meaning"});
-  const auto width = [&](std::string FieldInfo::*column) {
+  for (const auto column : {&FieldInfo::path, &FieldInfo::value, &FieldInfo::unit, &FieldInfo::range}) {
     std::size_t widest = 0;
     for (const FieldInfo& row : rows) widest = std::max(widest, (row.*column).size());
-    return widest;
-  };
-  std::ostringstream text;
-  const std::pair<std::string FieldInfo::*, std::size_t> columns[] = {{&FieldInfo::path, width(&FieldInfo::path)},
-                                                                      {&FieldInfo::value, width(&FieldInfo::value)},
-                                                                      {&FieldInfo::unit, width(&FieldInfo::unit)},
-                                                                      {&FieldInfo::range, width(&FieldInfo::range)}};
-  for (const FieldInfo& row : rows) {
-    for (const auto& [column, widest] : columns) {
-      text << row.*column << std::string(widest - (row.*column).size() + 2, ' ');
-    }
-    text << row.text << '\n';
+    for (FieldInfo& row : rows) (row.*column).resize(widest + 2, ' ');
   }
-  return std::move(text).str();
+  std::string text;
+  for (const FieldInfo& row : rows) text += row.path + row.value + row.unit + row.range + row.text + '\n';
+  return text;
 }
 
 }  // namespace sila

@@ -14,17 +14,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json cells_json(const MotionPrimitive& primitive) {
-  ordered_json cells = ordered_json::array();
-  for (const CellVelocity& entry : primitive.cells) {
-    const double degrees = std::atan2(entry.velocity.y(), entry.velocity.x()) * 180.0 / std::numbers::pi;
-    cells.push_back(entry.cell.x);
-    cells.push_back(entry.cell.y);
-    cells.push_back(std::lround(degrees));
-  }
-  return cells;
-}
-
 /// The transitions of a model under the indices of the next one, as far as their primitives still are.
 std::map<std::pair<int, int>, double> carried_counts(const ModelChange& change, const Model& previous) {
   const std::set<int> gone(change.gone.begin(), change.gone.end());
@@ -40,6 +29,17 @@ std::map<std::pair<int, int>, double> carried_counts(const ModelChange& change, 
 }
 
 }  // namespace
+
+ordered_json cells_json(const MotionPrimitive& primitive) {
+  ordered_json cells = ordered_json::array();
+  for (const CellVelocity& entry : primitive.cells) {
+    const double degrees = std::atan2(entry.velocity.y(), entry.velocity.x()) * 180.0 / std::numbers::pi;
+    cells.push_back(entry.cell.x);
+    cells.push_back(entry.cell.y);
+    cells.push_back(std::lround(degrees));
+  }
+  return cells;
+}
 
 ordered_json to_json(const BudgetReport& report) {
   return {{"primitives", report.primitives},

@@ -3,18 +3,20 @@
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
 
+#include "json_file.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/files.hpp"
 #include "sila/io/reports.hpp"
 
 namespace sila {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::array kExpectKeys{"in", "out", "fusion_set", "splits", "kept", "transitions", "groups", "model_size"};
+constexpr std::array<std::string_view, 8> kExpectKeys{"in",   "out",         "fusion_set", "splits",
+                                                      "kept", "transitions", "groups",     "model_size"};
 
 /// The options of a case file and what they set; `both` serves reading and writing.
 template <class Rules, class Visitor>
@@ -26,89 +28,53 @@ void options(Rules& rules, Visitor&& visit) {
   visit("case_3_fuses_stronger", rules.case_3_fuses_stronger);
 }
 
-/// A problem of the content; the caller knows the path.
-struct BadContent {
-  std::string expected;
-  std::string found;
-};
-
-const json& member(const json& object, const char* key) {
-  if (!object.contains(key)) throw BadContent{std::string("the key '") + key + "'", "none"};
-  return object.at(key);
-}
-
-int integer(const json& value, const char* key) {
-  if (!value.is_number_integer() || std::abs(value.get<double>()) > 1e9) {
-    throw BadContent{std::string("an integer in '") + key + "'", value.dump()};
-  }
-  return value.get<int>();
-}
-
-double number(const json& value, const char* key) {
-  if (!value.is_number()) throw BadContent{std::string("a number in '") + key + "'", value.dump()};
-  return value.get<double>();
-}
-
-std::string optional_text(const json& object, const char* key) {
-  const auto found = object.find(key);
-  if (found == object.end()) return {};
-  const auto* text = found->get_ptr<const std::string*>();
-  if (text == nullptr) throw BadContent{std::string("a text in '") + key + "'", found->dump()};
-  return *text;
-}
-
 /// A list of [index, index, number], indices 1-based in the file.
 template <class Entry>
-std::vector<Entry> triples(const json& list, const char* key) {
-  if (!list.is_array()) throw BadContent{std::string("a list in '") + key + "'", list.dump()};
+std::vector<Entry> triples(const JsonFields& file, const char* key) {
+  const char* const expected = "a list of [primitive, primitive, number]";
+  const auto is_whole = [](double index) { return std::trunc(index) == index && std::abs(index) <= 1e9; };
   std::vector<Entry> entries;
-  for (const json& entry : list) {
-    if (!entry.is_array() || entry.size() != 3) {
-      throw BadContent{std::string("[primitive, primitive, number] in '") + key + "'", entry.dump()};
-    }
-    entries.push_back({integer(entry[0], key) - 1, integer(entry[1], key) - 1, number(entry[2], key)});
+  for (const std::vector<double>& row : file.rows(key, 3, expected)) {
+    if (!is_whole(row[0]) || !is_whole(row[1])) file.reject(key, expected);
+    entries.push_back({static_cast<int>(row[0]) - 1, static_cast<int>(row[1]) - 1, row[2]});
   }
   return entries;
 }
 
-FusionProblem read_problem(const json& file) {
+FusionProblem read_problem(const JsonFields& file) {
   FusionProblem problem;
-  problem.similarity_threshold = number(member(file, "similarity_threshold"), "similarity_threshold");
-  problem.previous_primitives = integer(member(file, "previous_primitives"), "previous_primitives");
-  problem.incoming_primitives = integer(member(file, "incoming_primitives"), "incoming_primitives");
-  problem.similarities = triples<Similarity>(member(file, "similarity"), "similarity");
+  problem.similarity_threshold = file.number("similarity_threshold");
+  problem.previous_primitives = file.whole("previous_primitives");
+  problem.incoming_primitives = file.whole("incoming_primitives");
+  problem.similarities = triples<Similarity>(file, "similarity");
   for (Similarity& pair : problem.similarities) {
     if (pair.first > pair.second) std::swap(pair.first, pair.second);
   }
-  problem.transitions = triples<TransitionCount>(member(file, "transitions"), "transitions");
+  problem.transitions = triples<TransitionCount>(file, "transitions");
   validate(problem);
   return problem;
 }
 
-FusionRules read_rules(const json& file) {
+FusionRules read_rules(const JsonFields& file, const Json& content) {
   FusionRules rules;
-  if (!file.contains("options")) return rules;
-  const json& given = file.at("options");
-  if (!given.is_object()) throw BadContent{"an object in 'options'", given.dump()};
+  if (!file.has("options")) return rules;
+  const JsonFields given = file.object("options");
   std::size_t known = 0;
   std::string names;
   options(rules, [&](const char* name, bool& option) {
     names += (names.empty() ? "" : ", ") + std::string(name);
-    if (!given.contains(name)) return;
-    if (!given.at(name).is_boolean())
-      throw BadContent{std::string("true or false in '") + name + "'", given.at(name).dump()};
-    option = given.at(name).get<bool>();
-    ++known;
+    option = given.flag_or(name, option);
+    known += given.has(name) ? 1U : 0U;
   });
-  if (known != given.size()) throw BadContent{"in 'options' only " + names, given.dump()};
+  if (known != content.at("options").size()) file.reject("options", "an object of " + names);
   return rules;
 }
 
 /// Lists that are sets, and the sources within a group, in one order, so that a file may list them in any.
-json canonical(json result) {
+Json canonical(Json result) {
   for (const char* key : {"fusion_set", "splits", "kept", "transitions", "groups"}) {
     if (!result.contains(key) || !result[key].is_array()) continue;
-    for (json& entry : result[key]) {
+    for (Json& entry : result[key]) {
       if (std::string(key) == "fusion_set" && entry.is_array()) std::sort(entry.begin(), entry.end());
       const bool has_sources =
           std::string(key) == "groups" && entry.is_array() && entry.size() == 3 && entry[2].is_array();
@@ -119,32 +85,30 @@ json canonical(json result) {
   return result;
 }
 
-json read_expect(const json& file) {
-  const json& expect = member(file, "expect");
-  if (!expect.is_object() || expect.empty()) throw BadContent{"an object with results in 'expect'", expect.dump()};
-  for (const auto& [key, value] : expect.items()) {
-    if (std::find(kExpectKeys.begin(), kExpectKeys.end(), key) == kExpectKeys.end()) {
-      throw BadContent{"in 'expect' only in, out, fusion_set, splits, kept, transitions, groups, model_size",
-                       "'" + key + "'"};
-    }
+Json read_expect(const JsonFields& file, const Json& content) {
+  constexpr const char* expected = "an object of in, out, fusion_set, splits, kept, transitions, groups or model_size";
+  if (!file.has("expect") || !content.at("expect").is_object() || content.at("expect").empty())
+    file.reject("expect", expected);
+  for (const auto& [key, value] : content.at("expect").items()) {
+    if (std::ranges::find(kExpectKeys, key) == kExpectKeys.end()) file.reject("expect", expected);
   }
-  return canonical(expect);
+  return canonical(content.at("expect"));
 }
 
 /// Counts are whole numbers unless a file says otherwise.
-json count_json(double count) {
+Json count_json(double count) {
   if (count == std::floor(count) && std::abs(count) < 1e15) return static_cast<long long>(count);
   return count;
 }
 
-json one_based(const std::vector<int>& indices) {
-  json list = json::array();
+Json one_based(const std::vector<int>& indices) {
+  Json list = Json::array();
   for (const int index : indices) list.push_back(index + 1);
   return list;
 }
 
-json edges_json(const std::vector<Similarity>& edges) {
-  json list = json::array();
+Json edges_json(const std::vector<Similarity>& edges) {
+  Json list = Json::array();
   for (const Similarity& edge : edges) list.push_back({edge.first + 1, edge.second + 1, edge.value});
   return list;
 }
@@ -163,13 +127,13 @@ ordered_json reason_json(const FusionComponent& component) {
 }
 
 /// Entries of `of` that are not in `without`, as text; both sorted.
-std::string surplus(const json& of, const json& without) {
-  json entries = json::array();
+std::string surplus(const Json& of, const Json& without) {
+  Json entries = Json::array();
   std::set_difference(of.begin(), of.end(), without.begin(), without.end(), std::back_inserter(entries));
   return entries.dump();
 }
 
-std::string difference(const std::string& key, const json& expected, const json& found) {
+std::string difference(const std::string& key, const Json& expected, const Json& found) {
   const bool table = key == "in" || key == "out";
   if (!expected.is_array() || !found.is_array() || (table && expected.size() != found.size())) {
     return key + ": expected " + expected.dump() + ", found " + found.dump();
@@ -187,36 +151,28 @@ std::string difference(const std::string& key, const json& expected, const json&
 }  // namespace
 
 FusionCase read_fusion_case(const std::string& path) {
-  const json file = read_json(path);
+  const Json content = read_json(path);
+  const JsonFields file(content, path, "");
   try {
-    if (!file.is_object())
-      throw BadContent{"a fusion case (an object)", std::string("JSON of type ") + file.type_name()};
-    FusionCase result;
-    result.name = optional_text(file, "name");
-    result.note = optional_text(file, "note");
-    result.problem = read_problem(file);
-    result.rules = read_rules(file);
-    result.expect = read_expect(file);
-    return result;
-  } catch (const BadContent& bad) {
-    throw FormatError(path, 0, bad.expected, bad.found);
+    return {file.text_or("name", ""), file.text_or("note", ""), read_problem(file), read_rules(file, content),
+            read_expect(file, content)};
   } catch (const std::invalid_argument& error) {
     throw FormatError(path, 0, "a fusion case that makes sense", error.what());
   }
 }
 
 ordered_json to_case_json(const FusionPlan& plan) {
-  json fusion_set = json::array();
+  Json fusion_set = Json::array();
   for (const std::vector<int>& tuple : plan.fusion_set) fusion_set.push_back(one_based(tuple));
-  json splits = json::array();
+  Json splits = Json::array();
   for (const PrimitiveSplit& split : plan.splits) {
     splits.push_back({split.primitive + 1, split.first + 1, split.second + 1});
   }
-  json transitions = json::array();
-  json groups = json::array();
+  Json transitions = Json::array();
+  Json groups = Json::array();
   for (const TransitionGroup& group : plan.groups) {
     transitions.push_back({group.from + 1, group.to + 1, count_json(group.count)});
-    json sources = json::array();
+    Json sources = Json::array();
     for (const auto& [from, to] : group.sources) sources.push_back({from + 1, to + 1});
     groups.push_back({group.from + 1, group.to + 1, std::move(sources)});
   }
@@ -225,9 +181,9 @@ ordered_json to_case_json(const FusionPlan& plan) {
           {"groups", groups},         {"model_size", plan.model_size()}};
 }
 
-std::vector<std::string> differences(const json& expect, const FusionPlan& plan) {
-  const json found = canonical(json(to_case_json(plan)));
-  const json expected = canonical(expect);
+std::vector<std::string> differences(const Json& expect, const FusionPlan& plan) {
+  const Json found = canonical(Json(to_case_json(plan)));
+  const Json expected = canonical(expect);
   std::vector<std::string> lines;
   for (const auto& [key, value] : expected.items()) {
     if (!found.contains(key)) {
@@ -241,7 +197,7 @@ std::vector<std::string> differences(const json& expect, const FusionPlan& plan)
 
 ordered_json explain_fusion(const std::string& name, const FusionProblem& problem, const FusionRules& rules,
                             const FusionPlan& plan) {
-  json transitions = json::array();
+  Json transitions = Json::array();
   for (const TransitionCount& edge : problem.transitions) {
     transitions.push_back({edge.from + 1, edge.to + 1, count_json(edge.count)});
   }

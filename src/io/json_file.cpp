@@ -17,6 +17,10 @@ bool is_finite_number(const Json& value) {
   return value.is_number() && std::isfinite(value.get<double>());
 }
 
+bool is_row(const Json& value, std::size_t columns) {
+  return value.is_array() && value.size() == columns && std::ranges::all_of(value, is_finite_number);
+}
+
 /// Where a text in quotes or a comment that begins at `begin` ends: its last character. Elsewhere `begin` itself.
 std::size_t end_of_token(std::string_view text, std::size_t begin) {
   const std::string_view rest = text.substr(begin);
@@ -87,79 +91,63 @@ void JsonFields::reject(const std::string& key, const std::string& expected) con
                     found == object_->end() ? "no such field" : where_ + key + " = " + excerpt(found->dump()));
 }
 
-const Json& JsonFields::at(const char* key, const char* expected) const {
-  if (!has(key)) reject(key, expected);
+const Json& JsonFields::at(const char* key, const std::string& expected,
+                           const std::function<bool(const Json&)>& fits) const {
+  if (!has(key) || !fits(object_->at(key))) reject(key, expected);
   return object_->at(key);
 }
 
 double JsonFields::number(const char* key) const {
-  const Json& value = at(key, "a number");
-  if (!is_finite_number(value)) reject(key, "a number");
-  return value.get<double>();
-}
-
-double JsonFields::number_or(const char* key, double otherwise) const {
-  return has(key) ? number(key) : otherwise;
+  return at(key, "a number", is_finite_number).get<double>();
 }
 
 double JsonFields::positive(const char* key) const {
-  const double value = is_finite_number(at(key, "a positive number")) ? number(key) : 0.0;
-  if (!(value > 0.0)) reject(key, "a positive number");
-  return value;
+  const auto fits = [](const Json& value) { return is_finite_number(value) && value.get<double>() > 0.0; };
+  return at(key, "a positive number", fits).get<double>();
 }
 
-std::optional<double> JsonFields::optional_positive(const char* key) const {
-  return has(key) ? std::optional<double>(positive(key)) : std::nullopt;
+int JsonFields::whole(const char* key) const {
+  const auto fits = [](const Json& value) { return value.is_number_integer() && std::abs(value.get<double>()) <= 1e9; };
+  return at(key, "a whole number", fits).get<int>();
+}
+
+bool JsonFields::flag(const char* key) const {
+  return at(key, "true or false", [](const Json& value) { return value.is_boolean(); }).get<bool>();
 }
 
 std::string JsonFields::text(const char* key) const {
-  const Json& value = at(key, "a text");
-  if (!value.is_string()) reject(key, "a text");
-  return value.get<std::string>();
-}
-
-std::string JsonFields::text_or(const char* key, const std::string& otherwise) const {
-  return has(key) ? text(key) : otherwise;
+  return at(key, "a text", [](const Json& value) { return value.is_string(); }).get<std::string>();
 }
 
 std::array<double, 2> JsonFields::pair(const char* key) const {
-  const Json& value = at(key, "[x, y]");
-  if (!value.is_array() || value.size() != 2 || !is_finite_number(value[0]) || !is_finite_number(value[1]))
-    reject(key, "[x, y]");
-  return {value[0].get<double>(), value[1].get<double>()};
+  return at(key, "[x, y]", [](const Json& value) { return is_row(value, 2); }).get<std::array<double, 2>>();
+}
+
+std::vector<std::vector<double>> JsonFields::rows(const char* key, std::size_t columns,
+                                                  const std::string& expected) const {
+  const auto is_one = [&](const Json& row) { return is_row(row, columns); };
+  const auto fits = [&](const Json& value) { return value.is_array() && std::ranges::all_of(value, is_one); };
+  return at(key, expected, fits).get<std::vector<std::vector<double>>>();
 }
 
 JsonFields JsonFields::object(const char* key) const {
-  return {at(key, "an object"), file_, where_ + key + "."};
+  return {at(key, "an object", [](const Json&) { return true; }), file_, where_ + key + "."};
 }
 
 std::vector<JsonFields> JsonFields::objects(const char* key) const {
   std::vector<JsonFields> result;
   if (!has(key)) return result;
-  const Json& array = object_->at(key);
-  if (!array.is_array()) reject(key, "a list");
-  for (std::size_t i = 0; i < array.size(); ++i) {
+  const Json& array = at(key, "a list", [](const Json& value) { return value.is_array(); });
+  for (std::size_t i = 0; i < array.size(); ++i)
     result.emplace_back(array[i], file_, where_ + key + "[" + std::to_string(i) + "].");
-  }
   return result;
 }
 
 std::vector<std::string> JsonFields::texts(const char* key) const {
-  std::vector<std::string> result;
-  if (!has(key)) return result;
-  const Json& list = at(key, "a list of texts");
-  if (!list.is_array()) reject(key, "a list of texts");
-  for (const Json& entry : list) {
-    if (!entry.is_string()) reject(key, "a list of texts");
-    result.push_back(entry.get<std::string>());
-  }
-  return result;
-}
-
-bool JsonFields::flag_or(const char* key, bool otherwise) const {
-  if (!has(key)) return otherwise;
-  if (!object_->at(key).is_boolean()) reject(key, "true or false");
-  return object_->at(key).get<bool>();
+  if (!has(key)) return {};
+  const auto is_text = [](const Json& entry) { return entry.is_string(); };
+  const auto fits = [&](const Json& value) { return value.is_array() && std::ranges::all_of(value, is_text); };
+  return at(key, "a list of texts", fits).get<std::vector<std::string>>();
 }
 
 }  // namespace sila

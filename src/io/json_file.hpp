@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -25,22 +26,30 @@ class JsonFields {
 
   bool has(const char* key) const;  ///< present and not null
   double number(const char* key) const;
-  double number_or(const char* key, double otherwise) const;
   double positive(const char* key) const;
-  std::optional<double> optional_positive(const char* key) const;
+  int whole(const char* key) const;
+  bool flag(const char* key) const;
   std::string text(const char* key) const;
-  std::string text_or(const char* key, const std::string& otherwise) const;
   std::array<double, 2> pair(const char* key) const;
   JsonFields object(const char* key) const;
   std::vector<JsonFields> objects(const char* key) const;  ///< the objects of an array; empty if the key is absent
   std::vector<std::string> texts(const char* key) const;   ///< of an array of texts; empty if the key is absent
-  bool flag_or(const char* key, bool otherwise) const;
+  /// Rows of this number of finite numbers; `expected` describes them.
+  std::vector<std::vector<double>> rows(const char* key, std::size_t columns, const std::string& expected) const;
+
+  double number_or(const char* key, double otherwise) const { return has(key) ? number(key) : otherwise; }
+  bool flag_or(const char* key, bool otherwise) const { return has(key) ? flag(key) : otherwise; }
+  std::string text_or(const char* key, const std::string& otherwise) const { return has(key) ? text(key) : otherwise; }
+  std::optional<double> optional_positive(const char* key) const {
+    return has(key) ? std::optional(positive(key)) : std::nullopt;
+  }
 
   [[noreturn]] void reject(const std::string& key, const std::string& expected) const;
   const std::string& where() const { return where_; }
 
  private:
-  const nlohmann::json& at(const char* key, const char* expected) const;
+  const nlohmann::json& at(const char* key, const std::string& expected,
+                           const std::function<bool(const nlohmann::json&)>& fits) const;
 
   const nlohmann::json* object_;
   std::string file_;

@@ -13,6 +13,7 @@
 #include "model_tables.hpp"
 #include "old_settings.hpp"
 #include "sila/core/errors.hpp"
+#include "sila/refine/prune.hpp"
 #include "sila/version.hpp"
 #include "sqlite.hpp"
 
@@ -134,7 +135,8 @@ struct ModelFile::State {
   std::int64_t revision = 0;                 ///< of the file when this object last read or wrote it; 0: it was empty
 
   /// Opens for writing, too, where that is allowed: what a killed writer left half done must be undone before reading.
-  void open() {
+  State(const fs::path& path_, bool exists) : path(path_) {
+    if (!exists) return;
     naming(path, [&] {
       database = open_database(path, 0);
       if (has_model(path, *database)) revision = tables::revision(*database);
@@ -186,10 +188,7 @@ ModelFile ModelFile::open_or_create(const fs::path& path) {
   const fs::file_status status = status_of(path);
   require_regular(path, status);
   require_writable(path, status);
-  auto state = std::make_unique<State>();
-  state->path = path;
-  if (fs::exists(status)) state->open();
-  return ModelFile(std::move(state));
+  return ModelFile(std::make_unique<State>(path, fs::exists(status)));
 }
 
 ModelFile ModelFile::open(const fs::path& path) {
@@ -197,10 +196,7 @@ ModelFile ModelFile::open(const fs::path& path) {
   if (!fs::exists(status)) reject(path, "no such file");
   require_regular(path, status);
   if (!may(path, R_OK)) reject(path, "no permission to read it");
-  auto state = std::make_unique<State>();
-  state->path = path;
-  state->open();
-  return ModelFile(std::move(state));
+  return ModelFile(std::make_unique<State>(path, true));
 }
 
 bool ModelFile::empty() const {
@@ -336,6 +332,17 @@ StoredModel model_of_bytes(std::string_view bytes) {
     stored.bytes = bytes.size();
     return stored;
   });
+}
+
+StoredModel stored_prior(std::span<const StoredModel> models) {
+  std::vector<Model> contents;
+  for (const StoredModel& stored : models) contents.push_back(stored.model);
+  StoredModel prior;
+  prior.model = make_prior(contents);
+  auto configuration = nlohmann::ordered_json::parse(models.front().configuration);
+  configuration.erase("metres_per_pixel");  // each place measures its own
+  prior.configuration = configuration.dump();
+  return prior;
 }
 
 }  // namespace sila

@@ -12,70 +12,53 @@
 namespace sila {
 namespace {
 
-/// The values of fields in their order: numbers as they are, flags as 0 or 1, choices by their index.
-class FieldValues {
+/// Visits the fields of a configuration as numbers: flags as 0 or 1, choices by their index.
+template <class Visit>
+class NumberVisitor {
  public:
-  template <class Number>
-  void number(const char*, const Number& value, const Range&, const char*, const char*) {
-    values.push_back(static_cast<double>(value));
-  }
-  void flag(const char*, const bool& value, const char*) { values.push_back(value ? 1.0 : 0.0); }
-  template <class Enum>
-  void choice(const char*, const Enum& value, std::span<const char* const>, const char*) {
-    values.push_back(static_cast<double>(value));
-  }
-  template <class Group>
-  void group(const char*, const Group& nested) {
-    fields(nested, *this);
-  }
+  explicit NumberVisitor(Visit visit) : visit_(std::move(visit)) {}
 
-  std::vector<double> values;
-};
-
-/// Sets fields to what FieldValues gave.
-class FieldSetter {
- public:
-  explicit FieldSetter(std::span<const double> values) : rest_(values) {}
-
-  template <class Number>
-  void number(const char* name, Number& value, const Range& range, const char*, const char*) {
-    const double given = next();
-    require_in_range("predictor", name, given, range);
-    value = static_cast<Number>(given);
+  void number(const char* name, auto& value, const Range& range, const char*, const char*) {
+    visit_(name, value, range);
   }
-  void flag(const char*, bool& value, const char*) { value = next() != 0.0; }
-  template <class Enum>
-  void choice(const char* name, Enum& value, std::span<const char* const> names, const char*) {
-    const double given = next();
-    require_in_range("predictor", name, given, Range{0.0, static_cast<double>(names.size()) - 1.0});
-    value = static_cast<Enum>(given);
+  void flag(const char* name, auto& value, const char*) { visit_(name, value, Range{0.0, 1.0}); }
+  void choice(const char* name, auto& value, std::span<const char* const> names, const char*) {
+    visit_(name, value, Range{0.0, static_cast<double>(names.size()) - 1.0});
   }
-  template <class Group>
-  void group(const char*, Group& nested) {
-    fields(nested, *this);
-  }
-  bool at_end() const { return rest_.empty(); }
+  void group(const char*, auto& nested) { fields(nested, *this); }
 
  private:
-  double next() {
-    if (rest_.empty()) throw std::invalid_argument("predictor: its settings end too early");
-    const double value = rest_.front();
-    rest_ = rest_.subspan(1);
-    return value;
-  }
-
-  std::span<const double> rest_;
+  Visit visit_;
 };
+
+std::vector<double> numbers_of(const SamplingConfig& sampling, const RefineConfig& predict) {
+  std::vector<double> numbers;
+  NumberVisitor visitor(
+      [&](const char*, const auto& value, const Range&) { numbers.push_back(static_cast<double>(value)); });
+  fields(sampling, visitor);
+  fields(predict, visitor);
+  return numbers;
+}
+
+/// Sets the settings to what `numbers_of` gave.
+void set_numbers(SamplingConfig& sampling, RefineConfig& predict, std::span<const double> numbers) {
+  NumberVisitor visitor([&]<class Value>(const char* name, Value& value, const Range& range) {
+    if (numbers.empty()) throw std::invalid_argument("predictor: its settings end too early");
+    require_in_range("predictor", name, numbers.front(), range);
+    value = static_cast<Value>(numbers.front());
+    numbers = numbers.subspan(1);
+  });
+  fields(sampling, visitor);
+  fields(predict, visitor);
+  if (!numbers.empty()) throw std::invalid_argument("predictor: it has settings that are not known");
+}
 
 }  // namespace
 
 std::string predictor_bytes(const PortablePredictor& predictor) {
-  FieldValues settings;
-  settings.group("sampling", predictor.sampling);
-  settings.group("predict", predictor.predict);
   Model model = predictor.model;
   model.episode_ids.clear();
-  const ModelParts parts = parts_of(model, bytes::of_numbers(settings.values));
+  const ModelParts parts = parts_of(model, bytes::of_numbers(numbers_of(predictor.sampling, predictor.predict)));
   std::string bytes;
   bytes::append_text(bytes, bytes::of_numbers(pack(predictor.frame)));
   bytes::append_text(bytes, parts.head);
@@ -94,11 +77,7 @@ PortablePredictor predictor_of_bytes(std::string_view bytes) {
   ModelContent content = content_of(parts);
   check(content.model);
   predictor.model = std::move(content.model);
-  const std::vector<double> settings = bytes::to_numbers(content.configuration);
-  FieldSetter setter(settings);
-  setter.group("sampling", predictor.sampling);
-  setter.group("predict", predictor.predict);
-  if (!setter.at_end()) throw std::invalid_argument("predictor: it has settings that are not known");
+  set_numbers(predictor.sampling, predictor.predict, bytes::to_numbers(content.configuration));
   return predictor;
 }
 

@@ -160,10 +160,10 @@ BoxRows opendatacam_rows(const Json& frame) {
   return rows;
 }
 
-BoxRows box_rows(TrackFormat format, const Json& json) {
-  if (format == TrackFormat::frigate) return frigate_rows(json);
-  if (format == TrackFormat::axis) return axis_rows(json);
-  return format == TrackFormat::ottrk ? ottrk_rows(json) : opendatacam_rows(json);
+BoxRows box_rows(TrackFormat format, const Json& object) {
+  if (format == TrackFormat::frigate) return frigate_rows(object);
+  if (format == TrackFormat::axis) return axis_rows(object);
+  return format == TrackFormat::ottrk ? ottrk_rows(object) : opendatacam_rows(object);
 }
 
 TrackColumns box_columns(TrackFormat format) {
@@ -185,13 +185,13 @@ TrackColumns box_columns(TrackFormat format) {
 }
 
 /// Adds the boxes of an element of a file to the table, or counts it among the bad ones; false for another structure.
-bool add_boxes(JsonTable& table, const TextLine& element, const Json& json, TrackFormat format,
+bool add_boxes(JsonTable& table, const TextLine& element, const Json& object, TrackFormat format,
                const ReadOptions& options) {
-  const BoxRows rows = json.is_object() ? box_rows(format, json) : std::nullopt;
+  const BoxRows rows = object.is_object() ? box_rows(format, object) : std::nullopt;
   if (!rows) table.reject(element);
   if (!rows) return false;
   const bool frigate = format == TrackFormat::frigate;
-  if (frigate && options.frigate_camera.value_or(camera_of_event(json)) != camera_of_event(json))
+  if (frigate && options.frigate_camera.value_or(camera_of_event(object)) != camera_of_event(object))
     table.reject(element, DropReason::other_camera);
   else
     for (const std::vector<Json>& row : *rows) table.add(row, element.number);
@@ -236,9 +236,9 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
   JsonTable table{.path = path};
   std::set<std::string> cameras;
   for (const TextLine& element : box_elements(path, text, format)) {
-    const Json json = Json::parse(element.text, nullptr, false);
-    const bool counts = add_boxes(table, element, json, format, options) && !options.frigate_camera;
-    if (counts && format == TrackFormat::frigate) cameras.insert(camera_of_event(json));
+    const Json object = Json::parse(element.text, nullptr, false);
+    const bool counts = add_boxes(table, element, object, format, options) && !options.frigate_camera;
+    if (counts && format == TrackFormat::frigate) cameras.insert(camera_of_event(object));
   }
   TrackFile file = boxes_in(table, format, options);
   if (cameras.size() > 1)
@@ -247,13 +247,13 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
   return file;
 }
 
-std::optional<TrackFile> live_detections(const nlohmann::json& json, const ReadOptions& options) {
-  if (std::optional<Detection> row = detection_of(json))
+std::optional<TrackFile> live_detections(const nlohmann::json& object, const ReadOptions& options) {
+  if (std::optional<Detection> row = detection_of(object))
     return in_metres({{{}, {*std::move(row)}, 1}, TrackFormat::ndjson, {}}, options, 1.0);
   JsonTable table;
   for (const TrackFormat format : {TrackFormat::frigate, TrackFormat::axis}) {
-    if (!json.is_object() || !box_rows(format, json)) continue;
-    add_boxes(table, {}, json, format, options);
+    if (!object.is_object() || !box_rows(format, object)) continue;
+    add_boxes(table, {}, object, format, options);
     return boxes_in(table, format, options);
   }
   return std::nullopt;

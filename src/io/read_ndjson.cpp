@@ -70,14 +70,11 @@ NdjsonRows read_trajnetpp(const TextTable& table) {
     }
     const Json& track = json["track"];
     const auto id = id_in(track, "p");
-    const auto frame = number_in(track, "f");
-    const auto x = number_in(track, "x");
-    const auto y = number_in(track, "y");
-    if (id && frame && x && y) {
+    const auto frame = number_in(track, "f"), x = number_in(track, "x"), y = number_in(track, "y");
+    if (id && frame && x && y)
       result.detections.rows.push_back({*id, *frame, Vector2(*x, *y), {}, line.number});
-    } else {
+    else
       count_bad(result.detections.dropped, DropReason::not_a_number, table.path, line.number, line.text);
-    }
   }
   return result;
 }

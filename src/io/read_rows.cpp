@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "clock.hpp"
 #include "core/dropped_rows.hpp"
 #include "sila/core/errors.hpp"
+#include "table_reader.hpp"
 
 namespace sila {
 namespace {

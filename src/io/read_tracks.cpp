@@ -3,7 +3,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "clock.hpp"
 #include "core/concatenate.hpp"
 #include "core/dropped_rows.hpp"
 #include "read_rows.hpp"

@@ -8,7 +8,7 @@
 
 #include "core/track_frame.hpp"
 #include "json_file.hpp"
-#include "scene_json.hpp"
+#include "scene_parts.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/files.hpp"
 #include "text_file.hpp"

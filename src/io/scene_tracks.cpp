@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "scene_parts.hpp"
 #include "sila/core/errors.hpp"
-#include "track_source.hpp"
 
 namespace sila {
 namespace {

@@ -1,9 +1,16 @@
 #include "table_reader.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <unordered_map>
 #include <utility>
 
 #include "read_rows.hpp"
+#include "sila/core/errors.hpp"
+#include "text_file.hpp"
 
 namespace sila {
 namespace {
@@ -91,6 +98,72 @@ TrackFile with_persons(TrackFile file, const std::vector<std::string>& person_cl
   return file;
 }
 
+/// The commonest positive step from one frame of a person to the next; the smallest of equals, 1 if there is none.
+double common_step(const std::vector<Detection>& rows) {
+  std::unordered_map<std::string_view, std::vector<double>> frames;
+  for (const Detection& row : rows) {
+    if (std::isfinite(row.t_s)) frames[row.track].push_back(row.t_s);
+  }
+  std::map<double, std::size_t> counts;
+  for (auto& [track, stamps] : frames) {
+    std::sort(stamps.begin(), stamps.end());
+    for (std::size_t i = 1; i < stamps.size(); ++i) {
+      if (stamps[i] > stamps[i - 1]) ++counts[stamps[i] - stamps[i - 1]];
+    }
+  }
+  double best = 1.0;
+  std::size_t most = 0;
+  for (const auto& [step, count] : counts) {
+    if (count <= most) continue;
+    best = step;
+    most = count;
+  }
+  return best;
+}
+
+TrackFile at_rate(TrackFile file, double frames_per_second) {
+  for (Detection& row : file.detections.rows) row.t_s /= frames_per_second;
+  file.clock = "frames, " + exact(frames_per_second) + " per second";
+  return file;
+}
+
+TrackFile at_interval(TrackFile file, double interval_s) {
+  const double step = common_step(file.detections.rows);
+  for (Detection& row : file.detections.rows) row.t_s = row.t_s / step * interval_s;
+  file.clock = "frames, " + exact(interval_s) + " s for each step of " + exact(step);
+  return file;
+}
+
+/// The number of `digits` digits at an offset of a text; -1 for any other text.
+int digits_at(std::string_view text, std::size_t at, std::size_t digits) {
+  if (at + digits > text.size()) return -1;
+  int value = 0;
+  for (const char c : text.substr(at, digits)) {
+    if (c < '0' || c > '9') return -1;
+    value = 10 * value + (c - '0');
+  }
+  return value;
+}
+
+/// The seconds of an offset from UTC, `+02:00`; 0 for none or Z; null for any other text.
+std::optional<double> offset_s(std::string_view text) {
+  if (text.empty() || text == "Z") return 0.0;
+  const int hours = digits_at(text, 1, 2), minutes = digits_at(text, text.find(':') == 3 ? 4 : 3, 2);
+  if ((text[0] != '+' && text[0] != '-') || text.size() > 6 || hours < 0 || minutes < 0) return std::nullopt;
+  return (text[0] == '-' ? -60.0 : 60.0) * (60 * hours + minutes);
+}
+
+/// The path of the meta file that belongs to XX_tracks.csv, gzipped or not; nothing if it is not there.
+std::optional<std::string> beside(const std::string& tracks_path, const std::string& suffix) {
+  const std::size_t at = tracks_path.rfind("_tracks.csv");
+  if (at == std::string::npos) return std::nullopt;
+  for (const char* end : {"", ".gz"}) {
+    const std::string path = tracks_path.substr(0, at) + suffix + end;
+    if (std::filesystem::exists(path)) return path;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format) {
@@ -133,6 +206,78 @@ TrackFile read_table(const TextTable& table, const TableReader& reader, const st
     file.clock = "time stamps of column " + columns.time_name;
   }
   return in_metres(std::move(file), reader.options, reader.metres_per_unit);
+}
+
+std::optional<double> seconds_of_date(std::string_view text) {
+  if (text.size() < 19 || text[4] != '-' || text[7] != '-' || (text[10] != 'T' && text[10] != ' ') || text[13] != ':' ||
+      text[16] != ':')
+    return std::nullopt;
+  const int year = digits_at(text, 0, 4), month = digits_at(text, 5, 2), day = digits_at(text, 8, 2);
+  const int hour = digits_at(text, 11, 2), minute = digits_at(text, 14, 2), second = digits_at(text, 17, 2);
+  const std::chrono::year_month_day date(std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day)));
+  if (year < 0 || !date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59 || second < 0 || second > 60)
+    return std::nullopt;
+  const std::size_t end = std::min(text.find_first_of("Z+-", 19), text.size());
+  const auto fraction_s = end == 19 ? std::optional(0.0) : number_of("0" + std::string(text.substr(19, end - 19)));
+  const auto offset = offset_s(text.substr(end));
+  if (!fraction_s || !offset || (end > 19 && text[19] != '.')) return std::nullopt;
+  const double days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
+  return 86400.0 * days + 3600.0 * hour + 60.0 * minute + second - *offset + *fraction_s;
+}
+
+TrackFile with_seconds(TrackFile frames, const ReadOptions& options, const FrameClock& of_format) {
+  if (options.frames_per_second) return at_rate(std::move(frames), *options.frames_per_second);
+  if (options.sample_interval_s) return at_interval(std::move(frames), *options.sample_interval_s);
+  if (of_format.frames_per_second) return at_rate(std::move(frames), *of_format.frames_per_second);
+  if (of_format.sample_interval_s) return at_interval(std::move(frames), *of_format.sample_interval_s);
+  throw FormatError(frames.detections.source, 0, "time stamps, or a frame rate (frames_per_second, --fps)",
+                    "frame numbers alone");
+}
+
+std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
+                                                             const char* first, const char* second) {
+  const TextTable table = table_of(path, text);
+  const auto names = cells_of(table.rows.front().text, ',');
+  const auto index = [&](const char* name) {
+    const auto found =
+        std::find_if(names.begin(), names.end(), [&](std::string_view cell) { return lower(cell) == name; });
+    if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+    throw FormatError(path, table.rows.front().number, std::string("a column ") + name,
+                      excerpt(table.rows.front().text));
+  };
+  const std::size_t a = index(first);
+  const std::size_t b = index(second);
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (std::size_t i = 1; i < table.rows.size(); ++i) {
+    const auto cells = cells_of(table.rows[i].text, ',');
+    if (cells.size() <= std::max(a, b))
+      throw FormatError(path, table.rows[i].number, "as many cells as names", excerpt(table.rows[i].text));
+    rows.emplace_back(cells[a], cells[b]);
+  }
+  return rows;
+}
+
+std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path) {
+  const auto path = beside(tracks_path, "_tracksMeta.csv");
+  if (!path) {
+    throw FormatError(tracks_path, 0, "a file NN_tracks.csv with NN_tracksMeta.csv beside it (it has the classes)",
+                      "none");
+  }
+  std::map<std::string, std::string> classes;
+  for (auto& [id, label] : two_columns(*path, read_text(*path), "trackid", "class"))
+    classes.insert_or_assign(std::move(id), std::move(label));
+  return classes;
+}
+
+std::optional<double> read_ind_frame_rate(const std::string& tracks_path) {
+  const auto path = beside(tracks_path, "_recordingMeta.csv");
+  if (!path) return std::nullopt;
+  const auto rows = two_columns(*path, read_text(*path), "recordingid", "framerate");
+  const auto rate = rows.empty() ? std::nullopt : number_of(rows.front().second);
+  if (!rate || !(*rate > 0.0))
+    throw FormatError(*path, 2, "frameRate > 0", rows.empty() ? "no row" : excerpt(rows.front().second));
+  return rate;
 }
 
 }  // namespace sila

@@ -162,6 +162,7 @@ std::optional<double> number_of(std::string_view cell) {
 
 std::string excerpt(std::string_view text) {
   constexpr std::size_t longest = 60;
+  if (text.size() > 1 && text.starts_with('"') && text.ends_with('"')) text = text.substr(1, text.size() - 2);
   std::string shown(text.substr(0, longest));
   for (char& c : shown) {
     if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = c == '\t' ? ' ' : '?';

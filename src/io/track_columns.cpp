@@ -1,10 +1,9 @@
-#include "track_columns.hpp"
-
 #include <algorithm>
 #include <array>
 #include <initializer_list>
 #include <map>
 
+#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 
 namespace sila {

@@ -10,13 +10,66 @@
 
 #include "core/dropped_rows.hpp"
 #include "read_rows.hpp"
+#include "scene_parts.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "table_reader.hpp"
-#include "text_blocks.hpp"
-#include "track_source.hpp"
+#include "text_file.hpp"
 
 namespace sila {
 namespace {
+
+/// Whole lines of a text file that follow each other.
+struct TextBlock {
+  std::string text;
+  std::size_t first_line = 1;  ///< 1-based
+};
+
+/// A text file, gzipped or not, in blocks of whole lines, so that a file of any size is read with the memory of one
+/// block. Blocks may be read again, in any order.
+class TextBlocks {
+ public:
+  /// Throws: FormatError for a file that is missing, a folder or unreadable.
+  TextBlocks(const std::filesystem::path& path, std::size_t block_bytes)
+      : path_(path.string()), file_(path_), block_bytes_(block_bytes) {}
+
+  /// Block `index`; null behind the last one. A block is known once all before it were read.
+  /// Throws: FormatError for truncated bytes, bytes that are no text, or a line that is longer than a block.
+  std::optional<TextBlock> read(std::size_t index) {
+    if (index >= places_.size()) throw std::logic_error("TextBlocks: a block was left out");
+    const BlockStart place = places_[index];
+    file_.seek(place.offset);
+    TextBlock block{std::string(block_bytes_, '\0'), place.line};
+    block.text.resize(file_.read(block.text));
+    if (block.text.empty()) return std::nullopt;
+    if (block.text.size() == block_bytes_) {
+      const std::size_t end = block.text.rfind('\n');
+      if (end == std::string::npos) {
+        throw FormatError(path_, place.line, "lines of less than " + std::to_string(block_bytes_) + " bytes",
+                          "a longer one");
+      }
+      block.text.resize(end + 1);
+    }
+    reject_binary(path_, block.text);
+    if (index + 1 == places_.size()) {
+      const auto lines = static_cast<std::size_t>(std::ranges::count(block.text, '\n'));
+      places_.push_back({place.offset + block.text.size(), place.line + lines});
+    }
+    if (place.offset == 0 && block.text.starts_with(kByteOrderMark)) block.text.erase(0, kByteOrderMark.size());
+    return block;
+  }
+
+ private:
+  struct BlockStart {
+    std::size_t offset = 0;
+    std::size_t line = 1;
+  };
+
+  std::string path_;
+  GzipFile file_;
+  std::size_t block_bytes_;
+  std::vector<BlockStart> places_{BlockStart{}};  ///< where each block begins, and where the next unread one does
+};
 
 /// Where the rows of a track are.
 struct TrackPlace {

@@ -1,10 +1,10 @@
-#include "predict/candidates.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <optional>
+
+#include "predict/rollout.hpp"
 
 namespace sila {
 namespace {

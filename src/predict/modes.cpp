@@ -1,7 +1,7 @@
-#include "predict/modes.hpp"
-
 #include <algorithm>
 #include <numeric>
+
+#include "predict/rollout.hpp"
 
 namespace sila {
 namespace {

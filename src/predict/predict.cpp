@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/concatenate.hpp"
-#include "predict/candidates.hpp"
 #include "predict/constant_velocity.hpp"
+#include "predict/rollout.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "predict/flow_field_index.hpp"
-#include "predict/modes.hpp"
+#include "predict/rollout.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/predict/config.hpp"
 #include "sila/predict/prediction.hpp"

@@ -37,8 +37,8 @@ struct SubsumptionTable {
 /// Adds the pseudo-inputs of `of` that `by` knows and agrees with.
 void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std::vector<Transition>& transitions,
                  std::size_t of, std::size_t by, const detail::OverlapCriteria& criteria) {
-  const Eigen::Matrix2Xd& own = index.own_means(static_cast<int>(of), transitions[of]);
-  const FlowPosterior& other = index.posterior(static_cast<int>(by), transitions[by]);
+  const Eigen::Matrix2Xd& own = index.own_means(of);
+  const FlowPosterior& other = index.posterior(by);
   const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     const FieldPrediction predicted = other.predict(places.col(m));
@@ -63,8 +63,7 @@ SubsumptionTable subsumption_table(const Model& model, const PruneConfig& config
                                          0.0};
   detail::OverlapIndex index(transitions);
   for (std::size_t of = 0; of < transitions.size(); ++of) {
-    for (const int by : index.candidates(transitions[of], criteria.share, table.kept)) {
-      const auto other = static_cast<std::size_t>(by);
+    for (const std::size_t other : index.candidates(of, criteria.share, table.kept)) {
       if (other == of || (apart && !share_a_site(transitions[of].sites, transitions[other].sites))) continue;
       add_overlap(table, index, transitions, of, other, criteria);
     }

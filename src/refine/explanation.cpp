@@ -1,5 +1,5 @@
 
-#include "predict/modes.hpp"
+#include "predict/rollout.hpp"
 #include "refine/prepared_model.hpp"
 #include "sila/refine/predictor.hpp"
 

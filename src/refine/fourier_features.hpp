@@ -6,7 +6,7 @@
 #include <random>
 #include <span>
 
-#include "refine/residuals.hpp"
+#include "refine/residual.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
 

@@ -1,6 +1,72 @@
 #include "refine/motion_correction.hpp"
 
+#include "core/kinematics.hpp"
+
 namespace sila {
+namespace {
+
+/// Length scale of the kernel, of all velocities [m/s].
+constexpr double kMotionScale_mps = 0.8;
+
+using MotionFeatures = Eigen::Matrix<double, kMotionFeatures, 1>;
+using KnotValues = Eigen::Matrix<double, kCorrectionKnots, 1>;
+
+/// Sums and differences of the features of a motion and of its mirror image, scaled to length 1 on average:
+/// cos(a + b) +- cos(a - b), where `a` has the components along the heading and `b` those to the left of it.
+struct SymmetricFeatures {
+  MotionFeatures even, odd;
+};
+
+SymmetricFeatures symmetric_features(const MotionInput& input) {
+  constexpr int inputs = kMotionVelocities;
+  static const FourierBasis<kMotionFeatures, 2 * inputs> basis(
+      Eigen::Matrix<double, 2 * inputs, 1>::Constant(kMotionScale_mps));
+  const MotionFeatures along = basis.frequencies.leftCols<inputs>().lazyProduct(input.along) + basis.phases;
+  const MotionFeatures to_left = basis.frequencies.rightCols<inputs>().lazyProduct(input.to_left);
+  const MotionFeatures own = (along + to_left).array().cos(), mirrored = (along - to_left).array().cos();
+  const double scale = std::sqrt(1.0 / kMotionFeatures);
+  return {scale * (own + mirrored), scale * (own - mirrored)};
+}
+
+}  // namespace
+
+MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
+                         const Vector2& companions_mps) {
+  MotionInput input;
+  const Vector2 constant_mps = past_mps.col(1);
+  if (constant_mps.norm() > 1e-9) input.heading = constant_mps.normalized();
+  Eigen::Matrix<double, 2, kMotionVelocities> velocities_mps;
+  velocities_mps << past_mps, to_horizon_mps, companions_mps;
+  input.along = velocities_mps.transpose() * input.heading;
+  input.to_left = velocities_mps.transpose() * left_of(input.heading);
+  return input;
+}
+
+MotionRegression::MotionRegression(const MotionMoments& moments)
+    : along_(ridge_coefficients<kCorrectionKnots>(moments[0])),
+      to_left_(ridge_coefficients<kCorrectionKnots>(moments[1])) {}
+
+VelocityCorrection MotionRegression::error(const MotionInput& input, double horizon_s) const {
+  VelocityCorrection found;
+  found.knot_interval_s = horizon_s / kCorrectionKnots;
+  if (empty()) return found;
+  const SymmetricFeatures features = symmetric_features(input);
+  const KnotValues along = along_.lazyProduct(features.even), to_left = to_left_.lazyProduct(features.odd);
+  for (int k = 0; k < kCorrectionKnots; ++k)
+    found.knots_mps[static_cast<std::size_t>(k)] = along(k) * input.heading + to_left(k) * left_of(input.heading);
+  return found;
+}
+
+void add_window(MotionMoments& moments, const MotionInput& input, const KnotErrors& errors) {
+  KnotValues along, to_left;
+  for (int k = 0; k < kCorrectionKnots; ++k) {
+    const Vector2& error = errors.at_mps[static_cast<std::size_t>(k)];
+    along(k) = input.heading.dot(error), to_left(k) = cross(input.heading, error);
+  }
+  const SymmetricFeatures features = symmetric_features(input);
+  add_weighted(moments[0], features.even, along, errors.weight);
+  add_weighted(moments[1], features.odd, to_left, errors.weight);
+}
 
 MotionCorrection::MotionCorrection(const ErrorStatistics& error_statistics)
     : regression_(error_statistics.motion),

@@ -14,58 +14,57 @@ Eigen::AlignedBox2d box_of(const FlowField& field) {
 }  // namespace
 
 OverlapIndex::OverlapIndex(const std::vector<Transition>& transitions)
-    : posteriors_(transitions.size()), means_(transitions.size()) {
+    : transitions_(transitions), posteriors_(transitions.size()), means_(transitions.size()) {
   for (const Transition& transition : transitions) boxes_.push_back(box_of(transition.field));
 }
 
-void OverlapIndex::remove(int transition) {
-  const auto at = static_cast<std::size_t>(transition);
-  boxes_[at].setEmpty();
-  posteriors_[at].reset();
-  means_[at].reset();
+void OverlapIndex::remove(std::size_t transition) {
+  boxes_[transition].setEmpty();
+  posteriors_[transition].reset();
+  means_[transition].reset();
 }
 
-void OverlapIndex::replace(int transition, const Transition& content) {
+void OverlapIndex::replace(std::size_t transition) {
   remove(transition);
-  boxes_[static_cast<std::size_t>(transition)] = box_of(content.field);
+  boxes_[transition] = box_of(transitions_[transition].field);
 }
 
-std::vector<int> OverlapIndex::candidates(const Transition& of, double share, const std::vector<bool>& wanted) const {
-  const Eigen::MatrixXd& positions = of.field.gp.pseudo_inputs;
+std::vector<std::size_t> OverlapIndex::candidates(std::size_t of, double share, const std::vector<bool>& wanted) const {
+  const Eigen::MatrixXd& positions = transitions_[of].field.gp.pseudo_inputs;
   if (positions.cols() == 0) return {};
   const Eigen::AlignedBox2d around(positions.rowwise().minCoeff(), positions.rowwise().maxCoeff());
   const double needed = share * static_cast<double>(positions.cols());
-  std::vector<int> result;
+  std::vector<std::size_t> result;
   for (std::size_t other = 0; other < boxes_.size(); ++other) {
     if (!wanted[other] || !boxes_[other].intersects(around)) continue;
     int hits = 0;
     for (Eigen::Index m = 0; m < positions.cols(); ++m) hits += boxes_[other].contains(positions.col(m)) ? 1 : 0;
-    if (hits > 0 && hits >= needed) result.push_back(static_cast<int>(other));
+    if (hits > 0 && hits >= needed) result.push_back(other);
   }
   return result;
 }
 
-const FlowPosterior& OverlapIndex::posterior(int transition, const Transition& content) {
-  std::optional<FlowPosterior>& cached = posteriors_[static_cast<std::size_t>(transition)];
-  if (!cached) cached.emplace(content.field.gp, content.field.second());
+const FlowPosterior& OverlapIndex::posterior(std::size_t transition) {
+  std::optional<FlowPosterior>& cached = posteriors_[transition];
+  const FlowField& field = transitions_[transition].field;
+  if (!cached) cached.emplace(field.gp, field.second());
   return *cached;
 }
 
-const Eigen::Matrix2Xd& OverlapIndex::own_means(int transition, const Transition& content) {
-  std::optional<Eigen::Matrix2Xd>& cached = means_[static_cast<std::size_t>(transition)];
+const Eigen::Matrix2Xd& OverlapIndex::own_means(std::size_t transition) {
+  std::optional<Eigen::Matrix2Xd>& cached = means_[transition];
   if (cached) return *cached;
-  const Eigen::MatrixXd& places = content.field.gp.pseudo_inputs;
-  const FlowPosterior& own = posterior(transition, content);
+  const Eigen::MatrixXd& places = transitions_[transition].field.gp.pseudo_inputs;
+  const FlowPosterior& own = posterior(transition);
   cached.emplace(2, places.cols());
   for (Eigen::Index m = 0; m < places.cols(); ++m) cached->col(m) = own.predict(places.col(m)).mean;
   return *cached;
 }
 
-std::optional<double> OverlapIndex::difference(int of, const Transition& rare, int by, const Transition& subsumer,
-                                               const OverlapCriteria& criteria) {
-  const Eigen::MatrixXd& places = rare.field.gp.pseudo_inputs;
-  const Eigen::Matrix2Xd& own = own_means(of, rare);
-  const FlowPosterior& other = posterior(by, subsumer);
+std::optional<double> OverlapIndex::difference(std::size_t of, std::size_t by, const OverlapCriteria& criteria) {
+  const Eigen::MatrixXd& places = transitions_[of].field.gp.pseudo_inputs;
+  const Eigen::Matrix2Xd& own = own_means(of);
+  const FlowPosterior& other = posterior(by);
   const double needed = criteria.share * static_cast<double>(places.cols());
   double squares = 0.0;
   double known = 0.0;

@@ -15,27 +15,27 @@ struct OverlapCriteria {
   double share = 0.8;        ///< of the pseudo-inputs of the other field, which it must know
 };
 
-/// Finds fields that overlap; posteriors are made when they are first needed. Indices are those of the transitions at
-/// the beginning; a removed transition is never found.
+/// Finds fields that overlap; posteriors are made when they are first needed. A removed transition is never found.
 class OverlapIndex {
  public:
+  /// Keeps the list by reference; its length must not change.
   explicit OverlapIndex(const std::vector<Transition>& transitions);
 
   /// Those of the `wanted` transitions whose boxes, one length scale wider, hold at least `share` of the pseudo-inputs
   /// of `of`; sorted.
-  std::vector<int> candidates(const Transition& of, double share, const std::vector<bool>& wanted) const;
-  const FlowPosterior& posterior(int transition, const Transition& content);
+  std::vector<std::size_t> candidates(std::size_t of, double share, const std::vector<bool>& wanted) const;
+  const FlowPosterior& posterior(std::size_t transition);
   /// The means of a field at its own pseudo-inputs.
-  const Eigen::Matrix2Xd& own_means(int transition, const Transition& content);
+  const Eigen::Matrix2Xd& own_means(std::size_t transition);
   /// Root mean square difference of the fields of `by` and `of` at the pseudo-inputs of `of` that `by` knows
   /// [curb units/s], if `by` meets the criteria.
-  std::optional<double> difference(int of, const Transition& rare, int by, const Transition& subsumer,
-                                   const OverlapCriteria& criteria);
-  void remove(int transition);
+  std::optional<double> difference(std::size_t of, std::size_t by, const OverlapCriteria& criteria);
+  void remove(std::size_t transition);
   /// To be called when the field of a transition has changed.
-  void replace(int transition, const Transition& content);
+  void replace(std::size_t transition);
 
  private:
+  const std::vector<Transition>& transitions_;
   std::vector<std::optional<FlowPosterior>> posteriors_;
   std::vector<std::optional<Eigen::Matrix2Xd>> means_;
   std::vector<Eigen::AlignedBox2d> boxes_;  ///< one length scale wider than the data; empty: removed

@@ -22,29 +22,31 @@ struct PruningState {
   std::vector<bool> changed;  ///< in this round: the next round compares only pairs with a changed transition
 };
 
-/// The transition that subsumes `rare` with the least difference; -1 if none does. Its count is at least that of
+/// The transition that subsumes `rare` with the least difference; none if none does. Its count is at least that of
 /// `rare`, with `more_often` greater.
-int best_subsumer(PruningState& state, int rare, const std::vector<bool>& compared,
-                  const detail::OverlapCriteria& criteria, bool more_often) {
-  const auto at = [&](int i) -> const Transition& { return state.transitions[static_cast<std::size_t>(i)]; };
-  int best = -1;
+std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, const std::vector<bool>& compared,
+                                         const detail::OverlapCriteria& criteria, bool more_often) {
+  const Transition& own = state.transitions[rare];
+  std::optional<std::size_t> best;
   double least = 0.0;
-  std::vector<bool> eligible = compared[static_cast<std::size_t>(rare)] ? state.kept : compared;
-  eligible[static_cast<std::size_t>(rare)] = false;
-  for (const int other : state.index.candidates(at(rare), criteria.share, eligible)) {
-    if (at(other).count < at(rare).count || (more_often && at(other).count == at(rare).count)) continue;
-    if (state.apart && !share_a_site(at(other).sites, at(rare).sites)) continue;
-    const auto difference = state.index.difference(rare, at(rare), other, at(other), criteria);
-    if (!difference || (best >= 0 && *difference >= least)) continue;
-    best = other;
+  std::vector<bool> eligible = compared[rare] ? state.kept : compared;
+  eligible[rare] = false;
+  for (const std::size_t i : state.index.candidates(rare, criteria.share, eligible)) {
+    const Transition& other = state.transitions[i];
+    if (other.count < own.count || (more_often && other.count == own.count)) continue;
+    if (state.apart && !share_a_site(other.sites, own.sites)) continue;
+    const auto difference = state.index.difference(rare, i, criteria);
+    if (!difference || (best && *difference >= least)) continue;
+    best = i;
     least = *difference;
   }
   return best;
 }
 
-void subsume(PruningState& state, int rare, int into, const FuseConfig& fusing, const ResidualConfig& residual) {
-  Transition& target = state.transitions[static_cast<std::size_t>(into)];
-  const Transition& source = state.transitions[static_cast<std::size_t>(rare)];
+void subsume(PruningState& state, std::size_t rare, std::size_t into, const FuseConfig& fusing,
+             const ResidualConfig& residual) {
+  Transition& target = state.transitions[into];
+  const Transition& source = state.transitions[rare];
   const FieldSources both{{&target, &source}, {}, {}};
   std::vector<SiteCount> sites = target.sites;
   for (const SiteCount& part : source.sites) add_count(sites, part);
@@ -56,31 +58,27 @@ void subsume(PruningState& state, int rare, int into, const FuseConfig& fusing, 
                    std::move(sites),
                    std::max(target.support, source.support)};
   target = std::move(fused);
-  state.kept[static_cast<std::size_t>(rare)] = false;
+  state.kept[rare] = false;
   state.index.remove(rare);
-  state.index.replace(into, target);
-  state.changed[static_cast<std::size_t>(into)] = true;
+  state.index.replace(into);
+  state.changed[into] = true;
 }
 
 /// Merges rare transitions into those that agree best, until no pair agrees: a transition that grew may agree with
 /// further ones. Returns the number of merged transitions.
 int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count,
                  const detail::OverlapCriteria& criteria, const FuseConfig& fusing, const ResidualConfig& residual) {
-  std::vector<int> order(state.transitions.size());
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<std::size_t> order(state.transitions.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
   int subsumed = 0;
   for (; std::find(compared.begin(), compared.end(), true) != compared.end();
        compared = std::exchange(state.changed, std::vector<bool>(order.size(), false))) {
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {  // the rarest first
-      return state.transitions[static_cast<std::size_t>(a)].count <
-             state.transitions[static_cast<std::size_t>(b)].count;
-    });
-    for (const int rare : order) {
-      if (!state.kept[static_cast<std::size_t>(rare)]) continue;
-      if (state.transitions[static_cast<std::size_t>(rare)].count > max_count) continue;
-      const int subsumer = best_subsumer(state, rare, compared, criteria, false);
-      if (subsumer < 0) continue;
-      subsume(state, rare, subsumer, fusing, residual);
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return state.transitions[i].count; });  // the rarest first
+    for (const std::size_t rare : order) {
+      if (!state.kept[rare] || state.transitions[rare].count > max_count) continue;
+      const auto subsumer = best_subsumer(state, rare, compared, criteria, false);
+      if (!subsumer) continue;
+      subsume(state, rare, *subsumer, fusing, residual);
       ++subsumed;
     }
   }
@@ -98,9 +96,9 @@ int subsume_old(PruningState& state, const PruneConfig& config, detail::OverlapC
     const Transition& old = state.transitions[i];
     if (!state.kept[i] || old.count > config.expire_count) continue;
     if (age_episodes(old.sites, state.sites) < config.expire_after_episodes) continue;
-    const int subsumer = best_subsumer(state, static_cast<int>(i), all, criteria, true);
-    if (subsumer < 0) continue;
-    subsume(state, static_cast<int>(i), subsumer, fusing, residual);
+    const auto subsumer = best_subsumer(state, i, all, criteria, true);
+    if (!subsumer) continue;
+    subsume(state, i, *subsumer, fusing, residual);
     ++subsumed;
   }
   return subsumed;

@@ -11,7 +11,7 @@
 #include "refine/motion_change.hpp"
 #include "refine/motion_correction.hpp"
 #include "refine/path_correction.hpp"
-#include "refine/residuals.hpp"
+#include "refine/residual.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
 #include "sila/refine/config.hpp"

@@ -2,7 +2,7 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "base64.hpp"
+#include "encode.hpp"
 #include "report/model_data.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/report/report.hpp"

@@ -5,7 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "round.hpp"
+#include "encode.hpp"
+#include "sila/io/reports.hpp"
 
 namespace sila {
 namespace {
@@ -33,14 +34,7 @@ Scene right_angled(double width_m) {
 }
 
 ordered_json primitive_json(const MotionPrimitive& primitive) {
-  ordered_json cells = ordered_json::array();
-  for (const CellVelocity& entry : primitive.cells) {
-    const double degrees = std::atan2(entry.velocity.y(), entry.velocity.x()) * 180.0 / std::numbers::pi;
-    cells.push_back(entry.cell.x);
-    cells.push_back(entry.cell.y);
-    cells.push_back(std::lround(degrees));
-  }
-  return {{"weight", rounded(primitive.weight, 3)}, {"cells", std::move(cells)}};
+  return {{"weight", rounded(primitive.weight, 3)}, {"cells", cells_json(primitive)}};
 }
 
 }  // namespace

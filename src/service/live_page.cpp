@@ -1,9 +1,10 @@
 #include "live_page.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <span>
 
 #include "embedded_live.hpp"
+#include "report/encode.hpp"
 #include "report/model_data.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/version.hpp"
@@ -11,6 +12,8 @@
 namespace sila {
 namespace {
 
+using detail::path_json;
+using detail::rounded;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMaxPedestrians = 200;  ///< that are drawn; the others are only counted
@@ -18,38 +21,23 @@ constexpr std::size_t kMaxModes = 6;
 constexpr std::size_t kTrailSamples = 24;
 constexpr double kTrail_s = 4.0;
 
-double centimetres(double metres) {
-  return std::round(metres * 100.0) / 100.0;
-}
-
-void add_point(ordered_json& list, const Vector2& point_m) {
-  list.push_back(centimetres(point_m.x()));
-  list.push_back(centimetres(point_m.y()));
-}
-
 ordered_json trail_json(const Trajectory& path) {
-  ordered_json list = ordered_json::array();
   const double from_s = path.times_s.back() - kTrail_s;
-  const auto first = std::lower_bound(path.times_s.begin(), path.times_s.end(), from_s) - path.times_s.begin();
-  const std::size_t count = path.times_s.size() - static_cast<std::size_t>(first);
-  const std::size_t stride = std::max<std::size_t>(1, count / kTrailSamples);
-  for (std::size_t i = static_cast<std::size_t>(first); i < path.times_s.size(); ++i) {
-    if ((path.times_s.size() - 1 - i) % stride == 0) add_point(list, path.positions_m[i]);
-  }
-  return list;
+  const auto first = std::ranges::lower_bound(path.times_s, from_s) - path.times_s.begin();
+  const auto trail = std::span(path.positions_m).subspan(static_cast<std::size_t>(first));
+  return path_json(trail, std::max<std::size_t>(1, trail.size() / kTrailSamples));
 }
 
 /// The future part of each mode: a prediction may be older than the last position.
 ordered_json modes_json(const Prediction& prediction, double now_s) {
   ordered_json list = ordered_json::array();
+  const auto future = std::ranges::upper_bound(prediction.times_s, now_s - prediction.t0_s);
+  const auto first = static_cast<std::size_t>(future - prediction.times_s.begin());
   for (std::size_t m = 0; m < std::min(kMaxModes, prediction.modes.size()); ++m) {
     const Mode& mode = prediction.modes[m];
-    ordered_json path = ordered_json::array();
-    for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-      const bool past = prediction.t0_s + prediction.times_s[j] <= now_s;
-      if (!past && (mode.path_m.size() - 1 - j) % 2 == 0) add_point(path, mode.path_m[j]);
-    }
-    list.push_back({{"weight", centimetres(mode.weight)}, {"path", std::move(path)}, {"primitives", mode.primitives}});
+    list.push_back({{"weight", rounded(mode.weight, 2)},
+                    {"path", path_json(std::span(mode.path_m).subspan(first), 2)},
+                    {"primitives", mode.primitives}});
   }
   return list;
 }
@@ -59,7 +47,7 @@ ordered_json pedestrian_json(StreamId stream, const std::string& track, const Pe
   json["trail"] = trail_json(pedestrian.track.path);
   if (pedestrian.pending.empty()) return json;
   const Prediction& prediction = pedestrian.pending.back().prediction;
-  json["novelty"] = centimetres(prediction.novelty);
+  json["novelty"] = rounded(prediction.novelty, 2);
   json["fallback"] = prediction.fallback;
   json["modes"] = modes_json(prediction, pedestrian.track.path.times_s.back());
   return json;

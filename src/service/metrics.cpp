@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <sstream>
+#include <string_view>
 
 #include "sila/service/server.hpp"
 #include "sila/version.hpp"
@@ -22,9 +23,10 @@ class MetricsText {
     if (!labels.empty()) text_ << '{' << labels << '}';
     text_ << ' ' << value << '\n';
   }
+  /// A family of one sample: a counter if its name says so, else a gauge.
   template <class Number>
-  void one(const char* name, const char* type, const char* help, Number value) {
-    family(name, type, help);
+  void one(const char* name, const char* help, Number value) {
+    family(name, std::string_view(name).ends_with("_total") ? "counter" : "gauge", help);
     sample(value);
   }
   std::string text() const { return text_.str(); }
@@ -46,23 +48,23 @@ std::string label(const char* name, const std::string& value) {
 
 void add_traffic(MetricsText& out, const ServiceMetrics& metrics) {
   const Counters& counters = metrics.counters;
-  out.one("lines_total", "counter", "lines read", metrics.lines);
+  out.one("lines_total", "lines read", metrics.lines);
   out.family("rejected_total", "counter", "rejected lines and connections, by reason");
   for (const RejectionText& text : kRejections)
     out.sample(metrics.rejected[static_cast<std::size_t>(text.rejection)], label("reason", std::string(text.name)));
-  out.one("detections_total", "counter", "accepted detections", counters.detections);
-  out.one("detections_not_due_total", "counter", "detections for which no prediction was due", counters.not_due);
-  out.one("predictions_total", "counter", "predictions made", counters.predictions);
+  out.one("detections_total", "accepted detections", counters.detections);
+  out.one("detections_not_due_total", "detections for which no prediction was due", counters.not_due);
+  out.one("predictions_total", "predictions made", counters.predictions);
   out.family("predictions_dropped_total", "counter", "predictions that were due and not delivered, by reason");
   out.sample(counters.superseded, label("reason", "superseded"));
   out.sample(metrics.slow_reader_dropped, label("reason", "slow_reader"));
-  out.one("clock_resets_total", "counter", "resets of the clocks of streams", counters.clock_resets);
-  out.one("tracks_total", "counter", "tracks that ended", counters.tracks);
-  out.one("connections", "gauge", "open connections", metrics.connections);
-  out.one("live_pages", "gauge", "open live pages", metrics.live_pages);
-  out.one("pedestrians", "gauge", "open tracks", metrics.pedestrians);
-  out.one("predictions_due", "gauge", "predictions that are due and not made yet", metrics.due_predictions);
-  out.one("lines_queued", "gauge", "lines read and not ingested yet", metrics.queued_lines);
+  out.one("clock_resets_total", "resets of the clocks of streams", counters.clock_resets);
+  out.one("tracks_total", "tracks that ended", counters.tracks);
+  out.one("connections", "open connections", metrics.connections);
+  out.one("live_pages", "open live pages", metrics.live_pages);
+  out.one("pedestrians", "open tracks", metrics.pedestrians);
+  out.one("predictions_due", "predictions that are due and not made yet", metrics.due_predictions);
+  out.one("lines_queued", "lines read and not ingested yet", metrics.queued_lines);
 }
 
 void add_latency(MetricsText& out, const LatencyHistogram& latency) {
@@ -103,45 +105,40 @@ void add_coverage(MetricsText& out, const ServiceMetrics& metrics) {
 
 void add_scores(MetricsText& out, const ServiceMetrics& metrics) {
   const Counters& counters = metrics.counters;
-  out.one("predictions_scored_total", "counter", "predictions whose future was observed", counters.scored);
-  out.one("predictions_unscorable_total", "counter", "predictions whose track ended before the horizon",
-          counters.unscorable);
-  out.one("predictions_not_retained_total", "counter", "predictions that were not retained for scoring",
-          counters.not_retained);
-  out.one("scores_pending", "gauge", "predictions retained until their future is observed", counters.pending_scores);
-  out.one("pedestrians_scored", "gauge", "pedestrians that the following metrics cover", metrics.scored_pedestrians);
+  out.one("predictions_scored_total", "predictions whose future was observed", counters.scored);
+  out.one("predictions_unscorable_total", "predictions whose track ended before the horizon", counters.unscorable);
+  out.one("predictions_not_retained_total", "predictions that were not retained for scoring", counters.not_retained);
+  out.one("scores_pending", "predictions retained until their future is observed", counters.pending_scores);
+  out.one("pedestrians_scored", "pedestrians that the following metrics cover", metrics.scored_pedestrians);
   add_errors(out, metrics, "weighted_mhd_metres", "weighted modified Hausdorff distance of predictions",
              [](const HorizonSums& sums) { return sums.weighted_mhd_m; });
   add_errors(out, metrics, "constant_velocity_mhd_metres", "that of constant velocity on the same windows",
              [](const HorizonSums& sums) { return sums.constant_mhd_m; });
   add_coverage(out, metrics);
-  out.one("novelty", "gauge", "mean novelty of the observed paths", metrics.novelty);
-  out.one("drift_alarm", "gauge", "1 if the error of the last pedestrians is outside its band",
-          metrics.drift.alarm ? 1 : 0);
+  out.one("novelty", "mean novelty of the observed paths", metrics.novelty);
+  out.one("drift_alarm", "1 if the error of the last pedestrians is outside its band", metrics.drift.alarm ? 1 : 0);
   if (!metrics.drift.known) return;
-  out.one("drift_error_metres", "gauge", "error of the last pedestrians that moved", metrics.drift.error_m);
-  out.one("drift_reference_metres", "gauge", "error of the earlier pedestrians", metrics.drift.reference_m);
-  out.one("drift_half_width_metres", "gauge", "half width of the band around it", metrics.drift.half_width_m);
+  out.one("drift_error_metres", "error of the last pedestrians that moved", metrics.drift.error_m);
+  out.one("drift_reference_metres", "error of the earlier pedestrians", metrics.drift.reference_m);
+  out.one("drift_half_width_metres", "half width of the band around it", metrics.drift.half_width_m);
 }
 
 void add_learning(MetricsText& out, const ServiceMetrics& metrics) {
   const LearnerStatus& learner = metrics.learner;
-  out.one("episodes_total", "counter", "episodes learnt and stored since the start", learner.episodes);
-  out.one("episodes_failed_total", "counter", "episodes that failed and left the model unchanged",
-          learner.failed_episodes);
-  out.one("episodes_known_total", "counter", "batches that the model had learnt before, without effect",
-          learner.known_episodes);
-  out.one("model_reloads_total", "counter", "reloads of a model that another process changed", learner.reloads);
-  out.one("tracks_learnt_total", "counter", "tracks learnt since the start", learner.learnt_tracks);
-  out.one("tracks_discarded_total", "counter", "tracks that were not learnt", learner.discarded_tracks);
-  out.one("tracks_waiting", "gauge", "tracks that wait to be learnt", learner.waiting_tracks);
-  out.one("learning", "gauge", "1 while an episode runs", learner.learning ? 1 : 0);
-  out.one("episode_seconds", "gauge", "duration of the last episode", learner.last_episode_s);
-  out.one("model_size", "gauge", "primitives and transitions", metrics.model_size);
-  out.one("model_primitives", "gauge", "primitives of the model", metrics.primitives);
-  out.one("model_transitions", "gauge", "transitions of the model", metrics.transitions);
-  out.one("model_episodes", "gauge", "episodes of the model", metrics.model_episodes);
-  out.one("model_tracks", "gauge", "tracks of the model", metrics.model_tracks);
+  out.one("episodes_total", "episodes learnt and stored since the start", learner.episodes);
+  out.one("episodes_failed_total", "episodes that failed and left the model unchanged", learner.failed_episodes);
+  out.one("episodes_known_total", "batches that the model had learnt before, without effect", learner.known_episodes);
+  out.one("model_reloads_total", "reloads of a model that another process changed", learner.reloads);
+  out.one("tracks_learnt_total", "tracks learnt since the start", learner.learnt_tracks);
+  out.one("tracks_discarded_total", "tracks that were not learnt", learner.discarded_tracks);
+  out.one("tracks_waiting", "tracks that wait to be learnt", learner.waiting_tracks);
+  out.one("learning", "1 while an episode runs", learner.learning ? 1 : 0);
+  out.one("episode_seconds", "duration of the last episode", learner.last_episode_s);
+  out.one("model_size", "primitives and transitions", metrics.model_size);
+  out.one("model_primitives", "primitives of the model", metrics.primitives);
+  out.one("model_transitions", "transitions of the model", metrics.transitions);
+  out.one("model_episodes", "episodes of the model", metrics.model_episodes);
+  out.one("model_tracks", "tracks of the model", metrics.model_tracks);
 }
 
 nlohmann::ordered_json errors_json(const std::vector<HorizonSums>& sums) {

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "connection.hpp"
-#include "send_queue.hpp"
+#include "lines.hpp"
 
 struct mosquitto;
 

@@ -21,11 +21,6 @@ double log_factor(const OnlineCalibration& online_calibration, double time_s, st
          share * online_calibration.log_factors[upper][probability];
 }
 
-bool is_row(const nlohmann::json& row) {
-  return row.is_array() && row.size() == kRegionProbabilities.size() &&
-         std::all_of(row.begin(), row.end(), [](const nlohmann::json& value) { return value.is_number(); });
-}
-
 }  // namespace
 
 Prediction calibrated(Prediction prediction, const OnlineCalibration& online_calibration) {
@@ -67,20 +62,15 @@ EpisodeRecord record_of(int number, const Model& previous, const Episode& episod
 }
 
 OnlineCalibration calibration_in(const std::string& statistics) {
-  const nlohmann::json object = nlohmann::json::parse(statistics, nullptr, false);
-  if (!object.is_object() || !object.contains("online_calibration")) return {};
-  const nlohmann::json& kept = object["online_calibration"];
-  if (!kept.is_object() || !kept.contains("horizons_s") || !kept.contains("log_factors")) return {};
-  const nlohmann::json& horizons = kept["horizons_s"];
-  const nlohmann::json& rows = kept["log_factors"];
-  if (!horizons.is_array() || !rows.is_array() || rows.size() != horizons.size()) return {};
-  OnlineCalibration online_calibration;
-  for (std::size_t h = 0; h < rows.size(); ++h) {
-    if (!horizons[h].is_number() || !is_row(rows[h])) return {};
-    online_calibration.horizons_s.push_back(horizons[h].get<double>());
-    online_calibration.log_factors.push_back(rows[h].get<std::array<double, kRegionProbabilities.size()>>());
+  try {
+    const nlohmann::json kept = nlohmann::json::parse(statistics).at("online_calibration");
+    OnlineCalibration calibration;
+    kept.at("horizons_s").get_to(calibration.horizons_s);
+    kept.at("log_factors").get_to(calibration.log_factors);
+    if (calibration.horizons_s.size() == calibration.log_factors.size()) return calibration;
+  } catch (const nlohmann::json::exception&) {  // an episode without it, or of another kind: begin anew
   }
-  return online_calibration;
+  return {};
 }
 
 }  // namespace sila

@@ -9,7 +9,6 @@
 
 #include "connection.hpp"
 #include "lines.hpp"
-#include "send_queue.hpp"
 
 namespace sila::detail {
 
@@ -92,11 +91,7 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
   }
 
   void write() {
-    while (writing_.size() < kBlock) {
-      const std::optional<std::string> line = queue_.next();
-      if (!line) break;
-      writing_ += *line + '\n';
-    }
+    writing_ = queue_.next_block(kBlock);
     if (writing_.empty()) {
       if (closing_) close();
       return;

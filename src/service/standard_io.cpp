@@ -114,12 +114,7 @@ void StandardIo::write() {
   while (true) {
     changed_.wait(lock, [this] { return closing_ || !queue_.empty(); });
     if (queue_.empty()) return;
-    std::string text;
-    while (text.size() < kBlock) {
-      const std::optional<std::string> line = queue_.next();
-      if (!line) break;
-      text += *line + '\n';
-    }
+    const std::string text = queue_.next_block(kBlock);
     writing_ = true;
     lock.unlock();
     const bool written = write_all(text);

@@ -10,7 +10,6 @@
 
 #include "connection.hpp"
 #include "lines.hpp"
-#include "send_queue.hpp"
 
 namespace sila::detail {
 

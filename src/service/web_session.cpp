@@ -8,7 +8,6 @@
 
 #include "lines.hpp"
 #include "live_page.hpp"
-#include "send_queue.hpp"
 #include "web_request.hpp"
 
 namespace sila::detail {

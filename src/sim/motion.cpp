@@ -1,7 +1,7 @@
-#include "motion.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "walker.hpp"
 
 namespace sila::sim {
 namespace {

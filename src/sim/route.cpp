@@ -1,9 +1,10 @@
-#include "route.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <span>
+
+#include "walker.hpp"
 
 namespace sila::sim {
 namespace {
@@ -221,6 +222,11 @@ std::size_t steps(double length_m) {
   return static_cast<std::size_t>(length_m / kPathStep_m + 0.5);
 }
 
+void insert_gate(Route& route, const Gate& gate) {
+  const auto later = std::ranges::find_if(route.gates, [&](const Gate& other) { return other.stop > gate.stop; });
+  route.gates.insert(later, gate);
+}
+
 /// Distance before and behind a construction site at which people leave the sidewalk, and where the site begins.
 constexpr double kDetourRamp_m = 3.0;
 constexpr double kWorksBegin_m = 4.0;
@@ -245,8 +251,7 @@ void go_round_works(Route& route, const StreetPlan& plan, const SimulationConfig
     gate.end = i + 1;
   }
   if (!gate.roadway) return;
-  const auto later = std::ranges::find_if(route.gates, [&](const Gate& other) { return other.stop > gate.stop; });
-  route.gates.insert(later, gate);
+  insert_gate(route, gate);
 }
 
 /// One gate for each crossing, in order, at the curb.
@@ -281,8 +286,7 @@ void add_standing(Route& route, const StreetPlan& plan, const SimulationConfig& 
   Gate gate;
   gate.stop = gate.begin = gate.end = at;
   gate.pause_s = random.uniform(4.0, 30.0);
-  const auto later = std::ranges::find_if(route.gates, [&](const Gate& other) { return other.stop > at; });
-  route.gates.insert(later, gate);
+  insert_gate(route, gate);
   route.traits.stands = true;
 }
 
@@ -296,25 +300,18 @@ bool rounds_corner(const StreetPlan& plan, const std::vector<Stretch>& stretches
   return false;
 }
 
-/// For each value the smallest one within `reach` of it.
-std::vector<double> least_around(const std::vector<double>& values, std::size_t reach) {
-  std::vector<double> least;
+/// For each value what `reduce` makes of those within `reach` of it.
+std::vector<double> around(const std::vector<double>& values, std::size_t reach, auto reduce) {
+  std::vector<double> result;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto from = values.begin() + static_cast<std::ptrdiff_t>(i > reach ? i - reach : 0);
-    const auto to = values.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, values.size()));
-    least.push_back(*std::min_element(from, to));
+    const std::size_t from = i > reach ? i - reach : 0, to = std::min(i + reach + 1, values.size());
+    result.push_back(reduce(std::span(values).subspan(from, to - from)));
   }
-  return least;
+  return result;
 }
 
-std::vector<double> mean_around(const std::vector<double>& values, std::size_t reach) {
-  std::vector<double> mean;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto from = values.begin() + static_cast<std::ptrdiff_t>(i > reach ? i - reach : 0);
-    const auto to = values.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, values.size()));
-    mean.push_back(std::accumulate(from, to, 0.0) / static_cast<double>(to - from));
-  }
-  return mean;
+double mean(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -360,7 +357,7 @@ Route beside(const Route& route, const StreetPlan& plan, double offset_m) {
   }
   constexpr std::size_t kReach = 8;
   Route companion = route;
-  const std::vector<double> share = mean_around(least_around(room, 2 * kReach), kReach);
+  const std::vector<double> share = around(around(room, 2 * kReach, std::ranges::min), kReach, mean);
   for (std::size_t i = 0; i < path.size(); ++i) companion.path[i] = moved(i, share[i]);
   return companion;
 }

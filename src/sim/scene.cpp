@@ -63,7 +63,7 @@ void add_corner(IntersectionScene& scene, const StreetPlan& plan, std::size_t k)
 }  // namespace
 
 IntersectionScene simulated_scene(const SimulationConfig& config) {
-  validate(config);
+  validate_fields("simulate", config);
   const StreetPlan plan = sim::make_street_plan(config);
   IntersectionScene scene;
   scene.name = kLayoutNames[static_cast<std::size_t>(config.layout)];

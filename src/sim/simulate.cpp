@@ -4,10 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "motion.hpp"
-#include "route.hpp"
 #include "street_plan.hpp"
-#include "tracker.hpp"
+#include "walker.hpp"
 
 namespace sila {
 namespace {
@@ -121,12 +119,8 @@ Simulation in_order(World world, std::size_t count) {
 
 }  // namespace
 
-void validate(const SimulationConfig& config) {
-  validate_fields("simulate", config);
-}
-
 Simulation simulate(const SimulationConfig& config) {
-  validate(config);
+  validate_fields("simulate", config);
   World world{
       sim::make_street_plan(config), simulated_scene(config), Random(config.seed, stream(arrivals)), {}, 0, 0, {}, {}};
   const auto wanted = static_cast<std::size_t>(config.tracks);

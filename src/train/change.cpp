@@ -1,10 +1,10 @@
-#include "train/change.hpp"
-
 #include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {

@@ -12,8 +12,7 @@
 #include "sila/core/counted.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/model/packing.hpp"
-#include "train/change.hpp"
-#include "train/prequential.hpp"
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {
@@ -92,7 +91,7 @@ Update sila_update(const EpisodeConfig& config) {
     ModelChange change = change_by(fused.plan, previous, fused.model);
     PruneResult pruned = prune(std::move(fused.model), config.prune, config.fuse, config.residual);
     change = without_dropped(std::move(change), pruned.kept);
-    return UpdateResult{std::move(pruned.model), incoming.report, fused.report, pruned.report, std::move(change)};
+    return UpdateResult{std::move(pruned.model), incoming.report, pruned.report, std::move(change)};
   };
 }
 
@@ -101,7 +100,7 @@ Update accumulate_update(const EpisodeConfig& config) {
     const LearnResult incoming = increment_of(batch, settings, config);
     FuseResult sum = accumulate(previous, incoming.increment, config.residual);
     ModelChange change = change_by(sum.plan, previous, sum.model);
-    return UpdateResult{std::move(sum.model), incoming.report, sum.report, {}, std::move(change)};
+    return UpdateResult{std::move(sum.model), incoming.report, {}, std::move(change)};
   };
 }
 
@@ -113,7 +112,7 @@ Update retrain_update(const EpisodeConfig& config) {
     LearnResult learnt = increment_of(*seen, settings, config);
     learnt.increment.model.episodes = previous.episodes + 1;
     ModelChange change = change_by_retraining(previous, learnt.increment.model);
-    return UpdateResult{std::move(learnt.increment.model), learnt.report, {}, {}, std::move(change)};
+    return UpdateResult{std::move(learnt.increment.model), learnt.report, {}, std::move(change)};
   };
 }
 
@@ -127,7 +126,6 @@ EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model
   report.size_before = size_before;
   report.size_after = size(model);
   report.learn = updated.learn;
-  report.fuse = std::move(updated.fuse);
   report.prune = updated.prune;
   report.budget = budget;
   report.change = std::move(updated.change);

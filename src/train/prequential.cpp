@@ -1,10 +1,9 @@
-#include "train/prequential.hpp"
-
 #include <algorithm>
 #include <iterator>
 #include <utility>
 
 #include "refine/error_statistics.hpp"
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {

@@ -2,10 +2,26 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/concatenate.hpp"
 #include "refine/refine.hpp"
+#include "sila/train/config.hpp"
 #include "sila/train/episode.hpp"
 
 namespace sila {
+namespace {
+
+/// Least width of a sidewalk: the coordinates of a model in widths must not become too large.
+constexpr double kLeastWidth_m = 0.1;
+
+/// Throws: std::invalid_argument unless a setting is what the model began with.
+void require_kept(const char* setting, double given, double kept) {
+  if (given != kept)
+    throw std::invalid_argument(concatenate("run_episode: expected ", setting, " = ", kept,
+                                            ", with which the model began, found ", given,
+                                            "; keep it, or learn a new model"));
+}
+
+}  // namespace
 
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
   validate(config);
@@ -23,28 +39,31 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   const ModelSettings& kept = previous.settings;
   if (fresh.scaling != kept.scaling)
     throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
-  if (fresh.sample_interval_s != kept.sample_interval_s) {
-    throw std::invalid_argument("run_episode: sampling.interval_s = " + std::to_string(fresh.sample_interval_s) +
-                                ", the model began with " + std::to_string(kept.sample_interval_s));
-  }
-  if (config.reference_width_m > 0.0 && config.reference_width_m != kept.reference_width_m) {
-    throw std::invalid_argument("run_episode: reference_width_m = " + std::to_string(config.reference_width_m) +
-                                ", the model began with " + std::to_string(kept.reference_width_m));
-  }
-  const double kept_cell_m = kept.grid.cell * kept.reference_width_m;
-  if (std::abs(config.learn.grid.cell_m - kept_cell_m) > 1e-9 * kept_cell_m ||
-      config.learn.grid.tile_cells != kept.grid.tile_cells) {
-    throw std::invalid_argument(
-        "run_episode: learn.grid is not the grid that the model began with (cell_m = " + std::to_string(kept_cell_m) +
-        ", tile_cells = " + std::to_string(kept.grid.tile_cells) + ")");
-  }
-  if (fresh.residual_horizon_s != kept.residual_horizon_s || fresh.residual_knots != kept.residual_knots) {
-    throw std::invalid_argument(
-        "run_episode: residual GPs with " + std::to_string(fresh.residual_knots) + " knots until " +
-        std::to_string(fresh.residual_horizon_s) + " s, the model began with " + std::to_string(kept.residual_knots) +
-        " until " + std::to_string(kept.residual_horizon_s) + " s; keep residual.* and predict.horizon_s as they were");
-  }
+  require_kept("sampling.interval_s", fresh.sample_interval_s, kept.sample_interval_s);
+  if (config.reference_width_m > 0.0)
+    require_kept("reference_width_m", config.reference_width_m, kept.reference_width_m);
+  const double cell_m = kept.grid.cell * kept.reference_width_m;
+  const bool same_cell = std::abs(config.learn.grid.cell_m - cell_m) <= 1e-9 * cell_m;
+  require_kept("learn.grid.cell_m", same_cell ? cell_m : config.learn.grid.cell_m, cell_m);
+  require_kept("learn.grid.tile_cells", config.learn.grid.tile_cells, kept.grid.tile_cells);
+  require_kept("predict.horizon_s of residual GPs (residual.enabled)", fresh.residual_horizon_s,
+               kept.residual_horizon_s);
+  require_kept("the number of knots of residual GPs", fresh.residual_knots, kept.residual_knots);
   return kept;
+}
+
+void validate(const EpisodeConfig& config) {
+  validate_fields("config", config);
+  const double width_m = config.reference_width_m;
+  if (width_m > 0.0 && config.scaling == CurbScaling::metres) {
+    throw std::invalid_argument(concatenate("config: reference_width_m = ", width_m,
+                                            " has no meaning with scaling = metres; leave it 0, or choose scaling = "
+                                            "mean_width"));
+  }
+  if (width_m > 0.0 && width_m < kLeastWidth_m) {
+    throw std::invalid_argument(
+        concatenate("config: reference_width_m = ", width_m, ", must be 0 or at least ", kLeastWidth_m));
+  }
 }
 
 }  // namespace sila

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "fuse/fuse_fields.hpp"
 #include "sila/fuse/fuse.hpp"
 
 namespace sila {
@@ -19,6 +20,35 @@ inline MotionPrimitive row_of_arrows(int first, int last, double length = 1.0, d
     primitive.cells.push_back({CellKey{x, 0}, length * Vector2(std::cos(angle), std::sin(angle))});
   }
   return primitive;
+}
+
+/// Counts of the decisions of a fusion, and of how the transitions of its result were made.
+struct FuseCounts {
+  int one_to_one = 0, case_1 = 0, case_2 = 0, case_3 = 0, relaxed = 0;
+  int copied = 0, refitted = 0, fused = 0;
+  double split_credit = 0.0;
+};
+
+inline FuseCounts counts_of(const FusionPlan& plan, const Model& previous, const Increment& incoming) {
+  FuseCounts counts;
+  for (const FusionComponent& component : plan.components) {
+    counts.relaxed += static_cast<int>(component.relaxed.size());
+    for (const FusionDecision& decision : component.decisions) {
+      counts.one_to_one += decision.reason == FusionReason::one_to_one;
+      counts.case_1 += decision.reason == FusionReason::case_1;
+      counts.case_2 += decision.reason == FusionReason::case_2;
+      counts.case_3 += decision.reason == FusionReason::case_3 || decision.reason == FusionReason::case_3_stronger;
+    }
+  }
+  for (const TransitionGroup& group : plan.groups) {
+    const FieldSources sources = sources_of(group, previous, incoming);
+    const bool single = sources.stored.size() + sources.fresh.size() == 1;
+    counts.copied += single;
+    counts.refitted += !single && sources.stored.empty();
+    counts.fused += !single && !sources.stored.empty();
+    counts.split_credit += group.credit;
+  }
+  return counts;
 }
 
 inline FuseConfig with_threshold(double threshold) {

@@ -58,7 +58,7 @@ TEST(Fuse, KeepsCountsBySiteWhateverFuses) {
       batch.model.sites[0].frame.origin_m.x() = 100.0 * (episode % 2);
       by_site[episode % 2] += total_count(batch.model);
       const FuseResult fused = fuse(model, batch, config);
-      credit += fused.report.split_credit;
+      credit += counts_of(fused.plan, model, batch).split_credit;
       model = fused.model;
       check(model);
     }

@@ -13,7 +13,7 @@ namespace sila {
 namespace {
 
 TEST(Fuse, GivesValidModelsNoLargerThanAccumulating) {
-  FuseReport seen;  // random models that never meet a case would test nothing
+  FuseCounts seen;  // random models that never meet a case would test nothing
   for_seeds(100, [&seen](Random& random) {
     Increment batch = random_increment(random);
     FuseConfig config = with_threshold(uniform(random, 0.3, 1.0));
@@ -21,20 +21,21 @@ TEST(Fuse, GivesValidModelsNoLargerThanAccumulating) {
     Model model;
     for (int episode = 1; episode <= 4; ++episode) {
       const FuseResult fused = fuse(model, batch, config);
+      const FuseCounts counts = counts_of(fused.plan, model, batch);
       EXPECT_NO_THROW(check(fused.model));
       EXPECT_LE(size(fused.model), size(accumulate(model, batch).model));
-      EXPECT_EQ(total_count(fused.model), total_count(model) + total_count(batch.model) + fused.report.split_credit);
+      EXPECT_EQ(total_count(fused.model), total_count(model) + total_count(batch.model) + counts.split_credit);
       EXPECT_EQ(total_points(fused.model), total_points(model) + total_points(batch.model));
       EXPECT_EQ(fused.model.episodes, episode);
       EXPECT_EQ(fused.model.tracks, model.tracks + batch.model.tracks);
       EXPECT_EQ(size(fused.model), fused.plan.model_size());
-      seen.one_to_one += fused.report.one_to_one;
-      seen.case_1 += fused.report.case_1;
-      seen.case_2 += fused.report.case_2;
-      seen.case_3 += fused.report.case_3;
-      seen.relaxed += fused.report.relaxed;
-      seen.refitted += fused.report.refitted;
-      seen.fused += fused.report.fused;
+      seen.one_to_one += counts.one_to_one;
+      seen.case_1 += counts.case_1;
+      seen.case_2 += counts.case_2;
+      seen.case_3 += counts.case_3;
+      seen.relaxed += counts.relaxed;
+      seen.refitted += counts.refitted;
+      seen.fused += counts.fused;
       model = fused.model;
       batch = random_increment(random);
     }
@@ -73,7 +74,8 @@ TEST(Fuse, WithAThresholdThatNothingReachesEqualsAccumulating) {
     const FuseResult accumulated = accumulate(previous, incoming);
     expect_same(fuse(previous, incoming, with_threshold(1.0)).model, accumulated.model);
     EXPECT_EQ(size(accumulated.model), size(previous) + size(incoming.model));
-    EXPECT_EQ(static_cast<std::size_t>(accumulated.report.copied), accumulated.model.transitions.size());
+    const FuseCounts counts = counts_of(accumulated.plan, previous, incoming);
+    EXPECT_EQ(static_cast<std::size_t>(counts.copied), accumulated.model.transitions.size());
   });
 }
 

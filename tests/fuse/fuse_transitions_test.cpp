@@ -38,7 +38,8 @@ TEST(Fuse, ReplacesAPrimitiveByItsTwoHalves) {
   const Model previous = increment_of(halves, {{0, 1, 4}}, 1).model;
   const Increment incoming = increment_of({row_of_arrows(1, 4), row_of_arrows(9, 12)}, {{0, 1, 1}, {1, 0, 2}}, 2);
   const FuseResult fused = fuse(previous, incoming, with_threshold(0.7));
-  ASSERT_EQ(fused.report.case_1, 1);
+  const FuseCounts counts = counts_of(fused.plan, previous, incoming);
+  ASSERT_EQ(counts.case_1, 1);
   ASSERT_EQ(fused.model.primitives.size(), 3u);
   EXPECT_TRUE(same(fused.model.primitives[0], halves[0]));
   EXPECT_TRUE(same(fused.model.primitives[1], halves[1]));
@@ -46,17 +47,18 @@ TEST(Fuse, ReplacesAPrimitiveByItsTwoHalves) {
   const Transition& between = fused.model.transitions[0];
   EXPECT_EQ(std::pair(between.from, between.to), std::pair(0, 1));
   EXPECT_EQ(between.count, 4 + 2);  // two came to the split primitive, one left it
-  EXPECT_EQ(fused.report.split_credit, 2.0);
+  EXPECT_EQ(counts.split_credit, 2.0);
   EXPECT_EQ(std::pair(fused.model.transitions[1].from, fused.model.transitions[1].to), std::pair(1, 2));
   EXPECT_EQ(std::pair(fused.model.transitions[2].from, fused.model.transitions[2].to), std::pair(2, 0));
-  EXPECT_EQ(fuse(previous, incoming, with_threshold(0.71)).report.case_1, 0);  // 1/sqrt(2) is below
+  const FuseResult apart = fuse(previous, incoming, with_threshold(0.71));
+  EXPECT_EQ(counts_of(apart.plan, previous, incoming).case_1, 0);  // 1/sqrt(2) is below
 }
 
 TEST(Fuse, TakesSamplesInPlaceOfTheGpsThatWereTrainedOnThem) {
   const Increment first = increment_of(kTwoRows, {{0, 1, 3}}, 3);
   const Increment second = increment_of(kTwoRows, {{0, 1, 2}}, 4);
   const FuseResult fused = fuse(first.model, second);
-  ASSERT_EQ(fused.report.fused, 1);
+  ASSERT_EQ(counts_of(fused.plan, first.model, second).fused, 1);
   const SparseGp& old = first.model.transitions[0].field.gp;
   const std::vector<const SparseGp*> parts{&old};
   const GpData data{second.samples[0].positions, second.samples[0].velocities};
@@ -80,8 +82,9 @@ TEST(Fuse, FitsATransitionOfTheIncrementAloneToItsPooledSamples) {
   const Increment incoming =
       increment_of({row_of_arrows(0, 3), row_of_arrows(0, 2), row_of_arrows(10, 13)}, {{0, 2, 1}, {1, 2, 2}}, 6);
   const FuseResult fused = fuse(previous, incoming);
-  ASSERT_EQ(fused.report.case_2, 1);
-  ASSERT_EQ(fused.report.refitted, 1);
+  const FuseCounts counts = counts_of(fused.plan, previous, incoming);
+  ASSERT_EQ(counts.case_2, 1);
+  ASSERT_EQ(counts.refitted, 1);
   ASSERT_EQ(fused.model.transitions.size(), 1u);
   const TransitionSamples pooled = both(incoming.samples[0], incoming.samples[1]);
   EXPECT_TRUE(same(fused.model.transitions[0].field, field_of(pooled)));

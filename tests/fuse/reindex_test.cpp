@@ -1,5 +1,3 @@
-#include "fuse/reindex.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "fuse/similarity.hpp"
 #include "sila/fuse/fuse.hpp"
 
 namespace sila {

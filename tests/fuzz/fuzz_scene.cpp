@@ -4,7 +4,7 @@
 
 #include "json_file.hpp"
 #include "promises.hpp"
-#include "scene_json.hpp"
+#include "scene_parts.hpp"
 #include "text_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -9,9 +9,7 @@
 #include "example.hpp"
 #include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
-#include "gp/greedy.hpp"
 #include "gp/posterior.hpp"
-#include "gp/transfer.hpp"
 
 namespace sila::gp_tests {
 namespace {

@@ -9,10 +9,8 @@
 
 #include "example.hpp"
 #include "gp/fit.hpp"
-#include "gp/greedy.hpp"
-#include "gp/marginal_likelihood.hpp"
+#include "gp/fuse_gps.hpp"
 #include "gp/posterior.hpp"
-#include "gp/transfer.hpp"
 #include "support/message_of.hpp"
 
 namespace sila::gp_tests {

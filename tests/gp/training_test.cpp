@@ -9,8 +9,6 @@
 #include "example.hpp"
 #include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
-#include "gp/greedy.hpp"
-#include "gp/marginal_likelihood.hpp"
 #include "gp/posterior.hpp"
 
 namespace sila::gp_tests {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "example.hpp"
-#include "gp/marginal_likelihood.hpp"
+#include "gp/fit.hpp"
+#include "gp/fuse_gps.hpp"
 #include "gp/posterior.hpp"
-#include "gp/transfer.hpp"
 
 // The numbers were computed by an independent implementation and are given to ten digits.
 namespace sila::gp_tests {

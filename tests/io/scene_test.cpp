@@ -119,6 +119,7 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
     EXPECT_TRUE(contains(error->expected, bad.field)) << error->what();
     const bool gone = std::string(bad.found) == "null";  // a merge patch with null removes the field
     EXPECT_TRUE(contains(error->found, gone ? "no such field" : bad.found)) << error->what();
+    EXPECT_FALSE(contains(error->found, R"("")")) << error->what();  // a text is shown in one pair of quotes
   }
 }
 

@@ -5,7 +5,6 @@
 #include "gp/posterior.hpp"
 #include "predict/flow_field_index.hpp"
 #include "refine/residual.hpp"
-#include "refine/residuals.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"

@@ -8,7 +8,7 @@
 
 #include "predict/constant_velocity.hpp"
 #include "predict/flow_field_index.hpp"
-#include "predict/modes.hpp"
+#include "predict/rollout.hpp"
 #include "sila/config.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"

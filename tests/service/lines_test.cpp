@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "send_queue.hpp"
 #include "web_request.hpp"
 
 namespace sila {
@@ -130,7 +129,7 @@ TEST(LineBuffer, KeepsNoMoreThanTheLimitOfAnEndlessLine) {
 TEST(SendQueue, DropsTheOldestPredictionsAndReportsThem) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     std::mt19937 random(seed);
-    detail::SendQueue queue(500);
+    SendQueue queue(500);
     std::size_t pushed = 0, dropped = 0, taken = 0, reported = 0;
     const auto take = [&] {
       const std::optional<std::string> line = queue.next();
@@ -157,7 +156,7 @@ TEST(SendQueue, DropsTheOldestPredictionsAndReportsThem) {
 }
 
 TEST(SendQueue, SendsASingleLineOverTheLimit) {
-  detail::SendQueue queue(500);
+  SendQueue queue(500);
   EXPECT_EQ(queue.push(std::string(1000, 'x'), true), 0u);
   EXPECT_EQ(queue.next(), std::string(1000, 'x'));
   EXPECT_EQ(queue.bytes(), 0u);

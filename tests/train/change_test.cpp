@@ -1,5 +1,3 @@
-#include "train/change.hpp"
-
 #include <gtest/gtest.h>
 
 #include <map>
@@ -9,6 +7,7 @@
 #include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {

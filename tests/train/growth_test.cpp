@@ -7,7 +7,7 @@
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
 #include "support/walks.hpp"
-#include "train/change.hpp"
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {
@@ -20,7 +20,7 @@ Update only_learn_and_fuse(const EpisodeConfig& config) {
     const LearnResult incoming = learn(batch, settings, config.learn, config.residual);
     FuseResult fused = fuse(previous, incoming.increment, config.fuse, config.residual);
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    return UpdateResult{std::move(fused.model), incoming.report, fused.report, {}, std::move(change)};
+    return UpdateResult{std::move(fused.model), incoming.report, {}, std::move(change)};
   };
 }
 

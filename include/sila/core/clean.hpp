@@ -1,10 +1,8 @@
 #pragma once
 
-#include <concepts>
 #include <cstddef>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "sila/core/detections.hpp"
@@ -27,18 +25,13 @@ struct CleanConfig {
   bool pedestrians_only = true;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, CleanConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<CleanConfig> auto& config, auto&& visit) {
   visit.number("max_gap_s", config.max_gap_s, Range{0.0, 60.0, true}, "s",
                "a longer gap between samples splits a track");
   visit.number("max_speed_mps", config.max_speed_mps, Range{0.0, 100.0, true}, "m/s",
                "a faster jump is a re-used id (the track is split) or an outlier (the sample is dropped)");
   visit.flag("pedestrians_only", config.pedestrians_only, "drop rows whose class label is not that of a pedestrian");
 }
-
-/// Throws: std::invalid_argument for the first field out of its range.
-void validate(const CleanConfig& config);
 
 /// Counts of all rows. Invariant: `rows_read` = `rows_kept` + the rows of `dropped`.
 struct TrackReport {

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <concepts>
-#include <type_traits>
-
 #include "sila/core/fields.hpp"
 #include "sila/gp/sparse_gp.hpp"
 #include "sila/model/fusion_problem.hpp"
@@ -32,9 +29,7 @@ struct FuseConfig : FusionRules {
   GpConfig gp;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, FuseConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<FuseConfig> auto& config, auto&& visit) {
   visit.number("similarity_threshold", config.similarity_threshold, Range{.min = 0, .max = 1, .open_min = true}, "",
                "primitives this similar may be fused, t_s; 1 fuses exact copies only");
   visit.flag("strict_relax", config.strict_relax, "Alg. 1 literally: relax to two edges even if they do not touch");
@@ -53,26 +48,11 @@ void fields(Config& config, Visitor&& visit) {
 /// Throws: std::invalid_argument for the first field out of its range.
 void validate(const FuseConfig& config);
 
-/// Counts of the decisions of a fusion.
-struct FuseReport {
-  int one_to_one = 0;  ///< components, or their parts after relaxing, by the decision
-  int case_1 = 0;
-  int case_2 = 0;
-  int case_3 = 0;           ///< including those whose stronger pair was fused
-  int apart = 0;            ///< only with strict_relax
-  int relaxed = 0;          ///< similarity edges removed
-  int copied = 0;           ///< transitions taken over bit for bit
-  int refitted = 0;         ///< transitions only of the increment that became one: fitted to their pooled samples
-  int fused = 0;            ///< transitions whose GPs were fused
-  double split_credit = 0;  ///< sum of the counts of the result minus the sum of the counts of both inputs
-};
-
 /// A fused model and how it was made. `explain_fusion(name, problem, config, plan)` writes it down.
 struct FuseResult {
   Model model;
   FusionProblem problem;
   FusionPlan plan;
-  FuseReport report;
 };
 
 /// SILA: M(n) from M(n-1) and M'(n). Previous primitives keep their order; new ones of the increment follow them.

@@ -20,9 +20,11 @@ namespace sila {
 nlohmann::ordered_json to_json(const BudgetReport& report);
 nlohmann::ordered_json to_json(const PrequentialError& error);
 
+/// x, y and direction [whole degrees] of each cell, one after the other.
+nlohmann::ordered_json cells_json(const MotionPrimitive& primitive);
+
 /// The change as a model file keeps it: the shapes of the primitives that are new or fused, and the transitions whose
 /// count is another one. Its length depends on what changed, not on the size of the model.
-/// Shapes: `cells` is x, y and direction [whole degrees] of each cell, one after the other.
 nlohmann::ordered_json to_json(const ModelChange& change, const Model& previous, const Model& updated);
 
 /// The record in the model file of an episode that began with `previous`; numbers count from 1. Its time is now.

@@ -70,9 +70,6 @@ void fields(Config& config, Visitor&& visit) {
   visit.number("cut_share", config.cut_share, share, "", "walkers lost or found in mid view, or given a second id");
 }
 
-/// Throws: std::invalid_argument for a field out of its range.
-void validate(const SimulationConfig& config);
-
 /// Corners of a closed area in counter-clockwise order, the last joins the first [m].
 using Polygon = std::vector<Vector2>;
 

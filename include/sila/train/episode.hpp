@@ -50,7 +50,6 @@ struct EpisodeReport {
   std::size_t size_after = 0;
   double seconds = 0.0;  ///< wall time of the episode
   LearnReport learn;
-  FuseReport fuse;
   PruneReport prune;
   BudgetReport budget;
   PrequentialError prequential;  ///< of its batch at known sites, before it was learnt
@@ -65,7 +64,6 @@ struct Episode {
 struct UpdateResult {
   Model model;
   LearnReport learn;
-  FuseReport fuse;
   PruneReport prune;
   ModelChange change;
 };

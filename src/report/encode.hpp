@@ -1,8 +1,12 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "sila/core/trajectory.hpp"
 
@@ -27,6 +31,20 @@ inline nlohmann::ordered_json path_json(std::span<const Vector2> path_m, std::si
 
 inline nlohmann::ordered_json point_json(const Vector2& point, int decimals = 4) {
   return {rounded(point.x(), decimals), rounded(point.y(), decimals)};
+}
+
+/// Bytes as text (RFC 4648).
+inline std::string base64(std::string_view bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
 }
 
 }  // namespace sila::detail

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,5 +31,12 @@ Detections in_scene(Detections detections, const SimilarityTransform& to_scene);
 
 /// Throws: FormatError with the counts of dropped rows, if they made no track.
 void require_tracks(const TrackReport& report, const std::string& source);
+
+/// As read_scene, for the JSON of a file.
+Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json, CurbScaling scaling,
+                    const std::filesystem::path& data_dir);
+
+/// As read_camera, for the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".
+CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, const std::string& where);
 
 }  // namespace sila

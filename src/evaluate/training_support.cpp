@@ -1,11 +1,13 @@
+#include "sila/evaluate/training_support.hpp"
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "predict/constant_velocity.hpp"
-#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {
@@ -57,6 +59,10 @@ std::size_t nearest_way(std::span<const Way> ways, const Vector2& way_m) {
   return index(std::ranges::min_element(ways, {}, [&](const Way& way) {
     return way.stays ? 2.0 * std::numbers::pi : angle_between(way.direction_rad, direction);
   }));
+}
+
+std::pair<int, int> cell_at(const Vector2& position_m) {
+  return {static_cast<int>(std::floor(position_m.x())), static_cast<int>(std::floor(position_m.y()))};
 }
 
 }  // namespace
@@ -122,6 +128,23 @@ std::optional<double> probability_of_way_taken(const Prediction& prediction, con
     probability += mode.weight * hits / (kRadii * kDirections);
   }
   return std::max(probability, kLeastProbability);
+}
+
+CoveredArea covered_area(std::span<const FramedTrajectory> tracks) {
+  std::set<std::pair<int, int>> touched, covered;
+  for (const FramedTrajectory& placed : tracks) {
+    for (const Vector2& position_m : placed.track.positions_m) touched.insert(cell_at(position_m));
+  }
+  for (const auto& [x, y] : touched) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) covered.emplace(x + dx, y + dy);
+    }
+  }
+  return {covered.begin(), covered.end()};
+}
+
+bool contains(const CoveredArea& area, const Vector2& position_m) {
+  return std::ranges::binary_search(area, cell_at(position_m));
 }
 
 }  // namespace sila

@@ -1,7 +1,9 @@
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
+#include "overlap.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
 
@@ -25,6 +27,21 @@ Model make_prior(std::span<const Model> models) {
     throw std::invalid_argument("make_prior: the models have no error statistics");
   forget_positions(prior.prior);
   return prior;
+}
+
+Model k_anonymous(Model model, int min_people) {
+  if (min_people < 1)
+    throw std::invalid_argument("k_anonymous: min_people = " + std::to_string(min_people) + ", must be at least 1");
+  const auto known = [&](int primitive) {
+    return model.primitives[static_cast<std::size_t>(primitive)].support >= min_people;
+  };
+  std::vector<bool> kept;
+  for (const Transition& transition : model.transitions)
+    kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
+  detail::remove_transitions(model, kept);
+  // The sums of the path correction depend on positions, also on those where only one person was.
+  for (Site& site : model.sites) forget_positions(site.error_statistics);
+  return model;
 }
 
 }  // namespace sila
