@@ -195,7 +195,7 @@ Config configured(const CommonOptions& common, Config base) {
 }
 
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path) {
-  return configured(common, apply_json(Config{}, nlohmann::json::parse(stored.configuration), path));
+  return configured(common, config_of(stored, path));
 }
 
 void tell(const TrackReport& report) {

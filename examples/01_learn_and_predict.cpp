@@ -1,37 +1,89 @@
-// Learns a simulated intersection in batches and predicts one pedestrian.
+// Learns a file of tracks in batches into a model file, opens that file, and predicts the last track.
+//
+//   example_learn_and_predict [tracks.csv corner.sila]     without arguments: simulated tracks, in the current folder
 
+#include <algorithm>
 #include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "sila/config.hpp"
+#include "sila/core/companions.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/model_file.hpp"
+#include "sila/io/reports.hpp"
+#include "sila/io/scene_tracks.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"
 
-int main() {
-  sila::SimulationConfig place;
-  place.tracks = 120;
-  const sila::Simulation simulated = sila::simulate(place);
-  std::vector<sila::FramedTrajectory> tracks;
-  for (const sila::Trajectory& track : simulated.tracks)
-    tracks.push_back({track, sila::primary_corner(simulated.scene).frame});
+namespace {
 
-  const sila::EpisodeConfig config;
-  sila::Model model;
-  for (std::size_t from = 0; from + 20 <= tracks.size() - 20; from += 20) {
-    const sila::Episode episode = sila::run_episode(model, std::span(tracks).subspan(from, 20), config);
-    model = episode.model;
-    std::printf("%ld tracks: %zu primitives, %zu transitions\n", model.tracks, model.primitives.size(),
-                model.transitions.size());
-  }
+constexpr std::size_t kBatch = 20;
 
-  // A pedestrian the model has not seen, 3.2 s after they came into view.
-  const sila::FramedTrajectory& unseen = tracks.back();
-  const auto due = sila::prediction_samples(unseen.track, config.predict.observe_s, 1.0);
-  if (due.empty()) return 1;
-  const sila::CurbTrajectory observed = sila::PresentPeople(tracks).observe(unseen.track, due.front(), unseen.frame,
-                                                                            config.predict.observe_s, config.sampling);
-  const sila::Prediction prediction = sila::Predictor(model, config.predict).predict(observed);
-  for (const sila::Mode& mode : prediction.modes) {
-    std::printf("%.2f: in 5 s at (%.1f, %.1f) m\n", mode.weight, mode.path_m.back().x(), mode.path_m.back().y());
+/// Tracks in the frame of the place: that of the model, or for a new model one made from the first batch.
+std::vector<sila::FramedTrajectory> read(const std::filesystem::path& path, const sila::Model& model,
+                                         const sila::Config& config) {
+  sila::CleanTracks clean = sila::read_tracks(std::span(&path, 1), {}, {}, config.clean);
+  auto tracks = sila::without_frames(std::move(clean.trajectories));
+  const auto first = std::span(tracks).first(std::min(kBatch, tracks.size()));
+  const sila::Scene scene = sila::scene_for({}, model, first, config.episode.scaling, config.corners);
+  sila::place(tracks, scene, config.corners);
+  return tracks;
+}
+
+/// Continues the model file, or creates it. Batches that the model knows are not learnt again.
+void learn(const std::filesystem::path& tracks_path, const std::filesystem::path& model_path) {
+  sila::ModelFile file = sila::ModelFile::open_or_create(model_path);
+  const sila::StoredModel stored = file.empty() ? sila::StoredModel{} : file.read();
+  const sila::Config config = sila::config_of(stored);
+  const std::vector<sila::FramedTrajectory> tracks = read(tracks_path, stored.model, config);
+  int number = static_cast<int>(stored.episodes.size());
+  const auto store = [&](int, const sila::Model& previous, const sila::Episode& episode) {
+    file.commit(episode.model, sila::record_of(++number, previous, episode), sila::to_json(config).dump());
+    std::printf("%ld tracks: %zu primitives, %zu transitions\n", episode.model.tracks, episode.model.primitives.size(),
+                episode.model.transitions.size());
+  };
+  sila::run_episodes(stored.model, tracks, kBatch, config.episode, sila::sila_update(config.episode), store);
+}
+
+void predict(const std::filesystem::path& tracks_path, const std::filesystem::path& model_path) {
+  const sila::StoredModel stored = sila::load_model(model_path);
+  const sila::Config config = sila::config_of(stored);
+  const sila::RefineConfig& settings = config.episode.predict;
+  const std::vector<sila::FramedTrajectory> tracks = read(tracks_path, stored.model, config);
+  const sila::Predictor predictor(stored.model, settings);
+  const sila::PresentPeople people(tracks);  // whose companions walk along
+  const auto& [track, frame] = tracks.back();
+  for (const std::size_t last : sila::prediction_samples(track, settings.observe_s, 1.0)) {
+    const sila::CurbTrajectory observed =
+        people.observe(track, last, frame, settings.observe_s, config.episode.sampling);
+    const sila::Prediction prediction = predictor.predict(observed);
+    const sila::Mode& best = prediction.modes.front();  // the heaviest
+    std::printf("at %.1f s: %.1f s later at (%.1f, %.1f) m with weight %.2f\n", prediction.t0_s,
+                prediction.times_s.back(), best.path_m.back().x(), best.path_m.back().y(), best.weight);
   }
-  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  try {
+    const std::filesystem::path tracks = count > 2 ? arguments[1] : "example_tracks.csv";
+    const std::filesystem::path model = count > 2 ? arguments[2] : "example.sila";
+    if (count <= 2) {
+      sila::SimulationConfig place;
+      place.tracks = 120;
+      sila::write_tracks_csv(tracks, sila::simulate(place).tracks);
+    }
+    learn(tracks, model);
+    predict(tracks, model);
+    return 0;
+  } catch (const std::exception& error) {  // every error of sila
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
 }

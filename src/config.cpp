@@ -1,5 +1,7 @@
 #include "sila/config.hpp"
 
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -114,6 +116,18 @@ Config read_config(Config config, const nlohmann::json& json, std::string_view s
   nlohmann::json fields = json;
   fields.erase("profile");
   return apply_json(with_profile(std::move(config), name.get<std::string>()), fields, source);
+}
+
+ThreadLimit::ThreadLimit(int threads) {
+  if (threads <= 0) return;
+  control_ = std::make_shared<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                   static_cast<std::size_t>(threads));
+}
+
+Config config_of(const StoredModel& stored, std::string_view source) {
+  const nlohmann::json json = nlohmann::json::parse(stored.configuration, nullptr, false);
+  if (json.is_discarded()) throw FormatError(std::string(source), 0, "a configuration that is JSON", "another text");
+  return apply_json(Config{}, json, source);
 }
 
 }  // namespace sila

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <tbb/global_control.h>
-
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "sila/core/clean.hpp"
 #include "sila/evaluate/evaluate.hpp"
+#include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/service/config.hpp"
 #include "sila/sim/simulate.hpp"
@@ -20,12 +20,10 @@ namespace sila {
 /// While it exists, all computations of the process use at most `threads` threads; 0: no limit.
 class ThreadLimit {
  public:
-  explicit ThreadLimit(int threads) {
-    if (threads > 0) control_.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-  }
+  explicit ThreadLimit(int threads);
 
  private:
-  std::optional<tbb::global_control> control_;
+  std::shared_ptr<void> control_;  ///< oneTBB's; its headers are not needed to use sila
 };
 
 /// All settings of the program, the one home of every default. `sila config` prints it.
@@ -71,5 +69,9 @@ void require_one_scale(const Config& previous, const Config& incoming);
 /// As apply_json. The object may also name a `profile`, which is applied first, so that the other keys override it.
 /// Throws: FormatError as apply_json, and for an unknown profile.
 Config read_config(Config config, const nlohmann::json& json, std::string_view source);
+
+/// The configuration that a model was learnt with; the defaults for a new one. Predictions need its `episode.predict`.
+/// Throws: FormatError, naming `source`, for a field that is unknown or out of range.
+Config config_of(const StoredModel& stored, std::string_view source = "model");
 
 }  // namespace sila

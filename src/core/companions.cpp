@@ -51,7 +51,8 @@ Vector2 companions_mps(const MotionState& own, std::span<const MotionState> othe
 }
 
 Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<const Trajectory* const> others) {
-  const double t0_s = track.times_s.at(last);
+  require_sample("companions_mps", track, last);
+  const double t0_s = track.times_s[last];
   const std::optional<MotionState> own = motion_at(track, t0_s);
   if (!own) return Vector2::Zero();
   std::vector<MotionState> motions;
@@ -71,7 +72,8 @@ PresentPeople::PresentPeople(std::span<const FramedTrajectory> tracks) {
 }
 
 Vector2 PresentPeople::companions_mps(const Trajectory& track, std::size_t last) const {
-  const double t0_s = track.times_s.at(last);
+  require_sample("companions_mps", track, last);
+  const double t0_s = track.times_s[last];
   std::vector<const Trajectory*> others;
   auto person = std::ranges::upper_bound(people_, std::pair(track.recording, t0_s), {},
                                          [](const Person& other) { return begin_of(*other.track); });

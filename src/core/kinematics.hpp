@@ -9,6 +9,9 @@ inline constexpr double kConstantVelocityWindow_s = 0.8;
 /// A person stands as long as the distance from one position is at most this [m].
 inline constexpr double kStandingReach_m = 0.5;
 
+/// Throws: std::invalid_argument, naming the function of the caller, if the track has no sample `last`.
+void require_sample(const char* function, const Trajectory& track, std::size_t last);
+
 /// The third component of the cross product: positive if `b` is left of `a`.
 inline double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();

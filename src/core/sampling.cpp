@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
 
 namespace sila {
@@ -180,6 +181,11 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
   const auto from = static_cast<std::size_t>(
       std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), times_s.front() - kRunIn_s) - begin);
   const auto seen_s = std::span(track.times_s).subspan(from, known - from);
+  for (std::size_t i = 1; i < seen_s.size(); ++i) {
+    if (!(seen_s[i] > seen_s[i - 1]))
+      throw std::invalid_argument(
+          concatenate("trajectory '", track.id, "', sample ", from + i, ": times do not increase"));
+  }
   const auto at_samples =
       smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from), config.acceleration_density);
   std::vector<MotionState> states;
@@ -190,6 +196,7 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
 
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {
+  require_sample("observe", track, last);
   std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
   const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
   CurbTrajectory observed = in_frame(track, frame, std::move(times_s), states);

@@ -47,6 +47,8 @@ void validate(const CurbTrajectory& track) {
     if (!track.velocities[i].allFinite() || is_far(track.velocities[i]))
       reject(track.id, i, "velocity is not finite, or over 1e12");
   }
+  if (!track.companions_mps.allFinite() || is_far(track.companions_mps) || !std::isfinite(track.still_s))
+    reject(track.id, track.times_s.size() - 1, "companions_mps or still_s is not finite, or over 1e12");
 }
 
 }  // namespace sila

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -51,14 +52,19 @@ bool has_model(const fs::path& path, sqlite::Database& database) {
   return true;
 }
 
-/// Configuration and statistics are parsed by all that use a model.
+/// Configuration and statistics are parsed by all that use a model: they are checked before they are written, too.
 void require_object(const std::string& name, const std::string& text) {
   try {
     if (json_of_text(name, text).is_object()) return;
   } catch (const FormatError& error) {
     throw std::invalid_argument(error.what());
   }
-  throw std::invalid_argument(name + " is no JSON object");
+  throw std::invalid_argument(name + ": expected a JSON object, found " + text.substr(0, 40));
+}
+
+void require_objects(const std::string& configuration, std::span<const EpisodeRecord> episodes) {
+  require_object("configuration", configuration);
+  for (const EpisodeRecord& episode : episodes) require_object("statistics", episode.statistics);
 }
 
 std::string without_removed(const std::string& configuration) {
@@ -91,13 +97,12 @@ StoredModel stored_in(sqlite::Database& database) {
   StoredModel stored;
   stored.sila_version = tables::read_meta(database).sila_version;
   stored.episodes = tables::read_episodes(database);
-  for (const EpisodeRecord& episode : stored.episodes) require_object("statistics", episode.statistics);
   const int last = last_of(stored.episodes);
   stored.episodes = shortened(std::move(stored.episodes), last - kDetailsKept);  // a rollback may need more details
   ModelContent content = tables::read_model(database, last);
   stored.model = std::move(content.model);
   check(stored.model);
-  require_object("configuration", content.configuration);
+  require_objects(content.configuration, stored.episodes);
   stored.configuration = without_removed(content.configuration);
   return stored;
 }
@@ -225,6 +230,7 @@ StoredModel ModelFile::read() {
 
 void ModelFile::commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration) {
   check(model);
+  require_objects(configuration, std::span(&episode, 1));
   const ModelParts parts = parts_of(model, configuration);
   state_->change([&](sqlite::Database& database, const tables::Meta& meta) {
     const std::int64_t last = database.integer("SELECT coalesce(max(number), 0) FROM episodes");
@@ -246,6 +252,7 @@ void ModelFile::commit(const Model& model, const EpisodeRecord& episode, const s
 
 void ModelFile::replace(const StoredModel& stored) {
   check(stored.model);
+  require_objects(stored.configuration, stored.episodes);
   state_->change([&](sqlite::Database& database, const tables::Meta&) {
     tables::remove_after(database, -1);
     write_stored(database, stored);
@@ -312,6 +319,7 @@ void save_model(const fs::path& path, const StoredModel& stored) {
 
 std::string model_bytes(const StoredModel& stored) {
   check(stored.model);
+  require_objects(stored.configuration, stored.episodes);
   return naming("the bytes of a model", [&] {
     sqlite::Database database(":memory:", SQLITE_OPEN_READWRITE);
     sqlite::Transaction transaction(database, "BEGIN");

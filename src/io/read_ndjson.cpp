@@ -7,8 +7,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kLongestId = 64;  ///< [bytes]
-
 /// The number of a key; nothing if it is missing or something else.
 std::optional<double> number_in(const nlohmann::json& object, const char* key) {
   const auto found = object.find(key);
@@ -30,7 +28,7 @@ std::optional<Detection> detection_of(const nlohmann::json& json) {
   if (!json.is_object()) return std::nullopt;
   const auto id = id_in(json, "id");
   const auto t_s = number_in(json, "t"), x_m = number_in(json, "x"), y_m = number_in(json, "y");
-  if (!id || id->empty() || id->size() > kLongestId || !t_s || !x_m || !y_m) return std::nullopt;
+  if (!id || id->empty() || id->size() > kMaxIdBytes || !t_s || !x_m || !y_m) return std::nullopt;
   Detection row{*id, *t_s, {*x_m, *y_m}};
   if (const auto label = json.find("label"); label != json.end() && label->is_string())
     row.label = label->get<std::string>();

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 
+#include "core/concatenate.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace sila {
@@ -56,9 +58,16 @@ double quantile(const std::vector<double>& shares, double probability) {
   return 2.0 * kEdges[kScoreBins - 2];
 }
 
+void require_step(const Prediction& prediction, std::size_t step) {
+  if (step >= prediction.times_s.size())
+    throw std::invalid_argument(concatenate("prediction: step = ", step, ", must be below ", prediction.times_s.size(),
+                                            ", the number of steps"));
+}
+
 }  // namespace
 
 double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
+  require_step(prediction, step);
   double sum = 0.0;
   for (const Mode& mode : prediction.modes) {
     const Matrix2& covariance = mode.covariances_m2[step];
@@ -69,6 +78,7 @@ double unnormalised_density(const Prediction& prediction, std::size_t step, cons
 }
 
 double nonconformity(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
+  require_step(prediction, step);
   double peak = 0.0;
   for (const Mode& mode : prediction.modes)
     peak = std::max(peak, unnormalised_density(prediction, step, mode.path_m[step]));

@@ -168,7 +168,7 @@ std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedT
     Episode episode = run_episode(*previous, placed_for(previous->model, batch, episode_.scaling), episode_, update_);
     if (episode.report.known) return std::nullopt;
     try {
-      storage_.commit(previous->model, episode, calibration());
+      if (storage_.commit) storage_.commit(previous->model, episode, calibration());
       return episode;
     } catch (const std::exception&) {
       if (!reload_if_changed()) throw;

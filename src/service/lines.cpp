@@ -6,13 +6,6 @@
 
 namespace sila {
 
-namespace {
-
-/// Of an id, and of what is kept of a label while it is queued.
-constexpr std::size_t kMaxBytes = 64;
-
-}  // namespace
-
 ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool has_camera) {
   const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
   if (!object.is_object()) return {{}, {Rejection::not_json}};
@@ -25,10 +18,10 @@ ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool ha
                              other ? Rejection::other_camera : Rejection::not_a_detection);
   }
   for (Detection& row : file->detections.rows) {
-    row.label.resize(std::min(row.label.size(), kMaxBytes));
+    row.label.resize(std::min(row.label.size(), kMaxIdBytes));  // while it is queued
     if (file->pixels && !has_camera)
       parsed.rejections.push_back(Rejection::no_camera);
-    else if (row.track.size() > kMaxBytes)
+    else if (row.track.size() > kMaxIdBytes)
       parsed.rejections.push_back(Rejection::not_a_detection);
     else
       parsed.detections.push_back(std::move(row));

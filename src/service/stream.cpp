@@ -161,6 +161,7 @@ std::pair<const StreamId, Stream>* next_stream(StreamCore& core) {
 IngestResult ingest(StreamCore& core, StreamId id, const Detection& given, double arrived_s,
                     const ServiceSettings& settings) {
   Detection row = given;
+  if (row.track.empty() || row.track.size() > kMaxIdBytes) return {Rejection::not_a_detection, false};
   if (settings.camera) {
     const std::optional<Vector2> ground_m = to_ground(*settings.camera, row.position_m);
     if (!ground_m) return {Rejection::not_usable, false};

@@ -6,6 +6,8 @@
 #include <random>
 #include <span>
 
+#include "sila/core/companions.hpp"
+#include "support/message_of.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -122,6 +124,22 @@ TEST(Sampling, TheFutureEndsWithTheTrack) {
   EXPECT_EQ(future(track, 50, 25, {}).size(), 25u);
   EXPECT_EQ(future(track, 90, 25, {}).size(), 5u);
   EXPECT_LT((future(track, 50, 25, {}).back() - Vector2(10, 0)).norm(), 1e-9);
+}
+
+TEST(Sampling, RejectsTracksThatBreakTheirInvariantAndMissingSamples) {
+  const Trajectory track = walk("a", {{0, 0}, {10, 0}}, 1.0);
+  Trajectory repeated = track, shorter = track;
+  repeated.times_s[50] = repeated.times_s[49];
+  shorter.positions_m.resize(50);
+  const auto why = [](const Trajectory& of, std::size_t last) {
+    return message_of([&] { observe(of, last, square_frame(), 3.2, {}); });
+  };
+  EXPECT_TRUE(says(why(track, track.times_s.size()), "last = 101, must be below 101"));
+  EXPECT_TRUE(says(why({}, 0), "last = 0, must be below 0"));
+  EXPECT_TRUE(says(why(shorter, 50), "must be below 50"));
+  EXPECT_TRUE(says(why(repeated, 60), "sample 50: times do not increase"));
+  EXPECT_EQ(why(repeated, 40), "") << "later samples are not used";
+  EXPECT_THROW(companions_mps(track, 101, {}), std::invalid_argument);
 }
 
 TEST(Sampling, AOneSampleTrackStandsStill) {

@@ -158,6 +158,23 @@ TEST(ModelFile, RejectsAModelThatBreaksAnInvariantAndKeepsTheFile) {
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
 
+TEST(ModelFile, RejectsTextsThatAreNoJsonObjectAndKeepsTheFile) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  file.commit(random_model(1), record(1), "{}");
+  for (const std::string text : {"", "nonsense", "[1]"}) {
+    EpisodeRecord broken = record(2);
+    broken.statistics = text;
+    StoredModel whole = stored(random_model(2));
+    whole.configuration = text;
+    EXPECT_THROW(file.commit(random_model(2), record(2), text), std::invalid_argument);
+    EXPECT_THROW(file.commit(random_model(2), broken, "{}"), std::invalid_argument);
+    EXPECT_THROW(file.replace(whole), std::invalid_argument);
+    EXPECT_THROW(model_bytes(whole), std::invalid_argument);
+    EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
+  }
+}
+
 TEST(ModelFile, RejectsAnEpisodeTwice) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");

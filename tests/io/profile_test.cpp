@@ -36,6 +36,17 @@ TEST(Profile, LeavesOtherFieldsAndYieldsToThoseBesideIt) {
   EXPECT_TRUE(config.episode.predict.own_deviation);
 }
 
+TEST(ConfigOf, AModelIsThatByWhichItWasLearnt) {
+  StoredModel stored;
+  EXPECT_EQ(to_json(config_of(stored)), to_json(Config{}));
+  stored.configuration = R"({"predict": {"horizon_s": 3}})";
+  EXPECT_EQ(config_of(stored).episode.predict.horizon_s, 3.0);
+  for (const char* text : {"", "nonsense", R"({"predict": {"horizn_s": 3}})"}) {
+    stored.configuration = text;
+    EXPECT_TRUE(says(message_of<FormatError>([&] { config_of(stored, "m.sila"); }), "m.sila: expected"));
+  }
+}
+
 TEST(Profile, AnUnknownOneIsRejectedWithTheNearestName) {
   const auto expect_rejected = [](const json& name, const std::string& nearest) {
     EXPECT_TRUE(says(message_of<FormatError>([&] {

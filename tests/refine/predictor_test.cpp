@@ -229,6 +229,15 @@ TEST(Snapshot, OfALaterModelPredictsWhatOneMadeAnewPredicts) {
   EXPECT_TRUE(differs);
 }
 
+TEST(Predictor, RejectsNumbersThatAreNotFinite) {
+  const CurbTrajectory observed =
+      observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, kConfig.sampling);
+  std::vector<CurbTrajectory> broken(4, observed);
+  broken[0].positions[3].x() = broken[1].velocities[3].y() = broken[2].companions_mps.x() = broken[3].still_s = NAN;
+  for (const CurbTrajectory& track : broken)
+    EXPECT_THROW(predict(corner_model(), track, kConfig.predict), std::invalid_argument);
+}
+
 TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
   SamplingConfig coarse;
   coarse.interval_s = 0.4;

@@ -29,6 +29,7 @@ TEST(Nonconformity, OfOneModeIsHalfTheSquaredMahalanobisDistance) {
   EXPECT_NEAR(nonconformity(prediction, 0, Vector2(3.0, -1.0) + off), 0.5 * off.dot(tilted().inverse() * off), 1e-12);
   EXPECT_EQ(nonconformity(prediction, 0, {3.0, -1.0}), 0.0);
   EXPECT_TRUE(std::isfinite(nonconformity(prediction, 0, {1e6, 1e6})));
+  EXPECT_THROW(nonconformity(prediction, prediction.times_s.size(), {3.0, -1.0}), std::invalid_argument);
 }
 
 constexpr std::size_t kHalf = 1, kNineTenths = 3;

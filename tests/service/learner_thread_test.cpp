@@ -65,6 +65,14 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
   EXPECT_EQ(learner.status().learnt_tracks, 25u);
 }
 
+TEST(LearnerThread, WithoutStorageKeepsTheModelInMemory) {
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), {});
+  learner.add(corner_walks(10, 5), {});
+  learner.drain();
+  EXPECT_EQ(learner.status().last_error, "");
+  EXPECT_EQ(learner.snapshot()->model.tracks, 10);
+}
+
 TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   std::vector<FramedTrajectory> tracks = corner_walks(20, 5);
   for (FramedTrajectory& entry : tracks) entry.frame = live_frame({}, {}, entry.track, CornerChoice::primary);

@@ -19,9 +19,9 @@ std::string message_of(Action&& action) {
 }
 
 /// For EXPECT_TRUE: whether a message has a part, and what it is if not.
-inline testing::AssertionResult says(const std::string& message, const std::string& part) {
-  if (message.find(part) != std::string::npos) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "\"" << message << "\" does not say \"" << part << "\"";
+inline ::testing::AssertionResult says(const std::string& message, const std::string& part) {
+  if (message.find(part) != std::string::npos) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "\"" << message << "\" does not say \"" << part << "\"";
 }
 
 }  // namespace sila

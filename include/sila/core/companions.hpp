@@ -19,13 +19,14 @@ std::optional<MotionState> motion_at(const Trajectory& track, double time_s);
 /// without companions. Source: none in the paper; docs/decisions/0124-companions.md.
 Vector2 companions_mps(const MotionState& own, std::span<const MotionState> others);
 
-/// The same for a track at its sample `last`; later samples of it and of `others` are not used.
+/// The same for a track at its sample `last`; later samples of it and of `others` are not used. `others` must not have
+/// the track itself. Throws: std::invalid_argument if there is no such sample.
 Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<const Trajectory* const> others);
 
-/// The people of recordings by time.
+/// The people of recordings by time. For live tracks, which grow, use sila::companions_mps.
 class PresentPeople {
  public:
-  /// Keeps the tracks by reference.
+  /// The tracks must outlive this object and not change.
   explicit PresentPeople(std::span<const FramedTrajectory> tracks);
 
   /// As sila::companions_mps, for `track` at its sample `last`: other people are the tracks of the same recording with

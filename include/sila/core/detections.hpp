@@ -10,6 +10,9 @@
 
 namespace sila {
 
+/// Limit of the id of a live detection [bytes].
+inline constexpr std::size_t kMaxIdBytes = 64;
+
 /// One row of tracker output, before any check: it may be out of order, repeated or not finite.
 struct Detection {
   std::string track;  ///< id as in the input; unique only inside one file

@@ -33,14 +33,16 @@ struct MotionState {
 /// States at the given times from the first `known` samples alone; later samples never change the result. The states
 /// are those of a cubic smoothing spline. Its stiffness follows from the noise of the tracker, which is estimated from
 /// second differences of these samples: clean tracks are interpolated, noisy ones filtered.
-/// Throws: std::invalid_argument if `known` is 0 or over the length of the track.
+/// Throws: std::invalid_argument if `known` is 0 or over the length of the track, and for times that do not increase.
 /// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config);
 
 /// The part of a track that a predictor may use at sample `last`: states every `interval_s`, ending exactly at that
 /// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
-/// Units: curb units of `frame`, and curb units/s.
+/// Later samples of the track are ignored, so a live program may keep one growing Trajectory for each person.
+/// Units: curb units of `frame`, and curb units/s. `observe_s` and `config` are those of the model's configuration.
+/// Throws: std::invalid_argument if there is no sample `last`, and for times that do not increase.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 

@@ -26,7 +26,7 @@ struct EpisodeRecord {
 /// A model and what a model file has beside it.
 struct StoredModel {
   Model model;
-  std::string configuration = "{}";     ///< that it was learnt with: a JSON object
+  std::string configuration = "{}";     ///< that it was learnt with: a JSON object, see config_of (sila/config.hpp)
   std::vector<EpisodeRecord> episodes;  ///< by number
   std::string sila_version;             ///< of the last writer; set when read
   std::uintmax_t bytes = 0;             ///< of the file; set when read
@@ -74,8 +74,8 @@ class ModelFile {
   /// Stores a model as the current one and adds its episode to the list, all or nothing. `rollback` restores earlier
   /// models.
   /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
-  /// committed, whose episode would be lost; std::invalid_argument if check(model) does or the record's number is not
-  /// the next.
+  /// committed, whose episode would be lost, or if the record's number is not above that of the last episode;
+  /// std::invalid_argument if check(model) does, or if the configuration or the statistics are no JSON object.
   void commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration);
 
   /// Replaces the whole content of the file, for a model that does not continue the stored one, such as that of

@@ -99,8 +99,9 @@ Scene scene_of(const Model& model);
 /// The frame that a model made from its first batch; null for an empty model, and for one that began with a scene file.
 std::optional<CurbFrame> frame_from_tracks(const Model& model);
 
-/// The frame of a track of a live stream: that of the scene, if it has a corner, else that of the model. Until the
-/// first batch of a new model is complete it is a provisional one, with `from_tracks` set.
+/// The frame of a track of a live stream: that of the scene, if it has a corner, else the one that the model made from
+/// its first batch. Until then it is a provisional one, with `from_tracks` set. For a model that began with a scene
+/// file, `scene` must have its corners: use that of `scene_for`.
 CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners);
 
 /// The scene that gives tracks their frames, for every verb that takes a model: `given` if it has a corner, else that

@@ -16,12 +16,16 @@ class PreparedModel;
 struct Snapshot;
 
 /// A model prepared for thousands of predictions; immutable, may be used from many threads; copies are cheap.
+/// It keeps what it needs of the model, which may be destroyed.
 class Predictor {
  public:
-  /// Throws: std::invalid_argument for a configuration out of range.
+  /// `config`: `predict` of the EpisodeConfig by which the model was learnt; for a model file
+  /// `config_of(stored).episode.predict` (sila/config.hpp).
+  /// Throws: std::invalid_argument for a configuration out of range, and for a longer observe_s than the model's.
   Predictor(const Model& model, const RefineConfig& config);
 
-  /// The next seconds of a person as weighted modes; always an answer.
+  /// The next seconds of a person as weighted modes; always an answer. `observe` (sila/core/sampling.hpp) makes
+  /// `observed` of a track in metres.
   /// Units: `observed` in curb units, sampled at the model's interval, ending at t0; the prediction in metres,
   /// world frame. Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
   /// Source: SILA paper, section on prediction; docs/predict.md.
@@ -92,6 +96,8 @@ struct Explanation {
 
 /// Explains `predictor.predict(observed)`. Units and Throws: as there.
 Explanation explain(const Predictor& predictor, const CurbTrajectory& observed);
+
+// These throw std::invalid_argument for a step, counted from 0, that the prediction does not have.
 
 /// 2 pi times the density of a prediction at a point [1/m²], at least 1e-300, so that its logarithm is finite.
 double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m);

@@ -32,13 +32,14 @@ struct LearnerStatus {
 };
 
 /// Learns batches of tracks in a thread of its own. Predictions continue with the last snapshot until the next one is
-/// complete; the learner leaves them one processor and has a lower priority.
+/// complete; the learner leaves them one processor and has a lower priority. All functions may be called from any
+/// thread. An episode that fails does not throw: `status` has the count and the last error.
 class LearnerThread {
  public:
   /// How the model is stored. All are called on the learner's thread.
   struct Storage {
     /// Stores an episode before predictions use it (`ModelFile::commit`). If it throws, the episode counts as failed
-    /// and the model does not change.
+    /// and the model does not change. If empty, the model is kept in memory only.
     std::function<void(const Model& previous, const Episode& episode, const OnlineCalibration& calibration)> commit;
     /// The stored model, if another process replaced it (`sila rollback` beside a service). Called every second, before
     /// each episode, and when a commit throws; then the episode is learnt again on the reloaded model. May be empty.

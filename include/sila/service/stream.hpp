@@ -23,8 +23,9 @@ struct ServiceSettings {
   CleanConfig clean;
   EpisodeConfig episode;
   EvaluateConfig evaluate;
-  std::function<CurbFrame(const Trajectory&)> frame_for;  ///< the corner whose frame a track is mapped to
-  LineFormat lines;                                       ///< how predictions are written
+  /// The corner whose frame a track is mapped to, such as `live_frame`; must be set.
+  std::function<CurbFrame(const Trajectory&)> frame_for;
+  LineFormat lines;                   ///< how predictions are written
   std::optional<Camera> camera = {};  ///< detections are image points [pixels], predictions have `u`, `v` too
 };
 
@@ -85,7 +86,9 @@ struct Counters {
 };
 
 /// The state of the stream core: detections in, prediction requests out, predictions scored. It uses no socket, thread
-/// or clock of the machine, and every list in it has a limit.
+/// or clock of the machine, and every list in it has a limit. One thread at a time may use it. A caller that gets no
+/// detections for service.silence_s calls `end_tracks`. LiveStream (sila/live_stream.hpp) does all this for one
+/// tracker.
 struct StreamCore {
   std::map<StreamId, Stream> streams;
   StreamId last_served = 0;                                 ///< the stream of the last prediction request
@@ -112,7 +115,8 @@ struct PredictionRequest {
   CurbTrajectory observed;
 };
 
-/// Adds a detection that arrived at `arrived_s`. Throws: std::invalid_argument for settings out of range.
+/// Adds a detection that arrived at `arrived_s`, on any clock of the caller; it is given back in the request. Throws:
+/// std::invalid_argument for settings out of range.
 IngestResult ingest(StreamCore& core, StreamId stream, const Detection& given, double arrived_s,
                     const ServiceSettings& settings);
 

@@ -1,0 +1,168 @@
+#include "sila/live_stream.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <array>
+#include <limits>
+#include <mutex>
+#include <stdexcept>
+#include <utility>
+
+#include "sila/io/config_json.hpp"
+#include "sila/service/learner_thread.hpp"
+#include "sila/service/stream.hpp"
+#include "sila/train/episode.hpp"
+
+namespace sila {
+namespace {
+
+constexpr StreamId kStream = 1;
+
+}  // namespace
+
+struct LiveStream::State {
+  std::optional<ModelFile> file;
+  StoredModel stored;  ///< written by the learner's thread alone
+  Config config;
+  Scene scene;
+  ServiceSettings settings;
+  StreamCore core;
+  std::array<std::uint64_t, kRejections.size()> rejected = {};
+  bool closed = false;
+  mutable std::mutex mutex, stored_mutex;  ///< of `core`, `rejected` and `closed`; of `stored`
+  std::optional<LearnerThread> learner;    ///< the last member: its thread uses the others
+
+  explicit State(LiveStreamOptions options);
+
+  void start_learner();
+  void end_if_silent(double now_s);
+  std::vector<LivePrediction> predict_due();
+  void learn_finished();
+  // The following two run on the learner's thread.
+  void commit(const Model& previous, const Episode& episode, const OnlineCalibration& calibration);
+  std::optional<Model> reload();
+};
+
+LiveStream::State::State(LiveStreamOptions options) : stored(std::move(options.start)) {
+  if (options.file) file = ModelFile::open_or_create(*options.file);
+  if (file && !file->empty()) stored = file->read();
+  config = options.config ? *options.config : config_of(stored);
+  validate_fields("LiveStream", config);
+  validate(config.episode);
+  const Model& model = stored.model;
+  if (!model.sites.empty()) settings_for(model, model.sites.front().frame, config.episode);  // rejects contradictions
+  scene = std::move(options.scene);
+  if (!scene.corners.empty() || !model.sites.empty())
+    scene = scene_for(scene, model, {}, config.episode.scaling, config.corners);
+  settings = {
+      config.service,
+      config.clean,
+      config.episode,
+      config.evaluate,
+      [this](const Trajectory& track) { return live_frame(scene, learner->snapshot()->model, track, config.corners); },
+      {}};
+  settings.camera = pixel_camera(config, options.camera.has_value());
+  if (options.camera) settings.camera = options.camera;
+  stored.configuration = to_json(config).dump();
+  start_learner();
+}
+
+void LiveStream::State::start_learner() {
+  if (!stored.episodes.empty()) core.online_calibration = calibration_in(stored.episodes.back().statistics);
+  learner.emplace(
+      stored.model, core.online_calibration, config.episode, config.service,
+      LearnerThread::Storage{[this](const Model& previous, const Episode& episode,
+                                    const OnlineCalibration& calibration) { commit(previous, episode, calibration); },
+                             [this] { return reload(); }});
+}
+
+/// Without detections the clock of the stream stands still; the time of the caller then ends the tracks.
+void LiveStream::State::end_if_silent(double now_s) {
+  const auto stream = core.streams.find(kStream);
+  if (stream == core.streams.end() || !stream->second.clock.now_s) return;
+  if (now_s - *stream->second.clock.now_s >= settings.service.silence_s) end_tracks(core, kStream, settings);
+}
+
+std::vector<LivePrediction> LiveStream::State::predict_due() {
+  const std::vector<PredictionRequest> requests = take_due_requests(core, due_predictions(core), settings);
+  const std::shared_ptr<const Snapshot> snapshot = learner->snapshot();
+  std::vector<LivePrediction> predictions(requests.size());
+  tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
+    const CurbTrajectory& observed = requests[i].observed;
+    predictions[i] = {requests[i].track, observed.id,
+                      calibrated(snapshot->predictor.predict(observed), core.online_calibration)};
+  });
+  for (std::size_t i = 0; i < requests.size(); ++i) retain(core, requests[i], predictions[i].prediction, settings);
+  return predictions;
+}
+
+void LiveStream::State::learn_finished() {
+  if (!core.finished.empty()) learner->add(std::exchange(core.finished, {}), core.online_calibration);
+}
+
+void LiveStream::State::commit(const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
+  EpisodeRecord record = record_of(static_cast<int>(stored.episodes.size()) + 1, previous, episode, calibration);
+  if (file) file->commit(episode.model, record, stored.configuration);
+  const std::lock_guard lock(stored_mutex);
+  stored.model = episode.model;
+  stored.episodes.push_back(std::move(record));
+}
+
+std::optional<Model> LiveStream::State::reload() {
+  if (!file || !file->changed_elsewhere()) return std::nullopt;
+  StoredModel changed = file->read();
+  const std::lock_guard lock(stored_mutex);
+  stored.model = std::move(changed.model);
+  stored.episodes = std::move(changed.episodes);
+  return stored.model;
+}
+
+LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}
+
+LiveStream::~LiveStream() = default;
+
+std::vector<LivePrediction> LiveStream::update(double now_s, std::span<const Detection> detections) {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->closed) throw std::invalid_argument("LiveStream.update: the stream is closed");
+  if (detections.empty()) state_->end_if_silent(now_s);
+  for (const Detection& row : detections) {
+    if (const auto rejection = ingest(state_->core, kStream, row, 0.0, state_->settings).rejection)
+      ++state_->rejected[static_cast<std::size_t>(*rejection)];
+  }
+  std::vector<LivePrediction> predictions = state_->predict_due();
+  score_due(state_->core, std::numeric_limits<std::size_t>::max(), state_->settings);
+  state_->learn_finished();
+  return predictions;
+}
+
+void LiveStream::close() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (std::exchange(state_->closed, true)) return;
+    end_stream(state_->core, kStream, state_->settings);
+    state_->learn_finished();
+  }
+  state_->learner->drain();
+}
+
+void LiveStream::wait() {
+  state_->learner->wait_until_idle();
+}
+
+StoredModel LiveStream::model() const {
+  const std::lock_guard lock(state_->stored_mutex);
+  return state_->stored;
+}
+
+ServiceMetrics LiveStream::metrics() const {
+  const std::lock_guard lock(state_->mutex);
+  ServiceMetrics metrics = core_metrics(state_->core, *state_->learner, state_->settings);
+  metrics.rejected = state_->rejected;
+  return metrics;
+}
+
+const Camera* LiveStream::camera() const {
+  return state_->settings.camera ? &*state_->settings.camera : nullptr;
+}
+
+}  // namespace sila

@@ -1,0 +1,123 @@
+#include "sila/live_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <thread>
+
+#include "service/streams.hpp"
+#include "sila/train/episode.hpp"
+#include "support/message_of.hpp"
+#include "support/scratch.hpp"
+
+namespace sila {
+namespace {
+
+using testing::corner_walks;
+using testing::paths_of;
+using testing::stream_of;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+Config small_batches() {
+  Config config;
+  config.service.batch = 10;
+  return config;
+}
+
+/// Feeds one walk after the other, and waits for learning after each detection.
+std::vector<LivePrediction> feed(LiveStream& stream, const std::vector<FramedTrajectory>& tracks) {
+  std::vector<LivePrediction> all;
+  for (const Detection& row : stream_of(paths_of(tracks), 30.0)) {
+    for (LivePrediction& made : stream.update(row.t_s, std::span(&row, 1))) all.push_back(std::move(made));
+    stream.wait();
+  }
+  return all;
+}
+
+TEST(LiveStream, ContinuesItsModelFileWithTheConfigurationOfTheModel) {
+  const tests::ScratchFolder folder;
+  const std::filesystem::path file = folder / "m.sila";
+  Config config = small_batches();
+  config.episode.predict.horizon_s = 3.0;
+  {
+    LiveStream stream({.file = file, .config = config});
+    feed(stream, corner_walks(10, 5));
+    stream.close();
+    EXPECT_THROW(stream.update(0.0, {}), std::invalid_argument);
+  }
+  EXPECT_EQ(load_model(file).model.tracks, 10);
+  LiveStream again({.file = file});
+  const std::vector<LivePrediction> predictions = feed(again, corner_walks(10, 6));
+  again.close();
+  EXPECT_EQ(again.metrics().learner.last_error, "");
+  EXPECT_EQ(again.model().model.tracks, 20);
+  EXPECT_EQ(load_model(file).episodes.size(), 2u);
+  ASSERT_FALSE(predictions.empty());
+  EXPECT_NEAR(predictions.back().prediction.times_s.back(), 3.0, 1e-9);
+}
+
+TEST(LiveStream, RejectsFaultyDetectionsAndCountsThem) {
+  LiveStream stream({});
+  const Detection good{"a", 1.0, {0.0, 0.0}};
+  std::vector<Detection> rows(6, good);
+  rows[1].position_m.x() = kNaN;
+  rows[2].t_s = kNaN;
+  rows[3].track = "";
+  rows[4].track = std::string(kMaxIdBytes + 1, 'x');
+  rows[5].t_s = -3600.0;
+  EXPECT_TRUE(stream.update(1.0, rows).empty());
+  const ServiceMetrics metrics = stream.metrics();
+  EXPECT_EQ(metrics.counters.detections, 1u);
+  const auto rejected = [&](Rejection reason) { return metrics.rejected[static_cast<std::size_t>(reason)]; };
+  EXPECT_EQ(rejected(Rejection::not_usable), 2u);
+  EXPECT_EQ(rejected(Rejection::not_a_detection), 2u);
+  EXPECT_EQ(rejected(Rejection::off_clock), 1u);
+}
+
+TEST(LiveStream, RejectsAConfigurationThatContradictsTheModel) {
+  LiveStream first({.config = small_batches()});
+  feed(first, corner_walks(10, 5));
+  first.close();
+  const StoredModel model = first.model();
+  Config shorter = small_batches();
+  shorter.episode.predict.horizon_s = 3.0;
+  EXPECT_TRUE(says(message_of([&] { LiveStream({.start = model, .config = shorter}); }), "predict.horizon_s"));
+  Config none = small_batches();
+  none.service.batch = 0;
+  EXPECT_TRUE(says(message_of([&] { LiveStream({.config = none}); }), "service.batch"));
+}
+
+TEST(LiveStream, UsesTheFrameOfAModelThatBeganWithAScene) {
+  const EpisodeConfig config;
+  StoredModel start;
+  start.model = run_episode(Model{}, corner_walks(20, 5), config).model;
+  start.model.sites.front().frame.from_tracks = false;
+  LiveStream stream({.start = start});
+  const std::vector<LivePrediction> predictions = feed(stream, corner_walks(3, 6));
+  EXPECT_TRUE(std::ranges::any_of(predictions, [](const auto& made) { return !made.prediction.fallback; }));
+}
+
+TEST(LiveStream, EndsAllTracksAfterSilence) {
+  LiveStream stream({});
+  const std::vector<Detection> rows{{"a", 1.0, {0.0, 0.0}}, {"a", 1.1, {0.1, 0.0}}};
+  stream.update(1.1, rows);
+  stream.update(6.0, {});
+  EXPECT_EQ(stream.metrics().pedestrians, 1u);
+  stream.update(6.2, {});
+  EXPECT_EQ(stream.metrics().pedestrians, 0u);
+}
+
+TEST(LiveStream, ServesSeveralThreads) {
+  LiveStream stream({.config = small_batches()});
+  std::thread reader([&] {
+    for (int i = 0; i < 50; ++i) EXPECT_LE(stream.model().model.tracks, 20) << stream.metrics().lines;
+  });
+  feed(stream, corner_walks(20, 5));
+  reader.join();
+  stream.close();
+  EXPECT_EQ(stream.model().model.tracks, 20);
+}
+
+}  // namespace
+}  // namespace sila
