@@ -77,6 +77,7 @@ int main(int count, char** arguments) {
     if (count <= 2) {
       sila::SimulationConfig place;
       place.tracks = 120;
+      std::filesystem::remove(model);
       sila::write_tracks_csv(tracks, sila::simulate(place).tracks);
     }
     learn(tracks, model);
