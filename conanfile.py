@@ -1,6 +1,6 @@
 """Conan recipe: builds these sources on the libraries of Debian, and tries them by examples/03_consumer_cmake.
 
-    conan create . --build=missing -c tools.system.package_manager:mode=install
+    conan create . --no-remote --build=missing -c tools.system.package_manager:mode=install
 """
 
 import re
