@@ -59,9 +59,10 @@ double quantile(const std::vector<double>& shares, double probability) {
 }
 
 void require_step(const Prediction& prediction, std::size_t step) {
-  if (step >= prediction.times_s.size())
-    throw std::invalid_argument(concatenate("prediction: step = ", step, ", must be below ", prediction.times_s.size(),
-                                            ", the number of steps"));
+  const std::size_t steps = prediction.modes.empty() ? 0 : prediction.modes.front().path_m.size();
+  if (step >= steps)
+    throw std::invalid_argument(
+        concatenate("prediction: step = ", step, ", must be below ", steps, ", the number of steps"));
 }
 
 }  // namespace
