@@ -64,10 +64,12 @@ EpisodeRecord record_of(int number, const Model& previous, const Episode& episod
 OnlineCalibration calibration_in(const std::string& statistics) {
   try {
     const nlohmann::json kept = nlohmann::json::parse(statistics).at("online_calibration");
+    const nlohmann::json& rows = kept.at("log_factors");
+    const auto is_row = [](const nlohmann::json& row) { return row.size() == kRegionProbabilities.size(); };
     OnlineCalibration calibration;
     kept.at("horizons_s").get_to(calibration.horizons_s);
-    kept.at("log_factors").get_to(calibration.log_factors);
-    if (calibration.horizons_s.size() == calibration.log_factors.size()) return calibration;
+    rows.get_to(calibration.log_factors);
+    if (calibration.horizons_s.size() == rows.size() && std::ranges::all_of(rows, is_row)) return calibration;
   } catch (const nlohmann::json::exception&) {  // an episode without it, or of another kind: begin anew
   }
   return {};

@@ -117,5 +117,20 @@ TEST(OnlineCalibration, RegionsGrowWithTheProbability) {
   EXPECT_NEAR(prediction.regions[0].levels[2], -std::log1p(-0.25) * std::exp(1.0), 1e-12);
 }
 
+TEST(OnlineCalibration, IsReadWholeOrNotAtAll) {
+  const auto horizons_in = [](const std::string& horizons, const std::string& rows) {
+    return calibration_in(R"({"online_calibration": {"horizons_s": )" + horizons + R"(, "log_factors": )" + rows + "}}")
+        .horizons_s.size();
+  };
+  EXPECT_EQ(horizons_in("[1, 2]", "[[0, 0, 0, 0], [0.5, 0, 0, 0]]"), 2U);
+  for (const char* rows : {"[[0, 0, 0]]", "[[0, 0, 0, 0, 0]]", "[[0, 0, 0, null]]", "[[0, 0, 0, true]]", "[[]]",
+                           "[[0, 0, 0, 0], [0, 0, 0, 0]]", "{}", "null"})
+    EXPECT_EQ(horizons_in("[1]", rows), 0U) << rows;
+  for (const char* horizons : {"[null]", "[\"1\"]", "1", "{}"})
+    EXPECT_EQ(horizons_in(horizons, "[[0, 0, 0, 0]]"), 0U) << horizons;
+  for (const char* statistics : {"", "[]", "{}", R"({"online_calibration": 1})"})
+    EXPECT_TRUE(calibration_in(statistics).horizons_s.empty()) << statistics;
+}
+
 }  // namespace
 }  // namespace sila
