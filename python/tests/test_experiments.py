@@ -11,7 +11,7 @@ pytest.importorskip("scipy")
 import sila
 from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment
 from sila.experiments.experiment import Overrides
-from sila.experiments.measures import measures_of, modes_of, reliability_scores
+from sila.experiments.measures import NOMINAL, measures_of, modes_of, reliability_of
 from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.program import run
 from sila.experiments.protocol import first_tracks, protocol_of, runs_of
@@ -188,22 +188,34 @@ def gaussians(windows, deviation_m, steps=5):
 
 def test_measures_of_a_gaussian_are_those_of_the_textbook():
     truth = np.random.default_rng(1).normal(size=(2000, 5, 2)) * 0.7
-    values, reliability = measures_of(modes_of(gaussians(2000, 0.7)), truth, [True] * 2000)
-    average, least = reliability_scores(np.array(reliability["held"]), reliability["windows"])
-    assert average > 0.98
-    assert least > 0.95
+    values, _ = measures_of(modes_of(gaussians(2000, 0.7)), truth, [True] * 2000, [""] * 2000)
     assert values["area_68_m2"].mean() == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.05)
     assert values["area_95_m2"].mean() == pytest.approx(-2 * np.log(0.05) * np.pi * 0.49, rel=0.08)
     # E|X - Y| - E|X - X'| / 2 of equal Gaussians in the plane: half of sqrt(pi) sigma
     assert values["energy_score_m"].mean() == pytest.approx(0.5 * np.sqrt(np.pi) * 0.7, rel=0.03)
-    narrow, _ = measures_of(modes_of(gaussians(2000, 0.5)), truth, [True] * 2000)
+    narrow, _ = measures_of(modes_of(gaussians(2000, 0.5)), truth, [True] * 2000, [""] * 2000)
     assert narrow["energy_score_m"].mean() > values["energy_score_m"].mean()
     assert narrow["area_68_m2"].mean() < 0.6 * values["area_68_m2"].mean()
     for at_equal_coverage in (values, narrow):  # circles that hold 68 % of the truths, whatever the density says
         area = at_equal_coverage["equal_area_68_m2"].mean()
         assert area == pytest.approx(-2 * np.log(0.32) * np.pi * 0.49, rel=0.08)
-    narrowest, _ = measures_of(modes_of(gaussians(2000, 0.2)), truth, [True] * 2000)
+    narrowest, _ = measures_of(modes_of(gaussians(2000, 0.2)), truth, [True] * 2000, [""] * 2000)
     assert np.isnan(narrowest["equal_area_95_m2"]).all()  # beyond its samples
+
+
+@pytest.mark.parametrize("of_each", [1, 50])
+def test_the_windows_of_one_person_are_not_independent(of_each):
+    truth = np.repeat(np.random.default_rng(1).normal(size=(400, 1, 2)) * 0.7, of_each, 0)
+    people = np.repeat(np.arange(400), of_each).astype(str)
+    found = measures_of(modes_of(gaussians(len(truth), 0.7, 1)), truth, [True] * len(truth), people)[1]["people"]
+    windows, held = (np.array(column) for column in zip(*found.values()))
+    reliability = reliability_of(held, windows)
+    by_chance = np.sqrt(2 / np.pi) * np.mean([np.sqrt(p * (1 - p) / 400) for p in NOMINAL])
+    assert windows.tolist() == [of_each] * 400
+    assert reliability.best_average == pytest.approx(1 - by_chance, abs=0.002)
+    assert reliability.average == pytest.approx(reliability.best_average, abs=0.015)
+    assert reliability.best_least < reliability.best_average
+    assert reliability_of(held, 2 * windows).average < 0.8  # a density that holds half as many as it says
 
 
 def test_the_kernel_of_samples_grows_with_their_spread():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ AREAS = (0.68, 0.95)
 SAMPLES = 100
 MOST_MODES = 6  #: of which the least ADE is taken
 ECE_BINS = 10
+RESAMPLES = 500
 _CHUNK = 4_000_000  # densities at once
 
 Modes = tuple[Array, Array, Array]  # weights (n, k, t), paths (n, k, t, 2), covariances (n, k, t, 2, 2)
@@ -68,9 +69,11 @@ def samples_of(modes: Modes, count: int, random: np.random.Generator) -> Array:
     return np.asarray(paths[rows, kinds, steps] + np.einsum("nstab,nstb->nsta", factors[rows, kinds, steps], normal))
 
 
-def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Per window (0 for those who stand), and how many truths the regions of highest density held, by step and nominal
-    probability. Densities are looked at every second step, the last included.
+def measures_of(
+    modes: Modes, truth_m: Array, moving: Sequence[bool], people: Sequence[str]
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Per window (0 for those who stand), and for each person how many truths the regions of highest density held, by
+    nominal probability and step. Densities are looked at every second step, the last included.
 
     energy_score_m: E|X - y| - E|X - X'| / 2, mean over the steps. area_68_m2, area_95_m2: of the regions of highest
     density of that nominal probability, mean over the steps; equal_area_*: of the one nominal probability whose regions
@@ -93,8 +96,10 @@ def measures_of(modes: Modes, truth_m: Array, moving: Sequence[bool]) -> tuple[d
         densities.append(mixture_density(part, first))
         confidence[some] = (densities[-1] > mixture_density(part, truth[:, None])).mean(1)
     values = {"energy_score_m": energy_score}
-    held = [[int(count) for count in (confidence <= p).sum(0)] for p in NOMINAL]
-    reliability = {"nominal": list(NOMINAL), "held": held, "windows": len(chosen), "steps": every.tolist()}
+    held = confidence <= np.array(NOMINAL)[:, None, None]  # (nominal, windows, steps)
+    whose = np.asarray(people)[chosen]
+    counts = {str(p): [int((whose == p).sum()), held[:, whose == p].sum(1).tolist()] for p in np.unique(whose)}
+    reliability = {"nominal": list(NOMINAL), "people": counts, "steps": every.tolist()}
     return values | _areas(np.concatenate(densities), confidence, chosen, n), reliability
 
 
@@ -153,11 +158,30 @@ def _chunks(windows: int, steps: int, modes: int) -> Iterator[slice]:
         yield slice(first, min(first + size, windows))
 
 
-def reliability_scores(held: Array, windows: int) -> tuple[float, float]:
-    """(average, least): one less the mean and the largest deviation of the share held from the nominal one, over nominal
-    probabilities and steps. held: (nominal, steps) counts."""
-    deviation = np.abs(held / windows - np.array(NOMINAL)[:, None])
-    return float(1 - deviation.mean()), float(1 - deviation.max())
+class Reliability(NamedTuple):
+    """One less the mean and the largest deviation of the share held from the nominal one, over nominal probabilities and
+    steps; and what both would be, on average, of a density without error: the share then deviates by chance alone."""
+
+    average: float
+    least: float
+    best_average: float
+    best_least: float
+
+
+def reliability_of(held: Array, windows: Array) -> Reliability:
+    """held: counts (people, nominal, steps); windows: those of each person. Chance is that of resampling the people, as
+    the windows of one person are not independent."""
+    share = held.sum(0) / windows.sum()
+    found = _scores(share - np.array(NOMINAL)[:, None])
+    if len(held) < 2:
+        return Reliability(*found, np.nan, np.nan)
+    times = np.random.default_rng(0).multinomial(len(held), np.full(len(held), 1 / len(held)), RESAMPLES)
+    shares = np.tensordot(times, held, 1) / (times @ windows)[:, None, None]
+    return Reliability(*found, *np.mean([_scores(deviation) for deviation in shares - share], 0).tolist())
+
+
+def _scores(deviation: Array) -> tuple[float, float]:
+    return float(1 - np.abs(deviation).mean()), float(1 - np.abs(deviation).max())
 
 
 def calibration_error(sums: dict[str, float]) -> float | None:

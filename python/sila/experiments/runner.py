@@ -25,7 +25,7 @@ from .neighbours import inputs_of
 from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
 from .read import read_experiment
 from .report import write_results
-from .scores import sums_of
+from .scores import person_of, sums_of
 
 Json = dict[str, Any]
 NOTHING_ELSE = Overrides()
@@ -112,7 +112,8 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
         return {}, brief
     truth_m, means = np.asarray(windows.future_m), modes_of(predictions)
     modes = modes_of(found) if stepwise(found) else means
-    more, reliability = measures_of(modes, truth_m, [window["moving"] for window in scored])
+    moving, people = [w["moving"] for w in scored], [person_of(w["track"]) for w in scored]
+    more, reliability = measures_of(modes, truth_m, moving, people)
     more |= modes_measures(means, [prediction.nearest_probabilities for prediction in predictions], truth_m)
     if stepwise(found):
         more |= stepwise_measures(modes, truth_m)

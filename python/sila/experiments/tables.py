@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from .measures import calibration_error, reliability_scores
+from .measures import Reliability, calibration_error, reliability_of
 from .method import Array
 from .scores import Sums, added
 
@@ -103,7 +103,12 @@ COLUMNS = [
     Column("people", "", 0, None),  # type: ignore[arg-type]
 ]
 #: Of all trials together, in the summary alone.
-POOLED = [("reliability_average", "reliability, average"), ("reliability_least", "least")]
+POOLED = [
+    ("reliability_average", "reliability, average"),
+    ("reliability_least", "least"),
+    ("reliability_best_average", "without error: average"),
+    ("reliability_best_least", "least"),
+]
 #: What differences of a measure are divided by: constant velocity's error, or the number of windows.
 UNITS = {"mhd_m": "constant_mhd_m", "ade_m": "constant_ade_m", "nll": "windows", "energy_score_m": "constant_ade_m"}
 WITH_CONSTANT = ("mhd_m", "ade_m", "nll")
@@ -150,17 +155,17 @@ def summarise(rows: pd.DataFrame, results: Sequence[Mapping[str, Any]]) -> pd.Da
     return summary
 
 
-def _reliability(results: Sequence[Mapping[str, Any]], split: str, place: str, method: str) -> tuple[float, float]:
+def _reliability(results: Sequence[Mapping[str, Any]], split: str, place: str, method: str) -> Reliability:
     """Of all trials together."""
-    tables = [
-        result["places"][place]["reliability"]
-        for result in results
-        if (result["split"], result["method"]) == (split, method) and place in result["places"]
-    ]
-    windows = sum(table["windows"] for table in tables)
-    if windows == 0:
-        return np.nan, np.nan
-    return reliability_scores(np.sum([table["held"] for table in tables], axis=0), windows)
+    people: dict[str, list[Any]] = {}
+    for result in results:
+        if (result["split"], result["method"]) == (split, method) and place in result["places"]:
+            for person, counts in result["places"][place]["reliability"]["people"].items():
+                people.setdefault(person, []).append(counts)
+    if not people:
+        return Reliability(np.nan, np.nan, np.nan, np.nan)
+    windows = np.array([sum(n for n, _ in counts) for counts in people.values()])
+    return reliability_of(np.array([np.sum([h for _, h in counts], 0) for counts in people.values()]), windows)
 
 
 class Comparison(NamedTuple):
