@@ -39,41 +39,19 @@ void print_message(const std::string& text) {
 
 /// The model file of the service.
 struct OpenModel {
-  std::string path;
   ModelFile file;
   StoredModel stored;
   Config config;
-  int episodes = 0;  ///< in the file
 };
 
 OpenModel open_model(const ServeVerb& options) {
-  OpenModel open{options.model, ModelFile::open_or_create(options.model), {}, {}, 0};
+  OpenModel open{ModelFile::open_or_create(options.model), {}, {}};
   if (!open.file.empty()) open.stored = open.file.read();
-  open.episodes = static_cast<int>(open.stored.episodes.size());
   open.config = configured(options.common, open.stored, options.model);
   if (options.stride_s) open.config.service.stride_s = *options.stride_s;
   if (options.batch) open.config.service.batch = *options.batch;
   validate_fields("serve", open.config);
   return open;
-}
-
-/// Stores an episode with the online calibration, then reports it.
-void commit(OpenModel& open, const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
-  const int number = open.episodes + 1;
-  open.file.commit(episode.model, record_of(number, previous, episode, calibration), to_json(open.config).dump());
-  open.episodes = number;
-  print_message("episode " + std::to_string(number) + " is stored: " + counted(episode.report.tracks, "track") +
-                ", size " + std::to_string(episode.report.size_before) + " -> " +
-                std::to_string(episode.report.size_after));
-}
-
-/// The model in the file, if another process changed it.
-std::optional<Model> reload(OpenModel& open) {
-  if (!open.file.changed_elsewhere()) return std::nullopt;
-  StoredModel stored = open.file.read();
-  open.episodes = static_cast<int>(stored.episodes.size());
-  print_message(open.path + ": changed by another process; continuing with its " + counted(open.episodes, "episode"));
-  return std::move(stored.model);
 }
 
 /// The scene given, or that of the model; without a corner for a new model, whose frame is made from its first batch.
@@ -126,13 +104,11 @@ void serve(const ServeVerb& options) {
   std::signal(SIGPIPE, SIG_IGN);  // the service continues when a reader of its output ends
   OpenModel open = open_model(options);
   const Scene scene = scene_in(options, open);
-  const OnlineCalibration calibration =
-      open.stored.episodes.empty() ? OnlineCalibration{} : calibration_in(open.stored.episodes.back().statistics);
+  const OnlineCalibration calibration = calibration_in(open.stored);
+  const auto message = [&](const std::string& text) { print_message(options.model + ": " + text); };
+  const auto episodes = static_cast<int>(open.stored.episodes.size());
   LearnerThread learner(open.stored.model, calibration, open.config.episode, open.config.service,
-                        {[&](const Model& previous, const Episode& episode, const OnlineCalibration& latest) {
-                           commit(open, previous, episode, latest);
-                         },
-                         [&] { return reload(open); }});
+                        storage_in(open.file, episodes, to_json(open.config).dump(), message));
   const auto frame_of = [&](const Trajectory& track) {
     return live_frame(scene, learner.snapshot()->model, track, open.config.corners);
   };
@@ -140,7 +116,7 @@ void serve(const ServeVerb& options) {
                            open.config.evaluate, frame_of,          options.lines};
   if (options.camera != kNoCamera || pixel_camera(open.config)) settings.camera = scene.camera;
   Server server(server_options(options, scene), scene, settings, learner, print_message);
-  print_message(options.model + ": " + counted(open.stored.model.episodes, "episode") + "; serving");
+  message(counted(open.stored.model.episodes, "episode") + "; serving");
   server.run();
 }
 

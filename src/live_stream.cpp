@@ -21,8 +21,9 @@ constexpr StreamId kStream = 1;
 }  // namespace
 
 struct LiveStream::State {
+  std::optional<std::filesystem::path> path;
   std::optional<ModelFile> file;
-  StoredModel stored;  ///< written by the learner's thread alone
+  StoredModel stored;  ///< at the start; without a file with all episodes, which the learner's thread adds
   Config config;
   Scene scene;
   ServiceSettings settings;
@@ -38,13 +39,11 @@ struct LiveStream::State {
   void end_if_silent(double now_s);
   std::vector<LivePrediction> predict_due();
   void learn_finished();
-  // The following two run on the learner's thread.
-  void commit(const Model& previous, const Episode& episode, const OnlineCalibration& calibration);
-  std::optional<Model> reload();
+  void keep(const Model& previous, const Episode& episode, const OnlineCalibration& calibration);
 };
 
-LiveStream::State::State(LiveStreamOptions options) : stored(std::move(options.start)) {
-  if (options.file) file = ModelFile::open_or_create(*options.file);
+LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored(std::move(options.start)) {
+  if (path) file = ModelFile::open_or_create(*path);
   if (file && !file->empty()) stored = file->read();
   config = options.config ? *options.config : config_of(stored);
   validate_fields("LiveStream", config);
@@ -68,12 +67,16 @@ LiveStream::State::State(LiveStreamOptions options) : stored(std::move(options.s
 }
 
 void LiveStream::State::start_learner() {
-  if (!stored.episodes.empty()) core.online_calibration = calibration_in(stored.episodes.back().statistics);
-  learner.emplace(
-      stored.model, core.online_calibration, config.episode, config.service,
-      LearnerThread::Storage{[this](const Model& previous, const Episode& episode,
-                                    const OnlineCalibration& calibration) { commit(previous, episode, calibration); },
-                             [this] { return reload(); }});
+  core.online_calibration = calibration_in(stored);
+  LearnerThread::Storage storage;
+  if (file) {
+    storage = storage_in(*file, static_cast<int>(stored.episodes.size()), stored.configuration, [](const auto&) {});
+  } else {
+    storage.commit = [this](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
+      keep(previous, episode, calibration);
+    };
+  }
+  learner.emplace(stored.model, core.online_calibration, config.episode, config.service, std::move(storage));
 }
 
 /// Without detections the clock of the stream stands still; the time of the caller then ends the tracks.
@@ -100,21 +103,10 @@ void LiveStream::State::learn_finished() {
   if (!core.finished.empty()) learner->add(std::exchange(core.finished, {}), core.online_calibration);
 }
 
-void LiveStream::State::commit(const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
-  EpisodeRecord record = record_of(static_cast<int>(stored.episodes.size()) + 1, previous, episode, calibration);
-  if (file) file->commit(episode.model, record, stored.configuration);
+void LiveStream::State::keep(const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
   const std::lock_guard lock(stored_mutex);
   stored.model = episode.model;
-  stored.episodes.push_back(std::move(record));
-}
-
-std::optional<Model> LiveStream::State::reload() {
-  if (!file || !file->changed_elsewhere()) return std::nullopt;
-  StoredModel changed = file->read();
-  const std::lock_guard lock(stored_mutex);
-  stored.model = std::move(changed.model);
-  stored.episodes = std::move(changed.episodes);
-  return stored.model;
+  stored.episodes.push_back(record_of(static_cast<int>(stored.episodes.size()) + 1, previous, episode, calibration));
 }
 
 LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -150,6 +142,10 @@ void LiveStream::wait() {
 }
 
 StoredModel LiveStream::model() const {
+  if (state_->path) {
+    ModelFile file = ModelFile::open_or_create(*state_->path);  // the learner's thread uses the other one
+    if (!file.empty()) return file.read();
+  }
   const std::lock_guard lock(state_->stored_mutex);
   return state_->stored;
 }

@@ -66,7 +66,8 @@ class LiveStream {
   /// Returns when no whole batch waits to be learnt, so that the result for a recording does not depend on speed.
   void wait();
 
-  /// A copy of the model after the last complete episode, with the records of all episodes.
+  /// The model after the last complete episode, with the records of all episodes: what the model file has, or a copy.
+  /// Throws: FormatError for a model file that cannot be read.
   StoredModel model() const;
 
   /// Counts of detections, rejections and episodes; errors and coverage of recent pedestrians. An episode that failed,

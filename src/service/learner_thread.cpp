@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/track_frame.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/io/scene.hpp"
 
 namespace sila {
@@ -45,6 +46,26 @@ std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedT
 }
 
 }  // namespace
+
+LearnerThread::Storage storage_in(ModelFile& file, int episodes, std::string configuration,
+                                  std::function<void(const std::string&)> message) {
+  const auto last = std::make_shared<int>(episodes);
+  LearnerThread::Storage storage;
+  storage.commit = [=, &file](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
+    file.commit(episode.model, record_of(*last + 1, previous, episode, calibration), configuration);
+    message("episode " + std::to_string(++*last) + " is stored: " + counted(episode.report.tracks, "track") +
+            ", size " + std::to_string(episode.report.size_before) + " -> " +
+            std::to_string(episode.report.size_after));
+  };
+  storage.reload = [=, &file]() -> std::optional<Model> {
+    if (!file.changed_elsewhere()) return std::nullopt;
+    StoredModel stored = file.read();
+    *last = static_cast<int>(stored.episodes.size());
+    message("changed by another process; continuing with its " + counted(*last, "episode"));
+    return std::move(stored.model);
+  };
+  return storage;
+}
 
 LearnerThread::LearnerThread(Model start, OnlineCalibration calibration, const EpisodeConfig& episode,
                              const ServiceConfig& service, Storage storage)

@@ -61,9 +61,10 @@ EpisodeRecord record_of(int number, const Model& previous, const Episode& episod
   return record;
 }
 
-OnlineCalibration calibration_in(const std::string& statistics) {
+OnlineCalibration calibration_in(const StoredModel& stored) {
+  if (stored.episodes.empty()) return {};
   try {
-    const nlohmann::json kept = nlohmann::json::parse(statistics).at("online_calibration");
+    const nlohmann::json kept = nlohmann::json::parse(stored.episodes.back().statistics).at("online_calibration");
     const nlohmann::json& rows = kept.at("log_factors");
     const auto is_row = [](const nlohmann::json& row) { return row.size() == kRegionProbabilities.size(); };
     OnlineCalibration calibration;

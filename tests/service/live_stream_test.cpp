@@ -109,14 +109,21 @@ TEST(LiveStream, EndsAllTracksAfterSilence) {
 }
 
 TEST(LiveStream, ServesSeveralThreads) {
-  LiveStream stream({.config = small_batches()});
-  std::thread reader([&] {
-    for (int i = 0; i < 50; ++i) EXPECT_LE(stream.model().model.tracks, 20) << stream.metrics().lines;
-  });
-  feed(stream, corner_walks(20, 5));
-  reader.join();
-  stream.close();
-  EXPECT_EQ(stream.model().model.tracks, 20);
+  const tests::ScratchFolder folder;
+  for (const bool with_file : {false, true}) {
+    LiveStreamOptions options{.config = small_batches()};
+    if (with_file) options.file = folder / "m.sila";
+    LiveStream stream(options);
+    std::thread reader([&] {
+      for (int i = 0; i < 50; ++i) EXPECT_LE(stream.model().model.tracks, 20) << stream.metrics().lines;
+    });
+    feed(stream, corner_walks(20, 5));
+    reader.join();
+    stream.close();
+    EXPECT_EQ(stream.metrics().learner.last_error, "");
+    EXPECT_EQ(stream.model().model.tracks, 20);
+    EXPECT_EQ(stream.model().episodes.size(), 2u);
+  }
 }
 
 }  // namespace

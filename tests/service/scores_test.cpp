@@ -118,9 +118,13 @@ TEST(OnlineCalibration, RegionsGrowWithTheProbability) {
 }
 
 TEST(OnlineCalibration, IsReadWholeOrNotAtAll) {
-  const auto horizons_in = [](const std::string& horizons, const std::string& rows) {
-    return calibration_in(R"({"online_calibration": {"horizons_s": )" + horizons + R"(, "log_factors": )" + rows + "}}")
-        .horizons_s.size();
+  const auto read = [](std::string statistics) {
+    StoredModel stored;
+    stored.episodes.emplace_back().statistics = std::move(statistics);
+    return calibration_in(stored).horizons_s.size();
+  };
+  const auto horizons_in = [&](const std::string& horizons, const std::string& rows) {
+    return read(R"({"online_calibration": {"horizons_s": )" + horizons + R"(, "log_factors": )" + rows + "}}");
   };
   EXPECT_EQ(horizons_in("[1, 2]", "[[0, 0, 0, 0], [0.5, 0, 0, 0]]"), 2U);
   for (const char* rows : {"[[0, 0, 0]]", "[[0, 0, 0, 0, 0]]", "[[0, 0, 0, null]]", "[[0, 0, 0, true]]", "[[]]",
@@ -129,7 +133,8 @@ TEST(OnlineCalibration, IsReadWholeOrNotAtAll) {
   for (const char* horizons : {"[null]", "[\"1\"]", "1", "{}"})
     EXPECT_EQ(horizons_in(horizons, "[[0, 0, 0, 0]]"), 0U) << horizons;
   for (const char* statistics : {"", "[]", "{}", R"({"online_calibration": 1})"})
-    EXPECT_TRUE(calibration_in(statistics).horizons_s.empty()) << statistics;
+    EXPECT_EQ(read(statistics), 0U) << statistics;
+  EXPECT_TRUE(calibration_in(StoredModel{}).horizons_s.empty());
 }
 
 }  // namespace

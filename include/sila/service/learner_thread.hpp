@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "sila/io/model_file.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/service/scores.hpp"
 #include "sila/train/episode.hpp"
@@ -85,5 +86,10 @@ class LearnerThread {
   bool draining_ = false;
   std::thread thread_;
 };
+
+/// Stores episodes in a model file, with this configuration, and reloads what another process stored there. The file
+/// has `episodes` and must exist longer than the learner. `message` gets a sentence about each of both.
+LearnerThread::Storage storage_in(ModelFile& file, int episodes, std::string configuration,
+                                  std::function<void(const std::string&)> message);
 
 }  // namespace sila

@@ -80,7 +80,7 @@ OnlineCalibration fitted(OnlineCalibration online_calibration, const PedestrianS
 EpisodeRecord record_of(int number, const Model& previous, const Episode& episode,
                         const OnlineCalibration& online_calibration);
 
-/// The calibration in the statistics of an episode; empty if there is none or it is invalid.
-OnlineCalibration calibration_in(const std::string& statistics);
+/// The calibration in the statistics of the last episode; empty if there is none or it is invalid.
+OnlineCalibration calibration_in(const StoredModel& stored);
 
 }  // namespace sila
