@@ -24,7 +24,7 @@ class Mdn(Method):
 
     parameters = {"hidden": 8, "place": False, "cpu_seconds": 24.0, "learning_rate": 1e-2}
     at_once = True
-    upstream = "kav-institute/mdn_trajectory_forecasting", "d920b92"
+    upstream = "kav-institute/mdn_trajectory_forecasting", "d920b92", "base_mdn"
 
     @property
     def size(self):

@@ -27,7 +27,7 @@ def module(name):
 
 class SocialImplicit(Sampler):
     parameters = {"samples": 20}
-    upstream = "abduallahmohamed/Social-Implicit", "02d6a14"
+    upstream = "abduallahmohamed/Social-Implicit", "02d6a14", "social_implicit"
 
     def __init__(self, config="{}", **settings):
         super().__init__(config, **settings)

@@ -1,23 +1,27 @@
-"""TrajEvo's heuristics (ai4co/trajevo, MIT, commit d30234e): that of the ETH/UCY scene, elsewhere that of univ."""
+"""TrajEvo's heuristics (ai4co/trajevo, MIT, commit d30234e): that of the ETH/UCY scene, elsewhere that of univ; or, with
+`baseline`, one of its baselines: "cvm", "ctrv" or "socialforce" (which needs pysocialforce)."""
 
 import importlib.util
+import logging
 
 import numpy as np
 from sila.experiments.sampler import Sampler, code_of
 
-FOLDER = code_of("trajevo", "zara2.py")
+code_of("trajevo", "zara2.py")  # raises where it is not there
 FILES = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "zara1": "zara1", "zara2": "zara2"}
 
 
 class TrajEvo(Sampler):
-    upstream = "ai4co/trajevo", "d30234e"
+    upstream = "ai4co/trajevo", "d30234e", "trajevo"
 
-    def __init__(self, config="{}", **settings):
+    def __init__(self, config="{}", baseline="", **settings):
         super().__init__(config, **settings)
-        path = FOLDER / f"{FILES.get(self.scene, 'univ')}.py"
+        named = f"{baseline}/model.py" if baseline else "zara2.py"
+        path = code_of("trajevo", named) / ("model.py" if baseline else f"{FILES.get(self.scene, 'univ')}.py")
         spec = importlib.util.spec_from_file_location("heuristic", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
+        logging.getLogger().setLevel(logging.WARNING)  # pysocialforce turns every library's debugging on
         self.heuristic = module.predict_trajectory
         self.code_bytes = path.stat().st_size
         np.random.seed(self.seed)  # theirs draws from the global one

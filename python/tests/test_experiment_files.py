@@ -33,6 +33,7 @@ from test_experiments import SMALL, written
         ({"tracks": [20, 10]}, ["tracks", "growing", "[20, 10]"]),
         ({"tracks": [-1, 10]}, ["tracks", "from 0"]),
         ({"tracks": 10}, ["tracks", "list"]),
+        ({"scenes": [{"name": "a", "simulate": {}, "used_for_choices": 1}]}, ["used_for_choices as true or false"]),
         ({"tracks": [10], "every_episode": True}, ["tracks", "every_episode"]),
     ],
 )
@@ -41,6 +42,13 @@ def test_what_is_no_experiment_is_rejected(tmp_path, changes, words, capsys):
     said = capsys.readouterr().err
     assert all(word in said for word in words), said
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("option", [["--trials", "1"], ["--json"], ["--workers", "2"]])
+def test_an_option_without_effect_on_the_field_protocol_is_rejected(tmp_path, option, capsys):
+    path = written(tmp_path, kind="field")
+    assert run([str(path), "--out", str(tmp_path / "out"), *option]) == 2
+    assert f"{option[0]}: has no effect" in capsys.readouterr().err
 
 
 METHOD_FILES = {

@@ -1,6 +1,7 @@
 """Experiments: the recorded numbers, resumed runs, rejected files, measures that are right."""
 
 import json
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -267,6 +268,41 @@ def test_comparisons_find_the_difference_with_an_interval_round_it():
     assert other.low == pytest.approx(0.1, abs=1e-9)  # samples without the one person whose error differs
     assert other.low < other.difference < other.high
     assert compare(results, "sila", 500, 1) == compare(results, "sila", 500, 1)
+
+
+def test_means_are_given_without_the_places_used_for_choices_as_well(tmp_path):
+    scenes = [SCENE | {"name": name, "used_for_choices": name == "a"} for name in "abc"]
+    path = written(tmp_path, scenes=scenes, methods=["sila", "knn"])
+    written_results = run_experiment(read_experiment(path), tmp_path / "out")
+    summary = {(s["place"], s["method"]): s["ratio"]["mean"] for s in written_results["summary"]}
+    table = (tmp_path / "out/table.md").read_text()
+    part = table.split("# Mean over the places not used for choices\n\nWithout a. ")[1].split("\n#")[0]
+    assert f"| sila | {(summary['b', 'sila'] + summary['c', 'sila']) / 2:.3f} |" in part
+    means = {c["place"]: c for c in written_results["comparisons"] if c["method"] == "knn" and c["against"] == "sila"}
+    unused = means["mean of places not used for choices"]
+    assert unused["difference"] == pytest.approx((means["b"]["difference"] + means["c"]["difference"]) / 2)
+    assert unused["people"] == means["b"]["people"] + means["c"]["people"]
+
+
+@pytest.mark.parametrize("head", ["other", "commit"])
+def test_a_clone_at_another_commit_is_refused(tmp_path, monkeypatch, head):
+    from sila.experiments.markdown import made_with
+
+    class Own(Method):
+        upstream = "owner/own", "HEAD~0", "own"
+
+    monkeypatch.setenv("PEERS", str(tmp_path))
+    assert made_with([Own])["versions"]["owner/own"] == "HEAD~0 (a copy, not checked)"
+    git = ["git", "-C", str(tmp_path / "own"), "-c", "user.name=a", "-c", "user.email=a@b"]
+    subprocess.run(["git", "init", "--quiet", str(tmp_path / "own")], check=True)
+    subprocess.run([*git, "commit", "--quiet", "--allow-empty", "-m", "Begin"], check=True)
+    commit = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout[:7]
+    Own.upstream = "owner/own", commit if head == "commit" else "1234567", "own"
+    if head == "commit":
+        assert made_with([Own])["versions"]["owner/own"] == commit
+    else:
+        with pytest.raises(ValueError, match=f"is at {commit}, expected 1234567"):
+            made_with([Own])
 
 
 def test_peers_without_their_code_are_not_run_here(tmp_path, monkeypatch):

@@ -41,6 +41,7 @@ class ExperimentScene:
     tracks: FramedTracks
     config: str  #: JSON
     tracks_hash: str
+    used_for_choices: bool = False  #: between methods or settings: reported means are also given without it
 
 
 @dataclass(frozen=True)

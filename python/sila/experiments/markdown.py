@@ -6,6 +6,7 @@ import hashlib
 import importlib.metadata
 import json
 import platform
+import subprocess
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 
 from .. import _sila
 from .method import Method
+from .sampler import peers_folder
 from .tables import BY_NAME
 
 
@@ -59,8 +61,19 @@ def made_with(methods: Iterable[type[Method] | None]) -> dict[str, Any]:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    versions |= dict(cls.upstream for cls in methods if cls is not None and cls.upstream)
+    versions |= dict(_checked(*cls.upstream) for cls in methods if cls is not None and cls.upstream)
     return {"revision": _sila.revision, "versions": versions, "machine": platform.machine()}
+
+
+def _checked(repository: str, commit: str, name: str) -> tuple[str, str]:
+    """A copy of the code that is no clone tells no commit."""
+    folder = peers_folder() / name
+    head = ""
+    if (folder / ".git").exists():
+        head = subprocess.run(["git", "-C", folder, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
+    if head and not head.startswith(commit):
+        raise ValueError(f"experiment: {folder} is at {head[:7]}, expected {commit}; check that commit out")
+    return repository, commit if head else f"{commit} (a copy, not checked)"
 
 
 def hash_of(*values: Any) -> str:

@@ -38,7 +38,8 @@ class Method:
     parameters: ClassVar[dict[str, Any]] = {}
     at_once: ClassVar[bool] = False
     social: ClassVar[bool] = False  #: `predict(windows, neighbours)` also gets the people who are present at each t0
-    upstream: ClassVar[tuple[str, str] | None] = None  #: repository and commit of the code of others that it runs
+    #: Repository and commit of the code of others that it runs, and its folder in PEERS.
+    upstream: ClassVar[tuple[str, str, str] | None] = None
     elsewhere: ClassVar[bool] = False  #: it first gets the tracks of the other places, by `begin_with(places)`
     published: ClassVar[bool] = False  #: it is used as others have published it, and learns nothing here
 

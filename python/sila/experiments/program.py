@@ -28,6 +28,7 @@ def run(arguments: list[str]) -> int:
         if isinstance(whole, dict) and whole.get("kind") == "field":
             from .field import run_field
 
+            _reject_unused(options)
             run_field(options.file, options.out, options.data_dir)
             print(f"results in {Path(options.out) / 'table.md'}; predictions in trajnet/", file=sys.stderr)
             return 0
@@ -43,12 +44,23 @@ def run(arguments: list[str]) -> int:
                 print(path, file=sys.stderr)
     except (ValueError, TypeError, ImportError, OSError, RuntimeError) as error:
         return failed(error)
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on from here", file=sys.stderr)
+        return 130
     for name, reason in written["not_run_here"].items():
         print(f"{name}: not run here: {reason}", file=sys.stderr)
     if options.json:
         print(json.dumps(written["summary"], indent=2))
     print(f"results in {Path(options.out) / 'table.md'}, results.json, results.csv, curves.csv", file=sys.stderr)
     return 0
+
+
+def _reject_unused(options: argparse.Namespace) -> None:
+    """Raises ValueError for what an experiment of the kind "field" does not read."""
+    for action in _parser()._actions:
+        read = action.dest in ("help", "file", "out", "data_dir", "threads")
+        if not read and getattr(options, action.dest) != action.default:
+            raise ValueError(f"{action.option_strings[0]}: has no effect on an experiment of the kind field; leave it out")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -105,7 +105,7 @@ def _counts(file: str, value: Any) -> tuple[int, ...]:
 
 
 def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) -> ExperimentScene:
-    _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "noise_m", "config"])
+    _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "noise_m", "config", "used_for_choices"])
     name = _text(file, item, where, "name")
     config = merged(base, _part(file, item, where, "config"))
     sources = [key for key in ("scene", "scenes", "simulate") if key in item]
@@ -114,6 +114,8 @@ def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) ->
     noise_m = item.get("noise_m", 0.0)
     if type(noise_m) not in (int, float) or not 0 <= noise_m <= 10 or (noise_m > 0 and "scene" not in item):
         raise FormatError(file, 0, f"{where} with noise_m as a number from 0 to 10 beside scene", json.dumps(noise_m))
+    if type(used := item.get("used_for_choices", False)) is not bool:
+        raise FormatError(file, 0, f"{where} with used_for_choices as true or false", json.dumps(used))
     config = merged(config, {"simulate": _part(file, item, where, "simulate")})
     config = merged(config, overrides.config)
     print(f"reading {name}", file=sys.stderr)
@@ -124,7 +126,7 @@ def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) ->
     else:
         files = _list(file, item, where, "scenes")
         tracks = FramedTracks.joined([(Path(s).stem, _recorded(file, s, config, overrides)) for s in files])
-    return ExperimentScene(name, tracks, config, tracks.hash)
+    return ExperimentScene(name, tracks, config, tracks.hash, used)
 
 
 def _recorded(file: str, name: str, config: str, overrides: Overrides, noise_m: float = 0.0) -> FramedTracks:

@@ -70,8 +70,9 @@ def write_results(
     settings = experiment.settings
     rows = rows_of(results)
     summary = summarise(rows, results)
+    used = {scene.name for scene in experiment.scenes if scene.used_for_choices}
     comparisons = {
-        measure: compare(results, experiment.reference, settings.bootstraps, settings.seed, measure)
+        measure: compare(results, experiment.reference, settings.bootstraps, settings.seed, measure, used)
         for measure in MEASURES
     }
     orders = _sila.orders_of(len(experiment.scenes), settings.orders, settings.seed)
@@ -80,7 +81,7 @@ def write_results(
         "version": _sila.version,
         "build": build_hash(),
         "made_with": made_with(method.cls for method in experiment.methods),
-        "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split}",
+        "command": f"sila experiment {experiment.file} --trials {settings.trials} --split {settings.split} --seed {settings.seed}",
         "seed": settings.seed,
         "experiment": experiment.resolved(),
         **({"orders": [[names[i] for i in order] for order in orders]} if settings.kind == "places" else {}),
@@ -151,7 +152,12 @@ def markdown(
         "Moving windows, mean over trials ± deviation. CV: constant velocity on the same windows.\n",
     ]
     places = summary.index.get_level_values("place").unique()
-    text.append(_brief(experiment, summary))
+    text.append(f"# Mean over the places\n\n{_brief(experiment, summary)}")
+    used = {scene.name for scene in experiment.scenes if scene.used_for_choices}
+    unused = summary[~summary.index.get_level_values("place").isin(used)]
+    if 0 < len(unused) < len(summary):
+        heading = f"# Mean over the places not used for choices\n\nWithout {', '.join(sorted(used))}. "
+        text.append(heading + _brief(experiment, unused))
     if len(places) > 1 and len(experiment.methods) > 1:
         text.append(_by_place(experiment, summary))
     if settings.tracks:
@@ -250,7 +256,7 @@ def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
     lines += [(f"{m.name} (not run here)", ["–"] * len(titles)) for m in experiment.methods if m.cls is None]
     better = f"Bold: better than {methods[reference]}. " if len(methods) > 1 else ""
     return (
-        f"# Mean over the places\n\n{better}Sizes and times are geometric means; a prediction is one of all that are made "
+        f"{better}Sizes and times are geometric means; a prediction is one of all that are made "
         f"together.\n\n{table_text('method', titles, lines)}"
     )
 

@@ -58,12 +58,16 @@ def between_steps(last: Array, drawn: Array, windows: WindowSet) -> Array:
     return np.asarray(points[:, :, low] + (at - low)[:, None] * (points[:, :, low + 1] - points[:, :, low]))
 
 
+def peers_folder() -> Path:
+    return Path(os.environ.get("PEERS") or "build/peers")
+
+
 def code_of(name: str, file: str) -> Path:
     """The folder with this file in the code of others, which lies in PEERS/name.
 
     Raises ImportError where it is not there.
     """
-    folder = Path(os.environ.get("PEERS") or "build/peers") / name
+    folder = peers_folder() / name
     found = sorted(folder.rglob(file)) if folder.is_dir() else []
     if not found:
         raise ImportError(f"no {file} in {folder}: make peers PEERS=DIR, the folder of {name}")

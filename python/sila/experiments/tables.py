@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from .method import Array
 from .scores import Sums, added
 
 CONSTANT_VELOCITY, MEAN, ALL = "constant velocity", "mean", "all"
+MEAN_UNUSED = "mean of places not used for choices"
 KEYS = ["place", "method", "split", "trial", "order"]
 
 Groups = Mapping[str, Sums]
@@ -183,10 +184,16 @@ class Comparison(NamedTuple):
 
 
 def compare(
-    results: Sequence[Mapping[str, Any]], reference: str, bootstraps: int, seed: int, measure: str = "mhd_m"
+    results: Sequence[Mapping[str, Any]],
+    reference: str,
+    bootstraps: int,
+    seed: int,
+    measure: str = "mhd_m",
+    used: Collection[str] = (),
 ) -> list[Comparison]:
     """Each method against constant velocity, where that has the measure, and against `reference`; "mean" is the mean over places, each of which is
-    resampled by itself. The same seed gives the same intervals."""
+    resampled by itself; a second mean leaves out the places that were `used` for choices. The same seed gives the same
+    intervals."""
     comparisons = []
     people = _by_person(results)
     names = list(dict.fromkeys((r["split"], r["method"]) for r in results))
@@ -200,6 +207,7 @@ def compare(
             differences: list[float] = []
             spreads: list[Array] = []
             counts: list[int] = []
+            names_here: list[str] = []
             for place in own:
                 pairs = _pairs(own[place], None if other is None else other.get(place, {}), measure)
                 if len(pairs) == 0:
@@ -211,9 +219,13 @@ def compare(
                 differences.append(difference)
                 spreads.append(spread)
                 counts.append(len(pairs))
+                names_here.append(place)
             if len(counts) > 1:
-                mean = float(np.mean(differences)), np.mean(spreads, axis=0)
-                comparisons.append(_comparison(split, MEAN, method, against, sum(counts), *mean))
+                comparisons.append(_mean_of(MEAN, split, method, against, counts, differences, spreads))
+            unused = [i for i, place in enumerate(names_here) if place not in used]
+            if 1 < len(unused) < len(counts):
+                some = ([values[i] for i in unused] for values in (counts, differences, spreads))
+                comparisons.append(_mean_of(MEAN_UNUSED, split, method, against, *some))
     return comparisons
 
 
@@ -272,6 +284,20 @@ def bootstrap_pairs(pairs: Array, bootstraps: int, seed: int) -> tuple[float, Ar
         rng=np.random.default_rng(seed),
     )
     return float(difference(*columns)), found.bootstrap_distribution
+
+
+def _mean_of(
+    mean: str,
+    split: str,
+    method: str,
+    against: str | None,
+    counts: Sequence[int],
+    differences: Sequence[float],
+    spreads: Sequence[Array],
+) -> Comparison:
+    return _comparison(
+        split, mean, method, against, sum(counts), float(np.mean(differences)), np.mean(spreads, axis=0)
+    )
 
 
 def _comparison(
