@@ -13,11 +13,12 @@ FILES = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "
 
 class TrajEvo(Sampler):
     upstream = "ai4co/trajevo", "d30234e", "trajevo"
+    parameters = {"baseline": ""}
 
-    def __init__(self, config="{}", baseline="", **settings):
+    def __init__(self, config="{}", **settings):
         super().__init__(config, **settings)
-        named = f"{baseline}/model.py" if baseline else "zara2.py"
-        path = code_of("trajevo", named) / ("model.py" if baseline else f"{FILES.get(self.scene, 'univ')}.py")
+        named = f"{self.baseline}/model.py" if self.baseline else "zara2.py"
+        path = code_of("trajevo", named) / ("model.py" if self.baseline else f"{FILES.get(self.scene, 'univ')}.py")
         spec = importlib.util.spec_from_file_location("heuristic", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
