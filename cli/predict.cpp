@@ -119,6 +119,7 @@ void add_predict(CLI::App& app) {
   verb->add_option("--horizon", options->horizon_s, "predicted seconds [5]");
   verb->add_option("--every", options->stride_s, "seconds between predictions of a track [1]")->check(positive_number);
   add_lines(*verb, options->lines);
+  verb->add_flag("!--no-covariances", options->lines.covariances, "leave the covariances out: half as many bytes");
   verb->add_flag("--image", options->image,
                  "add u, v and cov_uv, the path in the picture of the camera [of a model in pixels always]");
   verb->add_flag("--explain", options->explain, "add the primitives, transitions and terms behind each mode");

@@ -181,16 +181,17 @@ std::vector<double> rounded_weights(const std::vector<Mode>& modes, int decimals
 }
 
 /// Appends u, v and cov_uv.
-void add_image(std::string& text, const Mode& mode, const Camera& camera, int digits) {
+void add_image(std::string& text, const Mode& mode, const Camera& camera, const LineFormat& format) {
   std::vector<std::optional<ImagePoint>> points;
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) points.push_back(image_point(mode, j, camera));
   const auto add_points = [&](const char* key, const auto& add_point) {
     add_list(text, key, points.size(),
              [&](std::size_t j) { points[j] ? add_point(*points[j]) : void(text += "null,"); });
   };
-  add_points("u", [&](const ImagePoint& point) { add(text, point.mean_px.x(), digits); });
-  add_points("v", [&](const ImagePoint& point) { add(text, point.mean_px.y(), digits); });
-  add_points("cov_uv", [&](const ImagePoint& point) { add_covariance(text, point.covariance_px2, digits + 1); });
+  add_points("u", [&](const ImagePoint& point) { add(text, point.mean_px.x(), format.digits); });
+  add_points("v", [&](const ImagePoint& point) { add(text, point.mean_px.y(), format.digits); });
+  if (!format.covariances) return;
+  add_points("cov_uv", [&](const ImagePoint& point) { add_covariance(text, point.covariance_px2, format.digits + 1); });
 }
 
 void add_times(std::string& text, const std::vector<double>& times_s, int digits) {
@@ -199,15 +200,17 @@ void add_times(std::string& text, const std::vector<double>& times_s, int digits
 
 /// `nearest`: null for a mode without it; `times_s`: for one without times.
 void add_mode(std::string& text, const Mode& mode, double weight, const double* nearest,
-              const std::vector<double>* times_s, const Camera* camera, int digits) {
+              const std::vector<double>* times_s, const Camera* camera, const LineFormat& format) {
   const std::size_t steps = mode.path_m.size();
+  const int digits = format.digits;
   add(text += "{\"weight\":", weight, digits + 1);
   if (nearest != nullptr) add(text += "\"nearest\":", *nearest, digits + 1);
   if (times_s != nullptr) add_times(text, *times_s, digits);
   add_list(text, "x", steps, [&](std::size_t j) { add(text, mode.path_m[j].x(), digits); });
   add_list(text, "y", steps, [&](std::size_t j) { add(text, mode.path_m[j].y(), digits); });
-  add_list(text, "cov", steps, [&](std::size_t j) { add_covariance(text, mode.covariances_m2[j], digits + 1); });
-  if (camera != nullptr) add_image(text, mode, *camera, digits);
+  if (format.covariances)
+    add_list(text, "cov", steps, [&](std::size_t j) { add_covariance(text, mode.covariances_m2[j], digits + 1); });
+  if (camera != nullptr) add_image(text, mode, *camera, format);
   add_list(text, "primitives", mode.primitives.size(),
            [&](std::size_t i) { (text += std::to_string(mode.primitives[i])) += ','; });
   ((text += "\"variant\":\"") += kVariantKinds[static_cast<std::size_t>(mode.variant)]) += '"';
@@ -234,8 +237,10 @@ void add_outcomes(std::string& text, const Prediction& prediction, int digits) {
 }  // namespace
 
 std::string prediction_line(const std::string& track, const Prediction& prediction, const Explanation* explanation,
-                            const Camera* camera, const LineFormat& format) {
-  const int digits = format.v1 ? kMaxDigits : format.digits;
+                            const Camera* camera, const LineFormat& requested) {
+  LineFormat format = requested;
+  if (format.v1) format.digits = kMaxDigits;
+  const int digits = format.digits;
   if (digits < 1 || digits > kMaxDigits)
     throw std::invalid_argument("prediction_line: digits = " + std::to_string(digits) + " is outside [1, 17]");
   std::string text;
@@ -256,7 +261,7 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   add_list(text, "modes", weights.size(), [&](std::size_t m) {
     const bool with_times = m == 0 || format.v1;
     add_mode(text, prediction.modes[m], weights[m], nearest.empty() ? nullptr : &nearest[m],
-             with_times ? &prediction.times_s : nullptr, camera, digits);
+             with_times ? &prediction.times_s : nullptr, camera, format);
   });
   if (!prediction.regions.empty()) {
     add_list(text, "regions", prediction.regions.size(), [&](std::size_t r) {

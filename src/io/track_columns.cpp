@@ -236,6 +236,11 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
 
 [[noreturn]] void reject_unknown(const TextTable& table) {
   const TextLine& first = table.rows.front();
+  const Shape commas = common_shape(table, true);
+  if (commas.cells >= 5 && commas.numbers == commas.cells)
+    throw FormatError(table.path, first.number,
+                      "a header line such as track_id,t,x,y, or 7, 9 or 10 columns as in MOTChallenge",
+                      std::to_string(commas.cells) + " columns of numbers");
   throw FormatError(table.path, first.number,
                     "tracks in a known format, such as CSV with the header line track_id,t,x,y",
                     excerpt(trimmed(first.text)));

@@ -9,6 +9,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/refine/outcomes.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -96,6 +97,15 @@ TEST(PredictionLine, OfTheFirstFormHasTheTimesInEachModeAndEveryNumberInFull) {
   EXPECT_FALSE(line.contains("t"));
   EXPECT_EQ(line.at("modes").at(1).at("t"), json::parse("[0.2,0.6000000000000001]"));
   EXPECT_EQ(line.at("modes").at(0).at("weight"), 2.0 / 3.0);
+}
+
+TEST(PredictionLine, LeavesCovariancesOutIfAsked) {
+  const std::string whole = prediction_line("1", two_modes());
+  const json line = json::parse(prediction_line("1", two_modes(), nullptr, nullptr, {.covariances = false}));
+  json expected = json::parse(whole);
+  for (json& mode : expected.at("modes")) EXPECT_EQ(mode.erase("cov"), 1U);
+  EXPECT_EQ(line, expected);
+  EXPECT_TRUE(says(message_of<FormatError>([&] { read_back(line.dump()); }), "cov"));
 }
 
 TEST(PredictionLine, RoundsWeightsSoThatTheySumToOneInOrder) {

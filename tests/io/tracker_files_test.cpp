@@ -58,8 +58,12 @@ TEST(MotChallenge, NeedsAFrameRateAndAKnownNumberOfColumns) {
   const auto no_rate =
       format_error_of([&] { read_detections(folder.write("mot.txt", "1,3,100,50,40,120,0.91,-1,-1,-1\n")); });
   EXPECT_TRUE(contains(no_rate->what(), "frames_per_second"));
-  const auto few = format_error_of([&] { read_detections(folder.write("few.txt", "1,3,100,50,40\n")); });
-  EXPECT_TRUE(contains(few->what(), "few.txt:1"));
+  for (const auto& [columns, row] : {std::pair{5, "1,3,100,50,40"}, {8, "1,3,100,50,40,120,0.9,1"}}) {
+    const auto other = format_error_of([&] { read_detections(folder.write("other.txt", row)); });
+    EXPECT_TRUE(contains(other->what(), "other.txt:1: expected a header line"));
+    EXPECT_TRUE(
+        contains(other->what(), "10 columns as in MOTChallenge, found " + std::to_string(columns) + " columns"));
+  }
 }
 
 TEST(JsonArrays, AreReadAsTheRowsOfATable) {

@@ -95,6 +95,7 @@ struct LineFormat {
   /// full: the shortest text that reads back as the same double.
   int digits = 3;
   bool outcomes = false;  ///< probabilities of sila/refine/outcomes.hpp
+  bool covariances = true;
 };
 
 /// A prediction as one line of JSON without the line's end: seconds, metres, world frame; times after t0; covariances
