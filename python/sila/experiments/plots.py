@@ -170,6 +170,7 @@ def _tradeoff(rows: pd.DataFrame, styles: Styles) -> Figure | None:
 
 COSTS = {"training_s": "training [s of CPU]", "bytes": "bytes", "us_per_prediction": "µs of CPU a prediction, one thread"}
 ERRORS = {"ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
+MOST_SHOWN = 2.0  # the other methods would be one point
 
 
 def _cost(rows: pd.DataFrame, styles: Styles) -> Figure | None:
@@ -182,6 +183,8 @@ def _cost(rows: pd.DataFrame, styles: Styles) -> Figure | None:
     if len(means) == 0:
         return None
     errors = means[list(ERRORS)].groupby("method", sort=False).mean()
+    far = errors.index[errors["ade_ratio"] > MOST_SHOWN].tolist()
+    errors = errors.drop(far)
     costs = np.exp(np.log(means[list(COSTS)].clip(lower=1e-6)).groupby("method", sort=False).mean())
     figure, axes = _figure(4.0 * len(COSTS), 3.4 * len(ERRORS), len(ERRORS), len(COSTS))
     for row, (error, error_title) in zip(axes, ERRORS.items()):
@@ -191,7 +194,8 @@ def _cost(rows: pd.DataFrame, styles: Styles) -> Figure | None:
             axis.set(xscale="log", xlabel=title)
         row[0].set_ylabel(error_title)
     _legend(figure, axes, ncol=min(5, len(errors)))
-    figure.suptitle(f"mean of {', '.join(everywhere)}", x=0.01, ha="left", fontsize=9)
+    without = f"; without {', '.join(far)}: more than {MOST_SHOWN:g} times the ADE of CV" if far else ""
+    figure.suptitle(f"mean of {', '.join(everywhere)}{without}", x=0.01, ha="left", fontsize=9)
     return figure
 
 

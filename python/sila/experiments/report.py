@@ -177,7 +177,8 @@ def markdown(
         if len(places) > 1:
             text.append(_means(summary.loc[split]))
         for measure, rows in comparisons.items():
-            text.append(_comparison_table(MEASURES[measure], [c for c in rows if c.split == split]))
+            paired = [c for c in rows if c.split == split and experiment.reference in (c.method, c.against)]
+            text.append(_comparison_table(MEASURES[measure], paired))
     return "\n".join(text)
 
 
