@@ -29,11 +29,10 @@ std::vector<GpData> gp_data(const Observed& observed, std::optional<Eigen::Index
   return data;
 }
 
-/// The initial hyperparameters of fields, in curb units.
-Hyperparameters starting_hyperparameters(const ModelSettings& settings, const FieldConfig& config) {
-  const double width_m = settings.reference_width_m;
-  const double signal = config.signal_std_mps / width_m, noise = config.noise_std_mps / width_m;
-  return {{signal * signal, Eigen::VectorXd::Constant(2, config.length_scale_m / width_m)}, noise * noise};
+/// The initial hyperparameters of fields, in curb units of `width_m` metres.
+Hyperparameters starting_hyperparameters(double width_m) {
+  const double signal = FieldConfig::signal_std_mps / width_m, noise = FieldConfig::noise_std_mps / width_m;
+  return {{signal * signal, Eigen::VectorXd::Constant(2, FieldConfig::length_scale_m / width_m)}, noise * noise};
 }
 
 /// The bounds of the fit, configured in metres, in curb units of `unit_m` metres.
@@ -101,7 +100,7 @@ std::vector<SitePart> by_site(const Batch& batch) {
   return parts;
 }
 
-/// Adds the increment of another site without fusing.
+/// Adds the increment of a further site without fusing.
 void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& tracks) {
   Model& model = all.increment.model;
   const auto shift = static_cast<int>(model.primitives.size()), site = static_cast<int>(model.sites.size());
@@ -153,20 +152,8 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
   return report;
 }
 
-}  // namespace
-
-ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
-                             const GridConfig& config) {
-  ModelSettings settings;
-  settings.grid = {config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
-  settings.scaling = scaling;
-  settings.sample_interval_s = sample_interval_s;
-  settings.reference_width_m = reference_width_m;
-  return settings;
-}
-
-LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
-  validate_fields("learn", config);
+/// Learns a batch whose sites share primitives and transitions.
+LearnResult learn_together(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
   const std::vector<CurbTrajectory>& tracks = batch.tracks;
   const double min_speed_mps = config.dictionary.min_speed_mps;
   const double cell_m = settings.grid.cell * settings.reference_width_m;
@@ -187,8 +174,8 @@ LearnResult learn(const Batch& batch, const ModelSettings& settings, const Learn
   std::vector<int> sites;
   for (const CurbTrajectory& track : tracks) sites.push_back(find_or_add_site(model.sites, track.frame));
   Observed observed = observe_transitions(tracks, segments, sites, config.field.stride_s);  // T(i, j), samples
-  model.transitions = fit_transitions(observed, starting_hyperparameters(settings, config.field), config.field.outputs,
-                                      in_curb_units(config.field.gp, settings.reference_width_m));
+  model.transitions = fit_transitions(observed, starting_hyperparameters(settings.reference_width_m),
+                                      config.field.outputs, in_curb_units(config.field.gp, settings.reference_width_m));
   model.primitives = std::move(dictionary.primitives);
   count_support(segments, model.primitives);
   model.episodes = 1;
@@ -199,15 +186,26 @@ LearnResult learn(const Batch& batch, const ModelSettings& settings, const Learn
   return learnt;
 }
 
-LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
-  const std::vector<SitePart> parts = by_site(batch);
-  if (parts.size() < 2) return learn(batch, settings, config);
-  LearnResult all = learn(parts.front().batch, settings, config);
-  std::vector<std::vector<Segment>> first = std::exchange(all.segments, {});
+}  // namespace
+
+ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, double sample_interval_s,
+                             const GridConfig& config) {
+  ModelSettings settings;
+  settings.grid = {config.cell_m / reference_width_m, Vector2::Zero(), config.tile_cells};
+  settings.scaling = scaling;
+  settings.sample_interval_s = sample_interval_s;
+  settings.reference_width_m = reference_width_m;
+  return settings;
+}
+
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config, SiteSharing sharing) {
+  validate_fields("learn", config);
+  if (sharing == SiteSharing::shared) return learn_together(batch, settings, config);
+  LearnResult all;
+  all.increment.model.settings = settings;
+  all.increment.model.episodes = 1;
   all.segments.resize(batch.tracks.size());
-  for (std::size_t i = 0; i < first.size(); ++i) all.segments[parts.front().tracks[i]] = std::move(first[i]);
-  for (std::size_t site = 1; site < parts.size(); ++site)
-    append(all, learn(parts[site].batch, settings, config), parts[site].tracks);
+  for (const SitePart& part : by_site(batch)) append(all, learn_together(part.batch, settings, config), part.tracks);
   return all;
 }
 

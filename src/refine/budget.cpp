@@ -49,7 +49,7 @@ void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std
   }
 }
 
-SubsumptionTable subsumption_table(const Model& model, const PruneConfig& config) {
+SubsumptionTable subsumption_table(const Model& model) {
   const std::vector<Transition>& transitions = model.transitions;
   const bool apart = model.sharing == SiteSharing::apart;
   SubsumptionTable table;
@@ -59,8 +59,8 @@ SubsumptionTable subsumption_table(const Model& model, const PruneConfig& config
     table.subsumers.emplace_back(static_cast<std::size_t>(transition.field.gp.pseudo_inputs.cols()), 0);
     table.bytes.push_back(static_cast<double>(packed_bytes(transition)));
   }
-  const detail::OverlapCriteria criteria{config.known_ratio, config.agreement_mps / model.settings.reference_width_m,
-                                         0.0};
+  const detail::OverlapCriteria criteria{PruneConfig::known_ratio,
+                                         PruneConfig::agreement_mps / model.settings.reference_width_m, 0.0};
   detail::OverlapIndex index(transitions);
   for (std::size_t of = 0; of < transitions.size(); ++of) {
     for (const std::size_t other : index.candidates(of, criteria.share, table.kept)) {
@@ -183,7 +183,7 @@ void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetRep
 
 }  // namespace
 
-BudgetResult apply_budget(Model model, const ModelBudget& budget, const PruneConfig& overlap) {
+BudgetResult apply_budget(Model model, const ModelBudget& budget) {
   validate_fields("apply_budget", budget);
   BudgetResult result;
   const std::size_t before = model.primitives.size();
@@ -194,7 +194,7 @@ BudgetResult apply_budget(Model model, const ModelBudget& budget, const PruneCon
     result.model = std::move(model);
     return result;
   }
-  SubsumptionTable table = subsumption_table(model, overlap);
+  SubsumptionTable table = subsumption_table(model);
   keep_to_primitives(table, model, budget.max_primitives, result.report);
   if (!std::isinf(budget.max_bytes)) {
     Model rest = model;

@@ -117,13 +117,8 @@ ModelSettings with_residuals(ModelSettings settings, double horizon_s, const Res
 }
 
 LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-                  const ResidualConfig& residual) {
-  return with_residuals(learn(batch, settings, config), batch, residual);
-}
-
-LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-                        const ResidualConfig& residual) {
-  return with_residuals(learn_apart(batch, settings, config), batch, residual);
+                  const ResidualConfig& residual, SiteSharing sharing) {
+  return with_residuals(learn(batch, settings, config, sharing), batch, residual);
 }
 
 FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,

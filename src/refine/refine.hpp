@@ -13,9 +13,7 @@ namespace sila {
 ModelSettings with_residuals(ModelSettings settings, double horizon_s, const ResidualConfig& config);
 
 LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-                  const ResidualConfig& residual);
-LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
-                        const ResidualConfig& residual);
+                  const ResidualConfig& residual, SiteSharing sharing = SiteSharing::shared);
 FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,
                 const ResidualConfig& residual);
 FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);

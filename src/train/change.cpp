@@ -4,20 +4,10 @@
 #include <string>
 #include <utility>
 
+#include "core/inverse.hpp"
 #include "train/steps.hpp"
 
 namespace sila {
-namespace {
-
-/// For each primitive of the joint model its index in the updated model; -1 if it is not there.
-std::vector<int> places_of(const FusionPlan& plan) {
-  std::vector<int> places(plan.in.size(), -1);
-  for (std::size_t k = 0; k < plan.kept.size(); ++k)
-    places.at(static_cast<std::size_t>(plan.kept[k])) = static_cast<int>(k);
-  return places;
-}
-
-}  // namespace
 
 ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model& updated) {
   ModelChange change;
@@ -28,7 +18,7 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
                                 std::to_string(plan.in.size()) + " primitives, the updated model has " +
                                 std::to_string(updated.primitives.size()));
   }
-  const std::vector<int> places = places_of(plan);
+  const std::vector<int> places = inverse_of(plan.kept, plan.in.size());  // in the updated model
   const auto place = [&](int joint) { return places.at(static_cast<std::size_t>(joint)); };
   const int known = change.primitives_before;
   for (int i = 0; i < known; ++i) {
@@ -65,8 +55,7 @@ ModelChange change_by_retraining(const Model& previous, const Model& updated) {
 }
 
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
-  std::vector<int> place(static_cast<std::size_t>(change.primitives_after), -1);
-  for (std::size_t k = 0; k < kept.size(); ++k) place.at(static_cast<std::size_t>(kept[k])) = static_cast<int>(k);
+  const std::vector<int> place = inverse_of(kept, static_cast<std::size_t>(change.primitives_after));
   const auto at = [&](int updated) { return place.at(static_cast<std::size_t>(updated)); };
   const std::set<int> gone_before(change.gone.begin(), change.gone.end());
   for (int i = 0, updated = 0; i < change.primitives_before; ++i) {

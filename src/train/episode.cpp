@@ -39,24 +39,9 @@ Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& se
   return batch;
 }
 
-/// Merges the `recent` error statistics into those of each site; a site without recent ones does not change.
-void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
-                          double memory_windows) {
-  const auto error_statistics_in = [](const std::vector<Site>& of, const CurbFrame& frame) {
-    const auto site = find_site(of, frame);
-    return site ? of[static_cast<std::size_t>(*site)].error_statistics : ErrorStatistics{};
-  };
-  for (Site& site : sites) {
-    site.error_statistics = add_error_statistics(error_statistics_in(previous, site.frame),
-                                                 error_statistics_in(recent, site.frame), memory_windows);
-  }
-  require_one_shape(sites);
-}
-
-/// M'(n): each site learnt by itself, or all sites together.
+/// M'(n).
 LearnResult increment_of(const Batch& batch, const ModelSettings& settings, const EpisodeConfig& config) {
-  if (config.fuse.sites == SiteSharing::apart) return learn_apart(batch, settings, config.learn, config.residual);
-  return learn(batch, settings, config.learn, config.residual);
+  return learn(batch, settings, config.learn, config.residual, config.fuse.sites);
 }
 
 std::vector<EpisodeId> joined(const std::vector<EpisodeId>& a, const std::vector<EpisodeId>& b) {
@@ -83,6 +68,19 @@ const ErrorStatistics& common_prior(const Model& previous, const Model& incoming
 }
 
 }  // namespace
+
+void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
+                          double memory_windows) {
+  const auto error_statistics_in = [](const std::vector<Site>& of, const CurbFrame& frame) {
+    const auto site = find_site(of, frame);
+    return site ? of[static_cast<std::size_t>(*site)].error_statistics : ErrorStatistics{};
+  };
+  for (Site& site : sites) {
+    site.error_statistics = add_error_statistics(error_statistics_in(previous, site.frame),
+                                                 error_statistics_in(recent, site.frame), memory_windows);
+  }
+  require_one_shape(sites);
+}
 
 Update sila_update(const EpisodeConfig& config) {
   return [config](const Model& previous, const Batch& batch, const ModelSettings& settings) {
@@ -153,7 +151,7 @@ Episode run(const Model& previous, std::span<const FramedTrajectory> batch, cons
   set_error_statistics(updated.model.sites, previous.sites, recent.sites, config.error_statistics.memory_windows);
   updated.model.sharing = config.fuse.sites;
   updated.model.prior = previous.prior;
-  BudgetResult within = apply_budget(std::move(updated.model), config.budget, config.prune);
+  BudgetResult within = apply_budget(std::move(updated.model), config.budget);
   updated.change = without_dropped(std::move(updated.change), within.kept);
   within.model.episode_ids = joined(previous.episode_ids, {id});
   EpisodeReport report = report_of(batch.size(), size(previous), within.model, updated, within.report);

@@ -117,22 +117,23 @@ Batches batches_of(const Partition& partition) {
   return batches;
 }
 
-Model learn_partition(const Partition& partition, EpisodeConfig config) {
-  config.error_statistics.enabled = false;
-  Model model = partition.model.value_or(Model{});
-  for (Site& site : model.sites) site.error_statistics = {};
+Model learn_batches(Model model, const Partition& partition, const EpisodeConfig& config) {
   const Update update = sila_update(config);
   for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config, update).model;
   return model;
 }
 
+Model learn_partition(const Partition& partition, EpisodeConfig config) {
+  config.error_statistics.enabled = false;
+  Model model = partition.model.value_or(Model{});
+  for (Site& site : model.sites) site.error_statistics = {};
+  return learn_batches(std::move(model), partition, config);
+}
+
 /// A model of the partition alone, learnt batch by batch; each batch is scored before it is learnt.
 Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
   config.error_statistics.memory_windows = std::numeric_limits<double>::infinity();
-  Model model;
-  const Update update = sila_update(config);
-  for (const auto& batch : batches_of(partition)) model = run_episode(model, batch, config, update).model;
-  return model;
+  return learn_batches({}, partition, config);
 }
 
 /// The error statistics of a model by site, without counts.
@@ -188,15 +189,8 @@ EpisodeConfig warm_up_config(EpisodeConfig config) {
 /// Discounts the earlier error statistics of a site as if its new episodes had come one after another.
 Model finalise(Model model, const SiteErrorStatistics& error_statistics, const Model& start,
                const EpisodeConfig& config) {
-  for (Site& site : model.sites) {
-    const auto before = find_site(start.sites, site.frame), now = find_site(error_statistics.sites, site.frame);
-    const Site known = before ? start.sites[static_cast<std::size_t>(*before)] : Site{};
-    const ErrorStatistics recent =
-        now ? error_statistics.sites[static_cast<std::size_t>(*now)].error_statistics : ErrorStatistics{};
-    site.error_statistics =
-        add_error_statistics(known.error_statistics, recent, config.error_statistics.memory_windows);
-  }
-  return apply_budget(std::move(model), config.budget, config.prune).model;
+  set_error_statistics(model.sites, start.sites, error_statistics.sites, config.error_statistics.memory_windows);
+  return apply_budget(std::move(model), config.budget).model;
 }
 
 /// The partitions of each site at even distances; those of one site alone stay in their order.

@@ -45,10 +45,8 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   const double cell_m = kept.grid.cell * kept.reference_width_m;
   const bool same_cell = std::abs(config.learn.grid.cell_m - cell_m) <= 1e-9 * cell_m;
   require_kept("learn.grid.cell_m", same_cell ? cell_m : config.learn.grid.cell_m, cell_m);
-  require_kept("learn.grid.tile_cells", config.learn.grid.tile_cells, kept.grid.tile_cells);
   require_kept("predict.horizon_s of residual GPs (residual.enabled)", fresh.residual_horizon_s,
                kept.residual_horizon_s);
-  require_kept("the number of knots of residual GPs", fresh.residual_knots, kept.residual_knots);
   return kept;
 }
 

@@ -30,4 +30,8 @@ struct BatchErrors {
 BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                           const Predictor* predictor);
 
+/// Sets the error statistics of each site to those that it had in `previous`, merged with its `recent` ones.
+void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
+                          double memory_windows);
+
 }  // namespace sila

@@ -127,14 +127,12 @@ struct LearnResult {
   std::vector<std::vector<Segment>> segments;  ///< of each track
 };
 
-/// Learns the model of one batch, M'(n), from its tracks alone.
+/// Learns the model of one batch, M'(n), from its tracks alone. With sites apart each site is learnt by itself, without
+/// transitions between sites.
 /// Units: tracks in curb units, sampled by the interval of the settings.
 /// Throws: std::invalid_argument for a configuration out of range or a track that breaks its invariant.
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).
-LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
-
-/// The same for a batch of several sites that stay apart: each site is learnt by itself, and one increment has the
-/// primitives and transitions of all sites, without transitions between sites.
-LearnResult learn_apart(const Batch& batch, const ModelSettings& settings, const LearnConfig& config);
+LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+                  SiteSharing sharing = SiteSharing::shared);
 
 }  // namespace sila

@@ -89,7 +89,7 @@ struct BudgetResult {
 /// bytes are short, worth per byte; if primitives are short, the worth of all transitions that touch one.
 /// Throws: std::invalid_argument for a field out of range, or if not even one transition fits.
 /// Source: none in the paper; docs/decisions/0048-limits.md.
-BudgetResult apply_budget(Model model, const ModelBudget& budget, const PruneConfig& overlap = {});
+BudgetResult apply_budget(Model model, const ModelBudget& budget);
 
 /// A model for export: only transitions that at least `min_people` different tracks support, between primitives with
 /// the same support. Nothing else remains except sums over all tracks (error statistics without the path correction;
