@@ -18,8 +18,8 @@ namespace {
   throw std::invalid_argument("error statistics: " + what);
 }
 
-/// Rejects sums of another shape than `like`, and numbers that nothing was counted or summed up to. Only what a
-/// regression is made of may be negative.
+/// Rejects sums of another shape than `like`, and negative or non-finite sums; only entries of regression matrices may
+/// be negative.
 template <class Sums>
 void require_sums(const char* name, const Sums& sums, const Sums& like) {
   const auto reject = [&](const char* what) { reject_statistics(std::string(name) + what); };
@@ -55,20 +55,6 @@ void discount(Sums& sums, double share) {
   }
 }
 
-template <class Sums>
-void add(Sums& sums, const Sums& more) {
-  if constexpr (requires { parts_of(sums); }) {
-    const auto add_all = [&](auto&... parts) {
-      std::apply([&](const auto&... others) { (add(parts, others), ...); }, parts_of(more));
-    };
-    std::apply(add_all, parts_of(sums));
-  } else if constexpr (std::is_arithmetic_v<Sums> || std::same_as<Sums, Eigen::MatrixXd>) {
-    sums += more;
-  } else {
-    for (std::size_t i = 0; i < sums.size(); ++i) add(sums[i], more[i]);
-  }
-}
-
 /// From about this number of windows on, recent ones count more.
 constexpr double kEarlyWindows = 150.0;
 
@@ -88,11 +74,6 @@ void favour_recent(Densities& past, const Densities& recent) {
 }
 
 }  // namespace
-
-SlowErrors& SlowErrors::operator+=(const SlowErrors& more) {
-  add(*this, more);
-  return *this;
-}
 
 double windows_in(const Densities& densities) {
   return densities[kWalking].scale.weight + densities[kStanding].scale.weight;
@@ -142,7 +123,7 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
   const auto text = [](const ErrorStatistics& of) {
     return concatenate(of.steps, " steps after ", of.observe_s, " s");
   };
-  throw std::invalid_argument("add_error_statistics: " + text(b) + ", the model was fitted to " + text(a) +
+  throw std::invalid_argument("error statistics: " + text(b) + ", expected those of the model, " + text(a) +
                               "; keep predict.horizon_s and predict.observe_s as they were when the model began");
 }
 
@@ -158,7 +139,7 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
     const double share = share_of_past(windows_in(past.density), windows_in(recent.density));
     discount(sum.scores, share);
   }
-  add(sum, recent);
+  add_sums(sum, recent);
   return sum;
 }
 
@@ -169,7 +150,7 @@ void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
     return;
   }
   require_like(sum, more);
-  add(sum, more);
+  add_sums(sum, more);
 }
 
 void validate(const ErrorStatistics& error_statistics) {

@@ -45,8 +45,7 @@ JoinedSites join_sites(std::vector<Site> first, const std::vector<Site>& second)
     Site& site = joined.sites[static_cast<std::size_t>(joined.of_second.back())];
     site.episodes += more.episodes;
     site.tracks += more.tracks;
-    site.error_statistics =
-        add_error_statistics(site.error_statistics, more.error_statistics, std::numeric_limits<double>::infinity());
+    accumulate(site.error_statistics, more.error_statistics);
   }
   require_one_shape(joined.sites);
   return joined;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
+#include "model/parts.hpp"
 
 namespace sila {
 namespace {
@@ -124,16 +125,6 @@ std::array<double, kMixtureComponents> ErrorDensity::responsibilities(std::size_
   return logs;
 }
 
-double ErrorDensity::density(std::size_t step, const Vector2& scale, const Vector2& error_m) const {
-  double sum = 0.0;
-  for (std::size_t c = 0; c < kMixtureComponents; ++c) {
-    const Vector2 variances = variances_m2(c, step, scale);
-    sum += weights_[c] * std::exp(-0.5 * (error_m.array().square() / variances.array()).sum()) /
-           std::sqrt(variances.prod());
-  }
-  return sum / (2.0 * 3.14159265358979323846);
-}
-
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
                 const std::vector<Vector2>& errors_m, double weight, double interval_s) {
   if (errors_m.empty()) return;
@@ -146,15 +137,13 @@ void add_errors(DensityMoments& moments, const ErrorDensity& density, const Scal
     const auto shares = density.responsibilities(step, scale, errors_m[step]);
     const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * scale);
     for (std::size_t c = 0; c < kMixtureComponents; ++c)
-      moments.components[step * kMixtureComponents + c] +=
-          {weight * shares[c], weight * shares[c] * scaled.x(), weight * shares[c] * scaled.y()};
+      add_sums(moments.components[step * kMixtureComponents + c],
+               {weight * shares[c], weight * shares[c] * scaled.x(), weight * shares[c] * scaled.y()});
   }
   const Vector2 logs = (relative / static_cast<double>(errors_m.size())).array().max(0.0).unaryExpr([](double x) {
     return std::log(x + kSmallestSquare);
   });
-  moments.scale.weight += weight;
-  moments.scale.features.selfadjointView<Eigen::Lower>().rankUpdate(features, weight);
-  moments.scale.products.noalias() += weight * features * logs.transpose();
+  add_examples(moments.scale, features, logs.transpose(), weight);
 }
 
 }  // namespace sila

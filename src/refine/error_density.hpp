@@ -47,8 +47,6 @@ class ErrorDensity {
   /// For an error (along, across) the probability that each component made it; the sum is 1.
   std::array<double, kMixtureComponents> responsibilities(std::size_t step, const Vector2& scale,
                                                           const Vector2& error_m) const;
-  /// Density of an error [1/m^2].
-  double density(std::size_t step, const Vector2& scale, const Vector2& error_m) const;
 
  private:
   std::size_t steps_;

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/kinematics.hpp"
+#include "model/parts.hpp"
 #include "predict/constant_velocity.hpp"
 #include "refine/prepared_model.hpp"
 #include "sila/core/sampling.hpp"
@@ -21,12 +22,6 @@ constexpr double kUnfittedWeight = 0.2;
 constexpr double kOtherSitesWindows = 20.0;
 /// The prior of a model counts at a trained site like this number of windows.
 constexpr double kElsewhereWindows = 200.0;
-
-void add(RegressionMoments& moments, const Features& features, const Vector2& target, double weight) {
-  moments.weight += weight;
-  moments.features.selfadjointView<Eigen::Lower>().rankUpdate(features.transpose(), weight);
-  moments.products.noalias() += weight * features.transpose() * target;
-}
 
 /// Along and across the predicted way.
 Vector2 oriented(const Vector2& way, const Vector2& error) {
@@ -153,7 +148,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   const std::size_t state = motion_state(example.person.speed);
   stacking.change(state).add_window(error_statistics.changes[state], example.hazard, example.change,
                                     example.features.size());
-  if (example.person.slow) error_statistics.slow[*example.person.slow] += example.slow_errors;
+  if (example.person.slow) add_sums(error_statistics.slow[*example.person.slow], example.slow_errors);
   const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
   if (walks(example.person) && whole)
     add_window(error_statistics.global_motion, example.motion, constant_errors(example));
@@ -164,8 +159,8 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   for (std::size_t j = 0; j < example.features.size(); ++j) {
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(example.person.speed);
     const double seconds = static_cast<double>(j + 1) * error_statistics.interval_s;
-    add(error_statistics.stacking[cell], example.features[j], example.truths_mps[j],
-        precision(walking, j, scale, example.errors_m[j], seconds));
+    add_examples(error_statistics.stacking[cell], example.features[j].transpose(), example.truths_mps[j],
+                 precision(walking, j, scale, example.errors_m[j], seconds));
   }
 }
 

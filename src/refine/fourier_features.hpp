@@ -71,12 +71,4 @@ struct KnotErrors {
 /// The errors at the knots, of those at all steps until the horizon. Precondition: not empty.
 KnotErrors knot_errors(std::span<const Vector2> errors_mps);
 
-/// Adds a window with the weight of its errors.
-template <class Features, class Errors>
-void add_weighted(RegressionMoments& moments, const Features& features, const Errors& errors, double weight) {
-  moments.weight += weight;
-  moments.features.template selfadjointView<Eigen::Lower>().rankUpdate(features, weight);
-  moments.products.noalias() += weight * features * errors.transpose();
-}
-
 }  // namespace sila

@@ -1,6 +1,7 @@
 #include "refine/motion_correction.hpp"
 
 #include "core/kinematics.hpp"
+#include "model/parts.hpp"
 
 namespace sila {
 namespace {
@@ -64,8 +65,8 @@ void add_window(MotionMoments& moments, const MotionInput& input, const KnotErro
     along(k) = input.heading.dot(error), to_left(k) = cross(input.heading, error);
   }
   const SymmetricFeatures features = symmetric_features(input);
-  add_weighted(moments[0], features.even, along, errors.weight);
-  add_weighted(moments[1], features.odd, to_left, errors.weight);
+  add_examples(moments[0], features.even, along.transpose(), errors.weight);
+  add_examples(moments[1], features.odd, to_left.transpose(), errors.weight);
 }
 
 MotionCorrection::MotionCorrection(const ErrorStatistics& error_statistics)

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
+#include "model/parts.hpp"
 
 namespace sila {
 namespace {
@@ -77,7 +78,7 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
   const CorrectionInput step = length_scales() / kLatticePoints;
   const CorrectionInput input = correction_input(observed, to_horizon_mps, horizon_s);
   const FourierFeatures features = fourier_features((input.array() / step.array()).round() * step.array());
-  add_weighted(error_statistics.correction, features, left_mps, errors.weight);
+  add_examples(error_statistics.correction, features, left_mps.transpose(), errors.weight);
   if (coefficients_.size() == 0) return;
   const Knots known_mps = coefficients_ * features;
   add_to_share(error_statistics.correction_share, known_mps.squaredNorm(), known_mps.dot(left_mps), errors.weight);

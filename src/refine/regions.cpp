@@ -22,6 +22,12 @@ constexpr double kGaussianWindows = 10.0;
 constexpr double kStandingScore = 4.5;
 constexpr double kLeastDensity = 1e-300;
 
+/// The motion state of a class of scores.
+constexpr std::size_t motion_state_of(std::size_t score_class) {
+  return score_class < kSpeedClasses ? motion_state(static_cast<int>(score_class))
+                                     : (score_class - kSpeedClasses) % kMotionStates;
+}
+
 double lower_edge(int bin) {
   return bin == 0 ? 0.0 : kEdges[bin - 1];
 }
@@ -112,7 +118,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
     }
     const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
     for (int c = 0; c < kScoreClasses; ++c) {
-      const bool stands = motion_state_of_score_class(static_cast<std::size_t>(c)) == kStanding;
+      const bool stands = motion_state_of(static_cast<std::size_t>(c)) == kStanding;
       const std::vector<double> shares = shrunk(cell(c), stands ? standing : all, kPooledWindows);
       auto& levels = levels_.emplace_back();
       for (std::size_t r = 0; r < levels.size(); ++r) levels[r] = quantile(shares, kRegionProbabilities[r]);

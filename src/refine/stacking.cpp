@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
+#include "model/parts.hpp"
 
 namespace sila {
 namespace {
@@ -34,7 +35,7 @@ std::vector<RegressionMoments> over_walking_classes(const std::vector<Regression
     if (speed == 1)
       sums.push_back(moments[cell]);
     else
-      sums.back() += moments[cell];
+      add_sums(sums.back(), moments[cell]);
   }
   return sums;
 }
@@ -98,8 +99,8 @@ std::vector<ErrorDensity> densities_of(const Densities& moments, const ErrorStat
   return densities;
 }
 
-}  // namespace
-
+/// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
+/// two samples were seen.
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
   if (observed.positions.size() < 2) return std::nullopt;
   const Vector2 way = velocity_to_world(observed.frame, observed.positions.back() - observed.positions.front());
@@ -108,6 +109,18 @@ std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
   if (limit == std::end(kSlowLimits_mps)) return std::nullopt;
   return static_cast<std::size_t>(limit - std::begin(kSlowLimits_mps));
 }
+
+KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
+  KinematicFeatures features;
+  Eigen::Index column = 0;
+  for (double window_s : kVelocityWindows_s) features.col(column++) = mean_velocity_mps(observed, window_s);
+  features.col(kEndFeature) = velocity_to_world(observed.frame, observed.velocities.back());
+  const Vector2 constant = features.col(kConstantVelocityFeature);
+  features.col(kHeadingFeature) = kHeading_mps * constant / std::max(0.1, constant.norm());
+  return features;
+}
+
+}  // namespace
 
 int speed_class(const CurbTrajectory& observed) {
   const double mean_mps = mean_speed_mps(observed);
@@ -127,16 +140,6 @@ std::size_t observed_class(const CurbTrajectory& observed, double observe_s) {
   const auto shorter =
       std::ranges::find_if(kShorterObserved_s, [&](double least_s) { return seconds + slack_s >= least_s; });
   return std::min(kObservedClasses - 1, static_cast<std::size_t>(shorter - std::begin(kShorterObserved_s)) + 1);
-}
-
-KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
-  KinematicFeatures features;
-  Eigen::Index column = 0;
-  for (double window_s : kVelocityWindows_s) features.col(column++) = mean_velocity_mps(observed, window_s);
-  features.col(kEndFeature) = velocity_to_world(observed.frame, observed.velocities.back());
-  const Vector2 constant = features.col(kConstantVelocityFeature);
-  features.col(kHeadingFeature) = kHeading_mps * constant / std::max(0.1, constant.norm());
-  return features;
 }
 
 ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int> site, std::span<const int> near,

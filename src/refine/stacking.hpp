@@ -20,9 +20,6 @@ namespace sila {
 
 /// The class of kSpeedClassLimits_mps by the mean observed speed.
 int speed_class(const CurbTrajectory& observed);
-/// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
-/// two samples were seen.
-std::optional<std::size_t> slow_class(const CurbTrajectory& observed);
 
 /// The class of kShorterObserved_s, 0 for a whole window of `observe_s`.
 std::size_t observed_class(const CurbTrajectory& observed, double observe_s);
@@ -31,10 +28,8 @@ std::size_t observed_class(const CurbTrajectory& observed, double observe_s);
 using Features = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kStackedFeatures>;
 /// The column of constant velocity among all features.
 inline constexpr int kConstantVelocityFeature = 1;
-using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
-
 /// The features that are the same for each step: velocities of the observed path [m/s], world frame.
-KinematicFeatures kinematic_features(const CurbTrajectory& observed);
+using KinematicFeatures = Eigen::Matrix<double, 2, kKinematicFeatures>;
 
 /// The features of a pedestrian that need no roll-out.
 struct ObservedFeatures {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "model/parts.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -44,8 +45,7 @@ void add_examples(ErrorStatistics& error_statistics, int speed_class, int count,
     const std::size_t cell = step * kSpeedClasses + static_cast<std::size_t>(speed_class);
     for (int i = 0; i < count; ++i) {
       const Features features = random_features(random, static_cast<int>(truth.size()));
-      error_statistics.stacking[cell] += {precision, precision * features.transpose() * features,
-                                          precision * features.transpose() * (features * truth)};
+      sila::add_examples(error_statistics.stacking[cell], features.transpose(), features * truth, precision);
     }
   }
 }

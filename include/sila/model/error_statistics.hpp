@@ -34,13 +34,6 @@ struct RegressionMoments {
   double weight = 0.0;
   Eigen::MatrixXd features;  ///< F x F, sum of w f f': the lower triangle, the rest is 0
   Eigen::MatrixXd products;  ///< F x P, sum of w f y'
-
-  RegressionMoments& operator+=(const RegressionMoments& more) {
-    weight += more.weight;
-    features += more.features;
-    products += more.products;
-    return *this;
-  }
 };
 
 /// Moments of the regression of velocity errors on motion features: along the heading, and to the left of it.
@@ -51,13 +44,6 @@ struct ErrorMoments {
   double weight = 0.0;
   double along = 0.0;
   double across = 0.0;
-
-  ErrorMoments& operator+=(const ErrorMoments& more) {
-    weight += more.weight;
-    along += more.along;
-    across += more.across;
-    return *this;
-  }
 };
 
 /// Sums from which the density of prediction errors is fitted (src/refine/error_density.hpp).
@@ -87,8 +73,6 @@ inline constexpr SlowChoice kSlowChoices[] = {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}
 struct SlowErrors {
   double weight = 0.0;
   std::array<double, std::size(kSlowChoices)> errors_m = {};
-
-  SlowErrors& operator+=(const SlowErrors& more);
 };
 
 /// Sums of the prediction errors of past episodes, gathered on tracks that the model had not learnt yet: for the

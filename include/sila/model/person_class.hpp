@@ -27,16 +27,11 @@ inline constexpr int kScoreClasses = kSpeedClasses + static_cast<int>((kObserved
 constexpr std::size_t motion_state(int speed_class) {
   return speed_class == 0 ? kStanding : kWalking;
 }
-/// The motion state of a class of scores.
-constexpr std::size_t motion_state_of_score_class(std::size_t score_class) {
-  return score_class < kSpeedClasses ? motion_state(static_cast<int>(score_class))
-                                     : (score_class - kSpeedClasses) % kMotionStates;
-}
 
 /// The classes that error statistics are kept for.
 struct PersonClass {
   int speed = 0;                    ///< see speed_class (src/refine/stacking.hpp)
-  std::optional<std::size_t> slow;  ///< of a person who hardly moves: see slow_class
+  std::optional<std::size_t> slow;  ///< of a person who hardly moves: see kSlowLimits_mps
   std::size_t observed = 0;         ///< see observed_class
 
   std::size_t density() const { return observed * kMotionStates + motion_state(speed); }
