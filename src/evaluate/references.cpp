@@ -174,16 +174,21 @@ Prediction LinearReference::predict(std::span<const Vector2> past_m, double inte
   return prediction;
 }
 
+LinearReference unfitted_reference(Reference kind, std::size_t steps, double interval_s) {
+  LinearReference reference{kind, {}, {}, {}};
+  for (std::size_t j = 1; j <= steps; ++j) {
+    const double deviation_m = static_cast<double>(j) * interval_s;
+    reference.covariances_m2.emplace_back(deviation_m * deviation_m * Matrix2::Identity());
+  }
+  if (kind == Reference::stays) reference.shares.assign(steps, 0.0);
+  return reference;
+}
+
 std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,
                                             double interval_s) {
   std::vector<LinearReference> references;
   for (std::size_t r = 0; r < kReferenceCount; ++r) {
-    LinearReference reference{static_cast<Reference>(r), {}, {}, {}};
-    for (std::size_t j = 1; j <= steps; ++j) {
-      const double deviation_m = static_cast<double>(j) * interval_s;
-      reference.covariances_m2.emplace_back(deviation_m * deviation_m * Matrix2::Identity());
-    }
-    if (reference.kind == Reference::stays) reference.shares.assign(steps, 0.0);
+    LinearReference reference = unfitted_reference(static_cast<Reference>(r), steps, interval_s);
     if (reference.kind == Reference::damped_velocity) reference.shares = damped_shares(windows, steps, interval_s);
     if (windows.empty())
       references.push_back(std::move(reference));

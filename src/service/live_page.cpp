@@ -46,7 +46,7 @@ ordered_json pedestrian_json(StreamId stream, const std::string& track, const Pe
   ordered_json json{{"id", std::to_string(stream) + ":" + track}, {"name", track}};
   json["trail"] = trail_json(pedestrian.track.path);
   if (pedestrian.pending.empty()) return json;
-  const Prediction& prediction = pedestrian.pending.back().prediction;
+  const Prediction& prediction = pedestrian.pending.back();
   json["novelty"] = rounded(prediction.novelty, 2);
   json["fallback"] = prediction.fallback;
   json["modes"] = modes_json(prediction, pedestrian.track.path.times_s.back());

@@ -17,34 +17,37 @@ namespace {
 constexpr double kCheckInterval_s = 0.25;
 
 /// The score of a prediction on a path that has its future; none if the path does not, or has no sample at t0.
-std::optional<WindowScore> score_of(const PendingScore& pending, const Trajectory& path,
+std::optional<WindowScore> score_of(const Prediction& prediction, const Trajectory& path,
                                     const ServiceSettings& settings) {
-  const double t0_s = pending.prediction.t0_s;
+  const double t0_s = prediction.t0_s;
   const auto last = std::lower_bound(path.times_s.begin(), path.times_s.end(), t0_s);
   if (last == path.times_s.end() || *last != t0_s) return std::nullopt;
   const double horizon_s = settings.episode.predict.horizon_s;
   const auto steps = static_cast<std::size_t>(steps_in(horizon_s, settings.episode.sampling.interval_s));
   if (t0_s + horizon_s > path.times_s.back() + 1e-3) return std::nullopt;
   const auto index = static_cast<std::size_t>(last - path.times_s.begin());
-  Window window{pending.observed, past(path, index, settings.episode.predict.observe_s, settings.episode.sampling),
-                future(path, index, steps, settings.episode.sampling)};
+  Window window;
+  window.observed.id = path.id;
+  window.past_m = past(path, index, settings.episode.predict.observe_s, settings.episode.sampling);
+  window.future_m = future(path, index, steps, settings.episode.sampling);
   if (window.future_m.size() < steps) return std::nullopt;
-  const auto references = fit_references({}, steps, settings.episode.sampling.interval_s);
-  return score_window(pending.prediction, window, std::span(references).first(1), settings.episode, settings.evaluate);
+  const LinearReference constant_velocity =
+      unfitted_reference(Reference::constant_velocity, steps, settings.episode.sampling.interval_s);
+  return score_window(prediction, window, std::span(&constant_velocity, 1), settings.episode, settings.evaluate);
 }
 
-void add_score(StreamCore& core, Pedestrian& pedestrian, const PendingScore& pending,
+void add_score(StreamCore& core, Pedestrian& pedestrian, const Prediction& prediction,
                const std::optional<WindowScore>& score) {
   --core.counters.pending_scores;
   ++(score ? core.counters.scored : core.counters.unscorable);
   if (!score) return;
-  add(pedestrian.score, *score, !pending.prediction.regions.empty());
+  add(pedestrian.score, *score, !prediction.regions.empty());
   if (core.keep_windows) core.windows.push_back(*score);
 }
 
 /// Whether the future of a prediction is complete on the path and no late detection can change it.
-bool is_final(const PendingScore& pending, const Trajectory& path, const ServiceSettings& settings) {
-  const double t0_s = pending.prediction.t0_s;
+bool is_final(const Prediction& prediction, const Trajectory& path, const ServiceSettings& settings) {
+  const double t0_s = prediction.t0_s;
   return !path.times_s.empty() && t0_s >= path.times_s.front() &&
          t0_s + settings.episode.predict.horizon_s + settings.service.late_s <= path.times_s.back();
 }
@@ -60,12 +63,12 @@ void queue_score(StreamCore& core, StreamId id, const std::string& track, Pedest
 void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {
   if (pedestrian.queued) ++core.counters.superseded;
   std::vector<Trajectory> trajectories = trajectories_of(pedestrian.track, settings.clean);
-  for (const PendingScore& pending : pedestrian.pending) {
+  for (const Prediction& prediction : pedestrian.pending) {
     std::optional<WindowScore> score;
     for (const Trajectory& path : trajectories) {
-      if (!score && path.times_s.front() <= pending.prediction.t0_s) score = score_of(pending, path, settings);
+      if (!score && path.times_s.front() <= prediction.t0_s) score = score_of(prediction, path, settings);
     }
-    add_score(core, pedestrian, pending, score);
+    add_score(core, pedestrian, prediction, score);
   }
   core.online_calibration =
       fitted(std::move(core.online_calibration), pedestrian.score, horizons_until(settings.episode.predict.horizon_s),
@@ -232,7 +235,7 @@ void retain(StreamCore& core, const PredictionRequest& request, const Prediction
     return;
   }
   ++core.counters.pending_scores;
-  pedestrian->pending.push_back({prediction, request.observed});
+  pedestrian->pending.push_back(prediction);
 }
 
 void score_due(StreamCore& core, std::size_t count, const ServiceSettings& settings) {
@@ -243,8 +246,8 @@ void score_due(StreamCore& core, std::size_t count, const ServiceSettings& setti
     if (pedestrian == nullptr || !std::exchange(pedestrian->score_queued, false)) continue;
     const Trajectory& path = pedestrian->track.path;
     while (!pedestrian->pending.empty() && is_final(pedestrian->pending.front(), path, settings)) {
-      const PendingScore& pending = pedestrian->pending.front();
-      add_score(core, *pedestrian, pending, score_of(pending, path, settings));
+      const Prediction& prediction = pedestrian->pending.front();
+      add_score(core, *pedestrian, prediction, score_of(prediction, path, settings));
       pedestrian->pending.pop_front();
     }
   }

@@ -75,9 +75,13 @@ struct LinearReference {
   Prediction predict(std::span<const Vector2> past_m, double interval_s) const;
 };
 
-/// All references, fitted to windows with their whole future. Without windows, errors of 1 m/s times the time ahead are
-/// assumed, and `linear` is constant velocity. The ridge is the one with the least error over five folds of tracks, and
-/// the errors are those of the held-back folds. Shapes: `steps` steps of `interval_s`.
+/// A reference without training windows: errors of 1 m/s times the time ahead, and `linear` and `damped_velocity` are
+/// constant velocity. Shapes: `steps` steps of `interval_s`.
+LinearReference unfitted_reference(Reference kind, std::size_t steps, double interval_s);
+
+/// All references, fitted to windows with their whole future; without windows `unfitted_reference`. The ridge is the
+/// one with the least error over five folds of tracks, and the errors are those of the held-back folds. Shapes: as
+/// `unfitted_reference`.
 /// Source: Schoeller et al., "What the constant velocity model can teach us about pedestrian motion prediction", 2020,
 /// on why such baselines are needed; ridge regression: Hastie, Tibshirani, Friedman, section 3.4.
 std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,

@@ -44,20 +44,14 @@ struct OpenTrack {
   double latest_s = 0.0;  ///< newest stamp of the rows
 };
 
-/// A prediction that is retained until its future is known.
-struct PendingScore {
-  Prediction prediction;
-  CurbTrajectory observed;
-};
-
 /// A pedestrian whose track is open.
 struct Pedestrian {
   OpenTrack track;
-  double due_s = 0.0;         ///< when the next prediction is due, on the clock of the stream
-  bool queued = false;        ///< is in `Stream::due`
-  bool score_queued = false;  ///< is in `StreamCore::due_scores`
-  double arrived_s = 0.0;     ///< arrival of the detection to predict from, on the clock of the caller
-  std::deque<PendingScore> pending;
+  double due_s = 0.0;              ///< when the next prediction is due, on the clock of the stream
+  bool queued = false;             ///< is in `Stream::due`
+  bool score_queued = false;       ///< is in `StreamCore::due_scores`
+  double arrived_s = 0.0;          ///< arrival of the detection to predict from, on the clock of the caller
+  std::deque<Prediction> pending;  ///< retained until their futures are known
   PedestrianScore score;
 };
 
