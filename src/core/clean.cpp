@@ -46,6 +46,17 @@ void drop(TrackReport& report, DropReason reason, const std::string& source, con
   if (total.rows++ == 0) total.first = source + (line > 0 ? ":" + std::to_string(line) : "") + ", track " + track;
 }
 
+/// Whether a class label means a person on foot; an empty one does.
+bool is_pedestrian(std::string_view label) {
+  static constexpr std::array<std::string_view, 8> names{"",       "ped",    "pedestrian", "pedestrians",
+                                                         "person", "people", "walker",     "human"};
+  std::string lower(label);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return std::find(names.begin(), names.end(), lower) != names.end();
+}
+
 std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& config) {
   if (!std::isfinite(row.t_s) || !row.position_m.allFinite()) return DropReason::not_finite;
   if (row.position_m.cwiseAbs().maxCoeff() > config.max_abs_position_m || std::abs(row.t_s) > kLargestTime_s) {
@@ -89,9 +100,9 @@ double spread(std::span<const Sample> samples) {
 
 /// One sample for several rows of the same stamp; none if they contradict one another.
 std::optional<Sample> merged(std::span<const Sample> same, const std::string& id, const std::string& source,
-                             const CleanConfig& config, TrackReport& report) {
+                             TrackReport& report) {
   if (same.size() == 1) return same.front();
-  const bool contradictory = spread(same) > config.jump_tolerance_m;
+  const bool contradictory = spread(same) > CleanConfig::jump_tolerance_m;
   Vector2 sum = Vector2::Zero();
   std::size_t places = 0;
   for (std::size_t i = 0; i < same.size(); ++i) {
@@ -106,14 +117,13 @@ std::optional<Sample> merged(std::span<const Sample> same, const std::string& id
 }
 
 /// Sorted samples to samples with strictly increasing times.
-std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& source, const CleanConfig& config,
-                                  TrackReport& report) {
+std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& source, TrackReport& report) {
   std::vector<Sample> result;
   result.reserve(track.samples.size());
   for (std::size_t begin = 0, end = 0; begin < track.samples.size(); begin = end) {
     while (end < track.samples.size() && track.samples[end].t_s == track.samples[begin].t_s) ++end;
     const std::span<const Sample> same(track.samples.data() + begin, end - begin);
-    if (const auto sample = merged(same, track.id, source, config, report)) result.push_back(*sample);
+    if (const auto sample = merged(same, track.id, source, report)) result.push_back(*sample);
   }
   return result;
 }
@@ -130,7 +140,7 @@ bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
 /// Cuts at gaps and jumps; a single sample off a path that continues without it is dropped.
 std::vector<Tracklet> tracklets_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
                                    TrackReport& report) {
-  const std::vector<Sample> samples = one_per_stamp(track, source, config, report);
+  const std::vector<Sample> samples = one_per_stamp(track, source, report);
   std::vector<Tracklet> tracklets;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Sample* last = tracklets.empty() ? nullptr : &tracklets.back().samples.back();
@@ -303,14 +313,26 @@ CleanTracks clean(const Detections& source, const std::string& id_prefix, const 
   return clean_all(std::span(&source, 1), std::span(&id_prefix, 1), config);
 }
 
-bool is_pedestrian(std::string_view label) {
-  static constexpr std::array<std::string_view, 8> names{"",       "ped",    "pedestrian", "pedestrians",
-                                                         "person", "people", "walker",     "human"};
-  std::string lower(label);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return std::find(names.begin(), names.end(), lower) != names.end();
+std::string to_text(const DroppedRows& dropped) {
+  return "rows that " + std::string(kDropReasons[static_cast<std::size_t>(dropped.reason)].text) + ": " +
+         std::to_string(dropped.rows) + " (first: " + dropped.first + ")";
+}
+
+void add(TrackReport& report, const TrackReport& more) {
+  // A member that is forgotten here does not compile.
+  const auto& [sources, rows_read, rows_kept, dropped, track_ids, tracks_kept, out_of_order_rows, splits_at_gaps,
+               splits_at_jumps, standing_tracks, warnings] = more;
+  report.sources += sources;
+  report.rows_read += rows_read;
+  report.rows_kept += rows_kept;
+  add(report.dropped, dropped);
+  report.track_ids += track_ids;
+  report.tracks_kept += tracks_kept;
+  report.out_of_order_rows += out_of_order_rows;
+  report.splits_at_gaps += splits_at_gaps;
+  report.splits_at_jumps += splits_at_jumps;
+  report.standing_tracks += standing_tracks;
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
 }
 
 std::vector<std::string> to_lines(const TrackReport& report) {
@@ -319,10 +341,7 @@ std::vector<std::string> to_lines(const TrackReport& report) {
   lines.push_back(counted(report.tracks_kept, "track") + " of " + counted(report.track_ids, "id") + " in " +
                   counted(report.sources, "file") + "; " + number(report.rows_kept) + " of " +
                   number(report.rows_read) + " rows kept");
-  for (const DroppedRows& entry : report.dropped) {
-    lines.push_back("dropped rows that " + std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) +
-                    ": " + number(entry.rows) + " (first: " + entry.first + ")");
-  }
+  for (const DroppedRows& entry : report.dropped) lines.push_back("dropped " + to_text(entry));
   const auto tell = [&](std::size_t count, const char* text) {
     if (count > 0) lines.push_back(text + number(count));
   };

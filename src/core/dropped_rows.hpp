@@ -1,9 +1,10 @@
 #pragma once
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
-#include "sila/core/detections.hpp"
+#include "sila/core/clean.hpp"
 
 namespace sila {
 
@@ -21,5 +22,11 @@ inline void add(std::vector<DroppedRows>& list, const std::vector<DroppedRows>& 
     total.rows += entry.rows;
   }
 }
+
+/// Adds the report of a further part or source.
+void add(TrackReport& report, const TrackReport& more);
+
+/// "rows that have no number: 3 (first: a.csv:7, track 12)".
+std::string to_text(const DroppedRows& dropped);
 
 }  // namespace sila

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
@@ -168,14 +167,13 @@ CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::ve
   return result;
 }
 
-}  // namespace
-
+/// States at the given times from the first `known` samples alone; later samples never change the result. The states
+/// are those of a cubic smoothing spline. Its stiffness follows from the noise of the tracker, which is estimated from
+/// second differences of these samples: clean tracks are interpolated, noisy ones filtered. Precondition: `known` is at
+/// least 1 and at most the length of the track. Throws: std::invalid_argument for times that do not increase.
+/// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config) {
-  if (known == 0 || known > track.times_s.size()) {
-    throw std::invalid_argument("smooth: known = " + std::to_string(known) + ", the track has " +
-                                std::to_string(track.times_s.size()) + " samples");
-  }
   if (times_s.empty()) return {};
   const auto begin = track.times_s.begin();
   const auto from = static_cast<std::size_t>(
@@ -193,6 +191,8 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
   for (const double time_s : times_s) states.push_back(between(seen_s, at_samples, time_s));
   return states;
 }
+
+}  // namespace
 
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {

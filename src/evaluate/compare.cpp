@@ -41,7 +41,7 @@ std::vector<int> equals(const Model& a, const Model& b) {
 
 /// Adds to `likes` the most similar pairs of primitives that have no like yet, and returns them.
 std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double threshold, std::vector<int>& likes) {
-  SimilarityEdges edges = similarity_graph(a, b, threshold).edges;
+  SimilarityEdges edges = similarity_graph(a, b, threshold);
   std::ranges::stable_sort(edges, std::ranges::greater{}, &Similarity::value);
   std::vector<bool> taken(b.primitives.size(), false);
   for (const int like : likes) {
@@ -131,7 +131,7 @@ std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, s
     const FlowPosterior posterior(transition.field.gp, transition.field.second());
     const Eigen::MatrixXd& places = transition.field.gp.pseudo_inputs;
     for (Eigen::Index m = 0; m < places.cols(); ++m) {
-      const Vector2 velocity = posterior.mean(places.col(m));
+      const Vector2 velocity = posterior.predict(places.col(m)).mean;
       if (velocity_to_world(frame, velocity).norm() < kStanding_mps) continue;
       paths.push_back(straight_path(places.col(m), velocity, frame, observe_s, model.settings.sample_interval_s));
     }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "core/concatenate.hpp"
+#include "core/inverse.hpp"
 #include "fuse/fuse_fields.hpp"
 #include "fuse/similarity.hpp"
 
@@ -90,7 +91,7 @@ std::vector<std::vector<SiteCount>> all_counts(const Model& previous, const Mode
 
 /// Removes the edges between primitives that have no site in common. A primitive without transitions belongs to all
 /// sites of its model.
-void keep_sites_apart(SimilarityGraph& graph, const FusionProblem& problem, const JoinedSites& joined,
+void keep_sites_apart(SimilarityEdges& graph, const FusionProblem& problem, const JoinedSites& joined,
                       const std::vector<std::vector<SiteCount>>& counts, std::size_t previous_sites) {
   std::vector<std::set<int>> sites(static_cast<std::size_t>(problem.primitives()));
   for (std::size_t t = 0; t < counts.size(); ++t) {
@@ -105,7 +106,7 @@ void keep_sites_apart(SimilarityGraph& graph, const FusionProblem& problem, cons
     else
       for (std::size_t site = 0; site < previous_sites; ++site) sites[p].insert(static_cast<int>(site));
   }
-  std::erase_if(graph.edges, [&](const Similarity& edge) {
+  std::erase_if(graph, [&](const Similarity& edge) {
     const std::set<int>&a = sites[static_cast<std::size_t>(edge.first)],
           &b = sites[static_cast<std::size_t>(edge.second)];
     return std::ranges::none_of(a, [&](int site) { return b.contains(site); });
@@ -115,18 +116,12 @@ void keep_sites_apart(SimilarityGraph& graph, const FusionProblem& problem, cons
 /// The edges of the similarity graph, and the similarities within a model that case 2 needs.
 std::vector<Similarity> similarities_of(const Model& previous, const Model& incoming, const FusionProblem& problem,
                                         const JoinedSites& joined, const FuseConfig& config) {
-  SimilarityGraph graph = similarity_graph(previous, incoming, config.similarity_threshold);
+  SimilarityEdges graph = similarity_graph(previous, incoming, config.similarity_threshold);
   if (config.sites == SiteSharing::apart && joined.sites.size() > 1)
     keep_sites_apart(graph, problem, joined, all_counts(previous, incoming, joined), previous.sites.size());
-  std::vector<Similarity> all = leaf_similarities(graph, previous, incoming);
-  all.insert(all.end(), graph.edges.begin(), graph.edges.end());
+  SimilarityEdges all = leaf_similarities(graph, previous, incoming);
+  all.insert(all.end(), graph.begin(), graph.end());
   return all;
-}
-
-const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming, int joint) {
-  const std::size_t index = static_cast<std::size_t>(joint);
-  const std::size_t shift = previous.primitives.size();
-  return index < shift ? previous.primitives[index] : incoming.primitives[index - shift];
 }
 
 /// Lower bound of the number of different tracks that showed a primitive or transition made of several of both models:
@@ -163,21 +158,6 @@ std::vector<MotionPrimitive> fused_primitives(const Model& previous, const Model
   return result;
 }
 
-/// Number of tracks through a split primitive, by site: the larger of the counts that enter and that leave.
-std::vector<SiteCount> flow_through(int primitive, const FusionProblem& problem,
-                                    const std::vector<std::vector<SiteCount>>& counts) {
-  std::vector<SiteCount> entering, leaving;
-  for (std::size_t t = 0; t < counts.size(); ++t) {
-    const TransitionCount& edge = problem.transitions[t];
-    if (edge.from == edge.to) continue;
-    for (const SiteCount& part : counts[t]) {
-      if (edge.to == primitive) add_count(entering, part);
-      if (edge.from == primitive) add_count(leaving, part);
-    }
-  }
-  return total_count(entering) >= total_count(leaving) ? entering : leaving;
-}
-
 /// The count of each group by site: that of its sources, and the credit for splits.
 std::vector<std::vector<SiteCount>> counts_of_groups(const FusionProblem& problem, const FusionPlan& plan,
                                                      const std::vector<std::vector<SiteCount>>& counts,
@@ -193,7 +173,9 @@ std::vector<std::vector<SiteCount>> counts_of_groups(const FusionProblem& proble
     }
     for (const PrimitiveSplit& split : plan.splits) {
       if (!split_credit || split.first != group.from || split.second != group.to) continue;
-      for (const SiteCount& part : flow_through(split.primitive, problem, counts)) add_count(sums[g], part);
+      for (const std::size_t t : flow_through(split.primitive, problem.transitions)) {
+        for (const SiteCount& part : counts[t]) add_count(sums[g], part);
+      }
     }
   }
   return sums;
@@ -214,9 +196,7 @@ int support_of(const TransitionGroup& group, const Model& previous, const Model&
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
 std::vector<Transition> fused_transitions(const std::vector<FieldSources>& sources, const FusionPlan& plan,
                                           const GpConfig& config) {
-  std::vector<int> place(plan.in.size(), -1);  // final indices
-  for (std::size_t k = 0; k < plan.kept.size(); ++k)
-    place[static_cast<std::size_t>(plan.kept[k])] = static_cast<int>(k);
+  const std::vector<int> place = inverse_of(plan.kept, plan.in.size());  // final indices
   std::vector<Transition> result(plan.groups.size());
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     const TransitionGroup& group = plan.groups[g];

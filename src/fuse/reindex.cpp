@@ -16,15 +16,6 @@ bool stronger(const Similarity& a, const Similarity& b) {
   return std::tuple(-a.value, a.first, a.second) < std::tuple(-b.value, b.first, b.second);
 }
 
-bool by_position(const Similarity& a, const Similarity& b) {
-  return Pair(a.first, a.second) < Pair(b.first, b.second);
-}
-
-SimilarityEdges sorted(SimilarityEdges edges) {
-  std::sort(edges.begin(), edges.end(), by_position);
-  return edges;
-}
-
 /// Disjoint sets (union-find) of the primitives that some edges touch.
 class PrimitiveSets {
  public:
@@ -178,18 +169,6 @@ Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRul
   return {plan.out[from], plan.in[static_cast<std::size_t>(edge.to)]};
 }
 
-/// Number of tracks through a primitive: the larger of the counts that enter and that leave.
-double flow_through(int primitive, const std::vector<TransitionCount>& transitions) {
-  double entering = 0.0;
-  double leaving = 0.0;
-  for (const TransitionCount& edge : transitions) {
-    if (edge.from == edge.to) continue;
-    if (edge.to == primitive) entering += edge.count;
-    if (edge.from == primitive) leaving += edge.count;
-  }
-  return std::max(entering, leaving);
-}
-
 std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, const FusionPlan& plan,
                                                const FusionRules& rules) {
   std::vector<TransitionCount> transitions = problem.transitions;
@@ -205,10 +184,11 @@ std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, con
   }
   for (const PrimitiveSplit& split : plan.splits) {
     if (!rules.split_credit) break;
-    const double credit = flow_through(split.primitive, transitions);
     TransitionGroup& between = groups.at({split.first, split.second});  // case 1 requires this transition
-    between.credit += credit;
-    between.count += credit;
+    for (const std::size_t t : flow_through(split.primitive, problem.transitions)) {
+      between.credit += problem.transitions[t].count;
+      between.count += problem.transitions[t].count;
+    }
   }
   std::vector<TransitionGroup> result;
   for (auto& [target, group] : groups) result.push_back(std::move(group));
@@ -216,6 +196,18 @@ std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, con
 }
 
 }  // namespace
+
+std::vector<std::size_t> flow_through(int primitive, const std::vector<TransitionCount>& transitions) {
+  std::vector<std::size_t> entering, leaving;
+  double sum = 0.0;  // entering minus leaving
+  for (std::size_t t = 0; t < transitions.size(); ++t) {
+    const auto& [from, to, count] = transitions[t];
+    if (from == to) continue;
+    if (to == primitive) entering.push_back(t), sum += count;
+    if (from == primitive) leaving.push_back(t), sum -= count;
+  }
+  return sum >= 0.0 ? entering : leaving;
+}
 
 SimilarityEdges matching_edges(const FusionProblem& problem) {
   SimilarityEdges edges;

@@ -100,10 +100,24 @@ double similarity(const MotionPrimitive& a, const MotionPrimitive& b) {
   return cosine(product(a, b), length(a), length(b));
 }
 
-SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold) {
+SimilarityEdges sorted(SimilarityEdges edges) {
+  std::sort(edges.begin(), edges.end(), [](const Similarity& a, const Similarity& b) {
+    return std::pair(a.first, a.second) < std::pair(b.first, b.second);
+  });
+  return edges;
+}
+
+const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming, int joint) {
+  const std::size_t index = static_cast<std::size_t>(joint);
+  const std::size_t shift = previous.primitives.size();
+  return index < shift ? previous.primitives[index] : incoming.primitives[index - shift];
+}
+
+SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, double threshold) {
   if (!(threshold > 0.0))
     throw std::invalid_argument(concatenate("similarity_graph: threshold = ", threshold, ", it must be positive"));
-  SimilarityGraph graph{static_cast<int>(previous.primitives.size()), static_cast<int>(incoming.primitives.size()), {}};
+  const int shift = static_cast<int>(previous.primitives.size());
+  SimilarityEdges edges;
   const std::vector<OwnedArrow> arrows = arrows_by_cell(previous);
   const std::vector<double> lengths = lengths_of(previous);
   for (std::size_t j = 0; j < incoming.primitives.size(); ++j) {
@@ -111,24 +125,16 @@ SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, d
     for (const auto& [i, sum] : products_with(arrows, incoming.primitives[j])) {
       const double value = cosine(sum, lengths[i], own_length);
       if (value < threshold - kSimilaritySlack) continue;
-      graph.edges.push_back({static_cast<int>(i), graph.previous_primitives + static_cast<int>(j), value});
+      edges.push_back({static_cast<int>(i), shift + static_cast<int>(j), value});
     }
   }
-  std::sort(graph.edges.begin(), graph.edges.end(), [](const Similarity& a, const Similarity& b) {
-    return std::pair(a.first, a.second) < std::pair(b.first, b.second);
-  });
-  return graph;
+  return sorted(std::move(edges));
 }
 
-std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming) {
-  const auto primitive = [&](int joint) -> const MotionPrimitive& {
-    return joint < graph.previous_primitives
-               ? previous.primitives.at(static_cast<std::size_t>(joint))
-               : incoming.primitives.at(static_cast<std::size_t>(joint - graph.previous_primitives));
-  };
-  std::vector<Similarity> result;
-  for (const auto& [a, b] : siblings(graph.edges)) {
-    const double value = similarity(primitive(a), primitive(b));
+SimilarityEdges leaf_similarities(const SimilarityEdges& graph, const Model& previous, const Model& incoming) {
+  SimilarityEdges result;
+  for (const auto& [a, b] : siblings(graph)) {
+    const double value = similarity(primitive_at(previous, incoming, a), primitive_at(previous, incoming, b));
     if (value != 0.0) result.push_back({a, b, value});
   }
   return result;

@@ -15,6 +15,7 @@ inline constexpr double kSimilaritySlack = 1e-9;
 
 /// Edges of the similarity graph, sorted by (first, second).
 using SimilarityEdges = std::vector<Similarity>;
+SimilarityEdges sorted(SimilarityEdges edges);
 
 /// The edges of the similarity graph G_s: pairs of a previous and an incoming primitive that reach the threshold.
 /// Source: SILA paper, Eq. 1 and 2. Differs: "greater than" of the text is read as the ">=" of the equation, with
@@ -36,25 +37,26 @@ struct Relaxed {
 /// docs/decisions/0040.
 Relaxed relax(const SimilarityEdges& component, bool strict);
 
+/// The transitions that carry the tracks through a split primitive: those that enter it or, if their count is larger,
+/// those that leave it.
+std::vector<std::size_t> flow_through(int primitive, const std::vector<TransitionCount>& transitions);
+
 /// Cosine of two primitives: the sum over common cells of the product of their arrows, over the lengths of both
 /// primitives. In [-1, 1]; below 0 for opposite directions; 0 if one of them has no length. Scaling a primitive does
 /// not change it. Source: SILA paper, Eq. 1.
 double similarity(const MotionPrimitive& a, const MotionPrimitive& b);
 
-/// The similarity graph G_s between the primitives of two models.
-struct SimilarityGraph {
-  int previous_primitives = 0;
-  int incoming_primitives = 0;
-  SimilarityEdges edges;  ///< joint indices: incoming primitive j is previous_primitives + j; sorted
-};
+/// The primitive of a joint index.
+const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming, int joint);
 
-/// All pairs of a previous and an incoming primitive with S >= threshold - kSimilaritySlack. Primitives that share no
-/// cell are never compared. Throws: std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
-SimilarityGraph similarity_graph(const Model& previous, const Model& incoming, double threshold);
+/// The similarity graph G_s between the primitives of two models: all pairs of a previous and an incoming primitive
+/// with S >= threshold - kSimilaritySlack, in joint indices. Primitives that share no cell are never compared. Throws:
+/// std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
+SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, double threshold);
 
 /// The similarities that case 2 needs: of two primitives of one model with a common neighbour in the graph. Joint
 /// indices, sorted.
-std::vector<Similarity> leaf_similarities(const SimilarityGraph& graph, const Model& previous, const Model& incoming);
+SimilarityEdges leaf_similarities(const SimilarityEdges& graph, const Model& previous, const Model& incoming);
 
 /// The mean of primitives that are fused, cell by cell; weights add. Arrows shorter than `drop_below` are dropped, but
 /// the longest stays, so that no primitive is left empty. Throws: std::invalid_argument without members, or if they

@@ -15,7 +15,7 @@ GpData about_mean(const GpData& data) {
 }
 
 Eigen::MatrixXd greedy_pseudo_inputs(const GpData& data, const Kernel& kernel, const GpConfig& config) {
-  const Eigen::MatrixXd candidates = detail::candidates_for(kernel, data.inputs, config);
+  const Eigen::MatrixXd candidates = detail::candidates_for(kernel, data.inputs);
   return candidates(Eigen::all, detail::select_greedily(kernel, candidates, config.max_pseudo_inputs,
                                                         config.selection_stop, default_jitter)
                                     .chosen);
@@ -103,7 +103,7 @@ Fit optimise(const GpData& centred, const Hyperparameters& start, const GpConfig
 /// Greedy Z and theta as given. The factor of k(Z, Z) is known from the selection.
 SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eigen::VectorXd& mean,
                     const GpConfig& config) {
-  const Eigen::MatrixXd candidates = detail::candidates_for(theta.kernel, data.inputs, config);
+  const Eigen::MatrixXd candidates = detail::candidates_for(theta.kernel, data.inputs);
   const detail::Selection selection = detail::select_greedily(theta.kernel, candidates, config.max_pseudo_inputs,
                                                               config.selection_stop, default_jitter);
   SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen),

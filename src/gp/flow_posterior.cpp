@@ -19,24 +19,19 @@ SparseGp with_zero_output(SparseGp gp, Eigen::Index component) {
   return gp;
 }
 
-void require_outputs(const SparseGp& gp, Eigen::Index outputs) {
-  if (gp.mean.size() == outputs && gp.response.cols() == outputs) return;
+const SparseGp& checked(const SparseGp& gp, Eigen::Index outputs) {
+  if (gp.mean.size() == outputs && gp.response.cols() == outputs) return gp;
   throw std::invalid_argument("flow posterior: a GP has " + std::to_string(gp.mean.size()) + " outputs, must have " +
                               std::to_string(outputs));
-}
-
-const SparseGp& checked(const SparseGp& gp, bool alone) {
-  require_outputs(gp, alone ? 2 : 1);
-  return gp;
 }
 
 }  // namespace
 
 FlowPosterior::FlowPosterior(const SparseGp& gp, const SparseGp* gp_y)
-    : first_(gp_y ? with_zero_output(checked(gp, false), 0) : checked(gp, true)),
+    : first_(gp_y ? with_zero_output(checked(gp, 1), 0) : checked(gp, 2)),
       signal_variance_(gp.kernel.signal_variance, (gp_y ? *gp_y : gp).kernel.signal_variance),
       noise_variance_(gp.noise_variance, (gp_y ? *gp_y : gp).noise_variance) {
-  if (gp_y) second_.emplace(with_zero_output(checked(*gp_y, false), 1));
+  if (gp_y) second_.emplace(with_zero_output(checked(*gp_y, 1), 1));
 }
 
 FieldPrediction FlowPosterior::with_second(const FlowPrediction& first, const Eigen::Vector2d& x) const {

@@ -45,11 +45,6 @@ class FlowPosterior {
     if (second_) return with_second(first, x);
     return {first.mean, Eigen::Vector2d::Constant(first.variance)};
   }
-  Eigen::Vector2d mean(const Eigen::Vector2d& x) const {
-    Eigen::Vector2d flow = first_.flow_mean(x);
-    if (second_) flow += second_->flow_mean(x);
-    return flow;
-  }
   FieldLinearisation linearise(const Eigen::Vector2d& x) const;
   /// As Posterior::bound_flows, with the larger variance of the two components.
   std::vector<FlowPrediction> bounds(std::span<const double> xs, std::span<const double> ys,

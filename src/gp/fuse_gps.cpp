@@ -164,7 +164,7 @@ const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kern
 /// If all parts have one basis it is kept and extended; a dominant part keeps its own; else all candidates compete,
 /// sorted so that the order of the parts does not matter.
 Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
-  const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs, config)
+  const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs)
                                                        : Eigen::MatrixXd(kernel.length_scales.size(), 0);
   if (one_basis(parts, kernel)) {
     if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);

@@ -50,6 +50,13 @@ class CovarianceColumns {
   double signal_variance_;
 };
 
+/// Every k-th column, k the smallest that leaves at most `max_count`.
+Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count) {
+  const Eigen::Index step = std::max<Eigen::Index>(1, (points.cols() + max_count - 1) / max_count);
+  if (step == 1) return points;
+  return points(Eigen::all, Eigen::seq(0, points.cols() - 1, step));
+}
+
 }  // namespace
 
 Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidates, Eigen::Index max_count,
@@ -60,7 +67,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
   const double least = std::max(stop_fraction, exhausted + 2.0 * jitter);  // a copy of a chosen point keeps the jitter
   CovarianceColumns columns(kernel, candidates);
   Eigen::ArrayXd variances = Eigen::ArrayXd::Constant(count, signal);
-  Selection selection{{}, Eigen::MatrixXd::Zero(limit, limit), {}, 0.0, true};
+  Selection selection{{}, Eigen::MatrixXd::Zero(limit, limit), 0.0, true};
   Eigen::MatrixXd features(count, limit);
   Eigen::Index m = 0;
   for (; m < limit; ++m) {
@@ -80,19 +87,12 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
     variances(pivot) = 0.0;
   }
   selection.lower.conservativeResize(m, m);
-  selection.features = features.leftCols(m);
   selection.remaining_variance = count > 0 ? variances.maxCoeff() : 0.0;
   return selection;
 }
 
-Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count) {
-  const Eigen::Index step = std::max<Eigen::Index>(1, (points.cols() + max_count - 1) / max_count);
-  if (step == 1) return points;
-  return points(Eigen::all, Eigen::seq(0, points.cols() - 1, step));
-}
-
-Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points, const GpConfig& config) {
-  const Eigen::ArrayXd step = config.lattice_step * kernel.length_scales.array();
+Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points) {
+  const Eigen::ArrayXd step = GpConfig::lattice_step * kernel.length_scales.array();
   std::set<std::vector<double>> known;
   std::vector<Eigen::Index> first;
   Eigen::MatrixXd lattice(points.rows(), points.cols());
@@ -100,7 +100,7 @@ Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& poin
     lattice.col(i) = step * (points.col(i).array() / step).round() + 0.0;  // + 0.0: no -0, which is another point
     if (known.emplace(lattice.col(i).begin(), lattice.col(i).end()).second) first.push_back(i);
   }
-  return subsample(lattice(Eigen::all, first), config.max_candidates);
+  return subsample(lattice(Eigen::all, first), GpConfig::max_candidates);
 }
 
 }  // namespace detail

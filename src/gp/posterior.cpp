@@ -254,12 +254,6 @@ FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   return {flow_at(tables_->view, k.data()), variance_left(tables_->view, k.data())};
 }
 
-Eigen::Vector2d Posterior::flow_mean(const Eigen::Vector2d& x) const {
-  require_flow(*this, x);
-  KernelVector k(tables_->view, x.data());
-  return flow_at(tables_->view, k.data());
-}
-
 FlowLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
   require_flow(*this, x);
   const detail::PosteriorView& view = tables_->view;

@@ -54,7 +54,6 @@ class Posterior {
 
   /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
   FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
-  Eigen::Vector2d flow_mean(const Eigen::Vector2d& x) const;
   FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
   /// The mean and a lower bound of the variance at points of a raster. k is a product over the inputs, so exponentials
   /// are found once for each column and row between the first and the last of the points. Throws: as `predict_flow`, or

@@ -52,12 +52,10 @@ void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features);
 /// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
 Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a);
 
-/// The chosen candidates, in order, and results of the pivoted Cholesky that chose them: L_u of the chosen (with
-/// jitter) and V' = k(candidates, chosen) L_u^-T, so that candidates that are also data need no second pass.
+/// The chosen candidates, in order, and results of the pivoted Cholesky that chose them.
 struct Selection {
   std::vector<Eigen::Index> chosen;
-  Eigen::MatrixXd lower;
-  Eigen::MatrixXd features;
+  Eigen::MatrixXd lower;            ///< L_u of the chosen, with jitter
   double remaining_variance = 0.0;  ///< the largest conditional variance left
   bool sound = true;                ///< false: given candidates lie too close to one another for this jitter
 };
@@ -66,12 +64,9 @@ struct Selection {
 Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidates, Eigen::Index max_count,
                           double stop_fraction, double jitter, Eigen::Index given = 0);
 
-/// Every k-th column, k the smallest that leaves at most `max_count`.
-Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count);
-
 /// Where pseudo-inputs may stand for data at `points`: the points of a lattice nearest to them, each once in the order
 /// of the data, subsampled. A pseudo-input is kept in the model, and so must not be a point of a pedestrian's track
 /// (docs/decisions/0094-pseudo-inputs-on-a-lattice.md).
-Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points, const GpConfig& config);
+Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& points);
 
 }  // namespace sila::detail

@@ -215,14 +215,14 @@ std::vector<TextLine> box_elements(const std::string& path, std::string_view tex
 }  // namespace
 
 bool is_json_array(std::string_view text) {
-  return trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096))).starts_with('[');
+  return trimmed(text.substr(0, 4096)).starts_with('[');
 }
 
 std::optional<TrackFormat> json_boxes_format(std::string_view text, std::optional<TrackFormat> forced) {
   using enum TrackFormat;
   if (forced)
     return *forced == frigate || *forced == axis || *forced == ottrk || *forced == opendatacam ? forced : std::nullopt;
-  const std::string_view head = trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096)));
+  const std::string_view head = trimmed(text.substr(0, 4096));
   const std::string_view line = head.substr(0, head.find('\n'));
   if (head.starts_with('[')) return has_key(head, "objects", '[') ? std::optional(opendatacam) : std::nullopt;
   if (!head.starts_with('{')) return std::nullopt;

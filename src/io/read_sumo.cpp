@@ -72,7 +72,7 @@ void begin_element(void* data, const XML_Char* element, const XML_Char** attribu
 }  // namespace
 
 bool is_xml(std::string_view text) {
-  return trimmed(text.substr(0, std::min<std::size_t>(text.size(), 4096))).starts_with('<');
+  return trimmed(text.substr(0, 4096)).starts_with('<');
 }
 
 TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {

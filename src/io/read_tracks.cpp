@@ -17,8 +17,7 @@ std::string describe(const std::vector<DroppedRows>& dropped) {
   std::string text;
   for (const DroppedRows& entry : dropped) {
     if (!text.empty()) text += "; ";
-    text += "rows that " + std::string(kDropReasons[static_cast<std::size_t>(entry.reason)].text) + ": " +
-            std::to_string(entry.rows) + " (first: " + entry.first + ")";
+    text += to_text(entry);
   }
   return text.empty() ? "no row" : text;
 }

@@ -220,19 +220,9 @@ struct TrackStream::State {
       track.recording += first_recording;
       next_recording = std::max(next_recording, track.recording + 1);
     }
-    const TrackReport& part = tracks.report;
-    report.sources += begins ? 1 : 0;
-    report.rows_read += part.rows_read;
-    report.rows_kept += part.rows_kept;
-    report.track_ids += part.track_ids;
-    report.tracks_kept += part.tracks_kept;
-    report.out_of_order_rows += part.out_of_order_rows;
-    report.standing_tracks += part.standing_tracks;
-    report.splits_at_gaps += part.splits_at_gaps;
-    report.splits_at_jumps += part.splits_at_jumps;
-    add(report.dropped, part.dropped);
-    // Units are checked on the first part alone.
-    if (begins) report.warnings.insert(report.warnings.end(), part.warnings.begin(), part.warnings.end());
+    if (!begins)
+      tracks.report.sources = 0, tracks.report.warnings.clear();  // units are checked on the first part alone
+    add(report, tracks.report);
     return tracks;
   }
 };

@@ -47,17 +47,15 @@ void check_extent(const Grid& grid, const std::string& name, const FlowField& fi
     reject(name + ": the field is over 1e9 cells away");
 }
 
-void check_residual(const Model& model, const std::string& name, const SparseGp& residual) {
-  if (residual.points == 0.0) return;
+void check_gp(const std::string& name, const SparseGp& gp, Eigen::Index inputs, Eigen::Index outputs) {
   try {
-    validate(residual);
+    validate(gp);
   } catch (const std::invalid_argument& error) {
-    reject(name + ": residual GP: " + error.what());
+    reject(name + ": " + error.what());
   }
-  if (residual.pseudo_inputs.rows() != kResidualInputs || residual.mean.size() != 2 * model.settings.residual_knots) {
-    reject(name + ": the residual GP is not a map from " + std::to_string(kResidualInputs) +
-           " inputs to 2 outputs for each of " + std::to_string(model.settings.residual_knots) + " knots");
-  }
+  if (gp.pseudo_inputs.rows() != inputs || gp.mean.size() != outputs)
+    reject(name + " is not a map from " + std::to_string(inputs) + " inputs to " + std::to_string(outputs) +
+           " outputs");
 }
 
 void check_settings(const ModelSettings& settings) {
@@ -100,16 +98,8 @@ void check_site(const Model& model, std::size_t index) {
 }
 
 void check_field(const std::string& name, const FlowField& field) {
-  const Eigen::Index outputs = field.independent() ? 1 : 2;
   for (const SparseGp* gp : {&field.gp, field.second()}) {
-    if (!gp) continue;
-    try {
-      validate(*gp);
-    } catch (const std::invalid_argument& error) {
-      reject(name + ": " + error.what());
-    }
-    if (gp->pseudo_inputs.rows() != 2 || gp->mean.size() != outputs)
-      reject(name + ": the field is not a map from 2 inputs to 2 outputs");
+    if (gp) check_gp(name + ": a GP of the field", *gp, 2, field.independent() ? 1 : 2);
   }
 }
 
@@ -133,7 +123,8 @@ void check_transition(const Model& model, std::size_t index) {
   if (transition.field.independent() != model.transitions.front().field.independent())
     reject(name + ": its outputs are independent or shared, unlike those of the first transition");
   check_extent(model.settings.grid, name, transition.field);
-  check_residual(model, name, transition.residual);
+  if (transition.residual.points != 0.0)
+    check_gp(name + ": the residual GP", transition.residual, kResidualInputs, 2 * model.settings.residual_knots);
 }
 
 }  // namespace

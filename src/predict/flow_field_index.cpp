@@ -122,11 +122,9 @@ class EarlierFields {
 };
 
 Entry entry_of(const Transition& transition, const EarlierFields& known, double leaving_count, double bucket_size) {
-  const SparseGp& gp = transition.field.gp;
-  Entry entry{FlowFieldIndex::Field{transition.from, transition.to, transition.count, transition.count / leaving_count,
-                                    known.field(transition.field)},
-              buckets_of(gp, bucket_size)};
-  return entry;
+  return {FlowFieldIndex::Field{transition.from, transition.to, transition.count, transition.count / leaving_count,
+                                known.field(transition.field)},
+          buckets_of(transition.field.gp, bucket_size)};
 }
 
 void sort_and_make_unique(std::vector<double>& values) {

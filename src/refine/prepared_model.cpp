@@ -95,6 +95,14 @@ void add_regions(Prediction& prediction, const Calibration& calibration, std::si
   }
 }
 
+/// The settings of the roll-outs: with variants, one pair of them takes two of the modes.
+PredictConfig rollout_config(const RefineConfig& config) {
+  constexpr int pair = 2;
+  PredictConfig result = config;
+  if (config.stacking && config.mode_variants >= pair && config.max_modes > pair) result.max_modes -= pair;
+  return result;
+}
+
 }  // namespace
 
 PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, const Model* earlier,

@@ -131,16 +131,6 @@ ordered_json worst_json(const ReportInput& input, std::span<const ScoredPredicti
   return list;
 }
 
-ordered_json calibration_json(std::span<const ScoredPrediction> scored, double horizon_s) {
-  ordered_json list = ordered_json::array();
-  for (const Reliability& diagram : reliability(scored, horizon_s)) {
-    ordered_json observed = ordered_json::array();
-    for (double share : diagram.observed) observed.push_back(rounded(share, 4));
-    list.push_back({{"horizon_s", diagram.horizon_s}, {"nominal", diagram.nominal}, {"observed", std::move(observed)}});
-  }
-  return list;
-}
-
 /// The parts that come from held-back tracks.
 void add_scores(ordered_json& data, const ReportInput& input, const ReportLimits& limits) {
   const double horizon_s = input.episode.predict.horizon_s;
@@ -154,7 +144,7 @@ void add_scores(ordered_json& data, const ReportInput& input, const ReportLimits
   data["predictions_scored"] = scored.size();
   data["tracks_scored"] = worst.size();
   data["horizon_s"] = horizon_s;
-  data["calibration"] = calibration_json(scored, horizon_s);
+  data["calibration"] = reliability_json(scored, horizon_s);
   for (std::size_t most = limits.predicted_tracks;; most /= 2) {
     data["worst"] = worst_json(input, scored, worst, std::min(limits.worst, most));
     data["played"] = played_json(input, scored, played_tracks(scored, worst, most, limits.worst), 2);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "predict/constant_velocity.hpp"
+#include "report/encode.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {
@@ -119,21 +120,21 @@ std::string reason_of(const ScoredPrediction& scored) {
   return text("kept its pace, but %.1f m aside of the most likely way", scored.model.fde_m);
 }
 
-std::vector<Reliability> reliability(std::span<const ScoredPrediction> scored, double horizon_s) {
-  std::vector<Reliability> diagrams;
-  if (scored.empty()) return diagrams;
+nlohmann::ordered_json reliability_json(std::span<const ScoredPrediction> scored, double horizon_s) {
+  auto list = nlohmann::ordered_json::array();
+  if (scored.empty()) return list;
   const std::vector<double> horizons_s = horizons_until(horizon_s);
   for (std::size_t h = 0; h < horizons_s.size(); ++h) {
-    Reliability diagram{horizons_s[h], {}, {}};
+    auto observed = nlohmann::ordered_json::array();
     for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
       double inside = 0.0;
       for (const ScoredPrediction& prediction : scored) inside += prediction.horizons[h].coverage[p];
-      diagram.nominal.push_back(kRegionProbabilities[p]);
-      diagram.observed.push_back(inside / static_cast<double>(scored.size()));
+      observed.push_back(detail::rounded(inside / static_cast<double>(scored.size()), 4));
     }
-    diagrams.push_back(std::move(diagram));
+    list.push_back(
+        {{"horizon_s", horizons_s[h]}, {"nominal", kRegionProbabilities}, {"observed", std::move(observed)}});
   }
-  return diagrams;
+  return list;
 }
 
 }  // namespace sila

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,14 +32,8 @@ std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<co
 /// or went aside.
 std::string reason_of(const ScoredPrediction& scored);
 
-/// How many of 100 truths were in the region nominal to hold p: the points of a reliability diagram.
-struct Reliability {
-  double horizon_s = 0.0;
-  std::vector<double> nominal;   ///< kRegionProbabilities
-  std::vector<double> observed;  ///< shares in [0, 1]
-};
-
-/// One diagram a horizon; none without predictions.
-std::vector<Reliability> reliability(std::span<const ScoredPrediction> scored, double horizon_s);
+/// Reliability diagrams, one a horizon, none without predictions: `horizon_s`, the `nominal` probabilities of the
+/// regions, and the `observed` shares of truths inside them.
+nlohmann::ordered_json reliability_json(std::span<const ScoredPrediction> scored, double horizon_s);
 
 }  // namespace sila

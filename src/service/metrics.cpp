@@ -171,7 +171,7 @@ ServiceMetrics core_metrics(const StreamCore& core, const LearnerThread& learner
   metrics.coverage = coverage(core.scores);
   metrics.scored_pedestrians = core.scores.size();
   metrics.novelty = mean_novelty(core.scores);
-  metrics.drift = drift_of(core.scores, settings.service);
+  metrics.drift = drift_of(core.scores);
   metrics.learner = learner.status();
   const std::shared_ptr<const Snapshot> snapshot = learner.snapshot();
   const Model& model = snapshot->model;

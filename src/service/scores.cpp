@@ -82,14 +82,14 @@ double mean_novelty(const RecentScores& scores) {
   return windows > 0.0 ? sum / windows : 0.0;
 }
 
-Drift drift_of(const RecentScores& scores, const ServiceConfig& config) {
+Drift drift_of(const RecentScores& scores) {
   std::vector<double> errors_m;
   for (const PedestrianScore& pedestrian : scores) {
     if (pedestrian.moving.empty()) continue;
     const HorizonSums& last = pedestrian.moving.back();
     errors_m.push_back(last.weighted_mhd_m / static_cast<double>(last.windows));
   }
-  const auto recent = static_cast<std::size_t>(config.drift_pedestrians);
+  const auto recent = static_cast<std::size_t>(ServiceConfig::drift_pedestrians);
   if (errors_m.size() < (1 + kReferenceFactor) * recent) return {};
   const auto split = errors_m.end() - static_cast<std::ptrdiff_t>(recent);
   const auto n = static_cast<double>(errors_m.size() - recent), m = static_cast<double>(recent);
@@ -99,7 +99,7 @@ Drift drift_of(const RecentScores& scores, const ServiceConfig& config) {
   drift.reference_m = std::accumulate(errors_m.begin(), split, 0.0) / n;
   const double squares = std::inner_product(errors_m.begin(), split, errors_m.begin(), 0.0);
   const double variance = std::max(0.0, squares / n - drift.reference_m * drift.reference_m);
-  drift.half_width_m = config.drift_deviations * std::sqrt(variance * (1.0 / m + 1.0 / n));
+  drift.half_width_m = ServiceConfig::drift_deviations * std::sqrt(variance * (1.0 / m + 1.0 / n));
   drift.alarm = std::abs(drift.error_m - drift.reference_m) > drift.half_width_m;
   return drift;
 }

@@ -85,15 +85,15 @@ TEST(SimilarityGraph, HoldsExactlyThePairsThatReachTheThreshold) {
         if (s >= threshold - 1e-9) expected.push_back({i, shift + static_cast<int>(j), s});
       }
     }
-    EXPECT_EQ(similarity_graph(previous, incoming, threshold).edges, expected);
+    EXPECT_EQ(similarity_graph(previous, incoming, threshold), expected);
   });
 }
 
 TEST(SimilarityGraph, MatchesAtTheThresholdDespiteRounding) {
-  EXPECT_EQ(similarity_graph(model_of({kA}), model_of({kB}), 0.5).edges.size(), 1u);
-  EXPECT_EQ(similarity_graph(model_of({kA}), model_of({kB}), 0.7).edges.size(), 0u);
+  EXPECT_EQ(similarity_graph(model_of({kA}), model_of({kB}), 0.5).size(), 1u);
+  EXPECT_EQ(similarity_graph(model_of({kA}), model_of({kB}), 0.7).size(), 0u);
   const MotionPrimitive uneven = row_of_arrows(0, 6, 0.3, 17.0);
-  EXPECT_EQ(similarity_graph(model_of({uneven}), model_of({uneven}), 1.0).edges.size(), 1u);
+  EXPECT_EQ(similarity_graph(model_of({uneven}), model_of({uneven}), 1.0).size(), 1u);
 }
 
 TEST(SimilarityGraph, RejectsAThresholdThatIsNotPositive) {

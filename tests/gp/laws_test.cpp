@@ -111,7 +111,6 @@ TEST(Posterior, MatchesTheTextbook) {
       EXPECT_NEAR(flow.variance, std::max(0.0, wanted.variance), 1e-8);
       const FlowLinearisation both = posterior.linearise_flow(x);
       EXPECT_EQ(both.flow.mean, flow.mean);
-      EXPECT_EQ(posterior.flow_mean(x), flow.mean);
       EXPECT_EQ(both.flow.variance, flow.variance);
     }
   }
@@ -232,7 +231,7 @@ TEST(Posterior, PredictIfExplainedIsEmptyOnlyBelowTheShare) {
       const std::array<double, 2> ys{x.y(), x.y() + 2.0};
       const std::array<RasterIndex, 2> places{RasterIndex{2, 1}, RasterIndex{1, 0}};
       const std::vector<FlowPrediction> bounds = posterior.bound_flows(xs, ys, places);
-      EXPECT_TRUE(bounds[0].mean.isApprox(posterior.flow_mean({xs[2], ys[1]}), 1e-12));
+      EXPECT_TRUE(bounds[0].mean.isApprox(posterior.predict_flow({xs[2], ys[1]}).mean, 1e-12));
       EXPECT_TRUE(bounds[1].mean.isApprox(flow.mean, 1e-12));
       EXPECT_LE(bounds[1].variance, flow.variance + 1e-9 * theta.kernel.signal_variance);
       EXPECT_THROW(posterior.bound_flows(std::span(xs).first(2), ys, places), std::invalid_argument);

@@ -37,7 +37,6 @@ static_assert(kRegionProbabilities[kHalf] == 0.5 && kRegionProbabilities[kNineTe
 
 TEST(Calibration, WithoutErrorStatisticsSpeaksOfAGaussian) {
   const Calibration calibration{ErrorStatistics{}};
-  EXPECT_FALSE(calibration.fitted());
   EXPECT_NEAR(calibration.level(7, 2, kHalf), std::log(2.0), 1e-12);
   EXPECT_EQ(calibration.novelty(0.3), 0.3);
 }

@@ -244,10 +244,11 @@ TEST(Reliability, CountsTruthsInsideTheStatedRegions) {
     for (std::size_t p = 0; p < metrics.coverage.size(); ++p) metrics.coverage[p] = p >= i ? 1.0 : 0.0;
     scored[i].horizons = {metrics};
   }
-  const std::vector<Reliability> diagrams = reliability(scored, 1.0);
+  const nlohmann::ordered_json diagrams = reliability_json(scored, 1.0);
   ASSERT_EQ(diagrams.size(), 1u);
-  EXPECT_EQ(diagrams[0].nominal, (std::vector<double>{0.25, 0.5, 0.75, 0.9}));
-  EXPECT_EQ(diagrams[0].observed, (std::vector<double>{0.25, 0.5, 0.75, 1.0}));
+  EXPECT_EQ(diagrams[0]["horizon_s"], 1.0);
+  EXPECT_EQ(diagrams[0]["nominal"], (std::vector<double>{0.25, 0.5, 0.75, 0.9}));
+  EXPECT_EQ(diagrams[0]["observed"], (std::vector<double>{0.25, 0.5, 0.75, 1.0}));
 }
 
 }  // namespace

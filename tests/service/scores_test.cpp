@@ -27,7 +27,7 @@ Drift after(double before_m, double recent_m, unsigned seed) {
   RecentScores scores;
   for (int i = 0; i < 400; ++i) add(scores, moving_pedestrian(before_m * spread(random)), config);
   for (int i = 0; i < config.drift_pedestrians; ++i) add(scores, moving_pedestrian(recent_m * spread(random)), config);
-  return drift_of(scores, config);
+  return drift_of(scores);
 }
 
 TEST(Drift, GivesNoAlarmWhileErrorsStayTheSame) {
@@ -50,7 +50,7 @@ TEST(Drift, IsUnknownForAFewPedestrians) {
   ServiceConfig config;
   RecentScores scores;
   for (int i = 0; i < 3 * config.drift_pedestrians - 1; ++i) {
-    EXPECT_FALSE(drift_of(scores, config).known);
+    EXPECT_FALSE(drift_of(scores).known);
     add(scores, moving_pedestrian(i < 100 ? 1.0 : 100.0), config);
   }
 }

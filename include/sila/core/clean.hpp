@@ -71,9 +71,6 @@ std::vector<std::string> id_prefixes(std::span<const std::string> sources);
 /// "9" before "10"; numbers before names: the order of the tracks that begin at the same time.
 bool id_less(const std::string& a, const std::string& b);
 
-/// Whether a class label means a person on foot; an empty one does.
-bool is_pedestrian(std::string_view label);
-
 /// The report for people, one count a line; counts of zero are left out.
 std::vector<std::string> to_lines(const TrackReport& report);
 

@@ -30,14 +30,6 @@ struct MotionState {
   Vector2 velocity_mps = Vector2::Zero();
 };
 
-/// States at the given times from the first `known` samples alone; later samples never change the result. The states
-/// are those of a cubic smoothing spline. Its stiffness follows from the noise of the tracker, which is estimated from
-/// second differences of these samples: clean tracks are interpolated, noisy ones filtered.
-/// Throws: std::invalid_argument if `known` is 0 or over the length of the track, and for times that do not increase.
-/// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
-std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
-                                const SamplingConfig& config);
-
 /// The part of a track that a predictor may use at sample `last`: states every `interval_s`, ending exactly at that
 /// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
 /// Later samples of the track are ignored, so a live program may keep one growing Trajectory for each person.

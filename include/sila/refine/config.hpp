@@ -62,12 +62,4 @@ void fields(MaybeConst<RefineConfig> auto& config, auto&& visit) {
                "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
 }
 
-/// The settings of the roll-outs: with variants, one pair of them takes two of the modes.
-inline PredictConfig rollout_config(const RefineConfig& config) {
-  constexpr int pair = 2;
-  PredictConfig result = config;
-  if (config.stacking && config.mode_variants >= pair && config.max_modes > pair) result.max_modes -= pair;
-  return result;
-}
-
 }  // namespace sila

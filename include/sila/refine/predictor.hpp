@@ -122,7 +122,6 @@ class Calibration {
  public:
   explicit Calibration(const ErrorStatistics& error_statistics);
 
-  bool fitted() const { return steps_ > 0; }
   /// Level of the region whose probability is kRegionProbabilities[region].
   double level(std::size_t step, std::size_t score_class, std::size_t region) const;
   /// Share of the people scored so far with a smaller raw novelty; the raw novelty itself until a track was scored.

@@ -42,9 +42,7 @@ struct ServiceConfig {
   static constexpr double page_interval_s = 0.2;
 };
 
-template <class Config, class Visitor>
-requires std::same_as<std::remove_const_t<Config>, ServiceConfig>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<ServiceConfig> auto& config, auto&& visit) {
   visit.number("batch", config.batch, Range{1, 1000000}, "tracks", "finished tracks that make an episode");
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0}, "s",
                "between the predictions of a pedestrian; 0: one for each detection");

@@ -57,7 +57,7 @@ std::vector<std::array<double, kRegionProbabilities.size()>> coverage(const Rece
 double mean_novelty(const RecentScores& scores);
 
 /// Source: own rule, docs/decisions/0081-drift.md.
-Drift drift_of(const RecentScores& scores, const ServiceConfig& config);
+Drift drift_of(const RecentScores& scores);
 
 /// Factors on the levels of the nominal regions, as logarithms, for each horizon and probability. Empty: no change.
 struct OnlineCalibration {

@@ -49,8 +49,7 @@ struct SimulationConfig {
   double cut_share = 0.12;
 };
 
-template <class Config, class Visitor>
-void fields(Config& config, Visitor&& visit) {
+void fields(MaybeConst<SimulationConfig> auto& config, auto&& visit) {
   using R = Range;
   const R share{0.0, 1.0};
   visit.choice("layout", config.layout, kLayoutNames, "shape of the intersection");
