@@ -1,6 +1,6 @@
 """A running service and simulated pedestrians, for tools/soak_test.py, tools/hostile_client.py and tools/kill_test.py."""
 
-import json, math, socket, subprocess, threading, time
+import json, math, re, socket, subprocess, threading, time
 
 from load_test import at, metrics, resident_mb
 
@@ -37,8 +37,8 @@ class Service:
     def listen(self):
         for line in self.process.stderr:
             self.log = (self.log + [line.rstrip()])[-200:]
-            if line.startswith("episode ") and " is stored" in line:
-                self.stored = int(line.split()[1])
+            if stored := re.search(r"\bepisode (\d+) is stored", line):
+                self.stored = int(stored[1])
             if line.rstrip().endswith("serving"):
                 self.up.set()
 
