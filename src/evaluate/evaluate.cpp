@@ -158,7 +158,7 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
   const double interval_s = config.sampling.interval_s;
   WindowScore score;
   score.moving = is_moving(window, config, evaluate_config);
-  score.turning = score.moving && heading_change_rad(whole_path(window)) > evaluate_config.turning_rad;
+  score.turning = score.moving && heading_change_rad(whole_path(window), interval_s) > evaluate_config.turning_rad;
   score.track = window.observed.id, score.t0_s = prediction.t0_s;
   score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
   const Prediction constant = references.front().predict(window.past_m, interval_s);
@@ -187,10 +187,9 @@ std::vector<double> horizons_until(double horizon_s) {
   return horizons;
 }
 
-double heading_change_rad(std::span<const Vector2> path_m) {
+double heading_change_rad(std::span<const Vector2> path_m, double interval_s) {
   if (path_m.size() < 3) return 0.0;
-  const std::size_t part =
-      std::max<std::size_t>(1, std::min(path_m.size() / 2, static_cast<std::size_t>(kHeadingPart_s / 0.2)));
+  const std::size_t part = std::min(path_m.size() / 2, static_cast<std::size_t>(steps_in(kHeadingPart_s, interval_s)));
   const Vector2 first = path_m[part] - path_m.front();
   const Vector2 last = path_m.back() - path_m[path_m.size() - 1 - part];
   if (first.norm() < kShortestHeading_m || last.norm() < kShortestHeading_m) return 0.0;

@@ -126,7 +126,7 @@ ordered_json worst_json(const ReportInput& input, std::span<const ScoredPredicti
                     {"t0", rounded(prediction.prediction.t0_s, 3)},
                     {"mhd_m", rounded(prediction.model.weighted_mhd_m, 3)},
                     {"constant_mhd_m", rounded(prediction.constant.weighted_mhd_m, 3)},
-                    {"reason", reason_of(prediction)}});
+                    {"reason", reason_of(prediction, input.stored.model.settings.sample_interval_s)}});
   }
   return list;
 }

@@ -63,16 +63,17 @@ double weight_of_nearest(const ScoredPrediction& scored) {
 }
 
 /// From how the person walked to how a way ends [rad].
-double turn_rad(const ScoredPrediction& scored, std::span<const Vector2> way_m) {
+double turn_rad(const ScoredPrediction& scored, std::span<const Vector2> way_m, double interval_s) {
   std::vector<Vector2> whole_m = scored.observed_m;
   whole_m.insert(whole_m.end(), way_m.begin(), way_m.end());
-  return heading_change_rad(whole_m);
+  return heading_change_rad(whole_m, interval_s);
 }
 
 /// Of a person who turned by `turned_rad`.
-std::string reason_of_turn(const ScoredPrediction& scored, double turned_rad) {
-  const bool foreseen = std::ranges::any_of(
-      scored.prediction.modes, [&](const Mode& mode) { return turn_rad(scored, mode.path_m) > 0.5 * turned_rad; });
+std::string reason_of_turn(const ScoredPrediction& scored, double turned_rad, double interval_s) {
+  const bool foreseen = std::ranges::any_of(scored.prediction.modes, [&](const Mode& mode) {
+    return turn_rad(scored, mode.path_m, interval_s) > 0.5 * turned_rad;
+  });
   return text("turned by %.0f degrees", turned_rad * 180.0 / std::numbers::pi) +
          (foreseen ? ", but not where its ways did" : ", as no way did");
 }
@@ -98,7 +99,7 @@ std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<co
   return scored;
 }
 
-std::string reason_of(const ScoredPrediction& scored) {
+std::string reason_of(const ScoredPrediction& scored, double interval_s) {
   const double seen_m = length_m(scored.observed_m);
   const double went_m = length_m(scored.truth_m), expected_m = length_m(scored.constant_m);
   const Vector2 net_m = scored.observed_m.back() - scored.observed_m.front();
@@ -111,8 +112,8 @@ std::string reason_of(const ScoredPrediction& scored) {
   if (modes.size() > 1 && scored.model.best_ade_m < 0.5 * scored.model.ade_m) {
     return text("the right way was foreseen, but with a weight of %.0f %%", 100.0 * weight_of_nearest(scored));
   }
-  const double turned_rad = turn_rad(scored, scored.truth_m);
-  if (turned_rad > kTurn_rad) return reason_of_turn(scored, turned_rad);
+  const double turned_rad = turn_rad(scored, scored.truth_m, interval_s);
+  if (turned_rad > kTurn_rad) return reason_of_turn(scored, turned_rad, interval_s);
   if (went_m > kFasterShare * expected_m)
     return text("hurried: %.1f times as far as its pace said", went_m / expected_m);
   if (went_m < kSlowerShare * expected_m)

@@ -29,8 +29,8 @@ std::vector<ScoredPrediction> score_predictions(const Model& model, std::span<co
 
 /// Why a prediction was as wrong as it was, in a few words for people: the first of these that is true: set off,
 /// stopped, walked where no track had walked, was among the modes but not the likely one, turned, hurried, slowed down,
-/// or went aside.
-std::string reason_of(const ScoredPrediction& scored);
+/// or went aside. `interval_s`: between its positions.
+std::string reason_of(const ScoredPrediction& scored, double interval_s);
 
 /// Reliability diagrams, one a horizon, none without predictions: `horizon_s`, the `nominal` probabilities of the
 /// regions, and the `observed` shares of truths inside them.

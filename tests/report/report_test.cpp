@@ -216,25 +216,29 @@ ScoredPrediction scored_walk(const std::vector<Vector2>& observed_m, const std::
   return scored;
 }
 
+std::string reason(const ScoredPrediction& scored) {
+  return reason_of(scored, 0.2);
+}
+
 TEST(Reason, SaysWhatThePersonDid) {
   const std::vector<Vector2> east{{-3, 0}, {-2, 0}, {-1, 0}, {0, 0}}, ahead{{1, 0}, {2, 0}, {3, 0}, {4, 0}};
   const std::vector<Vector2> still{{0, 0}, {0, 0}, {0, 0.1}, {0, 0}}, here{{0, 0}, {0, 0}, {0, 0}, {0, 0}};
-  EXPECT_EQ(reason_of(scored_walk(still, ahead, here)), "stood and set off");
-  EXPECT_EQ(reason_of(scored_walk(east, {{0.2, 0}, {0.3, 0}, {0.3, 0}, {0.3, 0}}, ahead)), "stopped");
+  EXPECT_EQ(reason(scored_walk(still, ahead, here)), "stood and set off");
+  EXPECT_EQ(reason(scored_walk(east, {{0.2, 0}, {0.3, 0}, {0.3, 0}, {0.3, 0}}, ahead)), "stopped");
   const std::vector<Vector2> left{{0, 1}, {0, 2}, {0, 3}, {0, 4}};
-  EXPECT_EQ(reason_of(scored_walk(east, left, ahead)), "turned by 72 degrees, as no way did");
-  EXPECT_EQ(reason_of(scored_walk(east, {{2, 0}, {4, 0}, {6, 0}, {8, 0}}, ahead)),
+  EXPECT_EQ(reason(scored_walk(east, left, ahead)), "turned by 72 degrees, as no way did");
+  EXPECT_EQ(reason(scored_walk(east, {{2, 0}, {4, 0}, {6, 0}, {8, 0}}, ahead)),
             "hurried: 2.0 times as far as its pace said");
-  EXPECT_EQ(reason_of(scored_walk(east, left, {{1, 0}, {2, 0}, {2, 1}, {2, 2}})),
+  EXPECT_EQ(reason(scored_walk(east, left, {{1, 0}, {2, 0}, {2, 1}, {2, 2}})),
             "turned by 72 degrees, but not where its ways did");
   ScoredPrediction novel = scored_walk(east, left, ahead);
   novel.prediction.novelty = 0.8;
-  EXPECT_EQ(reason_of(novel), "walked where few had walked (novelty 80 %)");
+  EXPECT_EQ(reason(novel), "walked where few had walked (novelty 80 %)");
   ScoredPrediction foreseen = scored_walk(east, left, ahead);
   foreseen.prediction.modes[0].weight = 0.9;
   foreseen.prediction.modes.push_back({0.1, left, std::vector<Matrix2>(4, Matrix2::Identity()), {}});
   foreseen.model = measure(foreseen.prediction, foreseen.truth_m, 4);
-  EXPECT_EQ(reason_of(foreseen), "the right way was foreseen, but with a weight of 10 %");
+  EXPECT_EQ(reason(foreseen), "the right way was foreseen, but with a weight of 10 %");
 }
 
 TEST(Reliability, CountsTruthsInsideTheStatedRegions) {

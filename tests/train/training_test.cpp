@@ -246,14 +246,16 @@ TEST(Evaluate, ScoresAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval)
 }
 
 TEST(Evaluate, TellsTurningFromStraightWalks) {
-  const auto path = [](const std::vector<Vector2>& way) {
-    std::vector<Vector2> positions;
-    const Trajectory track = testing::walk("a", way, 1.0, 0.2);
-    return track.positions_m;
-  };
-  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {8, 0}})), 0.0, 1e-9);
-  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {4, 0}, {4, 4}})), 1.5707963, 1e-6);
-  EXPECT_NEAR(heading_change_rad(path({{0, 0}, {4, 0}, {4, -4}})), 1.5707963, 1e-6);
+  for (const double interval_s : {0.1, 0.2, 0.4}) {
+    const auto change_rad = [&](const std::vector<Vector2>& way) {
+      return heading_change_rad(testing::walk("a", way, 1.0, interval_s).positions_m, interval_s);
+    };
+    EXPECT_NEAR(change_rad({{0, 0}, {8, 0}}), 0.0, 1e-9);
+    EXPECT_NEAR(change_rad({{0, 0}, {4, 0}, {4, 4}}), 1.5707963, 1e-6);
+    EXPECT_NEAR(change_rad({{0, 0}, {4, 0}, {4, -4}}), 1.5707963, 1e-6);
+    EXPECT_NEAR(change_rad({{0, 0}, {0.4, 0}, {0.4, 4}}), 0.7853982, 1e-6)
+        << "half of the first 0.8 s is before the turn";
+  }
 }
 
 }  // namespace

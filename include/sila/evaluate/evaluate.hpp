@@ -111,9 +111,9 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
 /// The horizons of `Evaluation`: whole seconds below `horizon_s`, then `horizon_s`.
 std::vector<double> horizons_until(double horizon_s);
 
-/// Change of heading from the first to the last part of a path [rad], in [0, pi]; 0 if either part is shorter than 0.2
-/// m.
-double heading_change_rad(std::span<const Vector2> path_m);
+/// Change of heading from the first 0.8 s to the last 0.8 s of a path [rad], in [0, pi]; 0 if either part is shorter
+/// than 0.2 m.
+double heading_change_rad(std::span<const Vector2> path_m, double interval_s);
 
 /// Predictions by track and t0.
 using RecordedPredictions = std::map<std::pair<std::string, double>, Prediction>;
