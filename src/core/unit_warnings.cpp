@@ -31,16 +31,16 @@ std::vector<double> speeds_of(const Trajectory& track) {
   return speeds;
 }
 
-struct Impression {
+struct TrackSummary {
   Eigen::AlignedBox2d box;
   std::size_t rows = 0;
-  bool half_numbers = true;  ///< every coordinate is a multiple of one half, as the centre of a pixel box is
-  double brisk_mps = 0.0;    ///< upper quartile over tracks of the median speed
-  double interval_s = 0.0;   ///< median time between samples of a track
+  bool half_numbers = true;         ///< every coordinate is a multiple of one half, as the centre of a pixel box is
+  double upper_quartile_mps = 0.0;  ///< upper quartile over tracks of the median speed
+  double interval_s = 0.0;          ///< median time between samples of a track
 };
 
-Impression impression_of(std::span<const Trajectory> tracks) {
-  Impression result;
+TrackSummary summary_of(std::span<const Trajectory> tracks) {
+  TrackSummary result;
   std::vector<double> speeds;
   std::vector<double> intervals;
   for (const Trajectory& track : tracks) {
@@ -55,7 +55,7 @@ Impression impression_of(std::span<const Trajectory> tracks) {
     const std::vector<double> of_track = speeds_of(track);
     if (!of_track.empty()) speeds.push_back(quantile(of_track, 0.5));
   }
-  result.brisk_mps = quantile(std::move(speeds), 0.75);
+  result.upper_quartile_mps = quantile(std::move(speeds), 0.75);
   result.interval_s = quantile(std::move(intervals), 0.5);
   return result;
 }
@@ -102,18 +102,18 @@ std::vector<double> walking_speeds(std::span<const Trajectory> tracks) {
 }
 
 std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s) {
-  const Impression seen = impression_of(tracks);
+  const TrackSummary seen = summary_of(tracks);
   std::vector<std::string> warnings;
   if (seen.rows < kFewRows) return warnings;
   if (seen.interval_s > max_gap_s)
     warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
                                    " s apart; are the stamps frames or milliseconds?"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
-  if (seen.brisk_mps > kRunner_mps) {
+  if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(
         "these look like pixels (or centimetres, or stamps that are not seconds): a quarter of the tracks is faster "
         "than ",
-        seen.brisk_mps, " m/s, in a place of ", size_text(seen.box), " m; give metres_per_unit"));
+        seen.upper_quartile_mps, " m/s, in a place of ", size_text(seen.box), " m; give metres_per_unit"));
   } else if (seen.half_numbers && large) {
     warnings.push_back("these look like pixels: all coordinates are multiples of one half, in a place of " +
                        size_text(seen.box) + " m; give metres_per_unit");

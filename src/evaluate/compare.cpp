@@ -26,33 +26,33 @@ std::vector<double> arrows_of(const MotionPrimitive& primitive) {
   return numbers;
 }
 
-/// Of each primitive of `a` its like in `b`, -1 if it has none; equal ones in order.
-std::vector<int> equals(const Model& a, const Model& b) {
+/// For each primitive of `a` the equal one of `b`, in order; -1 if there is none.
+std::vector<int> equal_primitives(const Model& a, const Model& b) {
   std::multimap<std::vector<double>, int> there;
   for (std::size_t i = 0; i < b.primitives.size(); ++i) there.emplace(arrows_of(b.primitives[i]), static_cast<int>(i));
-  std::vector<int> likes;
+  std::vector<int> partner_of;
   for (const MotionPrimitive& primitive : a.primitives) {
     const auto found = there.find(arrows_of(primitive));
-    likes.push_back(found == there.end() ? -1 : found->second);
+    partner_of.push_back(found == there.end() ? -1 : found->second);
     if (found != there.end()) there.erase(found);
   }
-  return likes;
+  return partner_of;
 }
 
-/// Adds to `likes` the most similar pairs of primitives that have no like yet, and returns them.
-std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double threshold, std::vector<int>& likes) {
+/// Adds to `partner_of` the most similar pairs of primitives that have no partner yet, and returns them.
+std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double threshold, std::vector<int>& partner_of) {
   SimilarityEdges edges = similarity_graph(a, b, threshold);
   std::ranges::stable_sort(edges, std::ranges::greater{}, &Similarity::value);
   std::vector<bool> taken(b.primitives.size(), false);
-  for (const int like : likes) {
-    if (like >= 0) taken[static_cast<std::size_t>(like)] = true;
+  for (const int partner : partner_of) {
+    if (partner >= 0) taken[static_cast<std::size_t>(partner)] = true;
   }
   std::vector<PrimitivePair> pairs;
   for (const Similarity& edge : edges) {
-    int& like = likes[static_cast<std::size_t>(edge.first)];
+    int& partner = partner_of[static_cast<std::size_t>(edge.first)];
     const int other = edge.second - static_cast<int>(a.primitives.size());
-    if (like >= 0 || taken[static_cast<std::size_t>(other)]) continue;
-    like = other;
+    if (partner >= 0 || taken[static_cast<std::size_t>(other)]) continue;
+    partner = other;
     taken[static_cast<std::size_t>(other)] = true;
     pairs.push_back({edge.first, other, edge.value});
   }
@@ -64,12 +64,13 @@ bool same_content(const Transition& a, const Transition& b) {
   return a.count == b.count && pack(a.field) == pack(b.field) && pack(a.residual) == pack(b.residual);
 }
 
-void compare_transitions(const Model& a, const Model& b, const std::vector<int>& likes, ModelComparison& comparison) {
+void compare_transitions(const Model& a, const Model& b, const std::vector<int>& partner_of,
+                         ModelComparison& comparison) {
   std::map<std::pair<int, int>, const Transition*> there;
   for (const Transition& transition : b.transitions) there[{transition.from, transition.to}] = &transition;
   for (const Transition& transition : a.transitions) {
-    const auto found =
-        there.find({likes[static_cast<std::size_t>(transition.from)], likes[static_cast<std::size_t>(transition.to)]});
+    const auto found = there.find(
+        {partner_of[static_cast<std::size_t>(transition.from)], partner_of[static_cast<std::size_t>(transition.to)]});
     const std::pair here(transition.from, transition.to);
     if (found == there.end()) {
       comparison.transitions_of_a.push_back(here);
@@ -106,21 +107,21 @@ ModelComparison compare(const Model& a, const Model& b, double similarity_thresh
         "compare: the models have different settings (grid, frame, interval or knots), they must be equal");
   }
   ModelComparison comparison;
-  std::vector<int> likes = equals(a, b);
+  std::vector<int> partner_of = equal_primitives(a, b);
   comparison.same_primitives =
-      static_cast<std::size_t>(std::ranges::count_if(likes, [](int like) { return like >= 0; }));
-  comparison.changed_primitives = add_similar(a, b, similarity_threshold, likes);
-  std::vector<bool> has_like(b.primitives.size(), false);
-  for (std::size_t i = 0; i < likes.size(); ++i) {
-    if (likes[i] < 0)
+      static_cast<std::size_t>(std::ranges::count_if(partner_of, [](int partner) { return partner >= 0; }));
+  comparison.changed_primitives = add_similar(a, b, similarity_threshold, partner_of);
+  std::vector<bool> has_partner(b.primitives.size(), false);
+  for (std::size_t i = 0; i < partner_of.size(); ++i) {
+    if (partner_of[i] < 0)
       comparison.primitives_of_a.push_back(static_cast<int>(i));
     else
-      has_like[static_cast<std::size_t>(likes[i])] = true;
+      has_partner[static_cast<std::size_t>(partner_of[i])] = true;
   }
-  for (std::size_t i = 0; i < has_like.size(); ++i) {
-    if (!has_like[i]) comparison.primitives_of_b.push_back(static_cast<int>(i));
+  for (std::size_t i = 0; i < has_partner.size(); ++i) {
+    if (!has_partner[i]) comparison.primitives_of_b.push_back(static_cast<int>(i));
   }
-  compare_transitions(a, b, likes, comparison);
+  compare_transitions(a, b, partner_of, comparison);
   return comparison;
 }
 

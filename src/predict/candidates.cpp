@@ -101,7 +101,7 @@ std::size_t count_rolled_out(std::span<const Candidate> list, const PredictConfi
 
 }  // namespace
 
-Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near, const CurbTrajectory& observed,
+Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> near, const CurbTrajectory& observed,
                            const PredictConfig& config, Scratch& scratch) {
   Candidates found;
   const std::size_t samples = observed.positions.size();
@@ -112,12 +112,12 @@ Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near,
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;
   for (const int index : near) {
-    if (const auto candidate = score(map.field(index), index, observed, least_unknown.back(), config))
+    if (const auto candidate = score(fields.field(index), index, observed, least_unknown.back(), config))
       list[count++] = *candidate;
   }
   const std::span<Candidate> shorter = shortlist(list.first(count), least_unknown.size(), config);
   const auto end = std::remove_if(shorter.begin(), shorter.end(), [&](Candidate& candidate) {
-    return !add_earlier_samples(candidate, map.field(candidate.transition), observed, least_unknown, config);
+    return !add_earlier_samples(candidate, fields.field(candidate.transition), observed, least_unknown, config);
   });
   found.list = shorter.first(static_cast<std::size_t>(end - shorter.begin()));
   found.novelty =

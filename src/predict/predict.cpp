@@ -43,14 +43,14 @@ void require_observed(const CurbTrajectory& observed, double interval_s) {
   }
 }
 
-RolloutSet roll_out_near(const FlowFieldIndex& map, const CurbTrajectory& observed, int steps, double interval_s,
+RolloutSet roll_out_near(const FlowFieldIndex& fields, const CurbTrajectory& observed, int steps, double interval_s,
                          bool with_covariances, const PredictConfig& config, Scratch& scratch) {
   const int decision_steps = steps_in(config.mode_horizon_s, interval_s);
   RolloutSet set;
-  set.site = map.site(observed.frame);
-  set.near = map.near(observed, set.site, scratch);
-  const Candidates candidates = find_candidates(map, set.near, observed, config, scratch);
-  set.rollouts = roll_out(map, candidates, observed, std::max(steps, decision_steps), interval_s, with_covariances,
+  set.site = fields.site(observed.frame);
+  set.near = fields.near(observed, set.site, scratch);
+  const Candidates candidates = find_candidates(fields, set.near, observed, config, scratch);
+  set.rollouts = roll_out(fields, candidates, observed, std::max(steps, decision_steps), interval_s, with_covariances,
                           config, scratch);
   set.groups = group_rollouts(set.rollouts, observed.frame, decision_steps, config, scratch);
   set.raw_novelty = candidates.novelty;
@@ -88,9 +88,9 @@ Mode& add_mode(Workspace& workspace, double weight, std::size_t steps) {
   return mode;
 }
 
-void visit_primitives(const FlowFieldIndex& map, std::span<const int> transitions, std::vector<int>& visited) {
+void visit_primitives(const FlowFieldIndex& fields, std::span<const int> transitions, std::vector<int>& visited) {
   for (const int index : transitions) {
-    const FlowFieldIndex::Field& field = map.field(index);
+    const FlowFieldIndex::Field& field = fields.field(index);
     if (visited.empty() || visited.back() != field.from) visited.push_back(field.from);
     if (visited.back() != field.to) visited.push_back(field.to);
   }
@@ -105,28 +105,29 @@ void sort_by_weight(std::vector<Mode>& modes) {
   }
 }
 
-void add_rollout_modes(const FlowFieldIndex& map, std::span<const Rollout> rollouts, const CurbTrajectory& observed,
+void add_rollout_modes(const FlowFieldIndex& fields, std::span<const Rollout> rollouts, const CurbTrajectory& observed,
                        double interval_s, Workspace& workspace) {
   Prediction& prediction = workspace.prediction;
   const std::size_t steps = prediction.times_s.size();
   prediction.fallback = rollouts.empty();
   for (const Rollout& rollout : rollouts) {
     Mode& mode = add_mode(workspace, rollout.weight, steps);
-    visit_primitives(map, rollout.transitions, mode.primitives);
+    visit_primitives(fields, rollout.transitions, mode.primitives);
     fill_plain(mode, rollout, observed.frame);
   }
   if (prediction.fallback) fill_constant_velocity(add_mode(workspace, 1.0, steps), observed, interval_s);
 }
 
-Prediction predict_by_rollouts(const FlowFieldIndex& map, const CurbTrajectory& observed, double interval_s,
+Prediction predict_by_rollouts(const FlowFieldIndex& fields, const CurbTrajectory& observed, double interval_s,
                                const PredictConfig& config) {
   require_observed(observed, interval_s);
   Workspace workspace;
   const int steps = steps_in(config.horizon_s, interval_s);
-  const RolloutSet set = roll_out_near(map, observed, steps, interval_s, true, config, workspace.scratch);
+  const RolloutSet set = roll_out_near(fields, observed, steps, interval_s, true, config, workspace.scratch);
   Prediction& prediction = begin_prediction(observed, static_cast<std::size_t>(steps), interval_s, workspace);
   prediction.novelty = set.raw_novelty;
-  add_rollout_modes(map, merge_rollouts(set.rollouts, set.groups, workspace.scratch), observed, interval_s, workspace);
+  add_rollout_modes(fields, merge_rollouts(set.rollouts, set.groups, workspace.scratch), observed, interval_s,
+                    workspace);
   return std::move(prediction);
 }
 

@@ -24,7 +24,7 @@ struct RolloutSet {
 /// Selects the transitions that a pedestrian may be in, rolls them out over at least `steps` steps of `interval_s`, and
 /// groups the roll-outs.
 /// Source: SILA paper, section on prediction; docs/predict.md.
-RolloutSet roll_out_near(const FlowFieldIndex& map, const CurbTrajectory& observed, int steps, double interval_s,
+RolloutSet roll_out_near(const FlowFieldIndex& fields, const CurbTrajectory& observed, int steps, double interval_s,
                          bool with_covariances, const PredictConfig& config, Scratch& scratch);
 
 /// A prediction without modes, of `steps` steps after t0, in the memory of the last prediction.
@@ -35,14 +35,14 @@ Prediction& begin_prediction(const CurbTrajectory& observed, std::size_t steps, 
 Mode& add_mode(Workspace& workspace, double weight, std::size_t steps);
 
 /// Appends the primitives of a chain of transitions; equal neighbours count once.
-void visit_primitives(const FlowFieldIndex& map, std::span<const int> transitions, std::vector<int>& visited);
+void visit_primitives(const FlowFieldIndex& fields, std::span<const int> transitions, std::vector<int>& visited);
 
 /// Sorts by weight, heaviest first; modes of equal weight keep their order.
 void sort_by_weight(std::vector<Mode>& modes);
 
 /// A mode for each merged roll-out; without any, constant velocity.
 /// Source: SILA paper, section on prediction.
-void add_rollout_modes(const FlowFieldIndex& map, std::span<const Rollout> rollouts, const CurbTrajectory& observed,
+void add_rollout_modes(const FlowFieldIndex& fields, std::span<const Rollout> rollouts, const CurbTrajectory& observed,
                        double interval_s, Workspace& workspace);
 
 /// Throws: std::invalid_argument for a track that breaks its invariant or has another sampling interval.
@@ -52,7 +52,7 @@ void require_observed(const CurbTrajectory& observed, double interval_s);
 /// `interval_s`, ending at t0; the prediction in metres, world frame. Throws: std::invalid_argument for a track that
 /// breaks its invariant or has another sampling interval.
 /// Source: SILA paper, section on prediction; docs/predict.md.
-Prediction predict_by_rollouts(const FlowFieldIndex& map, const CurbTrajectory& observed, double interval_s,
+Prediction predict_by_rollouts(const FlowFieldIndex& fields, const CurbTrajectory& observed, double interval_s,
                                const PredictConfig& config);
 
 }  // namespace sila

@@ -30,9 +30,9 @@ struct Branch {
   Vector2 deviation = Vector2::Zero();  ///< of the person from the field, decayed [curb units/s]
   Vector2 position, velocity;           ///< [curb units], [curb units/s]
   Matrix2 covariance = Matrix2::Zero();
-  FieldLinearisation here;  ///< of the field that it follows, at `position`
-  bool off_map = false;     ///< left the last field: keeps its velocity
-  std::size_t number = 0;   ///< breaks ties
+  FieldLinearisation here;   ///< of the field that it follows, at `position`
+  bool left_fields = false;  ///< left the last field: keeps its velocity
+  std::size_t number = 0;    ///< breaks ties
 };
 
 struct Successor {
@@ -42,14 +42,14 @@ struct Successor {
 
 /// The transitions that follow in the graph and whose fields cover `position`; their probabilities sum to 1. If the
 /// path may not branch, the most likely of them alone.
-std::span<const Successor> successors(const FlowFieldIndex& map, int transition, const Vector2& position,
+std::span<const Successor> successors(const FlowFieldIndex& fields, int transition, const Vector2& position,
                                       bool may_branch, double support_ratio, Scratch& scratch) {
-  const std::span<const int> leaving = map.leaving(map.field(transition).to);
+  const std::span<const int> leaving = fields.leaving(fields.field(transition).to);
   const auto list = scratch.array<Successor>(leaving.size());
   std::size_t count = 0;
   double total = 0.0;
   for (const int next : leaving) {
-    const FlowFieldIndex::Field& field = map.field(next);
+    const FlowFieldIndex::Field& field = fields.field(next);
     if (next == transition) continue;
     if (field.posterior.unexplained_share(field.posterior.predict(position)) >= support_ratio) continue;
     list[count++] = {next, field.probability};
@@ -68,9 +68,9 @@ std::span<const Successor> successors(const FlowFieldIndex& map, int transition,
 /// Advances and splits the branches of one prediction.
 class Roller {
  public:
-  Roller(const FlowFieldIndex& map, double interval_s, bool with_covariances, const PredictConfig& config,
+  Roller(const FlowFieldIndex& fields, double interval_s, bool with_covariances, const PredictConfig& config,
          Scratch& scratch)
-      : map_(map), config_(config), dt_(interval_s), with_covariances_(with_covariances), scratch_(scratch) {}
+      : fields_(fields), config_(config), dt_(interval_s), with_covariances_(with_covariances), scratch_(scratch) {}
 
   std::span<Branch> start(const Candidates& candidates, const CurbTrajectory& observed) const {
     const auto branches = scratch_.array<Branch>(candidates.list.size());
@@ -88,15 +88,15 @@ class Roller {
   }
 
   void advance(Branch& branch, int steps_before) const {
-    const FlowFieldIndex::Field& field = map_.field(branch.link->transition);
-    if (!branch.off_map) branch.velocity = branch.here.flow.mean;
-    if (!branch.off_map && config_.own_deviation) {
+    const FlowFieldIndex::Field& field = fields_.field(branch.link->transition);
+    if (!branch.left_fields) branch.velocity = branch.here.flow.mean;
+    if (!branch.left_fields && config_.own_deviation) {
       branch.velocity += branch.deviation;
       branch.deviation *= std::exp(-dt_ / config_.noise_correlation_s);
     }
     if (with_covariances_) spread(branch, field, steps_before);
     branch.position += dt_ * branch.velocity;
-    if (!branch.off_map || with_covariances_) evaluate_field(branch);
+    if (!branch.left_fields || with_covariances_) evaluate_field(branch);
     Step& step = scratch_.array<Step>(1).front();
     step = {branch.position, branch.covariance, branch.step};
     branch.step = &step;
@@ -104,20 +104,20 @@ class Roller {
 
   /// True where the branch has left the field that it follows.
   bool has_left(const Branch& branch) const {
-    if (branch.off_map) return false;
-    const FlowPosterior& posterior = map_.field(branch.link->transition).posterior;
+    if (branch.left_fields) return false;
+    const FlowPosterior& posterior = fields_.field(branch.link->transition).posterior;
     return posterior.unexplained_share(branch.here.flow) > config_.leave_ratio;
   }
 
-  /// Replaces each branch that has left its field: by one branch for each successor, or by itself, off the map.
+  /// Replaces each branch that has left its field: by one branch for each successor, or by itself, without a field.
   std::span<Branch> split(std::span<const Branch> branches, bool may_branch) const {
     const auto nexts = scratch_.array<std::span<const Successor>>(branches.size());
     std::size_t most = branches.size();
     for (std::size_t b = 0; b < branches.size(); ++b) {
       nexts[b] = {};
       if (!has_left(branches[b])) continue;
-      nexts[b] = successors(map_, branches[b].link->transition, branches[b].position, may_branch, config_.support_ratio,
-                            scratch_);
+      nexts[b] = successors(fields_, branches[b].link->transition, branches[b].position, may_branch,
+                            config_.support_ratio, scratch_);
       most += nexts[b].size();
     }
     const auto list = scratch_.array<Branch>(most);
@@ -131,7 +131,7 @@ class Roller {
       }
       if (!nexts[b].empty()) continue;
       list[count] = branches[b];
-      list[count++].off_map = branches[b].off_map || has_left(branches[b]);
+      list[count++].left_fields = branches[b].left_fields || has_left(branches[b]);
     }
     return list.first(count);
   }
@@ -168,7 +168,7 @@ class Roller {
 
   /// Evaluates the field that the branch follows once, at the current position.
   void evaluate_field(Branch& branch) const {
-    const FlowPosterior& posterior = map_.field(branch.link->transition).posterior;
+    const FlowPosterior& posterior = fields_.field(branch.link->transition).posterior;
     if (with_covariances_)
       branch.here = posterior.linearise(branch.position);
     else
@@ -178,7 +178,7 @@ class Roller {
   /// The covariance after one more step.
   void spread(Branch& branch, const FlowFieldIndex::Field& field, int steps_before) const {
     Matrix2 step = Matrix2::Identity();
-    if (!branch.off_map) step += dt_ * branch.here.jacobian;
+    if (!branch.left_fields) step += dt_ * branch.here.jacobian;
     const Matrix2 grown = step * branch.covariance * step.transpose();
     const Vector2 variance = branch.here.flow.variance + field.posterior.noise_variance();
     const Matrix2 added = (variance * spreading_time_s(steps_before) * dt_).asDiagonal();
@@ -195,7 +195,7 @@ class Roller {
     return 2.0 * correlation_s * gained * gained;
   }
 
-  const FlowFieldIndex& map_;
+  const FlowFieldIndex& fields_;
   const PredictConfig& config_;
   double dt_;
   bool with_covariances_;
@@ -216,10 +216,10 @@ std::span<Branch> prune(std::span<Branch> branches, const PredictConfig& config)
 
 }  // namespace
 
-std::span<Rollout> roll_out(const FlowFieldIndex& map, const Candidates& candidates, const CurbTrajectory& observed,
+std::span<Rollout> roll_out(const FlowFieldIndex& fields, const Candidates& candidates, const CurbTrajectory& observed,
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch) {
-  const Roller roller(map, interval_s, with_covariances, config, scratch);
+  const Roller roller(fields, interval_s, with_covariances, config, scratch);
   const int branching_steps = steps_in(config.mode_horizon_s, interval_s);
   std::span<Branch> branches = roller.start(candidates, observed);
   for (int step = 0; step < steps; ++step) {

@@ -25,7 +25,7 @@ struct Candidates {
 
 /// Selects, from the transitions nearby, those whose fields cover the last observed point and enough points before it;
 /// scores them by the likelihood of the observed velocities. Source: docs/predict.md, section 1.
-Candidates find_candidates(const FlowFieldIndex& map, std::span<const int> near, const CurbTrajectory& observed,
+Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> near, const CurbTrajectory& observed,
                            const PredictConfig& config, Scratch& scratch);
 
 /// The path along a chain of transitions, in curb coordinates.
@@ -42,7 +42,7 @@ struct Rollout {
 /// transitions that follow in the graph and know the place, weighted by P(k | j); with none it keeps its last velocity.
 /// Branching stops at `mode_horizon_s`; from there the most likely successor is taken, so that a longer horizon only
 /// adds to a shorter one. The paths live in `scratch`. Source: docs/predict.md, section 2.
-std::span<Rollout> roll_out(const FlowFieldIndex& map, const Candidates& candidates, const CurbTrajectory& observed,
+std::span<Rollout> roll_out(const FlowFieldIndex& fields, const Candidates& candidates, const CurbTrajectory& observed,
                             int steps, double interval_s, bool with_covariances, const PredictConfig& config,
                             Scratch& scratch);
 

@@ -195,7 +195,7 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   // In the order of the windows, so that rounding does not depend on the threads.
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking =
-        predictor.prepared().stacking(predictor.prepared().map().site(windows[i].observed.frame));
+        predictor.prepared().stacking(predictor.prepared().fields().site(windows[i].observed.frame));
     add(sum.statistics, each[i], windows[i].observed, stacking.fitted() ? stacking : unfitted);
     sum.path += each[i].path;
   }

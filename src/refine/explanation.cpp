@@ -6,14 +6,14 @@
 namespace sila {
 namespace {
 
-RolloutExplanation explain_rollout(const FlowFieldIndex& map, const Rollout& rollout, double total_weight) {
+RolloutExplanation explain_rollout(const FlowFieldIndex& fields, const Rollout& rollout, double total_weight) {
   RolloutExplanation explained{rollout.weight / total_weight,
                                rollout.origin.log_likelihood,
                                rollout.origin.log_prior,
                                rollout.chain_probability,
                                {}};
   for (const int index : rollout.transitions) {
-    const FlowFieldIndex::Field& field = map.field(index);
+    const FlowFieldIndex::Field& field = fields.field(index);
     explained.transitions.push_back({field.from, field.to, field.count});
   }
   return explained;
@@ -38,7 +38,7 @@ Explanation explain(const Predictor& predictor, const CurbTrajectory& observed) 
     ModeExplanation explained{mode.weight, mode.variant, mode.primitives, {}};
     if (!prediction.fallback) {
       for (const std::size_t member : set.groups[mode.source])
-        explained.rollouts.push_back(explain_rollout(predictor.prepared().map(), set.rollouts[member], total));
+        explained.rollouts.push_back(explain_rollout(predictor.prepared().fields(), set.rollouts[member], total));
     }
     explanation.modes.push_back(std::move(explained));
   }

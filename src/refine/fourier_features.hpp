@@ -23,7 +23,7 @@ struct VelocityCorrection {
     return zeros;
   }
 
-  Vector2 at(double seconds) const { return ResidualPrediction{knots_mps, knot_interval_s}.residual_mps(seconds); }
+  Vector2 at(double seconds) const { return interpolated(knots_mps, knot_interval_s, seconds); }
 };
 
 /// Frequencies and phases of random Fourier features (Rahimi and Recht 2007) of a Gaussian kernel with these length

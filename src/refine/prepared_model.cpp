@@ -17,23 +17,24 @@ namespace sila {
 namespace {
 
 Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, const ResidualPrediction& residuals,
-                     bool here, std::size_t step, double interval_s) {
-  return here ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
-              : place_free_mps(seen, step, interval_s);
+                     bool uses_site, std::size_t step, double interval_s) {
+  return uses_site ? stacking.velocity_mps(stacked_features(seen, residuals, step, interval_s), step, seen)
+                   : place_free_mps(seen, step, interval_s);
 }
 
-/// Fills the path of a mode; returns the scale of its errors. `here`: at a trained site, whose residual GPs are used.
+/// Fills the path of a mode; returns the scale of its errors. `uses_site`: the residual GPs of the site are used.
 Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
-                  const ResidualPrediction& residuals, bool here, const VelocityCorrection& correction,
+                  const ResidualPrediction& residuals, bool uses_site, const VelocityCorrection& correction,
                   const Vector2& start_m, double interval_s) {
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
-    mode.path_m[j] =
-        start_m + seconds * (velocity_mps(stacking, seen, residuals, here, j, interval_s) + correction.at(seconds));
+    mode.path_m[j] = start_m + seconds * (velocity_mps(stacking, seen, residuals, uses_site, j, interval_s) +
+                                          correction.at(seconds));
   }
-  const ErrorDensity& density = stacking.density(seen.person.density(), here);
-  return density.scale(scale_features(seen, here ? residuals : ResidualPrediction{},
-                                      velocity_mps(stacking, seen, residuals, here, stacking.last_step(), interval_s)));
+  const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
+  return density.scale(
+      scale_features(seen, uses_site ? residuals : ResidualPrediction{},
+                     velocity_mps(stacking, seen, residuals, uses_site, stacking.last_step(), interval_s)));
 }
 
 /// Transitions with which roll-outs of other modes begin, and no roll-out of this mode.
@@ -74,8 +75,8 @@ void describe_person(Prediction& prediction, const CurbTrajectory& observed, con
   prediction.heading = still ? observed.frame.axis_1 : Vector2(velocity_mps / speed_mps);
 }
 
-/// The weights of the components of the errors; of a person who stands by the probability that they still do at three
-/// quarters of the horizon that the density was fitted to.
+/// Weights of the error components. For a standing person they depend on the probability of still standing at 3/4 of
+/// the fitted horizon.
 ComponentWeights component_weights(const Stacking& stacking, const ObservedFeatures& seen, const ErrorDensity& density,
                                    const Vector2& scale, const Vector2& to_horizon, Scratch& scratch) {
   if (motion_state(seen.person.speed) != kStanding) return density.weights();
@@ -110,7 +111,7 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
     : config_(config),
       rollout_config_(rollout_config(config)),
       interval_s_(model.settings.sample_interval_s),
-      map_(model, config, earlier, of_earlier ? &of_earlier->map_ : nullptr),
+      fields_(model, config, earlier, of_earlier ? &of_earlier->fields_ : nullptr),
       residuals_(model, earlier, of_earlier ? &of_earlier->residuals_ : nullptr),
       elsewhere_(fitted_to(pooled_error_statistics(model, config.trained_sites_only))) {
   validate_fields("predict", config);
@@ -127,8 +128,8 @@ PreparedModel::Fitted PreparedModel::fitted_to(const ErrorStatistics& error_stat
 }
 
 RolloutSet PreparedModel::rollouts(const CurbTrajectory& observed, int steps, Scratch& scratch) const {
-  const bool with_covariances = !stacking(map_.site(observed.frame)).fitted();
-  return roll_out_near(map_, observed, steps, interval_s_, with_covariances, rollout_config_, scratch);
+  const bool with_covariances = !stacking(fields_.site(observed.frame)).fitted();
+  return roll_out_near(fields_, observed, steps, interval_s_, with_covariances, rollout_config_, scratch);
 }
 
 ObservedFeatures PreparedModel::observe(const CurbTrajectory& observed, const RolloutSet& set, Scratch& scratch) const {
@@ -155,9 +156,9 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
   describe_person(prediction, observed, seen);
   prediction.novelty = calibration.novelty(merged.raw_novelty);
-  const bool here = seen.site || !config_.trained_sites_only;
-  prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !here);
-  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, here, stacking.last_step(), interval_s_);
+  const bool uses_site = seen.site || !config_.trained_sites_only;
+  prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !uses_site);
+  const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, uses_site, stacking.last_step(), interval_s_);
   const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon, interval_s_).total;
   if (!stacking.fitted()) {
     prediction.regions.clear(), prediction.change_probabilities.clear();
@@ -170,12 +171,12 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
         mode.covariances_m2[j] = Matrix2::Identity() * spread_m * spread_m;
       }
     } else {
-      add_rollout_modes(map_, merged.rollouts, observed, interval_s_, workspace);
+      add_rollout_modes(fields_, merged.rollouts, observed, interval_s_, workspace);
       widen_to_least_error(prediction.modes);
     }
     return prediction;
   }
-  add_stacked_modes(merged, prediction.fallback, here, to_horizon, correction, workspace);
+  add_stacked_modes(merged, prediction.fallback, uses_site, to_horizon, correction, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());
   prediction.change_probabilities.resize(steps);
@@ -184,19 +185,20 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   return prediction;
 }
 
-void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallback, bool here, const Vector2& to_horizon,
-                                      const VelocityCorrection& correction, Workspace& workspace) const {
+void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallback, bool uses_site,
+                                      const Vector2& to_horizon, const VelocityCorrection& correction,
+                                      Workspace& workspace) const {
   const auto steps = workspace.prediction.times_s.size();
   const ObservedFeatures& seen = merged.seen;
   const Stacking& stacking = fitted(seen.site).stacking;
-  const ErrorDensity& density = stacking.density(seen.person.density(), here);
+  const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
   const Vector2 start_m = workspace.prediction.start_m;
   Vector2 scale = Vector2::Ones();
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
     Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight, steps);
-    if (!fallback) visit_primitives(map_, merged.rollouts[m].transitions, mode.primitives);
+    if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const Vector2 own = fill_path(mode, stacking, seen, residuals, here, correction, start_m, interval_s_);
+    const Vector2 own = fill_path(mode, stacking, seen, residuals, uses_site, correction, start_m, interval_s_);
     fill_covariances(mode, density, 0, own, start_m);
     if (m == 0) scale = own;
   }

@@ -16,7 +16,8 @@ namespace sila {
 /// Merged roll-outs with normalised weights, and the features of the person. They live in the scratch memory.
 struct MergedRollouts {
   std::span<const Rollout> rollouts;
-  std::span<const ResidualPrediction> residuals;  ///< for each: by all experts but those that support other modes alone
+  std::span<const ResidualPrediction> residuals;  ///< one for each roll-out: all experts except those
+  ///< that belong to other modes only
   ObservedFeatures seen;
   double raw_novelty = 1.0;
 };
@@ -38,7 +39,7 @@ class PreparedModel {
 
   const RefineConfig& config() const { return config_; }
   double interval_s() const { return interval_s_; }
-  const FlowFieldIndex& map() const { return map_; }
+  const FlowFieldIndex& fields() const { return fields_; }
   /// Fitted to the past errors of a trained site, or of all sites together.
   const Stacking& stacking(std::optional<int> site) const { return fitted(site).stacking; }
 
@@ -50,14 +51,14 @@ class PreparedModel {
   const Fitted& fitted(std::optional<int> site) const {
     return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
   }
-  void add_stacked_modes(const MergedRollouts& merged, bool fallback, bool here, const Vector2& to_horizon,
+  void add_stacked_modes(const MergedRollouts& merged, bool fallback, bool uses_site, const Vector2& to_horizon,
                          const VelocityCorrection& correction, Workspace& workspace) const;
   Fitted fitted_to(const ErrorStatistics& error_statistics) const;
 
   RefineConfig config_;
   PredictConfig rollout_config_;
   double interval_s_;
-  FlowFieldIndex map_;
+  FlowFieldIndex fields_;
   ResidualIndex residuals_;
   Fitted elsewhere_;             ///< by the error statistics of all sites together
   std::vector<Fitted> by_site_;  ///< by those of each site, shrunk to the others

@@ -72,13 +72,13 @@ GpConfig residual_gp_config(const ResidualConfig& config) {
   return gp;
 }
 
-Vector2 ResidualPrediction::residual_mps(double seconds) const {
-  if (residuals_mps.empty()) return Vector2::Zero();
-  const double place = std::clamp(seconds / knot_interval_s - 1.0, 0.0, static_cast<double>(residuals_mps.size() - 1));
+Vector2 interpolated(std::span<const Vector2> knots_mps, double interval_s, double seconds) {
+  if (knots_mps.empty()) return Vector2::Zero();
+  const double place = std::clamp(seconds / interval_s - 1.0, 0.0, static_cast<double>(knots_mps.size() - 1));
   const auto before = static_cast<std::size_t>(place);
-  const std::size_t after = std::min(before + 1, residuals_mps.size() - 1);
+  const std::size_t after = std::min(before + 1, knots_mps.size() - 1);
   const double share = place - std::floor(place);
-  return (1.0 - share) * residuals_mps[before] + share * residuals_mps[after];
+  return (1.0 - share) * knots_mps[before] + share * knots_mps[after];
 }
 
 std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, std::span<const int> near,

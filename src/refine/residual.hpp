@@ -52,15 +52,18 @@ class ResidualIndex {
   std::vector<std::optional<Expert>> experts_;
 };
 
+/// A velocity at `seconds`, of those at knots `interval_s` apart, the first after one interval: linear between knots,
+/// constant before the first and after the last. Zero without knots.
+Vector2 interpolated(std::span<const Vector2> knots_mps, double interval_s, double seconds);
+
 /// Predicted deviation of a path from constant velocity.
 struct ResidualPrediction {
   std::span<const Vector2> residuals_mps;  ///< world frame, at each knot; none if the model has no residual GPs
   double knot_interval_s = 1.0;
   double effective_samples = 0.0;  ///< effective number of samples of all experts together
 
-  /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s]; linear between knots, constant before the
-  /// first and after the last.
-  Vector2 residual_mps(double seconds) const;
+  /// Mean velocity from t0 to `seconds` later minus constant velocity [m/s].
+  Vector2 residual_mps(double seconds) const { return interpolated(residuals_mps, knot_interval_s, seconds); }
 };
 
 /// The prediction of one transition's residual GP, as terms of the sums of the committee (`combine`).

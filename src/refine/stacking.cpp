@@ -231,7 +231,7 @@ VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const C
 }
 
 bool Stacking::corrects(const ObservedFeatures& seen) const {
-  return fitted() && seen.site && seen.on_the_map && walks(seen.person);
+  return fitted() && seen.site && seen.fields_nearby && walks(seen.person);
 }
 
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,

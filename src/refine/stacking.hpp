@@ -40,8 +40,8 @@ struct ObservedFeatures {
   std::optional<int> site;       ///< none: at an untrained one
   PersonClass person;
   double mean_speed_mps = 0.0;
-  double still_s = 0.0;     ///< see CurbTrajectory
-  bool on_the_map = false;  ///< transitions are nearby
+  double still_s = 0.0;        ///< see CurbTrajectory
+  bool fields_nearby = false;  ///< transitions are nearby
 };
 class Stacking;
 /// `near`: transitions whose field may cover the position.
@@ -95,10 +95,10 @@ class Stacking {
   Vector2 stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const;
   /// The last step that was fitted: the spread of errors must not depend on the requested horizon.
   std::size_t last_step() const { return static_cast<std::size_t>(std::max(steps_, 1) - 1); }
-  /// The density of the errors of stacked predictions (`here`: at a trained site), or of those of the motion regression
-  /// alone. `number`: PersonClass::density().
-  const ErrorDensity& density(std::size_t number, bool here) const {
-    return here ? density_[number] : density_place_free_[number];
+  /// The density of the errors of stacked predictions (`uses_site`), or of those of the motion regression alone.
+  /// `number`: PersonClass::density().
+  const ErrorDensity& density(std::size_t number, bool uses_site) const {
+    return uses_site ? density_[number] : density_place_free_[number];
   }
   /// Whether the path of this person is corrected: the person walks, at a trained site, and transitions are nearby.
   bool corrects(const ObservedFeatures& seen) const;

@@ -17,12 +17,13 @@ TEST(PaperAlone, LearnsFusesAndPredictsWithoutTheRefinement) {
   EXPECT_EQ(model.episodes, 3);
   EXPECT_EQ(model.tracks, 60);
   PredictConfig config;
-  const FlowFieldIndex map(model, config);
+  const FlowFieldIndex fields(model, config);
   const FramedTrajectory unseen = testing::walks_in_widths(1, 99).front();
   const std::vector<std::size_t> due = prediction_samples(unseen.track, config.observe_s, 1.0);
   ASSERT_FALSE(due.empty());
-  const Prediction prediction = predict_by_rollouts(
-      map, observe(unseen.track, due.front(), unseen.frame, config.observe_s, sampling), sampling.interval_s, config);
+  const Prediction prediction =
+      predict_by_rollouts(fields, observe(unseen.track, due.front(), unseen.frame, config.observe_s, sampling),
+                          sampling.interval_s, config);
   EXPECT_FALSE(prediction.fallback);
   EXPECT_FALSE(prediction.modes.empty());
   EXPECT_TRUE(prediction.regions.empty());

@@ -64,12 +64,12 @@ TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
   for (std::size_t i = 1; i < model.transitions.size(); ++i) model.transitions[i].residual = {};
   const Transition& only = model.transitions.front();
   ASSERT_GT(only.residual.points, 0.0);
-  const FlowFieldIndex map(model, {});
+  const FlowFieldIndex fields(model, {});
   const ResidualIndex index(model, {});
   for (const Window& window : fresh_windows()) {
     Scratch scratch;
-    const auto experts = predict_experts(index, map.near(window.observed, map.site(window.observed.frame), scratch),
-                                         window.observed, scratch);
+    const auto experts = predict_experts(
+        index, fields.near(window.observed, fields.site(window.observed.frame), scratch), window.observed, scratch);
     const ResidualPrediction residual_prediction = combine(index, window.observed, experts, {}, scratch);
     if (!(residual_prediction.effective_samples > 0.0)) continue;
     const GpPrediction said = Posterior(only.residual).predict(Eigen::VectorXd(residual_input(window.observed)));

@@ -19,11 +19,11 @@ TEST(PaperAlone, IsWhatTheProfileOfThePaperDoes) {
   ASSERT_EQ(alone.primitives.size(), whole.primitives.size());
   ASSERT_EQ(alone.transitions.size(), whole.transitions.size());
   const Predictor predictor(whole, config.predict);
-  const FlowFieldIndex map(alone, config.predict);
+  const FlowFieldIndex fields(alone, config.predict);
   int predictions = 0;
   for (const Window& window : windows_of(testing::walks_in_widths(10, 77), config.sampling, config.predict, 1.0)) {
     const Prediction a = predictor.predict(window.observed);
-    const Prediction b = predict_by_rollouts(map, window.observed, config.sampling.interval_s, config.predict);
+    const Prediction b = predict_by_rollouts(fields, window.observed, config.sampling.interval_s, config.predict);
     ASSERT_EQ(a.modes.size(), b.modes.size());
     EXPECT_EQ(a.novelty, b.novelty);
     EXPECT_EQ(a.fallback, b.fallback);

@@ -107,11 +107,11 @@ TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
   const std::vector<FramedTrajectory> walks = testing::corner_walks(400, 21);
   const Model crowded = run_episodes({}, walks, 5, kConfig, accumulate_update(kConfig)).model;
   const RefineConfig config;
-  const FlowFieldIndex map(crowded, config);
+  const FlowFieldIndex fields(crowded, config);
   const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
   Scratch scratch;
   const auto many = std::ranges::count_if(windows, [&](const Window& window) {
-    return map.near(window.observed, map.site(window.observed.frame), scratch).size() ==
+    return fields.near(window.observed, fields.site(window.observed.frame), scratch).size() ==
            static_cast<std::size_t>(config.max_shortlisted);
   });
   EXPECT_GT(many, 20);
