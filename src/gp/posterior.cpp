@@ -15,7 +15,7 @@
 namespace sila {
 namespace {
 
-/// Slack of a bound: a sum this little below it may reach it without rounding.
+/// Tolerance of the bound: without it, rounding could reject a sum that reaches the bound exactly.
 constexpr double kRoundingMargin = 1.0 - 1e-9;
 /// Added to the diagonal of I - B^-1, relative to the signal variance: a variance may be too small by this.
 constexpr double least_added = 1e-14, most_added = 1e-3;

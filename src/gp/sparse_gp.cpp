@@ -16,7 +16,7 @@ namespace {
   throw std::invalid_argument(what);
 }
 
-/// Names are put together where something is rejected, for every posterior that is made passes here.
+/// The message is built only on failure: this runs for every posterior.
 void require_shape(const char* whose, const char* name, Eigen::Index rows, Eigen::Index columns,
                    Eigen::Index wanted_rows, Eigen::Index wanted_columns) {
   if (rows == wanted_rows && columns == wanted_columns) return;

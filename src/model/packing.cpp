@@ -67,7 +67,8 @@ class Unpacker {
   explicit Unpacker(std::span<const double> numbers) : rest_(numbers) {}
 
   void number(double& value) { value = take(1).front(); }
-  /// A whole number that counts something. No check against what remains: sizes of nothing may be any.
+  /// A whole number that counts something. Not checked against the remaining numbers: an empty matrix may have any
+  /// number of rows or columns.
   template <class Count>
   void count(Count& result) {
     double value = 0.0;

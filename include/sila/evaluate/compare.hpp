@@ -49,8 +49,8 @@ struct HorizonDifference {
   double max_m = 0.0;
 };
 
-/// Invented observed paths at the places that a model knows: for each pseudo-input of its fields a straight path that
-/// ends there, with the velocity of the field. At most `most`, evenly taken; slower ones than 0.2 m/s are left out.
+/// Synthetic observed paths: for each pseudo-input of the fields of a model a straight path that ends there, with the
+/// velocity of the field. At most `most`, evenly taken; slower ones than 0.2 m/s are left out.
 std::vector<CurbTrajectory> traced_paths(const Model& model, double observe_s, std::size_t most = 1000);
 
 /// At whole seconds and at the whole horizon; nothing if no path is given. Both predict as far as `a` does.

@@ -18,7 +18,7 @@ enum class PrimitiveMean {
 
 /// How a model and an increment are fused.
 struct FuseConfig : FusionRules {
-  FuseConfig() { split_credit = true; }
+  FuseConfig() { split_credit = true; }  ///< rules alone, as those of case files, default to false
 
   double similarity_threshold = 0.7;
   /// Not a setting; distributed training (train/fleet.hpp) uses `count`.

@@ -25,7 +25,7 @@ struct PruneConfig {
   static constexpr double agreement_mps = 0.3;
   /// A transition seen at most this often expires where another one knows its place [trajectories]; no setting.
   double expire_count = 3.0;
-  /// ... once it has not been seen for this time, counted at its site [episodes].
+  /// Episodes at its site without an observation after which a transition may expire.
   static constexpr double expire_after_episodes = 10.0;
 };
 
