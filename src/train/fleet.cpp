@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include "train/steps.hpp"
+
 namespace sila {
 namespace {
 
