@@ -85,7 +85,7 @@ class Stream:
 
     @property
     def model(self) -> Model:
-        """The model after the last complete episode."""
+        """The model after the last complete episode; with a model file, what the file has now."""
         return self._live.model
 
     @property
