@@ -204,28 +204,20 @@ def compare(
             if method == against or (against is not None and (split, against) not in people):
                 continue
             other = None if against is None else people[split, against]
-            differences: list[float] = []
-            spreads: list[Array] = []
-            counts: list[int] = []
-            names_here: list[str] = []
+            of_place: dict[str, tuple[int, float, Array]] = {}  # people, difference, its spread
             for place in own:
                 pairs = _pairs(own[place], None if other is None else other.get(place, {}), measure)
                 if len(pairs) == 0:
                     continue
-                difference, spread = bootstrap_pairs(pairs, bootstraps, seed + len(counts))
+                difference, spread = bootstrap_pairs(pairs, bootstraps, seed + len(of_place))
                 comparisons.append(_comparison(split, place, method, against, len(pairs), difference, spread))
-                if place == ALL:  # is the sum of the others already
-                    continue
-                differences.append(difference)
-                spreads.append(spread)
-                counts.append(len(pairs))
-                names_here.append(place)
-            if len(counts) > 1:
-                comparisons.append(_mean_of(MEAN, split, method, against, counts, differences, spreads))
-            unused = [i for i, place in enumerate(names_here) if place not in used]
-            if 1 < len(unused) < len(counts):
-                some = ([values[i] for i in unused] for values in (counts, differences, spreads))
-                comparisons.append(_mean_of(MEAN_UNUSED, split, method, against, *some))
+                if place != ALL:  # is the sum of the others already
+                    of_place[place] = len(pairs), difference, spread
+            unused = [found for place, found in of_place.items() if place not in used]
+            if len(of_place) > 1:
+                comparisons.append(_mean_of(MEAN, split, method, against, list(of_place.values())))
+            if 1 < len(unused) < len(of_place):
+                comparisons.append(_mean_of(MEAN_UNUSED, split, method, against, unused))
     return comparisons
 
 
@@ -287,16 +279,11 @@ def bootstrap_pairs(pairs: Array, bootstraps: int, seed: int) -> tuple[float, Ar
 
 
 def _mean_of(
-    mean: str,
-    split: str,
-    method: str,
-    against: str | None,
-    counts: Sequence[int],
-    differences: Sequence[float],
-    spreads: Sequence[Array],
+    mean: str, split: str, method: str, against: str | None, places: Sequence[tuple[int, float, Array]]
 ) -> Comparison:
+    people, differences, spreads = zip(*places)
     return _comparison(
-        split, mean, method, against, sum(counts), float(np.mean(differences)), np.mean(spreads, axis=0)
+        split, mean, method, against, sum(people), float(np.mean(differences)), np.mean(spreads, axis=0)
     )
 
 
