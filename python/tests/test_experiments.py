@@ -309,8 +309,12 @@ def test_peers_without_their_code_are_not_run_here(tmp_path, monkeypatch):
     monkeypatch.setenv("PEERS", str(tmp_path))
     methods = [f"{PEERS / 'trajevo.py'}:TrajEvo", f"{PEERS / 'constant_velocity.py'}:ConstantVelocity"]
     entries = [{"name": name, "method": method} for name, method in zip(("trajevo", "cv"), methods)]
+    (tmp_path / "trajevo/ctrv").mkdir(parents=True)
+    (tmp_path / "trajevo/ctrv/model.py").write_text("import no_such_package\n")
+    entries.append({"name": "baseline", "method": methods[0], "parameters": {"baseline": "ctrv"}})
     results = run_experiment(read_experiment(written(tmp_path, methods=["sila", *entries])), tmp_path / "out")
     assert "no zara2.py" in results["not_run_here"]["trajevo"]
+    assert "no_such_package" in results["not_run_here"]["baseline"]
     table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
     assert table.loc["cv", "ade_ratio"] == pytest.approx(1.0, abs=1e-12)
     assert (table["bytes"] > 0).all()

@@ -99,8 +99,8 @@ std::vector<ErrorDensity> densities_of(const Densities& moments, const ErrorStat
   return densities;
 }
 
-/// The slow class of a person by the net displacement while observed; none for a person who walks, or of whom less than
-/// two samples were seen.
+/// The slow class of a person, by the net displacement while observed. None if the person walks, or if fewer than two
+/// samples were observed.
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
   if (observed.positions.size() < 2) return std::nullopt;
   const Vector2 way = velocity_to_world(observed.frame, observed.positions.back() - observed.positions.front());

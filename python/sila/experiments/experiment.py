@@ -66,6 +66,10 @@ class Experiment:
     file: str = ""
     about: str = ""
 
+    @property
+    def used_for_choices(self) -> list[str]:
+        return [scene.name for scene in self.scenes if scene.used_for_choices]
+
     def resolved(self) -> dict[str, Any]:
         """Every value in force, defaults included."""
         scenes = {

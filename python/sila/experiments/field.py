@@ -201,7 +201,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
             raise FormatError(file, 0, f"learnt to be one of {', '.join(LEARNT)}", item["learnt"])
         entry = {"cls": None, "missing": "", "parameters": {}, "config": config, **item}
         try:
-            entry["cls"] = load_method(item["method"], Path(file).parent)
+            entry["cls"] = load_method(item["method"], Path(file).parent, entry["parameters"])
         except (ImportError, FileNotFoundError) as error:
             entry["missing"] = str(error)
         methods.append(entry)

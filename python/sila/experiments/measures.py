@@ -172,16 +172,13 @@ def reliability_of(held: Array, windows: Array) -> Reliability:
     """held: counts (people, nominal, steps); windows: those of each person. Chance is that of resampling the people, as
     the windows of one person are not independent."""
     share = held.sum(0) / windows.sum()
-    found = _scores(share - np.array(NOMINAL)[:, None])
-    if len(held) < 2:
-        return Reliability(*found, np.nan, np.nan)
-    times = np.random.default_rng(0).multinomial(len(held), np.full(len(held), 1 / len(held)), RESAMPLES)
-    shares = np.tensordot(times, held, 1) / (times @ windows)[:, None, None]
-    return Reliability(*found, *np.mean([_scores(deviation) for deviation in shares - share], 0).tolist())
-
-
-def _scores(deviation: Array) -> tuple[float, float]:
-    return float(1 - np.abs(deviation).mean()), float(1 - np.abs(deviation).max())
+    deviation = np.abs(share - np.array(NOMINAL)[:, None])
+    best_average = best_least = np.nan
+    if len(held) > 1:
+        times = np.random.default_rng(0).multinomial(len(held), np.full(len(held), 1 / len(held)), RESAMPLES)
+        by_chance = np.abs(np.tensordot(times, held, 1) / (times @ windows)[:, None, None] - share)
+        best_average, best_least = 1 - by_chance.mean(), 1 - by_chance.max((1, 2)).mean()
+    return Reliability(float(1 - deviation.mean()), float(1 - deviation.max()), float(best_average), float(best_least))
 
 
 def calibration_error(sums: dict[str, float]) -> float | None:

@@ -69,6 +69,10 @@ class Method:
         return stored_bytes(vars(self))
 
     @classmethod
+    def require(cls, parameters: Mapping[str, Any]) -> None:
+        """Raises ImportError where a method with these parameters needs what is not installed."""
+
+    @classmethod
     def not_for(cls, config: Mapping[str, Any]) -> str:
         """Why it cannot predict windows of this configuration; empty if it can."""
         return ""

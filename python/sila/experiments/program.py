@@ -57,10 +57,10 @@ def run(arguments: list[str]) -> int:
 
 def _reject_unused(options: argparse.Namespace) -> None:
     """Raises ValueError for what an experiment of the kind "field" does not read."""
-    for action in _parser()._actions:
-        read = action.dest in ("help", "file", "out", "data_dir", "threads")
-        if not read and getattr(options, action.dest) != action.default:
-            raise ValueError(f"{action.option_strings[0]}: has no effect on an experiment of the kind field; leave it out")
+    without = vars(_parser().parse_args([options.file, "--out", options.out]))
+    for name, value in vars(options).items():
+        if name not in ("data_dir", "threads") and value != without[name]:
+            raise ValueError(f"--{name}: has no effect on an experiment of the kind field; leave it out")
 
 
 def _parser() -> argparse.ArgumentParser:

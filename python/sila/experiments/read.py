@@ -167,13 +167,13 @@ def _entry(file: str, item: Any, where: str) -> _Entry:
     if kind not in METHODS and ".py:" not in kind:
         nearest = _nearest(kind, list(METHODS))
         raise FormatError(file, 0, f"a known method in {where} (the nearest is {nearest})", json.dumps(kind))
+    parameters = _part(file, item, where, "parameters")
     cls, missing = None, ""
     try:
-        cls = load_method(kind, Path(file).parent)
+        cls = load_method(kind, Path(file).parent, parameters)
     except (ImportError, FileNotFoundError) as error:
         missing = str(error)
     changes = _part(file, item, where, "config")
-    parameters = _part(file, item, where, "parameters")
     if cls is not None:
         _require_keys(file, parameters, f"{where}, parameters", list(cls.parameters))
     if type(item.get("scene", True)) is not bool:

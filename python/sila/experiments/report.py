@@ -70,7 +70,7 @@ def write_results(
     settings = experiment.settings
     rows = rows_of(results)
     summary = summarise(rows, results)
-    used = {scene.name for scene in experiment.scenes if scene.used_for_choices}
+    used = experiment.used_for_choices
     comparisons = {
         measure: compare(results, experiment.reference, settings.bootstraps, settings.seed, measure, used)
         for measure in MEASURES
@@ -153,9 +153,9 @@ def markdown(
     ]
     places = summary.index.get_level_values("place").unique()
     text.append(f"# Mean over the places\n\n{_brief(experiment, summary)}")
-    used = {scene.name for scene in experiment.scenes if scene.used_for_choices}
-    unused = summary[~summary.index.get_level_values("place").isin(used)]
-    if 0 < len(unused) < len(summary):
+    used = experiment.used_for_choices
+    if 0 < len(used) < len(experiment.scenes):
+        unused = summary[~summary.index.get_level_values("place").isin(used)]
         heading = f"# Mean over the places not used for choices\n\nWithout {', '.join(sorted(used))}. "
         text.append(heading + _brief(experiment, unused))
     if len(places) > 1 and len(experiment.methods) > 1:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from ...errors import FormatError
 from ..method import Method
@@ -24,10 +27,10 @@ METHODS: dict[str, type[Method]] = {
 }
 
 
-def load_method(name: str, folder: Path) -> type[Method]:
+def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = MappingProxyType({})) -> type[Method]:
     """A known method, or the class of "file.py:Class" with the file beside the experiment's.
 
-    Raises ImportError where the file needs what is not installed; FormatError for a file that is not there or is no
+    Raises ImportError where the file or these parameters need what is not installed; FormatError for a file that is not there or is no
     Python; TypeError for a class that is no complete method.
     """
     if name in METHODS:
@@ -49,6 +52,7 @@ def load_method(name: str, folder: Path) -> type[Method]:
         raise TypeError(f"{path}: expected a class {attribute} that is a sila.experiments.Method")
     if lack := _lack_of(found):
         raise TypeError(f"{path}: expected the class {attribute} to define {lack}; it does not")
+    found.require(parameters)
     return found
 
 
