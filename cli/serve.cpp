@@ -51,6 +51,7 @@ OpenModel open_model(const ServeVerb& options) {
   if (options.stride_s) open.config.service.stride_s = *options.stride_s;
   if (options.batch) open.config.service.batch = *options.batch;
   validate_fields("serve", open.config);
+  open.stored.configuration = to_json(open.config).dump();
   return open;
 }
 
@@ -106,9 +107,8 @@ void serve(const ServeVerb& options) {
   const Scene scene = scene_in(options, open);
   const OnlineCalibration calibration = calibration_in(open.stored);
   const auto message = [&](const std::string& text) { print_message(options.model + ": " + text); };
-  const auto episodes = static_cast<int>(open.stored.episodes.size());
   LearnerThread learner(open.stored.model, calibration, open.config.episode, open.config.service,
-                        storage_in(open.file, episodes, to_json(open.config).dump(), message));
+                        storage_in(open.file, open.stored, message));
   const auto frame_of = [&](const Trajectory& track) {
     return live_frame(scene, learner.snapshot()->model, track, open.config.corners);
   };

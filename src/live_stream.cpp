@@ -70,7 +70,7 @@ void LiveStream::State::start_learner() {
   core.online_calibration = calibration_in(stored);
   LearnerThread::Storage storage;
   if (file) {
-    storage = storage_in(*file, static_cast<int>(stored.episodes.size()), stored.configuration, [](const auto&) {});
+    storage = storage_in(*file, stored, [](const auto&) {});
   } else {
     storage.commit = [this](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
       keep(previous, episode, calibration);

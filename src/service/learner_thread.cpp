@@ -47,9 +47,10 @@ std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedT
 
 }  // namespace
 
-LearnerThread::Storage storage_in(ModelFile& file, int episodes, std::string configuration,
+LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
                                   std::function<void(const std::string&)> message) {
-  const auto last = std::make_shared<int>(episodes);
+  const auto last = std::make_shared<int>(static_cast<int>(start.episodes.size()));
+  const std::string configuration = start.configuration;
   LearnerThread::Storage storage;
   storage.commit = [=, &file](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
     file.commit(episode.model, record_of(*last + 1, previous, episode, calibration), configuration);

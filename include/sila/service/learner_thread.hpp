@@ -87,9 +87,10 @@ class LearnerThread {
   std::thread thread_;
 };
 
-/// Stores episodes in a model file, with this configuration, and reloads what another process stored there. The file
-/// has `episodes` and must exist longer than the learner. `message` gets a sentence about each of both.
-LearnerThread::Storage storage_in(ModelFile& file, int episodes, std::string configuration,
+/// Stores episodes in a model file, and reloads what another process stored there. The file must exist longer than the
+/// learner. `start`: its content, with the configuration to store. `message` gets a sentence about each episode that
+/// was stored or reloaded.
+LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
                                   std::function<void(const std::string&)> message);
 
 }  // namespace sila
