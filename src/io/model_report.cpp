@@ -125,20 +125,6 @@ std::optional<PrequentialError> prequential_of(const EpisodeRecord& episode) {
   return valid ? std::optional(error) : std::nullopt;
 }
 
-/// How many tracks the model had learnt before each episode that predicted some. None for a model fused from several:
-/// its records are those of all of them.
-std::vector<LearningPoint> learning_points(const StoredModel& stored) {
-  std::vector<LearningPoint> points;
-  double tracks = 0.0;
-  for (const EpisodeRecord& episode : stored.episodes) {
-    if (tracks > 0.0 && episode.size_before == 0) return {};
-    const auto error = prequential_of(episode);
-    if (error && tracks > 0.0) points.push_back({tracks, *error});
-    tracks += std::max(0.0, static_cast<double>(episode.tracks));
-  }
-  return points;
-}
-
 /// The learning curve is evaluated after this number of further tracks, too: half of those learnt.
 long more_tracks(const Model& model) {
   return model.tracks - model.tracks / 2;
@@ -146,43 +132,6 @@ long more_tracks(const Model& model) {
 
 double with_more(const Model& model) {
   return static_cast<double>(model.tracks) + static_cast<double>(more_tracks(model));
-}
-
-std::optional<LearningCurve> learning_curve_of(const Model& model, std::span<const LearningPoint> points) {
-  return model.tracks > 0 ? fit_learning_curve(points) : std::nullopt;
-}
-
-std::string describe(const LearningCurve& curve, const Model& model) {
-  const Estimate now = expected_error(curve, static_cast<double>(model.tracks));
-  const Estimate later = expected_error(curve, with_more(model));
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(3) << now.value << " of constant velocity after "
-       << counted(model.tracks, "track") << " (fitted to " << counted(curve.points, "episode") << "); with "
-       << more_tracks(model) << " more expect " << later.value << " (" << later.lower << " to " << later.upper << "), "
-       << std::setprecision(1) << 100.0 * std::abs(1.0 - later.value / now.value) << " % "
-       << (later.value > now.value ? "more" : "less");
-  return std::move(text).str();
-}
-
-ordered_json learning_json(const StoredModel& stored) {
-  ordered_json json{{"points", ordered_json::array()}, {"fit", nullptr}};
-  const std::vector<LearningPoint> points = learning_points(stored);
-  for (const LearningPoint& point : points) {
-    ordered_json& entry = json["points"].emplace_back(ordered_json{{"tracks", point.tracks}});
-    entry.update(to_json(point.error));
-  }
-  const auto curve = learning_curve_of(stored.model, points);
-  if (!curve) return json;
-  const auto expected = [&](double tracks) {
-    const Estimate error = expected_error(*curve, tracks);
-    return ordered_json{{"tracks", tracks}, {"ratio", error.value}, {"lower", error.lower}, {"upper", error.upper}};
-  };
-  json["fit"] = {{"asymptote", curve->coefficients[0]},
-                 {"slope", curve->coefficients[1]},
-                 {"episodes", curve->points},
-                 {"now", expected(static_cast<double>(stored.model.tracks))},
-                 {"with_more", expected(with_more(stored.model))}};
-  return json;
 }
 
 /// What both forms of reports have of an episode.
@@ -221,6 +170,55 @@ std::string list(const char* title, const List& items, Text&& text) {
 
 }  // namespace
 
+std::vector<LearningPoint> learning_points(const StoredModel& stored) {
+  if (stored.model.tracks <= 0) return {};
+  std::vector<LearningPoint> points;
+  double tracks = 0.0;
+  for (const EpisodeRecord& episode : stored.episodes) {
+    if (tracks > 0.0 && episode.size_before == 0) return {};
+    const auto error = prequential_of(episode);
+    if (error && tracks > 0.0) points.push_back({tracks, *error});
+    tracks += std::max(0.0, static_cast<double>(episode.tracks));
+  }
+  return points;
+}
+
+std::string describe_learning(const Model& model, std::span<const LearningPoint> points) {
+  const auto curve = fit_learning_curve(points);
+  if (!curve) return {};
+  const Estimate now = expected_error(*curve, static_cast<double>(model.tracks));
+  const Estimate later = expected_error(*curve, with_more(model));
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3) << now.value << " of constant velocity after "
+       << counted(model.tracks, "track") << " (fitted to " << counted(curve->points, "episode") << "); with "
+       << more_tracks(model) << " more expect " << later.value << " (" << later.lower << " to " << later.upper << "), "
+       << std::setprecision(1) << 100.0 * std::abs(1.0 - later.value / now.value) << " % "
+       << (later.value > now.value ? "more" : "less");
+  return std::move(text).str();
+}
+
+ordered_json learning_json(const StoredModel& stored) {
+  ordered_json json{{"points", ordered_json::array()}, {"fit", nullptr}};
+  const std::vector<LearningPoint> points = learning_points(stored);
+  for (const LearningPoint& point : points) {
+    ordered_json& entry = json["points"].emplace_back(ordered_json{{"tracks", point.tracks}});
+    entry.update(to_json(point.error));
+  }
+  const auto curve = fit_learning_curve(points);
+  if (!curve) return json;
+  const auto expected = [&](double tracks) {
+    const Estimate error = expected_error(*curve, tracks);
+    return ordered_json{{"tracks", tracks}, {"ratio", error.value}, {"lower", error.lower}, {"upper", error.upper}};
+  };
+  json["fit"] = {{"asymptote", curve->coefficients[0]},
+                 {"slope", curve->coefficients[1]},
+                 {"episodes", curve->points},
+                 {"text", describe_learning(stored.model, points)},
+                 {"now", expected(static_cast<double>(stored.model.tracks))},
+                 {"with_more", expected(with_more(stored.model))}};
+  return json;
+}
+
 std::string describe(const StoredModel& stored) {
   const Model& model = stored.model;
   const Counts counts = counts_of(stored);
@@ -258,8 +256,8 @@ std::string describe(const StoredModel& stored) {
     line("last episode") << "number " << last.number << ": " << counted(last.tracks, "track") << ", " << last.seconds
                          << " s, size " << last.size_before << " -> " << last.size_after;
   }
-  if (const auto curve = learning_curve_of(model, learning_points(stored)))
-    line("learning curve") << " " << describe(*curve, model);
+  if (const std::string learning = describe_learning(model, learning_points(stored)); !learning.empty())
+    line("learning curve") << " " << learning;
   text << '\n';
   return std::move(text).str();
 }

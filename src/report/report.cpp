@@ -201,6 +201,7 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["scene"] = scene_json(input.scene, input.stored.model.settings);
   data["model"] = model_json(input.stored.model);
   data["episodes"] = episodes_json(input.stored, limits.most_bytes / 2);
+  data["learning_curve"] = learning_json(input.stored);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
   if (ordered_json predictor =

@@ -11,6 +11,7 @@
 
 #include "core/track_frame.hpp"
 #include "sila/core/counted.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 
 namespace sila {
@@ -49,22 +50,30 @@ std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedT
 
 LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
                                   std::function<void(const std::string&)> message) {
-  const auto last = std::make_shared<int>(static_cast<int>(start.episodes.size()));
+  struct Recorded {
+    int last;
+    std::vector<LearningPoint> points;
+  };
+  const auto recorded =
+      std::make_shared<Recorded>(Recorded{static_cast<int>(start.episodes.size()), learning_points(start)});
   const std::string configuration = start.configuration;
   LearnerThread::Storage storage;
   storage.commit = [=, &file](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
-    file.commit(episode.model, record_of(*last + 1, previous, episode, calibration), configuration);
-    message("episode " + std::to_string(++*last) + " is stored: " + counted(episode.report.tracks, "track") +
+    file.commit(episode.model, record_of(recorded->last + 1, previous, episode, calibration), configuration);
+    if (previous.tracks > 0)
+      recorded->points.push_back({static_cast<double>(previous.tracks), episode.report.prequential});
+    message("episode " + std::to_string(++recorded->last) + " is stored: " + counted(episode.report.tracks, "track") +
             ", size " + std::to_string(episode.report.size_before) + " -> " +
             std::to_string(episode.report.size_after));
   };
   storage.reload = [=, &file]() -> std::optional<Model> {
     if (!file.changed_elsewhere()) return std::nullopt;
     StoredModel stored = file.read();
-    *last = static_cast<int>(stored.episodes.size());
-    message("changed by another process; continuing with its " + counted(*last, "episode"));
+    *recorded = {static_cast<int>(stored.episodes.size()), learning_points(stored)};
+    message("changed by another process; continuing with its " + counted(recorded->last, "episode"));
     return std::move(stored.model);
   };
+  storage.learning_curve = [=](const Model& model) { return describe_learning(model, recorded->points); };
   return storage;
 }
 
@@ -75,8 +84,10 @@ LearnerThread::LearnerThread(Model start, OnlineCalibration calibration, const E
       update_(sila_update(episode)),
       storage_(std::move(storage)),
       calibration_(std::move(calibration)),
-      snapshot_(std::make_shared<const Snapshot>(ready_to_predict(std::move(start), episode), episode.predict)),
-      thread_([this] { run(); }) {}
+      snapshot_(std::make_shared<const Snapshot>(ready_to_predict(std::move(start), episode), episode.predict)) {
+  if (storage_.learning_curve) status_.learning_curve = storage_.learning_curve(snapshot_->model);
+  thread_ = std::thread([this] { run(); });
+}
 
 LearnerThread::~LearnerThread() {
   {
@@ -170,8 +181,8 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
       return;
     }
     auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict, *snapshot());
+    replace_snapshot(std::move(next));
     const std::lock_guard lock(mutex_);
-    snapshot_ = std::move(next);
     ++status_.episodes;
     status_.learnt_tracks += batch.size();
     status_.last_episode_s = episode->report.seconds;
@@ -201,20 +212,25 @@ std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedT
 /// True if there was a changed model.
 bool LearnerThread::reload_if_changed() {
   if (!storage_.reload) return false;
-  std::shared_ptr<const Snapshot> next;
   try {
     std::optional<Model> model = storage_.reload();
     if (!model) return false;
-    next = std::make_shared<const Snapshot>(ready_to_predict(std::move(*model), episode_), episode_.predict);
+    replace_snapshot(std::make_shared<const Snapshot>(ready_to_predict(std::move(*model), episode_), episode_.predict));
   } catch (const std::exception& error) {  // a damaged file: the next commit fails with the same message
     const std::lock_guard lock(mutex_);
     status_.last_error = error.what();
     return false;
   }
   const std::lock_guard lock(mutex_);
-  snapshot_ = std::move(next);
   ++status_.reloads;
   return true;
+}
+
+void LearnerThread::replace_snapshot(std::shared_ptr<const Snapshot> next) {
+  std::string curve = storage_.learning_curve ? storage_.learning_curve(next->model) : std::string();
+  const std::lock_guard lock(mutex_);
+  snapshot_ = std::move(next);
+  status_.learning_curve = std::move(curve);
 }
 
 }  // namespace sila

@@ -224,6 +224,7 @@ std::string metrics_message(const ServiceMetrics& metrics) {
       {"size", metrics.model_size},
       {"episodes", metrics.model_episodes},
       {"tracks", metrics.model_tracks},
+      {"learning_curve", metrics.learner.learning_curve},
   };
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

@@ -12,9 +12,11 @@
 
 #include "core/track_frame.hpp"
 #include "service/streams.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "support/scratch.hpp"
 
 namespace sila {
 namespace {
@@ -37,7 +39,8 @@ LearnerThread started(const ServiceConfig& config, std::function<void(const Epis
           {[commit = std::move(commit)](const Model&, const Episode& episode, const OnlineCalibration&) {
              commit(episode);
            },
-           std::move(reload)}};
+           std::move(reload),
+           {}}};
 }
 
 TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
@@ -51,6 +54,7 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
                            committed.push_back(episode.model.episodes);
                            stored = calibration;
                          },
+                         {},
                          {}});
   const auto before = learner.snapshot();
   learner.add(tracks, {{1.0}, {{0.1, 0.2, 0.3, 0.4}}});
@@ -63,6 +67,20 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
   EXPECT_EQ(size(after->model), size(run.model));
   EXPECT_EQ(after->model.tracks, 25);
   EXPECT_EQ(learner.status().learnt_tracks, 25u);
+}
+
+TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
+  const tests::ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, [](const auto&) {}));
+  EXPECT_EQ(learner.status().learning_curve, "");
+  learner.add(corner_walks(70, 5), {});
+  learner.drain();
+  const sila::StoredModel stored = file.read();
+  const std::string curve = learner.status().learning_curve;
+  EXPECT_NE(curve.find("of constant velocity after 70 tracks"), std::string::npos) << curve;
+  EXPECT_EQ(curve, describe_learning(stored.model, learning_points(stored)));
+  EXPECT_EQ(learning_json(stored)["fit"]["text"], curve);
 }
 
 TEST(LearnerThread, WithoutStorageKeepsTheModelInMemory) {

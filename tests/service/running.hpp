@@ -25,7 +25,7 @@ class Running {
     scene.corners.push_back({"corner", square_frame(), widths});
     learner.emplace(
         Model{}, OnlineCalibration{}, settings.episode, config,
-        LearnerThread::Storage{[this](const Model&, const Episode&, const OnlineCalibration&) { ++stored; }, {}});
+        LearnerThread::Storage{[this](const Model&, const Episode&, const OnlineCalibration&) { ++stored; }, {}, {}});
     server.emplace(options, scene, settings, *learner, [this](const std::string& sentence) {
       const std::lock_guard lock(mutex_);
       announced_.push_back(sentence);

@@ -127,6 +127,12 @@ export interface Worst {
   reason: string;
 }
 
+/** Prequential errors of the episodes, and the curve fitted to them: asymptote + slope / sqrt(tracks), of constant velocity. */
+export interface LearningCurve {
+  points: { tracks: number; windows: number; model_m: number; constant_velocity_m: number }[];
+  fit: { asymptote: number; slope: number; text: string; with_more: { tracks: number; ratio: number; lower: number; upper: number } } | null;
+}
+
 export interface Rows {
   rows_read: number;
   rows_kept: number;
@@ -141,6 +147,7 @@ export interface ReportData {
   scene?: Scene;
   model?: ModelData;
   episodes?: EpisodeData[];
+  learning_curve?: LearningCurve;
   configuration?: Record<string, unknown>;
   drawn_tracks?: number[][];
   evaluation?: Evaluation;

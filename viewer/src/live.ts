@@ -113,6 +113,7 @@ class LivePage {
     marks: [gridY(), ruleY([0]), lineY(this.moments, { x: "at", y: "constant_mhd_m", stroke: constant, strokeWidth: 2, strokeDasharray: "5 4" }), lineY(this.moments, { x: "at", y: "mhd_m", stroke: ours, strokeWidth: 2.5 })] }));
   private readonly growth = chart("Size of the model", "Model size over time", (width) => plot({ ...common(width), x: { label: "minutes" }, y: { label: null, grid: true, zero: true },
     marks: [gridY(), ruleY([0]), lineY(this.moments, { x: "at", y: "size", stroke: ours, strokeWidth: 2.5, curve: "step-after" })] }));
+  private readonly expectation = h("p", { class: "quiet", id: "expectation" });
   private readonly table = h("tbody", { id: "horizons" });
   private readonly counters = h("p", { class: "quiet", id: "counters" });
 
@@ -122,7 +123,7 @@ class LivePage {
       h("header", {}, h("div", { class: "top" }, h("div", {}, h("p", { class: "brand" }, "sila · live"), this.title), themeButton()), this.state, this.alarm, h("ul", { class: "tiles" }, ...Object.values(this.tiles).map((t) => t.element))),
       h("main", { id: "main" },
         h("section", { id: "now" }, h("h2", {}, "Now"), this.place, h("div", { class: "controls legend" }, check("primitives, highlighted where they are predicted", "primitives"), check("predicted paths, by weight", "modes"))),
-        h("section", { id: "learning" }, h("h2", {}, "While it learns"), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), h("div", { class: "charts" }, this.errors.element, this.growth.element)),
+        h("section", { id: "learning" }, h("h2", {}, "While it learns"), legend([{ name: "sila", colour: ours }, { name: "constant velocity", colour: constant, dash: true }]), h("div", { class: "charts" }, this.errors.element, this.growth.element), this.expectation),
         h("section", { id: "scores" }, h("h2", {}, "Recent errors and coverage"), h("div", { class: "scroll" }, h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, ...["horizon", "windows", "sila", "constant velocity", "coverage of 50 %", "of 90 %"].map((name) => h("th", { scope: "col" }, name)))), this.table)), this.counters)));
   }
 
@@ -168,6 +169,7 @@ class LivePage {
     const share = (value: number | undefined): string => value === undefined || value < 0 ? "–" : percent(value, 1);
     this.table.replaceChildren(...metrics.moving.map((horizon, i) => h("tr", {}, h("th", { scope: "row" }, `${count(metrics.horizons_s[i]!)} s`), h("td", {}, count(horizon.windows)), h("td", {}, `${number(horizon.mhd_m)} m`), h("td", {}, `${number(horizon.constant_mhd_m)} m`),
       h("td", {}, share(metrics.coverage[i]?.[fifty])), h("td", {}, share(metrics.coverage[i]?.[ninety])))));
+    this.expectation.textContent = metrics.learning_curve === "" ? "" : `Expected error: ${metrics.learning_curve}.`;
     this.counters.textContent = `${count(metrics.detections)} detections, ${count(metrics.predictions)} predictions, ${count(metrics.scored)} of them scored. Errors are over moving pedestrians, coverage over all.`;
     const last = this.moments.at(-1);
     if (moment && (!last || moment.at - last.at > 1 / 60 || moment.episodes !== last.episodes)) {

@@ -31,6 +31,7 @@ export interface Metrics {
   size: number;
   episodes: number;
   tracks: number;
+  learning_curve: string;
 }
 export type Message = Hello | ModelMessage | Frame | Metrics;
 

@@ -1,6 +1,6 @@
 // How good the predictions are: learning curves, errors by horizon, calibration, and the worst.
 import { areaY, axisX, barY, dot, gridY, line, lineY, link, plot, ruleX, ruleY, text } from "@observablehq/plot";
-import type { EpisodeData, Evaluation, ProbabilityScore, ReportData } from "./data";
+import type { EpisodeData, Evaluation, LearningCurve, ProbabilityScore, ReportData } from "./data";
 import { common, figure, legend } from "./charts";
 import { choice, count, h, number, percent, plural } from "./dom";
 import { colourOfMethod, markOf, methodColour } from "./palette";
@@ -17,8 +17,22 @@ export function learningSection(data: ReportData): HTMLElement | undefined {
   const section = h("section", { id: "learning" }, h("h2", {}, "Learning curves"));
   if (rows.length > 0) section.append(...experimentCurves(data.results, rows));
   else section.append(h("p", { class: "lead" }, "Of this model file. Error curves with their spread over trials, beside other methods, come from `sila experiment`: add its results.json by --results."));
-  if (episodes.length >= 2 && rows.length === 0) section.append(h("div", { class: "charts" }, sizeFigure(episodes), secondsFigure(episodes)));
+  if (episodes.length >= 2 && rows.length === 0) section.append(h("div", { class: "charts" }, errorFigure(data.learning_curve), sizeFigure(episodes), secondsFigure(episodes)));
   return section;
+}
+
+/** Errors on each batch before it was learnt, the fitted curve, and what half as many tracks again would give. */
+function errorFigure(curve: LearningCurve | undefined): HTMLElement | undefined {
+  if (!curve || curve.points.length < 2) return undefined;
+  const points = curve.points.map((p) => ({ tracks: p.tracks, ratio: p.model_m / p.constant_velocity_m }));
+  const fit = curve.fit;
+  const first = points[0]!.tracks;
+  const fitted = fit ? Array.from({ length: 61 }, (_, i) => first + (fit.with_more.tracks - first) * i / 60).map((n) => [n, fit.asymptote + fit.slope / Math.sqrt(n)] as [number, number]) : [];
+  const words = fit ? `Fitted: ${fit.text}. The bar is the 90 % interval.` : undefined;
+  return figure("Error on each batch before it was learnt, relative to constant velocity", words ?? "Prequential errors of the episodes", (width) => plot({ ...common(width),
+    x: { label: "tracks learnt", zero: true, nice: true }, y: { label: null, grid: true, nice: true },
+    marks: [ruleY([1], { stroke: constant, strokeDasharray: "5 4", strokeWidth: 2 }), dot(points, { x: "tracks", y: "ratio", fill: ours, r: 3 }), line(fitted, { stroke: ours, strokeWidth: 2.2 }),
+      ...(fit ? [ruleX([fit.with_more], { x: "tracks", y1: "lower", y2: "upper", stroke: ours, strokeWidth: 2 }), dot([fit.with_more], { x: "tracks", y: "ratio", stroke: ours, fill: "var(--page)", r: 4 })] : [])] }), words);
 }
 
 function sizeFigure(episodes: readonly EpisodeData[]): HTMLElement {

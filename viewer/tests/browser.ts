@@ -51,6 +51,7 @@ const tests: BrowserTest[] = [
     for (const layer of [".grid", ".axis", ".walk", ".curb"]) assert.ok(await page.locator(`#learnt ${layer}`).count() > 0, layer);
     assert.ok(await page.locator("#accuracy .chart svg").count() >= 2);
     assert.match(await text(page, "#accuracy .lead"), /50 % region held \d+ %/);
+    assert.match(await text(page, "#learning"), /with \d+ more expect 0\.\d+/);
     assert.ok(await page.locator("#reliability tbody tr").count() >= 10);  // start, stop, and where, each at several horizons
     await picture(page, "desktop", true);
   })],

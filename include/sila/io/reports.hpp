@@ -39,6 +39,17 @@ std::string describe(const StoredModel& stored);
 /// The same for programs: primitives, transitions, size, episodes, tracks, bytes and more.
 nlohmann::ordered_json inspect_json(const StoredModel& stored);
 
+/// The prequential error of each recorded episode that has one, and the number of tracks learnt before it. None for a
+/// model fused from several: its records are those of all of them.
+std::vector<LearningPoint> learning_points(const StoredModel& stored);
+
+/// The error expected now and after half as many tracks again, in a sentence; empty if no curve can be fitted.
+/// Throws: std::invalid_argument for invalid points, as fit_learning_curve, and if the model has no tracks.
+std::string describe_learning(const Model& model, std::span<const LearningPoint> points);
+
+/// The points, and the fitted curve with its sentence; `fit` is null if none can be fitted (docs/model-file.md).
+nlohmann::ordered_json learning_json(const StoredModel& stored);
+
 /// The episodes of a model as a table, one a line: number, when, tracks, seconds, sizes, how many primitives were
 /// added, fused, split and lost ("-" where the record has no `change`), and the prequential error relative to constant
 /// velocity. `oldest`: the earliest possible rollback.

@@ -30,6 +30,7 @@ struct LearnerStatus {
   bool learning = false;
   double last_episode_s = 0.0;
   std::string last_error;
+  std::string learning_curve;  ///< a sentence (describe_learning); empty if not known
 };
 
 /// Learns batches of tracks in a thread of its own. Predictions continue with the last snapshot until the next one is
@@ -45,6 +46,8 @@ class LearnerThread {
     /// The stored model, if another process replaced it (`sila rollback` beside a service). Called every second, before
     /// each episode, and when a commit throws; then the episode is learnt again on the reloaded model. May be empty.
     std::function<std::optional<Model>()> reload;
+    /// The learning curve of the stored episodes, for `LearnerStatus`. May be empty.
+    std::function<std::string(const Model& model)> learning_curve;
   };
 
   LearnerThread(Model start, OnlineCalibration calibration, const EpisodeConfig& episode, const ServiceConfig& service,
@@ -71,6 +74,7 @@ class LearnerThread {
   void learn_batch(const std::vector<FramedTrajectory>& batch);
   std::optional<Episode> learn_and_commit(const std::vector<FramedTrajectory>& batch);
   bool reload_if_changed();
+  void replace_snapshot(std::shared_ptr<const Snapshot> next);
 
   EpisodeConfig episode_;
   ServiceConfig service_;
