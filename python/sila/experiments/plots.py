@@ -13,8 +13,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-# Colours that people with a colour vision deficiency tell apart (Okabe and Ito), then greys.
+# Colours that people with a colour vision deficiency tell apart (Okabe and Ito), then greys, then Paul Tol's muted ones.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7F7F7F", "#B8A100", "#5B3A8C"]
+COLOURS += ["#882255", "#44AA99", "#DDCC77", "#AA4499", "#117733", "#CC6677", "#332288"]
 MARKERS = "osD^vPX*<>"
 GREY = "#999999"
 STYLE: Any = {
@@ -41,7 +42,7 @@ def draw(folder: Path, *, png: bool = False, method: str | None = None) -> list[
     curves, rows = pd.read_csv(folder / "curves.csv"), pd.read_csv(folder / "results.csv")
     curves["error"] = curves["weighted_mhd_m"] / curves["constant_mhd_m"]
     methods = list(rows["method"].unique())
-    styles = {m: {"color": COLOURS[i % 10], "marker": MARKERS[(i + i // 10) % 10]} for i, m in enumerate(methods)}
+    styles = {m: {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[(i + i // 10) % 10]} for i, m in enumerate(methods)}
     by_tracks = bool(json.loads((folder / "results.json").read_text(encoding="utf-8"))["experiment"]["tracks"])
     figures: dict[str, Figure | None] = {}
     with mpl.rc_context(STYLE):
