@@ -85,7 +85,7 @@ LearnerThread::LearnerThread(Model start, OnlineCalibration calibration, const E
       storage_(std::move(storage)),
       calibration_(std::move(calibration)),
       snapshot_(std::make_shared<const Snapshot>(ready_to_predict(std::move(start), episode), episode.predict)) {
-  if (storage_.learning_curve) status_.learning_curve = storage_.learning_curve(snapshot_->model);
+  status_.learning_curve = learning_curve(snapshot_->model);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -181,8 +181,10 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
       return;
     }
     auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict, *snapshot());
-    replace_snapshot(std::move(next));
+    std::string curve = learning_curve(next->model);
     const std::lock_guard lock(mutex_);
+    snapshot_ = std::move(next);
+    status_.learning_curve = std::move(curve);
     ++status_.episodes;
     status_.learnt_tracks += batch.size();
     status_.last_episode_s = episode->report.seconds;
@@ -212,25 +214,27 @@ std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedT
 /// True if there was a changed model.
 bool LearnerThread::reload_if_changed() {
   if (!storage_.reload) return false;
+  std::shared_ptr<const Snapshot> next;
+  std::string curve;
   try {
     std::optional<Model> model = storage_.reload();
     if (!model) return false;
-    replace_snapshot(std::make_shared<const Snapshot>(ready_to_predict(std::move(*model), episode_), episode_.predict));
+    next = std::make_shared<const Snapshot>(ready_to_predict(std::move(*model), episode_), episode_.predict);
+    curve = learning_curve(next->model);
   } catch (const std::exception& error) {  // a damaged file: the next commit fails with the same message
     const std::lock_guard lock(mutex_);
     status_.last_error = error.what();
     return false;
   }
   const std::lock_guard lock(mutex_);
+  snapshot_ = std::move(next);
+  status_.learning_curve = std::move(curve);
   ++status_.reloads;
   return true;
 }
 
-void LearnerThread::replace_snapshot(std::shared_ptr<const Snapshot> next) {
-  std::string curve = storage_.learning_curve ? storage_.learning_curve(next->model) : std::string();
-  const std::lock_guard lock(mutex_);
-  snapshot_ = std::move(next);
-  status_.learning_curve = std::move(curve);
+std::string LearnerThread::learning_curve(const Model& model) const {
+  return storage_.learning_curve ? storage_.learning_curve(model) : std::string();
 }
 
 }  // namespace sila

@@ -74,7 +74,7 @@ class LearnerThread {
   void learn_batch(const std::vector<FramedTrajectory>& batch);
   std::optional<Episode> learn_and_commit(const std::vector<FramedTrajectory>& batch);
   bool reload_if_changed();
-  void replace_snapshot(std::shared_ptr<const Snapshot> next);
+  std::string learning_curve(const Model& model) const;
 
   EpisodeConfig episode_;
   ServiceConfig service_;
