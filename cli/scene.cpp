@@ -23,6 +23,8 @@ namespace {
 struct MakeOptions {
   CommonOptions common;
   TrackOptions tracks;
+  std::string map;
+  std::vector<double> map_origin;
 };
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
@@ -50,6 +52,8 @@ std::string describe(const CornerProposal& made) {
 }
 
 void propose_scene(const MakeOptions& options) {
+  if (!options.map.empty())
+    throw std::invalid_argument("scene make: --map comes with the Python package; pip install 'sila[map]'");
   const Config config = configured(options.common);
   ReadTracks read = read_clean(options.tracks, config);
   const CornerProposal made = propose_corner(read.tracks.trajectories, config.episode.scaling);
@@ -183,10 +187,19 @@ void add_scene(CLI::App& app) {
   show->callback([model] { std::cout << to_text(scene_of(load_model(*model).model)); });
   const auto [made, options] =
       add_verb(*verb,
-               {"make", "Propose a scene file from tracks: the corner at which most of them turn.",
+               {"make", "Propose a scene file from tracks: the corner at which most of them turn; or from a map.",
                 "sila scene make tracks.csv > corner.json"},
                Shared::both, propose_scene);
   add_tracks(*made, options->tracks);
+  CLI::Option* map =
+      made->add_option("--map", options->map,
+                       "OpenStreetMap or Lanelet2 map: propose its corners and crosswalks (in the Python "
+                       "package)")
+          ->type_name("FILE");
+  made->add_option("--origin", options->map_origin, "of a map in degrees: where the tracks have (0, 0)")
+      ->expected(2)
+      ->type_name("LAT LON")
+      ->needs(map);
   const auto [edited, editing] =
       add_verb(*verb,
                {"edit", "Make an HTML page, which opens offline, that edits a scene by hand.",

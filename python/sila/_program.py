@@ -11,7 +11,7 @@ PROGRAM = Path(__file__).parent / "bin" / "sila"
 
 
 def main() -> None:
-    """Replaces this process by the program; `sila fleet` and `sila experiment` run in this process."""
+    """Replaces this process by the program; what is Python runs in this process."""
     if sys.argv[1:2] == ["fleet"]:
         from ._fleet_program import run
 
@@ -20,4 +20,8 @@ def main() -> None:
         from .experiments.program import run as experiment
 
         sys.exit(experiment(sys.argv[2:]))
+    if sys.argv[1:3] == ["scene", "make"] and any(word.split("=")[0] == "--map" for word in sys.argv):
+        from ._map_program import run as scene_from_map
+
+        sys.exit(scene_from_map(sys.argv[3:]))
     os.execv(PROGRAM, ["sila", *sys.argv[1:]])

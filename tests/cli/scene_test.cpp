@@ -26,6 +26,7 @@ TEST_F(Program, ProposesASceneFromTracks) {
   write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
   expect_rejected("scene make few.csv", {"tracks that move 3 m or more, found 1", "at least 10"});
   expect_rejected("scene make", {"tracks"});
+  expect_rejected("scene make tracks.csv --map map.osm", {"--map", "Python package", "sila[map]"});
 }
 
 /// Six people in pixels, as MOTChallenge has them.
