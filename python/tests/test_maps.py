@@ -93,7 +93,8 @@ def test_crosswalks_have_centres_widths_and_a_corner(tmp_path, kind):
         points = {"a": (3, 0), "b": (20, 0), "f": (0, -3), "g": (0, -20)}
         lines = [(i, nodes, {"highway": "footway", "footway": "crossing"}) for i, nodes in (("1", "ab"), ("2", "fg"))]
     (tmp_path / "map.osm").write_text(osm(points, lines, relations))
-    scene = maps.scene_json(tmp_path / "map.osm", walked([(0, 0.5), (25, 0.5)], 4))
+    tracks = {**walked([(0, 0.5), (25, 0.5)], 4), "across": walked([(9, -6), (11, 6)], 1)["0"]}
+    scene = maps.scene_json(tmp_path / "map.osm", tracks)
     np.testing.assert_allclose(scene["origin"], [0, 0], atol=0.02)
     np.testing.assert_allclose([scene["axis_1"], scene["axis_2"]], [[-1, 0], [0, 1]][::-1], atol=1e-3)
     found = sorted(scene["crosswalks"], key=lambda crosswalk: crosswalk["centre"][0])
