@@ -146,7 +146,7 @@ def _lines_of(path: str | os.PathLike[str], origin: tuple[float, float] | None) 
             found[kind].append(_between(*(points[ref] for ref in sides)))
             bounds.update(sides)
     for i, _, tags in ways:
-        if (kind := _kind(tags)) and len(points[i]) > 1 and i not in bounds:
+        if (kind := _kind(tags)) and len(points[i]) > 1 and (kind == "curb" or i not in bounds):
             found[kind].append((shapely.LineString(points[i]), _WIDTH_M))
     found["crossing"] += _paired([np.array(edge.coords) for edge, _ in found.pop("edge")])
     curbs = shapely.line_merge(shapely.MultiLineString([curb for curb, _ in found["curb"]]))

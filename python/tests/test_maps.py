@@ -71,6 +71,17 @@ def test_the_corner_of_a_curb_is_where_its_straight_pieces_would_meet(tmp_path, 
     np.testing.assert_allclose(frame.origin_m, [0, 0], atol=0.25)
 
 
+def test_a_curb_may_be_the_bound_of_a_walkway(tmp_path):
+    points = CURB | {"w": (10.0, 3.0), "v": (60.0, 3.0)}
+    walkway = ("1", "3", {"subtype": "walkway"})
+    (tmp_path / "map.osm").write_text(osm(points, [*CURBS, ("3", "wv", {"type": "virtual"})], [walkway]))
+    scene = maps.scene_json(tmp_path / "map.osm")
+    np.testing.assert_allclose(scene["origin"], [0, 0], atol=0.25)
+    (found,) = scene["walkways"]
+    np.testing.assert_allclose([found["centre"], found["direction"]], [[34.5, 1.5], [1, 0]], atol=0.02)
+    assert found["width_m"] == pytest.approx(3, abs=0.03)
+
+
 def test_the_uncertainty_of_a_corner_covers_errors_of_the_map(tmp_path):
     random, errors, stated = np.random.default_rng(1), [], 0.0
     for _ in range(20):
