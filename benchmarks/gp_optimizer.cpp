@@ -57,7 +57,9 @@ Problem make_problem(int points, bool joint, unsigned seed) {
   const sila::Hyperparameters theta = sila::benchmarks::walking_theta();
   problem.pseudo_inputs = sila::select_pseudo_inputs(theta.kernel, problem.data.inputs, 30);
   const Eigen::Index numbers = joint ? problem.pseudo_inputs.size() : 0;
-  problem.start.resize(numbers + 4), problem.lower.resize(numbers + 4), problem.upper.resize(numbers + 4);
+  problem.start.resize(numbers + 4);
+  problem.lower.resize(numbers + 4);
+  problem.upper.resize(numbers + 4);
   if (joint) {
     problem.start.head(numbers) = problem.pseudo_inputs.reshaped();
     problem.lower.head(numbers).setConstant(problem.data.inputs.minCoeff() - 2.0);

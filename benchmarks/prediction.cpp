@@ -24,7 +24,8 @@ using Clock = std::chrono::steady_clock;
 
 std::vector<sila::Window> simulated_windows() {
   sila::SimulationConfig simulation = bench::kConfig.simulate;
-  simulation.tracks = 60, simulation.seed = 77;
+  simulation.tracks = 60;
+  simulation.seed = 77;
   const sila::Simulation simulated = sila::simulate(simulation);
   std::vector<sila::FramedTrajectory> tracks;
   for (const sila::Trajectory& track : simulated.tracks)
@@ -37,7 +38,8 @@ void report(benchmark::State& state, std::vector<double>& each_us, const sila::M
   const auto quantile = [&](double share) {
     return each_us[static_cast<std::size_t>(share * static_cast<double>(each_us.size() - 1))];
   };
-  state.counters["p50"] = quantile(0.5), state.counters["p99"] = quantile(0.99),
+  state.counters["p50"] = quantile(0.5);
+  state.counters["p99"] = quantile(0.99);
   state.counters["worst"] = quantile(1.0);
   state.counters["primitives"] = static_cast<double>(model.primitives.size());
   state.counters["transitions"] = static_cast<double>(model.transitions.size());

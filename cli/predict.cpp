@@ -47,7 +47,10 @@ void write_in_order(std::size_t tracks, const auto& lines_of_track, const auto& 
   constexpr std::size_t kTracksAhead = 4;  // of each thread
   using tbb::filter_mode;
   std::size_t next = 0;
-  const auto number = [&](tbb::flow_control& flow) { return next < tracks ? next++ : (flow.stop(), next); };
+  const auto number = [&](tbb::flow_control& flow) {
+    if (next == tracks) flow.stop();
+    return next < tracks ? next++ : next;
+  };
   tbb::parallel_pipeline(kTracksAhead * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()),
                          tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number) &
                              tbb::make_filter<std::size_t, TrackLines>(filter_mode::parallel, lines_of_track) &

@@ -153,7 +153,10 @@ EditorInput editor_input(const EditOptions& options) {
   input.in_picture = !options.picture.empty() && in_pixels(options, scene, paths.front());
   const double scale = input.in_picture && !scene.camera ? kCleaningScale : 1.0;
   TrackOptions reading = options.tracks;
-  if (scale != 1.0) reading.paths = paths, reading.read.metres_per_unit = scale;
+  if (scale != 1.0) {
+    reading.paths = paths;
+    reading.read.metres_per_unit = scale;
+  }
   ReadTracks read = read_clean(reading, config);
   for (Trajectory& track : read.tracks.trajectories) {
     for (Vector2& position : track.positions_m) position /= scale;

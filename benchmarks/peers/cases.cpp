@@ -105,7 +105,9 @@ std::vector<double> numbers(const Eigen::MatrixXd& matrix) {
 ordered_json solve_gp(const GpCase& problem, int iterations, int times) {
   sila::GpConfig config;
   config.pseudo_inputs = sila::PseudoInputChoice::optimised;
-  config.max_pseudo_inputs = kPseudoInputs, config.selection_stop = 0.0, config.max_iterations = iterations;
+  config.max_pseudo_inputs = kPseudoInputs;
+  config.selection_stop = 0.0;
+  config.max_iterations = iterations;
   sila::SparseGp gp;
   std::vector<double> each;
   for (int k = 0; k < times; ++k)
@@ -140,7 +142,8 @@ sila::DictionaryConfig of_tiles(int most_primitives) {
 /// Without tiles: a primitive may be a whole route.
 sila::DictionaryConfig of_routes(int most_primitives) {
   sila::DictionaryConfig config = of_tiles(most_primitives);
-  config.cut = sila::CutRule::first_unexplained, config.run_m = 100.0;
+  config.cut = sila::CutRule::first_unexplained;
+  config.run_m = 100.0;
   return config;
 }
 

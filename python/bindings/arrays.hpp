@@ -24,7 +24,10 @@ nb::ndarray<nb::numpy, Number, nb::c_contig> array_of(std::vector<Number> number
 inline nb::ndarray<nb::numpy, double, nb::c_contig> array_of_points(const std::vector<Vector2>& points) {
   std::vector<double> numbers;
   numbers.reserve(2 * points.size());
-  for (const Vector2& point : points) numbers.push_back(point.x()), numbers.push_back(point.y());
+  for (const Vector2& point : points) {
+    numbers.push_back(point.x());
+    numbers.push_back(point.y());
+  }
   return array_of(std::move(numbers), {points.size(), 2});
 }
 

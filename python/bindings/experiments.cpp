@@ -93,7 +93,8 @@ std::string hash_of(const FramedTracks& framed) {
       hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211ull;
   };
   for (const auto& [track, frame] : framed.tracks) {
-    add(track.id.data(), track.id.size()), add("\n", 1);
+    add(track.id.data(), track.id.size());
+    add("\n", 1);
     add(track.times_s.data(), sizeof(double) * track.times_s.size());
     for (const Vector2& p : track.positions_m) add(p.data(), 2 * sizeof(double));
     for (const Vector2& v : {frame.origin_m, frame.axis_1, frame.axis_2, frame.unit_m})
@@ -143,7 +144,10 @@ auto stacked(const WindowSet& set, PathOf&& path_of) {
   for (const Window& window : set.windows) {
     const std::vector<Vector2> path = path_of(window);
     length = path.size();
-    for (const Vector2& point : path) numbers.push_back(point.x()), numbers.push_back(point.y());
+    for (const Vector2& point : path) {
+      numbers.push_back(point.x());
+      numbers.push_back(point.y());
+    }
   }
   return array_of(std::move(numbers), {set.windows.size(), length, 2});
 }
@@ -204,7 +208,8 @@ auto laid_back(const WindowSet& set, const Doubles& paths_m, const CurbFrame& fr
   for (std::size_t i = 0; i + 1 < paths_m.size(); i += 2) {
     const CurbFrame& own = set.windows[i / (2 * modes * steps)].observed.frame;
     const Vector2 p = to_world(own, to_curb(frame, {paths_m.data()[i], paths_m.data()[i + 1]}));
-    numbers.push_back(p.x()), numbers.push_back(p.y());
+    numbers.push_back(p.x());
+    numbers.push_back(p.y());
   }
   return array_of(std::move(numbers), {set.windows.size(), modes, steps, 2});
 }
@@ -235,7 +240,10 @@ nlohmann::ordered_json to_json(const WindowScore& window) {
                               {"turning", window.turning}, {"inside", window.inside}, {"fallback", window.fallback},
                               {"novelty", window.novelty}, {"modes", window.modes},   {"fork", false},
                               {"way_log_probability", 0.0}};
-  if (window.way_log_probability) json["fork"] = true, json["way_log_probability"] = *window.way_log_probability;
+  if (window.way_log_probability) {
+    json["fork"] = true;
+    json["way_log_probability"] = *window.way_log_probability;
+  }
   json["model"] = sila::to_json(window.model.back());
   for (std::size_t r = 0; r < window.references.size(); ++r) json[kReferences[r]] = sila::to_json(window.references[r]);
   return json;
@@ -385,7 +393,8 @@ void bind_experiments(nb::module_& module) {
       "limit_threads",
       [](int threads) {
         static std::optional<ThreadLimit> limit;
-        limit.reset(), limit.emplace(threads);
+        limit.reset();
+        limit.emplace(threads);
       },
       "threads"_a, "Of everything that is computed from now on; 0: no limit.");
 }

@@ -60,8 +60,10 @@ std::vector<TransitionSummary> transitions_of(const StoredModel& stored) {
 
 nb::ndarray<nb::numpy, std::int32_t, nb::c_contig> cells_of(const Primitive& primitive) {
   std::vector<std::int32_t> numbers;
-  for (const CellVelocity& entry : primitive.content.cells)
-    numbers.push_back(entry.cell.x), numbers.push_back(entry.cell.y);
+  for (const CellVelocity& entry : primitive.content.cells) {
+    numbers.push_back(entry.cell.x);
+    numbers.push_back(entry.cell.y);
+  }
   return array_of(std::move(numbers), {primitive.content.cells.size(), 2});
 }
 

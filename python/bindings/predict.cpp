@@ -105,7 +105,10 @@ auto covariances_of(const Mode& mode) {
 auto all_paths(const Prediction& prediction) {
   std::vector<double> numbers;
   for (const Mode& mode : prediction.modes) {
-    for (const Vector2& point : mode.path_m) numbers.push_back(point.x()), numbers.push_back(point.y());
+    for (const Vector2& point : mode.path_m) {
+      numbers.push_back(point.x());
+      numbers.push_back(point.y());
+    }
   }
   return array_of(std::move(numbers), {prediction.modes.size(), prediction.times_s.size(), 2});
 }

@@ -107,7 +107,10 @@ std::optional<Sample> merged(std::span<const Sample> same, const std::string& id
   std::size_t places = 0;
   for (std::size_t i = 0; i < same.size(); ++i) {
     const bool again = i > 0 && same[i].position_m == same[i - 1].position_m;
-    if (!again) sum += same[i].position_m, ++places;
+    if (!again) {
+      sum += same[i].position_m;
+      ++places;
+    }
     if (contradictory) drop(report, DropReason::contradictory, source, id, same[i].line);
     if (!contradictory && i > 0)
       drop(report, again ? DropReason::repeated : DropReason::averaged, source, id, same[i].line);

@@ -222,7 +222,10 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
 /// Whether a track moves far enough to show a direction.
 bool moves(const Trajectory& track) {
   Vector2 low = track.positions_m.front(), high = low;
-  for (const Vector2& p : track.positions_m) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  for (const Vector2& p : track.positions_m) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
   return (high - low).norm() >= kOnArm_m;
 }
 

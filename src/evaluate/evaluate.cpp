@@ -77,10 +77,13 @@ GroupScore group(const std::string& name, std::span<const WindowScore> windows, 
     ++score.windows;
     score.fallback_rate += window.fallback ? 1.0 : 0.0;
     score.modes += static_cast<double>(window.modes);
-    add(score.model, window.model), add(score.constant, window.constant), add(score.references, window.references);
+    add(score.model, window.model);
+    add(score.constant, window.constant);
+    add(score.references, window.references);
   }
   const double share = 1.0 / static_cast<double>(std::max<std::size_t>(1, score.windows));
-  score.fallback_rate *= share, score.modes *= share;
+  score.fallback_rate *= share;
+  score.modes *= share;
   for (std::vector<Metrics>* sums : {&score.model, &score.constant, &score.references}) {
     for (Metrics& sum : *sums) sum = share * sum;
   }
@@ -159,8 +162,11 @@ WindowScore score_window(const Prediction& prediction, const Window& window,
   WindowScore score;
   score.moving = is_moving(window, config, evaluate_config);
   score.turning = score.moving && heading_change_rad(whole_path(window), interval_s) > evaluate_config.turning_rad;
-  score.track = window.observed.id, score.t0_s = prediction.t0_s;
-  score.fallback = prediction.fallback, score.novelty = prediction.novelty, score.modes = prediction.modes.size();
+  score.track = window.observed.id;
+  score.t0_s = prediction.t0_s;
+  score.fallback = prediction.fallback;
+  score.novelty = prediction.novelty;
+  score.modes = prediction.modes.size();
   const Prediction constant = references.front().predict(window.past_m, interval_s);
   score.motion_state = prediction.standing ? kStanding : kWalking;
   const std::optional<std::size_t> change = change_step(score.motion_state, window.past_m, window.future_m, interval_s);

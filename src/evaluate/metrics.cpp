@@ -77,8 +77,11 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
     metrics.best_mhd_m = std::min(metrics.best_mhd_m, mhd_m);
     metrics.best_ade_m = std::min(metrics.best_ade_m, ade_m);
     metrics.best_fde_m = std::min(metrics.best_fde_m, fde_m);
-    if (m == 0)
-      metrics.most_likely_mhd_m = mhd_m, metrics.ade_m = ade_m, metrics.fde_m = fde_m;  // modes come heaviest first
+    if (m == 0) {  // modes come heaviest first
+      metrics.most_likely_mhd_m = mhd_m;
+      metrics.ade_m = ade_m;
+      metrics.fde_m = fde_m;
+    }
   }
   const std::vector<Vector2> mean_m = mean_path(prediction, steps);
   metrics.mean_path_mhd_m = modified_hausdorff_m(mean_m, truth);

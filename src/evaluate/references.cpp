@@ -93,7 +93,10 @@ Regression regress(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& targets
       errors.row(row) = targets.row(row) - inputs.row(row) * weights[folds[i]];
     }
     const double error = errors.squaredNorm();
-    if (error < least) least = error, best = {all.solve(ridge), std::move(errors)};
+    if (error < least) {
+      least = error;
+      best = {all.solve(ridge), std::move(errors)};
+    }
   }
   return best;
 }
@@ -116,7 +119,8 @@ std::vector<double> damped_shares(std::span<const Window* const> windows, std::s
     for (const Window* window : windows) {
       const Vector2 here = window->past_m.back();
       const Vector2 way = constant_velocity(window->past_m, static_cast<int>(j) + 1, interval_s).back() - here;
-      product += way.dot(window->future_m[j] - here), square += way.squaredNorm();
+      product += way.dot(window->future_m[j] - here);
+      square += way.squaredNorm();
     }
     shares.push_back(square > 0.0 ? product / square : 1.0);
   }

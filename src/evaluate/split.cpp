@@ -113,7 +113,8 @@ Person until(Person person, std::span<const Block> blocks) {
   for (FramedTrajectory& placed : person.tracklets) {
     Trajectory& track = placed.track;
     const auto end = std::ranges::upper_bound(track.times_s, block->end_s) - track.times_s.begin();
-    track.times_s.resize(static_cast<std::size_t>(end)), track.positions_m.resize(static_cast<std::size_t>(end));
+    track.times_s.resize(static_cast<std::size_t>(end));
+    track.positions_m.resize(static_cast<std::size_t>(end));
   }
   std::erase_if(person.tracklets, [](const FramedTrajectory& placed) { return placed.track.times_s.size() < 2; });
   return person;

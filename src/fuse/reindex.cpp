@@ -203,8 +203,14 @@ std::vector<std::size_t> flow_through(int primitive, const std::vector<Transitio
   for (std::size_t t = 0; t < transitions.size(); ++t) {
     const auto& [from, to, count] = transitions[t];
     if (from == to) continue;
-    if (to == primitive) entering.push_back(t), sum += count;
-    if (from == primitive) leaving.push_back(t), sum -= count;
+    if (to == primitive) {
+      entering.push_back(t);
+      sum += count;
+    }
+    if (from == primitive) {
+      leaving.push_back(t);
+      sum -= count;
+    }
   }
   return sum >= 0.0 ? entering : leaving;
 }

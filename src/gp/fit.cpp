@@ -116,7 +116,8 @@ SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eige
 }  // namespace
 
 SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const GpConfig& config) {
-  validate(config), validate(start);
+  validate(config);
+  validate(start);
   validate("fit_sparse_gp", data, start.kernel.length_scales.size(), data.outputs.cols());
   const Eigen::Index points = data.inputs.cols();
   const bool about_data = config.constant_mean == ConstantMean::data && points > 0;

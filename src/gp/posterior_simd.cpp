@@ -58,7 +58,8 @@ void add_mean(const PosteriorView& view, double* sums) {
 }
 
 void means_simd(const PosteriorView& view, const double* k, double* sums) {
-  weighted_sums(view, k, view.outputs, sums), add_mean(view, sums);
+  weighted_sums(view, k, view.outputs, sums);
+  add_mean(view, sums);
 }
 
 void means_and_norms_of_product_simd(const PosteriorView& view, const double* a, const double* b, double* sums) {
@@ -119,7 +120,8 @@ double explained_variance_simd(const PosteriorView& view, const double* k) {
         const double *second = at + kPanelRows, *third = second + kPanelRows, *fourth = third + kPanelRows;
         const auto k_0 = hn::Set(d, k[column]), k_1 = hn::Set(d, k[column + 1]);
         const auto k_2 = hn::Set(d, k[column + 2]), k_3 = hn::Set(d, k[column + 3]);
-        low_0 = hn::MulAdd(hn::LoadU(d, at), k_0, low_0), high_0 = hn::MulAdd(hn::LoadU(d, at + lanes), k_0, high_0);
+        low_0 = hn::MulAdd(hn::LoadU(d, at), k_0, low_0);
+        high_0 = hn::MulAdd(hn::LoadU(d, at + lanes), k_0, high_0);
         low_1 = hn::MulAdd(hn::LoadU(d, second), k_1, low_1);
         high_1 = hn::MulAdd(hn::LoadU(d, second + lanes), k_1, high_1);
         low_2 = hn::MulAdd(hn::LoadU(d, third), k_2, low_2);

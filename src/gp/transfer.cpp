@@ -109,7 +109,8 @@ Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::Matr
 }  // namespace detail
 
 SparseGp transfer(const SparseGp& from, const SparseGp& into) {
-  validate(from), validate(into);
+  validate(from);
+  validate(into);
   if (from.pseudo_inputs.rows() != into.pseudo_inputs.rows() || from.mean.size() != into.mean.size()) {
     throw std::invalid_argument("transfer: from has " + std::to_string(from.pseudo_inputs.rows()) + " inputs and " +
                                 std::to_string(from.mean.size()) + " outputs, must be those of into, " +

@@ -98,21 +98,32 @@ std::size_t widest(const TrackColumns& columns) {
 /// The columns of a format that has no header line and only one meaning; null for others.
 std::optional<TrackColumns> fixed_columns(TrackFormat format) {
   using enum TrackFormat;
-  TrackColumns columns{.format = format, .separator = ' ', .numeric_ids = true};
-  if (format == obsmat) {
-    columns.frame = 0, columns.id = 1, columns.x = 2, columns.y = 4, columns.cells = 8;
-  } else if (format == frame_id_x_y) {
-    columns.frame = 0, columns.id = 1, columns.x = 2, columns.y = 3, columns.cells = 4;
-  } else if (format == juelich) {
-    columns.id = 0, columns.frame = 1, columns.x = 2, columns.y = 3, columns.cells = 4;
-  } else if (format == stanford_drone) {
-    columns.id = 0, columns.x = 1, columns.y = 2, columns.x2 = 3, columns.y2 = 4, columns.frame = 5, columns.lost = 6;
-    columns.label = 9, columns.cells = 10;
-    columns.pixels = true, columns.numeric_ids = false;
-  } else {
-    return std::nullopt;
+  switch (format) {
+    case obsmat:
+      return TrackColumns{
+          .format = format, .separator = ' ', .id = 1, .frame = 0, .x = 2, .y = 4, .cells = 8, .numeric_ids = true};
+    case frame_id_x_y:
+      return TrackColumns{
+          .format = format, .separator = ' ', .id = 1, .frame = 0, .x = 2, .y = 3, .cells = 4, .numeric_ids = true};
+    case juelich:
+      return TrackColumns{
+          .format = format, .separator = ' ', .id = 0, .frame = 1, .x = 2, .y = 3, .cells = 4, .numeric_ids = true};
+    case stanford_drone:
+      return TrackColumns{.format = format,
+                          .separator = ' ',
+                          .id = 0,
+                          .frame = 5,
+                          .x = 1,
+                          .y = 2,
+                          .x2 = 3,
+                          .y2 = 4,
+                          .pixels = true,
+                          .label = 9,
+                          .lost = 6,
+                          .cells = 10};
+    default:
+      return std::nullopt;
   }
-  return columns;
 }
 
 TrackColumns mot_columns(std::size_t cells) {
@@ -153,9 +164,13 @@ TrackColumns kitti_columns(const TextTable& table) {
                        .cells = 17,
                        .numeric_ids = true};
   if (placed) {
-    columns.x = 13, columns.y = 15;
+    columns.x = 13;
+    columns.y = 15;
   } else {
-    columns.x = 6, columns.y = 7, columns.x2 = 8, columns.y2 = 9;
+    columns.x = 6;
+    columns.y = 7;
+    columns.x2 = 8;
+    columns.y2 = 9;
     columns.foot = columns.pixels = true;
   }
   return columns;

@@ -220,8 +220,10 @@ struct TrackStream::State {
       track.recording += first_recording;
       next_recording = std::max(next_recording, track.recording + 1);
     }
-    if (!begins)
-      tracks.report.sources = 0, tracks.report.warnings.clear();  // units are checked on the first part alone
+    if (!begins) {  // units are checked on the first part alone
+      tracks.report.sources = 0;
+      tracks.report.warnings.clear();
+    }
     add(report, tracks.report);
     return tracks;
   }

@@ -82,7 +82,8 @@ class Unpacker {
   void matrix(Eigen::PlainObjectBase<Derived>& result) {
     constexpr Eigen::Index fixed_rows = Derived::RowsAtCompileTime, fixed_columns = Derived::ColsAtCompileTime;
     Eigen::Index rows = 0, columns = 0;
-    count(rows), count(columns);
+    count(rows);
+    count(columns);
     if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) reject_blob("a matrix goes over the end");
     if (fixed_columns == 1 && columns != 1) reject_blob("a vector has " + std::to_string(columns) + " columns");
     if (fixed_rows != Eigen::Dynamic && rows != fixed_rows)

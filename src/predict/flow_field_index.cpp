@@ -141,7 +141,10 @@ struct CellSummaries {
   std::vector<RasterIndex> places;
   std::vector<FlowFieldIndex::CellSummary*> summaries;
 
-  void reserve(std::size_t size) { places.reserve(size), summaries.reserve(size); }
+  void reserve(std::size_t size) {
+    places.reserve(size);
+    summaries.reserve(size);
+  }
 };
 
 void fill(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,

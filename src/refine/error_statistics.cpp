@@ -93,8 +93,10 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const Stacking& stacking = predictor.prepared().stacking(merged.seen.site);
   const ObservedFeatures& seen = merged.seen;
   Example example;
-  example.person = seen.person, example.raw_novelty = merged.raw_novelty;
-  example.fitted = seen.site && stacking.fitted(), example.corrected = stacking.corrects(seen);
+  example.person = seen.person;
+  example.raw_novelty = merged.raw_novelty;
+  example.fitted = seen.site && stacking.fitted();
+  example.corrected = stacking.corrects(seen);
   example.path = path_error(prediction, window, seen.person, steps, interval_s);
   const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
@@ -209,8 +211,10 @@ ErrorStatistics pooled_error_statistics(const Model& model, bool place_free) {
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
   free.global_motion = std::move(sum.global_motion);
-  free.scores = std::move(sum.scores), free.novelties = std::move(sum.novelties);
-  free.slow = std::move(sum.slow), free.changes = std::move(sum.changes);
+  free.scores = std::move(sum.scores);
+  free.novelties = std::move(sum.novelties);
+  free.slow = std::move(sum.slow);
+  free.changes = std::move(sum.changes);
   return free;
 }
 

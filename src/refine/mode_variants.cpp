@@ -18,8 +18,11 @@ constexpr double kTiltedShare = 0.5;
 Mode& add_twin(Workspace& workspace, VariantKind variant, double weight) {
   Mode& twin = add_mode(workspace, weight, workspace.prediction.times_s.size());
   const Mode& first = workspace.prediction.modes.front();
-  twin.variant = variant, twin.source = first.source;
-  twin.path_m = first.path_m, twin.covariances_m2 = first.covariances_m2, twin.primitives = first.primitives;
+  twin.variant = variant;
+  twin.source = first.source;
+  twin.path_m = first.path_m;
+  twin.covariances_m2 = first.covariances_m2;
+  twin.primitives = first.primitives;
   return twin;
 }
 

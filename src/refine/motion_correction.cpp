@@ -62,7 +62,8 @@ void add_window(MotionMoments& moments, const MotionInput& input, const KnotErro
   KnotValues along, to_left;
   for (int k = 0; k < kCorrectionKnots; ++k) {
     const Vector2& error = errors.at_mps[static_cast<std::size_t>(k)];
-    along(k) = input.heading.dot(error), to_left(k) = cross(input.heading, error);
+    along(k) = input.heading.dot(error);
+    to_left(k) = cross(input.heading, error);
   }
   const SymmetricFeatures features = symmetric_features(input);
   add_examples(moments[0], features.even, along.transpose(), errors.weight);

@@ -106,7 +106,10 @@ std::vector<double> nearest_probabilities(const Prediction& prediction) {
       for (std::size_t k = 0; k < modes.size(); ++k) {
         const double off_m =
             (modes[k].path_m[middle] - at_middle_m).norm() + (modes[k].path_m[last] - at_last_m).norm();
-        if (off_m < least_m) least_m = off_m, nearest = k;
+        if (off_m < least_m) {
+          least_m = off_m;
+          nearest = k;
+        }
       }
       probabilities[nearest] += mode.weight / static_cast<double>(points.size());
     }

@@ -161,7 +161,8 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, uses_site, stacking.last_step(), interval_s_);
   const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon, interval_s_).total;
   if (!stacking.fitted()) {
-    prediction.regions.clear(), prediction.change_probabilities.clear();
+    prediction.regions.clear();
+    prediction.change_probabilities.clear();
     // Before errors are known the residual GPs alone are better than constant velocity.
     if (prediction.fallback) {
       Mode& mode = add_mode(workspace, 1.0, steps);

@@ -58,7 +58,9 @@ std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, s
     Coefficients products = moments[cell].products;
     for (Eigen::Index i = 0; i < kStackedFeatures; ++i) {
       if (!missing(i, observed_class)) continue;
-      matrix.row(i).setZero(), matrix.col(i).setZero(), products(i) = 0.0;
+      matrix.row(i).setZero();
+      matrix.col(i).setZero();
+      products(i) = 0.0;
     }
     matrix.diagonal().array() += ridge;
     const Coefficients coefficients = matrix.ldlt().solve(products + ridge * towards);

@@ -57,7 +57,10 @@ double weight_of_nearest(const ScoredPrediction& scored) {
   for (const Mode& mode : scored.prediction.modes) {
     double sum_m = 0.0;
     for (std::size_t j = 0; j < scored.truth_m.size(); ++j) sum_m += (mode.path_m[j] - scored.truth_m[j]).norm();
-    if (sum_m < best_m) best_m = sum_m, weight = mode.weight;
+    if (sum_m < best_m) {
+      best_m = sum_m;
+      weight = mode.weight;
+    }
   }
   return weight;
 }

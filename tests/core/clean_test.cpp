@@ -136,7 +136,10 @@ TEST(Clean, DropsWhatIsNotFiniteOrAbsurd) {
 
 TEST(Clean, DropsLabelsThatAreNotPedestriansUnlessToldOtherwise) {
   std::vector<Detection> rows = walk("1", 0.0, 3) + walk("2", 0.0, 3);
-  for (std::size_t i = 0; i < 3; ++i) rows[i].label = "Biker", rows[i + 3].label = "PED";
+  for (std::size_t i = 0; i < 3; ++i) {
+    rows[i].label = "Biker";
+    rows[i + 3].label = "PED";
+  }
   EXPECT_EQ(ids_of(clean_one(rows)), std::vector<std::string>{"2"});
   EXPECT_EQ(rows_of(clean_one(rows).report, DropReason::other_label), 3U);
   CleanConfig all;

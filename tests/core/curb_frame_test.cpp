@@ -62,7 +62,8 @@ TEST(CurbFrame, ComesBackToTheWorldAndIsUnmovedByRotatingCornerAndPoint) {
     const Vector2 shift(3.0, -4.0);
     CurbFrame turned = frame;
     turned.origin_m = rotation * frame.origin_m + shift;
-    turned.axis_1 = rotation * frame.axis_1, turned.axis_2 = rotation * frame.axis_2;
+    turned.axis_1 = rotation * frame.axis_1;
+    turned.axis_2 = rotation * frame.axis_2;
     EXPECT_LT((to_curb(turned, rotation * point + shift) - to_curb(frame, point)).norm(), 1e-10);
   }
 }

@@ -111,7 +111,8 @@ TEST(Sampling, WhatComesLaterNeverChangesWhatWasObserved) {
       replaced.times_s[i] = replaced.times_s[i - 1] + 0.01 * static_cast<double>(1 + random() % 90);
     }
     Trajectory cut = track;
-    cut.times_s.resize(last + 1), cut.positions_m.resize(last + 1);
+    cut.times_s.resize(last + 1);
+    cut.positions_m.resize(last + 1);
     for (const Trajectory& other : {replaced, cut}) {
       const CurbTrajectory found = observe(other, last, square_frame(), 3.2, {});
       EXPECT_EQ(found.times_s, expected.times_s);

@@ -20,7 +20,10 @@ Model learnt(int tracks) {
 Model renumbered(Model model) {
   const auto last = static_cast<int>(model.primitives.size()) - 1;
   std::ranges::reverse(model.primitives);
-  for (Transition& edge : model.transitions) edge.from = last - edge.from, edge.to = last - edge.to;
+  for (Transition& edge : model.transitions) {
+    edge.from = last - edge.from;
+    edge.to = last - edge.to;
+  }
   std::ranges::sort(model.transitions, {}, [](const Transition& edge) { return std::pair(edge.from, edge.to); });
   return model;
 }

@@ -34,7 +34,9 @@ void add_windows(Scores& scores, const std::filesystem::path& file, const Predic
       Prediction prediction;
       prediction.modes.push_back({1.0, predict(seen, truth), std::vector<Matrix2>(12, Matrix2::Identity()), {}});
       const Metrics metrics = measure(prediction, truth, 12);
-      ++scores.windows, scores.ade_m += metrics.ade_m, scores.fde_m += metrics.fde_m;
+      ++scores.windows;
+      scores.ade_m += metrics.ade_m;
+      scores.fde_m += metrics.fde_m;
     }
   }
 }

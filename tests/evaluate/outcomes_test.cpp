@@ -11,7 +11,8 @@ namespace {
 
 TEST(Evaluate, OutcomesOfSimulatedPeopleAreCalibrated) {
   SimulationConfig simulation_config;
-  simulation_config.tracks = 300, simulation_config.seed = 11;
+  simulation_config.tracks = 300;
+  simulation_config.seed = 11;
   const Simulation simulation = simulate(simulation_config);
   const EpisodeConfig config;
   std::vector<FramedTrajectory> tracks;

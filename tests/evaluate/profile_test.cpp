@@ -13,7 +13,9 @@ namespace {
 
 Split simulated_split(CurbScaling scaling) {
   SimulationConfig config;
-  config.tracks = 160, config.seed = 4, config.occlusions_per_min = 0.0;
+  config.tracks = 160;
+  config.seed = 4;
+  config.occlusions_per_min = 0.0;
   const Simulation simulation = simulate(config);
   std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : simulation.tracks)

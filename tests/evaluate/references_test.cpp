@@ -24,7 +24,8 @@ std::vector<Window> windows_of_people(double acceleration, double turn_radps) {
     for (std::size_t k = 0; k < 16 + kSteps; ++k) {
       (k < 16 ? window.past_m : window.future_m).push_back(position);
       position += 0.2 * speed * Vector2(std::cos(heading), std::sin(heading));
-      heading += 0.2 * turn_radps, speed *= 1.0 + 0.2 * acceleration;
+      heading += 0.2 * turn_radps;
+      speed *= 1.0 + 0.2 * acceleration;
     }
     windows.push_back(std::move(window));
   }

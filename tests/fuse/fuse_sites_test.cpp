@@ -13,7 +13,8 @@ TEST(Fuse, JoinsSitesAndAddsTheirErrorStatistics) {
   Increment incoming = random_increment(random);
   incoming.model.sites[0].frame.origin_m = {100.0, 0.0};
   previous.sites[0].error_statistics = incoming.model.sites[0].error_statistics = zero_error_statistics(2, 0.2, 3.2);
-  previous.sites[0].error_statistics.novelties[3] = 1.0, incoming.model.sites[0].error_statistics.novelties[3] = 2.0;
+  previous.sites[0].error_statistics.novelties[3] = 1.0;
+  incoming.model.sites[0].error_statistics.novelties[3] = 2.0;
   const Model apart = fuse(previous, incoming).model;
   ASSERT_EQ(apart.sites.size(), 2u);
   EXPECT_EQ(apart.sites[0].error_statistics.novelties[3], 1.0);

@@ -123,7 +123,10 @@ TEST(Components, AreThoseOfBreadthFirstSearch) {
     const FusionProblem problem = random_problem(random);
     const SimilarityEdges edges = matching_edges(problem);
     std::map<int, int> label;  // spreads the smallest index over the edges until nothing changes
-    for (const Similarity& edge : edges) label[edge.first] = edge.first, label[edge.second] = edge.second;
+    for (const Similarity& edge : edges) {
+      label[edge.first] = edge.first;
+      label[edge.second] = edge.second;
+    }
     for (bool changed = true; changed;) {
       changed = false;
       for (const Similarity& edge : edges) {
@@ -148,7 +151,10 @@ TEST(Reindexing, ConservesCountsButForTheReportedCredit) {
     const FusionPlan plan = plan_fusion(problem, rules);
     double after = 0.0;
     double credit = 0.0;
-    for (const TransitionGroup& group : plan.groups) after += group.count, credit += group.credit;
+    for (const TransitionGroup& group : plan.groups) {
+      after += group.count;
+      credit += group.credit;
+    }
     EXPECT_EQ(after - credit, total(problem.transitions));
     EXPECT_TRUE(rules.split_credit || credit == 0.0);
   });

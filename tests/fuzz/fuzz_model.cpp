@@ -33,8 +33,10 @@ Model sound_model() {
   std::mt19937_64 random(5);
   Model model = random_model(6);
   model.settings = {};
-  model.settings.residual_horizon_s = 4.8, model.settings.residual_knots = 2;
-  model.primitives.resize(2), model.transitions.clear();
+  model.settings.residual_horizon_s = 4.8;
+  model.settings.residual_knots = 2;
+  model.primitives.resize(2);
+  model.transitions.clear();
   for (const auto& [from, to] : {std::pair(0, 0), std::pair(0, 1), std::pair(1, 1)}) {
     Transition transition{from, to, 2.0, random_field(random), random_gp(random, kResidualInputs, 4), {{0, 2.0, 1}}};
     transition.field.gp.pseudo_inputs = 3.0 * random_matrix(random, 2, transition.field.gp.pseudo_inputs.cols());
@@ -52,7 +54,8 @@ Model sound_model() {
   }
   model.prior = model.sites.front().error_statistics;
   model.sharing = SiteSharing::apart;
-  model.episodes = 2, model.episode_ids.resize(2);
+  model.episodes = 2;
+  model.episode_ids.resize(2);
   check(model);
   return model;
 }
@@ -204,7 +207,8 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   std::uint8_t* const place = data + at * kChangeBytes;
   const auto index = static_cast<std::uint16_t>(random());
   const double number = kTrouble[random() % kTrouble.size()];
-  place[0] = static_cast<std::uint8_t>(random()), place[1] = static_cast<std::uint8_t>(random());
+  place[0] = static_cast<std::uint8_t>(random());
+  place[1] = static_cast<std::uint8_t>(random());
   std::memcpy(place + 2, &index, sizeof index);
   std::memcpy(place + 4, &number, sizeof number);
   return std::max(changes, at + 1) * kChangeBytes;

@@ -40,7 +40,8 @@ std::string in_small_pages(const std::string& bytes) {
 
 std::string sound_bytes() {
   Model model = random_model(3);
-  model.primitives.resize(2), model.transitions.resize(1);
+  model.primitives.resize(2);
+  model.transitions.resize(1);
   model.transitions[0].from = model.transitions[0].to = 0;
   for (Site& site : model.sites) site.error_statistics = of_one_step(site.error_statistics);
   model.prior = of_one_step(model.prior);

@@ -127,7 +127,10 @@ TEST(Transfer, ToTheSameBasisAddsExactly) {
 
 /// Counts every data point `factor` times: the statistics are sums over points.
 SparseGp repeated(SparseGp gp, double factor) {
-  gp.information *= factor, gp.response *= factor, gp.mean_response *= factor, gp.points *= factor;
+  gp.information *= factor;
+  gp.response *= factor;
+  gp.mean_response *= factor;
+  gp.points *= factor;
   return gp;
 }
 

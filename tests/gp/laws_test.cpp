@@ -119,7 +119,8 @@ TEST(Posterior, MatchesTheTextbook) {
 /// Of these tables half is left out: with as much, less and more seen than there are pseudo-inputs.
 TEST(Posterior, MatchesTheTextbookWithManyPseudoInputs) {
   GpConfig config;
-  config.max_pseudo_inputs = 90, config.selection_stop = 0.0;
+  config.max_pseudo_inputs = 90;
+  config.selection_stop = 0.0;
   for (const Eigen::Index seen : {50, 70, 90, 400}) {
     SCOPED_TRACE("points " + std::to_string(seen));
     Generator make(static_cast<unsigned>(seen));
@@ -145,7 +146,8 @@ TEST(Posterior, StaysValidWithAHundredMillionTimesThePoints) {
   const GpData data = make.data(2, 20, 2);
   SparseGp gp = condition(prior_on(theta, make.points(2, 60), vector({0.0, 0.0})), data);
   const Posterior once(gp);
-  gp.information *= 1e8, gp.response *= 1e8;
+  gp.information *= 1e8;
+  gp.response *= 1e8;
   const Posterior often(gp);
   for (Eigen::Index i = 0; i < data.inputs.cols(); ++i) {
     const Eigen::VectorXd x = data.inputs.col(i);
@@ -158,7 +160,8 @@ TEST(Posterior, MatchesTheTextbookWithMorePseudoInputsThanTheStackHolds) {
   Generator make(3);
   const Hyperparameters theta{{1.0, vector({0.4, 0.4})}, 0.1};
   GpConfig config;
-  config.max_pseudo_inputs = 300, config.selection_stop = 0.0;
+  config.max_pseudo_inputs = 300;
+  config.selection_stop = 0.0;
   const SparseGp gp = fit_sparse_gp(make.data(2, 400, 2), theta, config);
   ASSERT_GT(gp.pseudo_inputs.cols(), static_cast<Eigen::Index>(Posterior::max_stack_pseudo_inputs));
   for (int i = 0; i < 40; ++i) {

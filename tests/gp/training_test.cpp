@@ -94,7 +94,10 @@ TEST(Fit, KeepsNoPointOfItsDataAsAPseudoInput) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Generator make(seed);
     GpConfig config;
-    if (seed % 2 == 1) config.pseudo_inputs = PseudoInputChoice::optimised, config.max_iterations = 3;
+    if (seed % 2 == 1) {
+      config.pseudo_inputs = PseudoInputChoice::optimised;
+      config.max_iterations = 3;
+    }
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 2 + 7 * static_cast<int>(seed), 2);
     const SparseGp fitted = fit_sparse_gp(data, theta, config);

@@ -212,7 +212,10 @@ FaultyVfs::~FaultyVfs() {
 }
 
 void FaultyVfs::fail_from(int operation, int code) {
-  disk.operations = 0, disk.fails_at = operation, disk.code = code, disk.happened = false;
+  disk.operations = 0;
+  disk.fails_at = operation;
+  disk.code = code;
+  disk.happened = false;
 }
 
 void FaultyVfs::lose_power_at(int operation) {

@@ -69,7 +69,8 @@ inline FlowField random_field(std::mt19937_64& random) {
 inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   ErrorStatistics error_statistics;
   error_statistics.steps = 2;
-  error_statistics.interval_s = 0.4, error_statistics.observe_s = 1.6;
+  error_statistics.interval_s = 0.4;
+  error_statistics.observe_s = 1.6;
   const auto regression = [&](double weight, int features, int outputs) {
     return RegressionMoments{weight, random_matrix(random, features, features).triangularView<Eigen::Lower>(),
                              random_matrix(random, features, outputs)};
@@ -80,7 +81,8 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
       moments.components.push_back({0.3 * i, 1.0 / 7.0, 0.1 * weight});
     return moments;
   };
-  error_statistics.density.fill(density(1.5)), error_statistics.density[kWalking] = density(2.5);
+  error_statistics.density.fill(density(1.5));
+  error_statistics.density[kWalking] = density(2.5);
   error_statistics.density_place_free.fill(density(0.25));
   error_statistics.changes = {regression(3.0, kHazardFeatures, 1), regression(0.5, kHazardFeatures, 1)};
   error_statistics.global_motion.fill(regression(2.5, kMotionFeatures, kCorrectionKnots));
@@ -93,8 +95,9 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
   }
   for (int i = 0; i < error_statistics.steps * kScoreClasses; ++i)
     error_statistics.scores.emplace_back(kScoreBins, 0.1 * i).front() = 1.0 / 3.0;
-  error_statistics.novelties.assign(kNoveltyBins, 0.25), error_statistics.novelties[1] = 2.0,
-                                                         error_statistics.novelties[2] = 1.0 / 3.0;
+  error_statistics.novelties.assign(kNoveltyBins, 0.25);
+  error_statistics.novelties[1] = 2.0;
+  error_statistics.novelties[2] = 1.0 / 3.0;
   for (std::size_t c = 0; c < kSlowClasses; ++c) {
     SlowErrors& slow = error_statistics.slow.emplace_back(SlowErrors{3.5, {}});
     slow.errors_m.fill(1.0 / 7.0);

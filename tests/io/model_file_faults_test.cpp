@@ -60,7 +60,10 @@ Attempt learn_until(const fs::path& path, int before, int until) {
   Attempt attempt{before, ""};
   try {
     ModelFile file = ModelFile::open_or_create(path);
-    for (int number = before + 1; number <= until; ++number) commit_episode(file, number), attempt.kept = number;
+    for (int number = before + 1; number <= until; ++number) {
+      commit_episode(file, number);
+      attempt.kept = number;
+    }
   } catch (const FormatError& error) {
     attempt.rejection = error.what();
   }

@@ -96,7 +96,8 @@ TEST(Verify, NoticesAFlippedBitAnywhereInASmallFile) {
   const fs::path path = folder / "m.sila";
   const Model first = small_model();
   Model second = first;
-  set_count(second.transitions[0], 3.0), second.episodes = second.sites[0].episodes = 2;
+  set_count(second.transitions[0], 3.0);
+  second.episodes = second.sites[0].episodes = 2;
   {
     ModelFile file = ModelFile::open_or_create(path);
     file.commit(first, record(1), R"({"a": 1})");

@@ -32,7 +32,8 @@ Prediction two_modes() {
   Prediction prediction;
   prediction.t0_s = 1700000000.1234567;
   prediction.times_s = {0.2, 0.6000000000000001};
-  prediction.novelty = 1.0 / 3.0, prediction.observed_s = 0.6;
+  prediction.novelty = 1.0 / 3.0;
+  prediction.observed_s = 0.6;
   Matrix2 round = 0.25 * Matrix2::Identity(), flat;
   flat << 2.00004, -0.00012, -0.00012, 0.000123456;
   prediction.modes.push_back({2.0 / 3.0, {{1.00049, -0.0004}, {-12.3456, 0.05}}, {round, flat}, {3, 7}});
@@ -200,7 +201,9 @@ TEST(PredictionLine, StatesOutcomesOnRequest) {
   Prediction prediction = two_modes();
   const LineFormat format{.digits = 17, .outcomes = true};
   EXPECT_FALSE(json::parse(prediction_line("1", prediction, nullptr, nullptr, format)).contains("outcomes"));
-  prediction.start_m = {-0.25, 3.5}, prediction.heading = {0.6, 0.8}, prediction.standing = true;
+  prediction.start_m = {-0.25, 3.5};
+  prediction.heading = {0.6, 0.8};
+  prediction.standing = true;
   EXPECT_FALSE(json::parse(prediction_line("1", prediction)).contains("outcomes"));
   const std::string line = prediction_line("1", prediction, nullptr, nullptr, format);
   const json outcomes = json::parse(line).at("outcomes");

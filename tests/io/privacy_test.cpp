@@ -54,14 +54,16 @@ class Secrets {
         ++left_out_;
         continue;
       }
-      words_.insert(bits), words_.insert(reversed(bits));
+      words_.insert(bits);
+      words_.insert(reversed(bits));
       numbers_.insert(std::llround(coordinate * 1e4));
     }
     const auto floats =
         std::bit_cast<std::uint64_t>(std::array{static_cast<float>(point.x()), static_cast<float>(point.y())});
     const auto turned = std::bit_cast<std::uint64_t>(
         std::array{static_cast<float>(point.y()), static_cast<float>(point.x())});  // reversed: both swapped
-    words_.insert(floats), words_.insert(reversed(turned));
+    words_.insert(floats);
+    words_.insert(reversed(turned));
   }
 
   std::size_t coordinates() const { return coordinates_; }
@@ -129,8 +131,10 @@ void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, s
                                      step_of(config.residual.mean_velocity_scale_mps)};
   Secrets secrets(steps, counts);
   for (const FramedTrajectory& placed : tracks) {
-    for (const Vector2& position_m : placed.track.positions_m)
-      secrets.add(position_m), secrets.add(to_curb(placed.frame, position_m));
+    for (const Vector2& position_m : placed.track.positions_m) {
+      secrets.add(position_m);
+      secrets.add(to_curb(placed.frame, position_m));
+    }
     const CurbTrajectory learnt = resample(placed.track, placed.frame, config.sampling);
     for (const Vector2& position : learnt.positions) secrets.add(position);
   }

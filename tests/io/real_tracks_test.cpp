@@ -109,8 +109,10 @@ TEST_F(RealTracks, OfSeveralVideosFallOnOneAnother) {
   std::vector<double> count(2, 0.0);
   for (std::size_t i = 0; i < tracks.trajectories.size(); ++i) {
     if (tracks.trajectories[i].recording > 1) continue;
-    for (const Vector2& p : tracks.trajectories[i].positions_m)
-      middle[tracks.trajectories[i].recording] += p, count[tracks.trajectories[i].recording] += 1.0;
+    for (const Vector2& p : tracks.trajectories[i].positions_m) {
+      middle[tracks.trajectories[i].recording] += p;
+      count[tracks.trajectories[i].recording] += 1.0;
+    }
   }
   EXPECT_LT((middle[0] / count[0] - middle[1] / count[1]).norm(), 12.0);
 }

@@ -45,7 +45,9 @@ TEST(Scene, ReadsAllCornersWithTheirWidths) {
   json["corners"].push_back(
       {{"name", "A"}, {"origin", {9, 9}}, {"axis_1", {1, 0}}, {"axis_2", {0, 1}}, {"sidewalk_width_m", 3}});
   Json primary = small_scene();
-  primary["name"] = "B", primary["primary"] = true, primary["sidewalk_width_1_m"] = 2.0,
+  primary["name"] = "B";
+  primary["primary"] = true;
+  primary["sidewalk_width_1_m"] = 2.0;
   primary["sidewalk_width_2_m"] = 3.0;
   json["corners"].push_back(primary);
   const Scene scene = read_scene(folder.write("s.json", json.dump()), CurbScaling::strip_widths);
@@ -60,7 +62,9 @@ TEST(Scene, UsesTheFirstLevelAndWarnsIfThePrimaryCornerDiffers) {
   const TempFolder folder;
   Json json = small_scene();
   Json other = small_scene();
-  other["name"] = "B", other["primary"] = true, other["origin"] = {5.0, 5.0};
+  other["name"] = "B";
+  other["primary"] = true;
+  other["origin"] = {5.0, 5.0};
   json["corners"] = Json::array({other});
   const Scene scene = read_scene(folder.write("s.json", json.dump()), kMean);
   EXPECT_EQ(scene.corners[scene.primary].frame.origin_m, Vector2(1, 2));

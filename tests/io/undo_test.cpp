@@ -41,11 +41,13 @@ void expect_same(const StoredModel& a, const StoredModel& b) {
 
 /// A small part of a model changes, as by an episode: primitives come and go, so that all others are renumbered.
 Model changed(Model model, std::mt19937_64& random) {
-  ++model.episodes, model.tracks += 20;
+  ++model.episodes;
+  model.tracks += 20;
   model.episode_ids.push_back({random(), random()});
   std::ranges::sort(model.episode_ids);
   Site& site = model.sites[random() % model.sites.size()];
-  ++site.episodes, site.tracks += 20;
+  ++site.episodes;
+  site.tracks += 20;
   if (random() % 3 == 0) site.error_statistics = random_error_statistics(random);
   if (random() % 2 == 0) model.primitives.push_back(random_primitive(random));
   const auto primitives = static_cast<int>(model.primitives.size());
@@ -53,11 +55,16 @@ Model changed(Model model, std::mt19937_64& random) {
     const int gone = static_cast<int>(random() % static_cast<unsigned>(primitives));
     model.primitives.erase(model.primitives.begin() + gone);
     std::erase_if(model.transitions, [&](const Transition& edge) { return edge.from == gone || edge.to == gone; });
-    for (Transition& edge : model.transitions) edge.from -= edge.from > gone, edge.to -= edge.to > gone;
+    for (Transition& edge : model.transitions) {
+      edge.from -= edge.from > gone;
+      edge.to -= edge.to > gone;
+    }
   }
   if (model.transitions.empty()) model.transitions.push_back({0, 0, 1.0, random_field(random), {}, {{0, 1.0, 0}}, 1});
   Transition& edge = model.transitions[random() % model.transitions.size()];
-  set_count(edge, edge.count + 1.0), edge.support += 1, edge.sites[0].last_episode = model.sites[0].episodes;
+  set_count(edge, edge.count + 1.0);
+  edge.support += 1;
+  edge.sites[0].last_episode = model.sites[0].episodes;
   if (random() % 2 == 0) edge.field = random_field(random);
   if (random() % 2 == 0) edge.residual = random_gp(random, kResidualInputs, 6);
   return model;
@@ -158,7 +165,10 @@ TEST(Undo, KeepsNoMoreThanAskedAndTheFileStopsGrowing) {
   std::uintmax_t largest = 0;  // after the first 60
   for (int number = 1; number <= 200; ++number) {
     Model next = model;  // as large as ever, and all fields new
-    for (Transition& edge : next.transitions) edge.field = random_field(random), edge.field.gp.points = number;
+    for (Transition& edge : next.transitions) {
+      edge.field = random_field(random);
+      edge.field.gp.points = number;
+    }
     file.commit(next, record(number), "{}");
     const std::uintmax_t bytes = fs::file_size(folder / "m.sila");
     if (number == 60) largest = bytes;

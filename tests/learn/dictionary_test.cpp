@@ -137,7 +137,8 @@ TEST(Dictionary, ActivenessForbidsPrimitivesOfOppositeSignThatCancel) {
     for (const Coefficient& used : dictionary.codes[i]) {
       for (const CellVelocity& arrow : dictionary.primitives[static_cast<std::size_t>(used.primitive)].cells) {
         auto& [length, sum] = cells.try_emplace(arrow.cell, 0.0, Vector2::Zero()).first->second;
-        length += used.value * arrow.velocity.norm(), sum += used.value * arrow.velocity;
+        length += used.value * arrow.velocity.norm();
+        sum += used.value * arrow.velocity;
       }
     }
     double cancelled = 0.0;
@@ -162,7 +163,10 @@ TEST(GridVector, FindsEveryCrossedCellAndUnitHeadings) {
 TEST(GridVector, StandingPeopleHaveNoHeadingAndReversalsNoArrow) {
   const Grid grid{0.4, Vector2::Zero(), 8};
   Trajectory standing{"s", {}, {}};
-  for (int k = 0; k < 50; ++k) standing.times_s.push_back(0.1 * k), standing.positions_m.emplace_back(1.0, 1.0);
+  for (int k = 0; k < 50; ++k) {
+    standing.times_s.push_back(0.1 * k);
+    standing.positions_m.emplace_back(1.0, 1.0);
+  }
   EXPECT_TRUE(to_grid_vector(resample(standing, testing::square_frame(2.5, CurbScaling::mean_width), {}), grid, 0.2)
                   .path.empty());
   const Trajectory back = testing::walk("r", {{0, 0.5}, {3.5, 0.5}, {0, 0.5}}, 1.2);

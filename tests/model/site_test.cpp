@@ -15,7 +15,8 @@ CurbFrame frame_at(double x_m) {
 
 TEST(Site, IsKnownByItsCornerAndCurbs) {
   CurbFrame corner = frame_at(0.0), near = frame_at(0.8), turned = corner;
-  turned.axis_1 = {0, 1}, turned.axis_2 = {-1, 0};
+  turned.axis_1 = {0, 1};
+  turned.axis_2 = {-1, 0};
   EXPECT_TRUE(same_site(corner, near));
   EXPECT_FALSE(same_site(corner, turned));
   EXPECT_FALSE(same_site(corner, frame_at(1.2)));
@@ -29,7 +30,8 @@ TEST(Site, IsKnownByItsCornerAndCurbs) {
 
 TEST(Site, JoinsThoseOfTwoModelsByCorner) {
   ErrorStatistics one = zero_error_statistics(1, 0.2, 3.2), two = one;
-  one.novelties[0] = 1.0, two.novelties[0] = 2.0;
+  one.novelties[0] = 1.0;
+  two.novelties[0] = 2.0;
   const std::vector<Site> first{{frame_at(0), 1, 20, one}, {frame_at(50), 2, 40, {}}};
   const std::vector<Site> second{{frame_at(90), 3, 60, two}, {frame_at(0.5), 4, 80, two}};
   const JoinedSites joined = join_sites(first, second);
@@ -51,7 +53,8 @@ TEST(Site, CountsStaySortedAndAddUp) {
   EXPECT_TRUE(share_a_site(counts, {{0, 1.0, 1}, {3, 1.0, 1}}));
   EXPECT_FALSE(share_a_site(counts, {{0, 1.0, 1}, {2, 1.0, 1}}));
   std::vector<Site> sites(4);
-  sites[1].episodes = 9, sites[3].episodes = 20;
+  sites[1].episodes = 9;
+  sites[3].episodes = 20;
   EXPECT_EQ(age_episodes(counts, sites), 4);
 }
 

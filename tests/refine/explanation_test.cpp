@@ -91,7 +91,8 @@ TEST(Predictor, AtAnUnknownCornerSaysTheSameWhereverItIsAndHoweverItIsTurned) {
     return Vector2(prediction.modes.front().path_m.back() - to_world(frame, observed.positions.back()));
   };
   CurbFrame here = testing::square_frame(), there = here;
-  here.origin_m = {500, 0}, there.origin_m = {-900, 40};
+  here.origin_m = {500, 0};
+  there.origin_m = {-900, 40};
   const Vector2 east = last_m(here, {{500, 1}, {530, 1}}), north = last_m(there, {{-890, 30}, {-890, 70}});
   EXPECT_NEAR(east.x(), north.y(), 1e-6);
   EXPECT_NEAR(east.y(), -north.x(), 1e-6);

@@ -198,7 +198,8 @@ TEST(Outcomes, APersonWhoStandsStaysUnlessTheyHaveStarted) {
 
 TEST(Outcomes, WithoutADirectionAllAreAlike) {
   Prediction prediction = of_modes({gaussian(1.0, {3, 2}, 1e-6 * Matrix2::Identity())});
-  prediction.standing = true, prediction.change_probabilities = {0.4};
+  prediction.standing = true;
+  prediction.change_probabilities = {0.4};
   const OutcomeProbabilities p = outcome_probabilities(prediction, 0);
   for (std::size_t k = 1; k < kOutcomeCount; ++k) EXPECT_DOUBLE_EQ(p[k], 0.1);
 }

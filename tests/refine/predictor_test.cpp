@@ -98,7 +98,8 @@ double mean_miss_m(const Model& model, std::span<const Window> windows, const Re
     expect_valid(prediction);
     Vector2 end = Vector2::Zero();
     for (const Mode& mode : prediction.modes) end += mode.weight * mode.path_m[24];
-    sum += (end - window.future_m[24]).norm(), ++count;
+    sum += (end - window.future_m[24]).norm();
+    ++count;
   }
   return sum / count;
 }
@@ -135,7 +136,8 @@ TEST(Predictor, AnswersWithAnEmptyModel) {
 
 TEST(Predictor, AShorterHorizonIsThePrefixOfALongerOne) {
   RefineConfig brief = kConfig.predict, lengthy = kConfig.predict;
-  brief.horizon_s = 2.0, lengthy.horizon_s = 9.0;
+  brief.horizon_s = 2.0;
+  lengthy.horizon_s = 9.0;
   const Predictor predictor(corner_model(), kConfig.predict), brief_one(corner_model(), brief),
       lengthy_one(corner_model(), lengthy);
   for (const Window& window : windows_of(testing::corner_walks(10, 98), kConfig.sampling, kConfig.predict, 1.0)) {
@@ -256,7 +258,9 @@ Rollout standing(const Vector2& point, double weight, const Matrix2& covariance,
   std::fill(path.begin(), path.end(), point);
   std::fill(covariances.begin(), covariances.end(), covariance);
   Rollout rollout;
-  rollout.weight = weight, rollout.path = path, rollout.covariances = covariances;
+  rollout.weight = weight;
+  rollout.path = path;
+  rollout.covariances = covariances;
   return rollout;
 }
 

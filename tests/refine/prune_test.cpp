@@ -165,7 +165,8 @@ TEST(Budget, RejectsValuesOutOfRangeAndBudgetsTooSmallForOneTransition) {
   EXPECT_THROW(apply_budget({}, {10.0, std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
   const Model model = model_of({walk_along(0, 1, 30, 0.0)});
   Model empty = model;
-  empty.primitives.clear(), empty.transitions.clear();
+  empty.primitives.clear();
+  empty.transitions.clear();
   const std::string message = message_of([&] { apply_budget(model, {10.0, 100.0}); });
   EXPECT_TRUE(message.ends_with("has " + std::to_string(packed_bytes(empty)) + " bytes")) << message;
   EXPECT_THROW(apply_budget(model, {1.0, 1e9}), std::invalid_argument)

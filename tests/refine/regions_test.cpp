@@ -47,7 +47,8 @@ ErrorStatistics error_statistics_with(int surprising_bin, double windows) {
   error_statistics.scores.assign(kScoreClasses, std::vector<double>(kScoreBins, 0.0));
   error_statistics.scores[3][static_cast<std::size_t>(surprising_bin)] = windows;
   error_statistics.novelties.assign(kNoveltyBins, 0.0);
-  error_statistics.novelties[0] = 0.75 * windows, error_statistics.novelties[25] = 0.25 * windows;
+  error_statistics.novelties[0] = 0.75 * windows;
+  error_statistics.novelties[25] = 0.25 * windows;
   return error_statistics;
 }
 

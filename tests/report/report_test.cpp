@@ -109,7 +109,9 @@ TEST(Report, HasWhatPredictsOnThePageIfItFits) {
 
 TEST(Report, WithoutTracksOrSceneShowsTheModelAlone) {
   ReportInput input = made_up();
-  input.tracks.clear(), input.input_ids.clear(), input.scene = {};
+  input.tracks.clear();
+  input.input_ids.clear();
+  input.scene = {};
   const nlohmann::ordered_json data = report_data(input);
   EXPECT_FALSE(data.at("scene").at("known"));
   EXPECT_EQ(data.at("scene").at("corners").size(), 1u);
@@ -209,7 +211,9 @@ TEST(Page, CannotBeLeftByItsData) {
 ScoredPrediction scored_walk(const std::vector<Vector2>& observed_m, const std::vector<Vector2>& truth_m,
                              const std::vector<Vector2>& expected_m) {
   ScoredPrediction scored;
-  scored.observed_m = observed_m, scored.truth_m = truth_m, scored.constant_m = expected_m;
+  scored.observed_m = observed_m;
+  scored.truth_m = truth_m;
+  scored.constant_m = expected_m;
   scored.prediction.modes.push_back(
       {1.0, expected_m, std::vector<Matrix2>(expected_m.size(), Matrix2::Identity()), {}});
   scored.model = scored.constant = measure(scored.prediction, truth_m, truth_m.size());

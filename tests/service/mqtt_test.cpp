@@ -320,7 +320,9 @@ TEST(Mqtt, AnAddressIsABrokerAndATopic) {
 TEST(Mqtt, OptionsThatCannotBeUsedAreNamed) {
   const auto message = [](const std::string& address, const std::string& out, const std::string& ca = {}) {
     ServerOptions options;
-    options.mqtt = address, options.mqtt_out = out, options.mqtt_ca = ca;
+    options.mqtt = address;
+    options.mqtt_out = out;
+    options.mqtt_ca = ca;
     try {
       Running service({}, options);
     } catch (const std::invalid_argument& error) {

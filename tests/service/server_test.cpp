@@ -205,7 +205,8 @@ TEST(Server, ListensBeyondLoopbackOnlyWithAToken) {
   options.token = "secret";
   EXPECT_NO_THROW(start());
   EXPECT_EQ(announced, 1);
-  options.http = "127.0.0.1:0", options.tcp = "nowhere";
+  options.http = "127.0.0.1:0";
+  options.tcp = "nowhere";
   EXPECT_THROW(start(), std::invalid_argument);
   EXPECT_EQ(announced, 1);
 }

@@ -117,7 +117,8 @@ TEST(StreamCore, SeesTheCompanionsThatAFileShows) {
   for (int k = 0; k <= 40; ++k) {
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       Trajectory& track = tracks[i].track;
-      track.times_s.push_back(0.1 * k), track.positions_m.push_back(starts_m[i] + 0.1 * k * velocities_mps[i]);
+      track.times_s.push_back(0.1 * k);
+      track.positions_m.push_back(starts_m[i] + 0.1 * k * velocities_mps[i]);
       ingest(core, 1, {track.id, track.times_s.back(), track.positions_m.back()}, 0.0, settings);
     }
     for (const PredictionRequest& request : take_due_requests(core, 10, settings)) {

@@ -28,8 +28,11 @@ std::uint64_t fingerprint(const Simulation& simulation) {
   const auto add = [&](double value) { hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211ULL; };
   for (const std::vector<Trajectory>* tracks : {&simulation.tracks, &simulation.truth})
     for (const Trajectory& track : *tracks)
-      for (std::size_t i = 0; i < track.times_s.size(); ++i)
-        add(track.times_s[i]), add(track.positions_m[i].x()), add(track.positions_m[i].y());
+      for (std::size_t i = 0; i < track.times_s.size(); ++i) {
+        add(track.times_s[i]);
+        add(track.positions_m[i].x());
+        add(track.positions_m[i].y());
+      }
   return hash;
 }
 

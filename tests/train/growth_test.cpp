@@ -50,7 +50,8 @@ TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(100, 6);
   Model rest = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
   const auto most = static_cast<double>(packed_bytes(rest));
-  rest.primitives.clear(), rest.transitions.clear();
+  rest.primitives.clear();
+  rest.transitions.clear();
   const auto least = static_cast<double>(packed_bytes(rest));
   EpisodeConfig capped = kConfig;
   capped.budget.max_bytes = least + 0.7 * (most - least);
@@ -76,7 +77,8 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
   };
   ASSERT_GT(most_inputs(model), 30);
   Model rest = model;
-  rest.primitives.clear(), rest.transitions.clear();
+  rest.primitives.clear();
+  rest.transitions.clear();
   const auto least = static_cast<double>(packed_bytes(rest)), most = static_cast<double>(packed_bytes(model));
   const double nearly_all = least + 0.95 * (most - least), a_third = least + 0.33 * (most - least);
   const BudgetResult little = apply_budget(model, {.max_bytes = nearly_all});

@@ -82,7 +82,8 @@ TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
     EXPECT_GT(model.sites.front().error_statistics.correction.weight, 0.0);
     EXPECT_EQ(shared.sites.front().error_statistics.correction.weight, 0.0);
     EXPECT_EQ(shared.sites.front().error_statistics.correction_share.weight, 0.0);
-    alone_at_home += goes_alone(model), alone_away += goes_alone(shared);
+    alone_at_home += goes_alone(model);
+    alone_away += goes_alone(shared);
     if (people < 4) {
       EXPECT_FALSE(goes_alone(shared));
     }

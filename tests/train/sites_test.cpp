@@ -120,7 +120,10 @@ TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
 TEST(Sites, OfOneBatchAreLearntEachByItself) {
   const Tracks a = here(20, 1), b = there(20, 2);
   Tracks mixed;
-  for (std::size_t i = 0; i < a.size(); ++i) mixed.push_back(a[i]), mixed.push_back(b[i]);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    mixed.push_back(a[i]);
+    mixed.push_back(b[i]);
+  }
   const Model model = run_episode({}, mixed, kConfig).model;
   EXPECT_NO_THROW(check(model));
   ASSERT_EQ(model.sites.size(), 2u);
@@ -144,7 +147,8 @@ TEST(Sites, ThatAreSharedFuseAndSayWhereFrom) {
 TEST(Sites, WithoutTrainingGetTheGlobalPart) {
   const Model model = learnt(there(60, 2), learnt(here(60, 1)));
   Model nothing_but_global = model;
-  nothing_but_global.primitives.clear(), nothing_but_global.transitions.clear();
+  nothing_but_global.primitives.clear();
+  nothing_but_global.transitions.clear();
   Tracks elsewhere = here(10, 3);
   for (FramedTrajectory& placed : elsewhere) {
     for (Vector2& p : placed.track.positions_m) p.x() += 500.0;

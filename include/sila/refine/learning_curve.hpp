@@ -17,7 +17,9 @@ struct PrequentialError {
   double ratio() const { return model_m / constant_m; }
 
   PrequentialError& operator+=(const PrequentialError& more) {
-    windows += more.windows, model_m += more.model_m, constant_m += more.constant_m;
+    windows += more.windows;
+    model_m += more.model_m;
+    constant_m += more.constant_m;
     return *this;
   }
 };
