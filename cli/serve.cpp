@@ -120,6 +120,22 @@ void serve(const ServeVerb& options) {
   server.run();
 }
 
+void add_mqtt(CLI::App& verb, ServeVerb& options) {
+  CLI::Option* mqtt = verb.add_option("--mqtt", options.server.mqtt,
+                                      "broker and topic of detections, as in mqtt://host/frigate/events");
+  mqtt->type_name("mqtt[s]://[USER@]HOST[:PORT]/TOPIC");
+  verb.add_option("--mqtt-out", options.server.mqtt_out, "topic of predictions and reports")
+      ->needs(mqtt)
+      ->type_name("TOPIC");
+  verb.add_option("--mqtt-ca", options.server.mqtt_ca,
+                  "file of certificates by which an mqtts broker is checked [those of the system]")
+      ->needs(mqtt)
+      ->type_name("FILE");
+  verb.add_option("--mqtt-password-file", options.mqtt_password_file, "file whose first line is the password of USER")
+      ->needs(mqtt)
+      ->type_name("FILE");
+}
+
 }  // namespace
 
 void add_serve(CLI::App& app) {
@@ -142,19 +158,7 @@ void add_serve(CLI::App& app) {
       ->type_name("ADDRESS:PORT");
   verb->add_option("--tcp", options->server.tcp, "address for lines, both ways")->type_name("ADDRESS:PORT");
   verb->add_option("--unix", options->server.unix_path, "Unix socket for lines, both ways")->type_name("PATH");
-  CLI::Option* mqtt = verb->add_option("--mqtt", options->server.mqtt,
-                                       "broker and topic of detections, as in mqtt://host/frigate/events");
-  mqtt->type_name("mqtt[s]://[USER@]HOST[:PORT]/TOPIC");
-  verb->add_option("--mqtt-out", options->server.mqtt_out, "topic of predictions and reports")
-      ->needs(mqtt)
-      ->type_name("TOPIC");
-  verb->add_option("--mqtt-ca", options->server.mqtt_ca,
-                   "file of certificates by which an mqtts broker is checked [those of the system]")
-      ->needs(mqtt)
-      ->type_name("FILE");
-  verb->add_option("--mqtt-password-file", options->mqtt_password_file, "file whose first line is the password of USER")
-      ->needs(mqtt)
-      ->type_name("FILE");
+  add_mqtt(*verb, *options);
   add_classes(*verb, options->server.read);
   CLI::Option* standard_input =
       verb->add_flag("--stdin", options->server.standard_input,

@@ -229,6 +229,19 @@ bool moves(const Trajectory& track) {
   return (high - low).norm() >= kOnArm_m;
 }
 
+/// The proposals of the jackknife: each without one of kParts parts of the tracks.
+std::vector<CornerProposal> proposed_without_parts(const std::vector<const Trajectory*>& tracks, CurbScaling scaling) {
+  std::vector<CornerProposal> proposals;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    std::vector<const Trajectory*> others;
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      if (i % kParts != part) others.push_back(tracks[i]);
+    }
+    if (const auto proposal = proposed(others, scaling)) proposals.push_back(*proposal);
+  }
+  return proposals;
+}
+
 }  // namespace
 
 CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling scaling) {
@@ -245,14 +258,7 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
     throw std::invalid_argument(
         "propose_corner: people walk in one direction only; a corner needs a second one, 25 "
         "degrees or more from the first");
-  std::vector<CornerProposal> parts;
-  for (std::size_t part = 0; part < kParts; ++part) {
-    std::vector<const Trajectory*> others;
-    for (std::size_t i = 0; i < moving.size(); ++i) {
-      if (i % kParts != part) others.push_back(moving[i]);
-    }
-    if (const auto without = proposed(others, scaling)) parts.push_back(*without);
-  }
+  const std::vector<CornerProposal> parts = proposed_without_parts(moving, scaling);
   const auto error = [&](const auto& distance) {  // of a jackknife, about the full estimate
     double sum = 0.0;
     for (const CornerProposal& part : parts) sum += std::pow(distance(part), 2);

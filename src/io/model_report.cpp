@@ -168,6 +168,14 @@ std::string list(const char* title, const List& items, Text&& text) {
   return line + "\n";
 }
 
+std::string describe_site(const Model& model, std::size_t index) {
+  const Site& site = model.sites[index];
+  return "(" + std::to_string(std::llround(site.frame.origin_m.x())) + ", " +
+         std::to_string(std::llround(site.frame.origin_m.y())) + ") m: " + counted(site.tracks, "track") + " in " +
+         counted(site.episodes, "episode") + ", " + counted(transitions_of(model, index), "transition") + ", " +
+         (site.error_statistics.empty() ? "not calibrated" : "calibrated");
+}
+
 }  // namespace
 
 std::vector<LearningPoint> learning_points(const StoredModel& stored) {
@@ -237,13 +245,7 @@ std::string describe(const StoredModel& stored) {
                << model.settings.grid.tile_cells << " cells";
   line("frame") << "scaled by " << kCurbScalings[static_cast<std::size_t>(model.settings.scaling)] << ", a unit is "
                 << model.settings.reference_width_m << " m";
-  for (std::size_t i = 0; i < model.sites.size(); ++i) {
-    const Site& site = model.sites[i];
-    line("site") << "(" << std::llround(site.frame.origin_m.x()) << ", " << std::llround(site.frame.origin_m.y())
-                 << ") m: " << counted(site.tracks, "track") << " in " << counted(site.episodes, "episode") << ", "
-                 << counted(transitions_of(model, i), "transition") << ", "
-                 << (site.error_statistics.empty() ? "not calibrated" : "calibrated");
-  }
+  for (std::size_t i = 0; i < model.sites.size(); ++i) line("site") << describe_site(model, i);
   const ordered_json configuration = ordered_json::parse(stored.configuration, nullptr, false);
   if (const double scale = configuration.value("metres_per_pixel", 0.0); scale > 0.0)
     line("units") << "pixels of " << scale << " m";

@@ -132,17 +132,23 @@ double priced(const CodingState& state, double gain_cells) {
   return state.objective + gain_cells * static_cast<double>(state.primitives.size());
 }
 
+/// A state, and the objective after each step towards it.
+struct TracedState {
+  CodingState state;
+  std::vector<double> objectives;
+};
+
 /// Updates primitives and codes in turn, at most `times` times, until the objective hardly falls.
-CodingState alternate(const CodingProblem& problem, CodingState state, int times, double penalty, double gain_cells,
-                      std::vector<double>* trace) {
+TracedState alternate(const CodingProblem& problem, TracedState traced, int times, double penalty, double gain_cells) {
+  CodingState& state = traced.state;
   state = with_new_codes(problem, std::move(state), penalty);
   for (int round = 0; round < times; ++round) {
     const double before = state.objective;
     state = with_new_codes(problem, with_new_primitives(problem, std::move(state)), penalty);
-    if (trace) trace->push_back(priced(state, gain_cells));
+    traced.objectives.push_back(priced(state, gain_cells));
     if (before - state.objective < kPolishDecrease * problem.energy) break;
   }
-  return state;
+  return traced;
 }
 
 /// Removes, newest first, each primitive from index `first` on whose removal costs less than its price.
@@ -162,10 +168,9 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
 }
 
 /// Adds rounds of new primitives, as long as a round lowers the priced objective.
-CodingState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config,
-                 std::vector<double>& trace) {
+TracedState grow(const CodingProblem& problem, double gain_cells, double run_cells, const DictionaryConfig& config) {
   CodingState state{{}, std::vector<std::vector<Coefficient>>(problem.tracks.size()), problem.energy};
-  trace.push_back(priced(state, gain_cells));
+  std::vector<double> objectives{priced(state, gain_cells)};
   Banned banned;
   while (static_cast<int>(state.primitives.size()) < config.max_primitives) {
     auto seeds = choose_seeds(problem, state, banned, run_cells, config);
@@ -175,13 +180,13 @@ CodingState grow(const CodingProblem& problem, double gain_cells, double run_cel
       tried.primitives.push_back(std::move(seed));
       banned.insert(section.key());  // each stretch is tried once
     }
-    tried = alternate(problem, std::move(tried), kAlternationsPerRound, config.sparsity, gain_cells, nullptr);
+    tried = alternate(problem, {std::move(tried), {}}, kAlternationsPerRound, config.sparsity, gain_cells).state;
     tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), config.sparsity, gain_cells);
     if (priced(tried, gain_cells) >= priced(state, gain_cells)) continue;
     state = std::move(tried);
-    trace.push_back(priced(state, gain_cells));
+    objectives.push_back(priced(state, gain_cells));
   }
-  return state;
+  return {std::move(state), std::move(objectives)};
 }
 
 /// The state without primitives that no track uses much.
@@ -240,8 +245,9 @@ Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid
                             const DictionaryConfig& config) {
   const CodingProblem problem(tracks, grid, config.activeness_weight);
   Dictionary dictionary;
-  CodingState state = grow(problem, gain_cells, run_cells, config, dictionary.objective);
-  state = alternate(problem, std::move(state), kPolishAlternations, config.sparsity, gain_cells, &dictionary.objective);
+  auto [state, objectives] = alternate(problem, grow(problem, gain_cells, run_cells, config), kPolishAlternations,
+                                       config.sparsity, gain_cells);
+  dictionary.objective = std::move(objectives);
   state = drop_unprofitable(problem, std::move(state), 0, config.sparsity, gain_cells);
   dictionary.objective.push_back(priced(state, gain_cells));
   state = without_rarely_used(problem, state, config.sparsity);
