@@ -107,7 +107,7 @@ class Batches {
   CurbScaling scaling_;
   CornerChoice corners_;
   int size_;
-  std::optional<Scene> scene_;  ///< by which all batches are looked at; none before the first batch of a new model
+  std::optional<Scene> scene_;  ///< gives all tracks their frames; none before the first batch of a new model
   std::optional<TrackStream> stream_;
   std::vector<FramedTrajectory> waiting_;
   std::size_t handed_out_ = 0;

@@ -11,7 +11,7 @@ std::string shape_text(const Numbers& array) {
   return text + (array.ndim() == 1 ? ",)" : ")");
 }
 
-[[noreturn]] void refuse(const char* argument, const std::string& expected, const std::string& found) {
+[[noreturn]] void reject(const char* argument, const std::string& expected, const std::string& found) {
   throw nb::value_error((std::string(argument) + ": expected " + expected + ", found " + found).c_str());
 }
 
@@ -21,7 +21,7 @@ std::pair<nb::object, Numbers> numbers_in(const char* argument, const std::strin
   try {
     array = nb::module_::import_("numpy").attr("ascontiguousarray")(given, "float64");
   } catch (nb::python_error&) {
-    refuse(argument, "numbers of shape " + expected, nb::cast<std::string>(nb::str(given.type().attr("__name__"))));
+    reject(argument, "numbers of shape " + expected, nb::cast<std::string>(nb::str(given.type().attr("__name__"))));
   }
   const auto at_least_1d = nb::cast<Numbers>(array);
   return {array, at_least_1d};
@@ -31,7 +31,7 @@ std::pair<nb::object, Numbers> numbers_in(const char* argument, const std::strin
 
 std::vector<Vector2> points_from(const char* argument, nb::handle given) {
   const auto [owner, array] = numbers_in(argument, "(n, 2)", given);
-  if (array.ndim() != 2 || array.shape(1) != 2) refuse(argument, "shape (n, 2)", "shape " + shape_text(array));
+  if (array.ndim() != 2 || array.shape(1) != 2) reject(argument, "shape (n, 2)", "shape " + shape_text(array));
   std::vector<Vector2> points(array.shape(0));
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = {array.data()[2 * i], array.data()[2 * i + 1]};
   return points;
@@ -40,20 +40,20 @@ std::vector<Vector2> points_from(const char* argument, nb::handle given) {
 std::vector<Vector2> finite_points_from(const char* argument, nb::handle given) {
   std::vector<Vector2> points = points_from(argument, given);
   for (std::size_t row = 0; row < points.size(); ++row) {
-    if (!points[row].allFinite()) refuse(argument, "finite numbers", "another in row " + std::to_string(row));
+    if (!points[row].allFinite()) reject(argument, "finite numbers", "another in row " + std::to_string(row));
   }
   return points;
 }
 
 std::vector<double> numbers_from(const char* argument, nb::handle given) {
   const auto [owner, array] = numbers_in(argument, "(n,)", given);
-  if (array.ndim() != 1) refuse(argument, "shape (n,)", "shape " + shape_text(array));
+  if (array.ndim() != 1) reject(argument, "shape (n,)", "shape " + shape_text(array));
   return {array.data(), array.data() + array.size()};
 }
 
 Vector2 pair_from(const char* argument, nb::handle given) {
   const auto [owner, array] = numbers_in(argument, "(2,)", given);
-  if (array.ndim() != 1 || array.size() != 2) refuse(argument, "shape (2,)", "shape " + shape_text(array));
+  if (array.ndim() != 1 || array.size() != 2) reject(argument, "shape (2,)", "shape " + shape_text(array));
   return {array.data()[0], array.data()[1]};
 }
 

@@ -173,7 +173,7 @@ void bind_fleet(nb::module_& module) {
   module.def("run_task_on_model", &run_on_model, "step"_a, "model"_a.none(), "inputs"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>(), "Does a task on a partition that is a model, or on none.");
   module.def("require_settings", &require_settings, "model"_a, "scene"_a, "config"_a,
-             "Refuses a model that cannot be fused with what is learnt under this configuration.");
+             "Rejects a model that cannot be fused with what is learnt under this configuration.");
 }
 
 }  // namespace sila::python

@@ -161,7 +161,7 @@ void bind_model(nb::module_& module) {
             save_model(named("Model.save", path), stored);
           },
           "path"_a, nb::call_guard<nb::gil_scoped_release>(),
-          "Writes a model file; refuses to overwrite what is no model.")
+          "Writes a model file; rejects a path of a file that is not a model.")
       .def_prop_ro(
           "size", [](const StoredModel& stored) { return size(stored.model); },
           "The paper's model size: primitives and transitions.")

@@ -21,8 +21,8 @@ double mean_distance_m(std::span<const Vector2> a, std::span<const Vector2> b) {
 /// Expected calibration error over ten bins of equal width.
 class CalibrationError {
  public:
-  void add(double probability, bool came) {
-    const double excess = probability - (came ? 1.0 : 0.0);
+  void add(double probability, bool happened) {
+    const double excess = probability - (happened ? 1.0 : 0.0);
     excess_[std::min(kBins - 1, static_cast<std::size_t>(probability * kBins))] += excess;
     count_ += 1.0;
   }
@@ -133,12 +133,12 @@ OutcomeScore score_outcomes(std::size_t motion_state, double horizon_s, std::spa
   CalibrationError error;
   for (const OutcomeForecast& forecast : forecasts) {
     for (std::size_t k = 0; k < kOutcomeCount; ++k) {
-      const bool came = k == static_cast<std::size_t>(forecast.came);
+      const bool happened = k == static_cast<std::size_t>(forecast.actual);
       const double probability = forecast.probabilities[k];
-      score.rates[k] += (came ? 1.0 : 0.0) / count;
+      score.rates[k] += (happened ? 1.0 : 0.0) / count;
       score.stated[k] += probability / count;
-      score.brier += square(probability - (came ? 1.0 : 0.0)) / count;
-      error.add(probability, came);
+      score.brier += square(probability - (happened ? 1.0 : 0.0)) / count;
+      error.add(probability, happened);
     }
   }
   for (const double rate : score.rates)

@@ -161,7 +161,7 @@ const SparseGp* dominant_part(const Parts& parts, const GpData& data, const Kern
   return dominant == parts.end() ? nullptr : *dominant;
 }
 
-/// If all parts have one basis it is kept and extended; a dominant part keeps its own; else all candidates compete,
+/// If all parts have one basis it is kept and extended; a dominant part keeps its own; else all are candidates,
 /// sorted so that the order of the parts does not matter.
 Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd fresh = data.inputs.cols() > 0 ? detail::candidates_for(kernel, data.inputs)

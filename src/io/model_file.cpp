@@ -150,8 +150,8 @@ struct ModelFile::State {
 
   std::int64_t revision_now() { return has_model(path, *database) ? tables::revision(*database) : 0; }
 
-  /// One transaction that runs `write(database, meta)` between the check for a rival and the new revision. `write`
-  /// finds the tables of the present schema, and meta as it is to be.
+  /// One transaction that runs `write(database, meta)` between the check that no other process has committed and the
+  /// new revision. `write` finds the tables of the present schema, and meta as it is to be.
   template <class Write>
   void change(Write&& write) {
     naming(path, [&] {

@@ -173,7 +173,7 @@ void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetRep
 }
 
 /// `empty`: the model without any transition.
-[[noreturn]] void refuse(const ModelBudget& budget, const Model& empty) {
+[[noreturn]] void reject(const ModelBudget& budget, const Model& empty) {
   const auto text = [](double value) { return std::isinf(value) ? "inf" : std::to_string(std::llround(value)); };
   throw std::invalid_argument("apply_budget: budget.max_primitives = " + text(budget.max_primitives) +
                               " and budget.max_bytes = " + text(budget.max_bytes) +
@@ -203,7 +203,7 @@ BudgetResult apply_budget(Model model, const ModelBudget& budget) {
     keep_to_bytes(table, model, budget.max_bytes - static_cast<double>(packed_bytes(rest)), result.report);
   }
   result.kept = detail::remove_transitions(model, table.kept);
-  if (model.transitions.empty()) refuse(budget, model);
+  if (model.transitions.empty()) reject(budget, model);
   result.report.primitives = static_cast<int>(before - model.primitives.size());
   result.model = std::move(model);
   return result;

@@ -10,20 +10,22 @@ namespace {
 
 /// Tilted weights leave at least this probability within reach, and at least this beyond.
 constexpr double kLeastShare = 0.02;
+/// Largest exponent of the tilt.
 constexpr double kMostTilt = 30.0;
 /// Share of the tilted weights in the result; the rest are those of the density, because the hazard may be wrong where
 /// few people stood.
 constexpr double kTiltedShare = 0.5;
 
-Mode& add_twin(Workspace& workspace, VariantKind variant, double weight) {
-  Mode& twin = add_mode(workspace, weight, workspace.prediction.times_s.size());
+/// Adds a mode with the path of the first one.
+Mode& add_copy(Workspace& workspace, VariantKind variant, double weight) {
+  Mode& copy = add_mode(workspace, weight, workspace.prediction.times_s.size());
   const Mode& first = workspace.prediction.modes.front();
-  twin.variant = variant;
-  twin.source = first.source;
-  twin.path_m = first.path_m;
-  twin.covariances_m2 = first.covariances_m2;
-  twin.primitives = first.primitives;
-  return twin;
+  copy.variant = variant;
+  copy.source = first.source;
+  copy.path_m = first.path_m;
+  copy.covariances_m2 = first.covariances_m2;
+  copy.primitives = first.primitives;
+  return copy;
 }
 
 }  // namespace
@@ -49,7 +51,7 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
   const int count = std::max(0, std::min(room, config.mode_variants) / 2 * 2);
   const double weight = config.variant_weight * modes.front().weight;
   for (int k = 0; k < count; ++k) {
-    Mode& variant = add_twin(workspace, variants[k].kind, weight);
+    Mode& variant = add_copy(workspace, variants[k].kind, weight);
     for (std::size_t j = 0; j < variant.path_m.size(); ++j) {
       const Vector2 way = variant.path_m[j] - start_m;
       const double length = way.norm();
@@ -63,7 +65,8 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
 }
 
 ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const Vector2& scale, double stays) {
-  ComponentWeights inside, weights;  // mass of each component within reach, as if it was round
+  // Probability of each component within reach, for a circular covariance of the same mean variance.
+  ComponentWeights inside, weights;
   for (std::size_t c = 0; c < kMixtureComponents; ++c) {
     const double variance_m2 = density.variances_m2(c, step, scale).mean();
     inside[c] = 1.0 - std::exp(-0.5 * kStandingReach_m * kStandingReach_m / variance_m2);
@@ -91,7 +94,7 @@ ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step,
 void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const ComponentWeights& weights,
                     const Vector2& scale, const Vector2& start_m) {
   for (std::size_t component = 1; component < kMixtureComponents; ++component)
-    fill_covariances(add_twin(workspace, VariantKind::wide, weights[component]), density, component, scale, start_m);
+    fill_covariances(add_copy(workspace, VariantKind::wide, weights[component]), density, component, scale, start_m);
 }
 
 }  // namespace sila

@@ -72,16 +72,17 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
   const double horizon_s = static_cast<double>(errors_mps.size()) * error_statistics.interval_s;
   const Matrix2 to_site = axes_of(observed.frame).transpose();
   const KnotErrors errors = knot_errors(errors_mps);
-  Knots left_mps;
+  Knots errors_at_site_mps;
   for (std::size_t k = 0; k < kCorrectionKnots; ++k)
-    left_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * errors.at_mps[k];
+    errors_at_site_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * errors.at_mps[k];
   const CorrectionInput step = length_scales() / kLatticePoints;
   const CorrectionInput input = correction_input(observed, to_horizon_mps, horizon_s);
   const FourierFeatures features = fourier_features((input.array() / step.array()).round() * step.array());
-  add_examples(error_statistics.correction, features, left_mps.transpose(), errors.weight);
+  add_examples(error_statistics.correction, features, errors_at_site_mps.transpose(), errors.weight);
   if (coefficients_.size() == 0) return;
   const Knots known_mps = coefficients_ * features;
-  add_to_share(error_statistics.correction_share, known_mps.squaredNorm(), known_mps.dot(left_mps), errors.weight);
+  add_to_share(error_statistics.correction_share, known_mps.squaredNorm(), known_mps.dot(errors_at_site_mps),
+               errors.weight);
 }
 
 }  // namespace sila

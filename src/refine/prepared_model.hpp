@@ -16,8 +16,8 @@ namespace sila {
 /// Merged roll-outs with normalised weights, and the features of the person. They live in the scratch memory.
 struct MergedRollouts {
   std::span<const Rollout> rollouts;
-  std::span<const ResidualPrediction> residuals;  ///< one for each roll-out: all experts except those
-  ///< that belong to other modes only
+  /// One for each roll-out: all experts except those that belong to other modes only.
+  std::span<const ResidualPrediction> residuals;
   ObservedFeatures seen;
   double raw_novelty = 1.0;
 };

@@ -16,7 +16,7 @@ namespace {
 struct PruningState {
   std::vector<Transition>& transitions;
   const std::vector<Site>& sites;
-  bool apart;  ///< a transition subsumes nothing of another site
+  bool apart;  ///< a transition subsumes no transition of another site
   detail::OverlapIndex index;
   std::vector<bool> kept;
   std::vector<bool> changed;  ///< in this round: the next round compares only pairs with a changed transition

@@ -20,11 +20,11 @@ struct ResidualSamples {
 };
 
 /// The transition at a sample: from its segment to the next one; in the last segment the transition that led there.
-TransitionKey transition_at(const std::vector<Segment>& runs, std::size_t sample) {
-  std::size_t r = 0;
-  while (r + 1 < runs.size() && sample >= runs[r].end) ++r;
-  if (r + 1 < runs.size()) return {runs[r].primitive, runs[r + 1].primitive};
-  return {runs[r > 0 ? r - 1 : r].primitive, runs[r].primitive};
+TransitionKey transition_at(const std::vector<Segment>& segments, std::size_t sample) {
+  std::size_t s = 0;
+  while (s + 1 < segments.size() && sample >= segments[s].end) ++s;
+  if (s + 1 < segments.size()) return {segments[s].primitive, segments[s + 1].primitive};
+  return {segments[s > 0 ? s - 1 : s].primitive, segments[s].primitive};
 }
 
 /// The index of the sample of a track at a time.

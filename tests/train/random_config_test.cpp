@@ -1,5 +1,5 @@
-// Every configuration within its documented ranges is refused before anything is learnt, or learns, fuses and predicts.
-// SILA_RANDOM_CONFIG_DRAWS=2000 tries so many, SILA_RANDOM_CONFIG_SEED=7 begins with this seed.
+// Every configuration within its documented ranges is rejected before anything is learnt, or learns, fuses and
+// predicts. SILA_RANDOM_CONFIG_DRAWS=2000 tries so many, SILA_RANDOM_CONFIG_SEED=7 begins with this seed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ Config random_config(Random& random) {
   const double share = std::array{0.1, 0.5, 1.0}[random() % 3];
   for (const Field& field : collect_fields(config.episode))
     if (uniform(random) < share) field.write(value_in(field, random));
-  // Of no use with metres: otherwise a third of all would be refused.
+  // Of no use with metres: otherwise a third of all would be rejected.
   if (config.episode.scaling == CurbScaling::metres && random() % 8 > 0) config.episode.reference_width_m = 0.0;
   return config;
 }
@@ -98,7 +98,7 @@ void expect_sound_run(const EpisodeConfig& config, Random& random) {
   EXPECT_TRUE(identical(model_of_bytes(model_bytes(stored)).model, model));
 }
 
-/// Whether it was not refused. Without the budget where that is too small for what is learnt, which only learning
+/// Whether it was not rejected. Without the budget where that is too small for what is learnt, which only learning
 /// shows.
 bool expect_refused_or_sound(EpisodeConfig config, Random random) {
   try {
@@ -135,7 +135,7 @@ TEST(RandomConfig, IsRefusedAtOnceOrLearnsFusesAndPredicts) {
     if (expect_refused_or_sound(config.episode, random)) ++learnt;
     if (std::getenv("SILA_RANDOM_CONFIG_DRAWS") == nullptr && HasFailure()) return;
   }
-  EXPECT_GT(4 * learnt, draws) << "most are refused";
+  EXPECT_GT(4 * learnt, draws) << "most are rejected";
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct CleanConfig {
   double max_speed_mps = 12.0;
   /// Noise that is allowed on top of max_speed_mps, and between samples of the same time stamp [m].
   static constexpr double jump_tolerance_m = 0.5;
-  /// Coordinates beyond this are absurd and dropped [m]. Those of maps (UTM, Web Mercator) are smaller; the finest grid
+  /// Coordinates beyond this are dropped as faulty [m]. Those of maps (UTM, Web Mercator) are smaller; the finest grid
   /// reaches farther.
   static constexpr double max_abs_position_m = 3e7;
   /// Tracks of a smaller extent are counted as standing (and kept) [m].

@@ -28,7 +28,7 @@ enum class DropReason {
   not_a_number,   ///< a cell that should be a number is not
   not_json,       ///< a line that is not the JSON of the format
   not_finite,     ///< NaN or infinite
-  absurd_value,   ///< a coordinate or time stamp beyond all reason
+  absurd_value,   ///< a coordinate beyond 3e7 m or a time stamp beyond 1e12 s
   lost,           ///< the annotator marked the person as lost; the row repeats an old position
   bad_box,        ///< a box whose width or height is not positive
   above_horizon,  ///< an image point where the camera sees no ground
@@ -36,7 +36,7 @@ enum class DropReason {
   other_camera,   ///< of another camera than the one asked for
   repeated,       ///< the same stamp and place of the same track again
   averaged,       ///< the same stamp, places that nearly agree: one mean row is kept, the others are counted here
-  contradictory,  ///< the same stamp, places too far apart to be one person: none is kept
+  contradictory,  ///< the same stamp, places too far apart for one person: none is kept
   outlier,        ///< one sample far off a path that continues without it
   single_sample,  ///< alone between two cuts; a path needs two
 };

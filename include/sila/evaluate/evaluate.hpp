@@ -46,14 +46,14 @@ struct WindowScore {
   std::size_t motion_state = kWalking;    ///< by the prediction
   std::vector<ChangeForecast> changes;    ///< at each horizon; empty if the prediction has none
   std::vector<OutcomeForecast> outcomes;  ///< at each horizon
-  std::optional<double>
-      way_log_probability;  ///< at a fork, of the way that was taken [nats] (evaluate/training_support.hpp)
+  /// At a fork: log-probability of the way that was taken [nats] (evaluate/training_support.hpp).
+  std::optional<double> way_log_probability;
 };
 
 /// Means over a group of windows.
 struct GroupScore {
-  std::string
-      name;  ///< all, moving, standing, turning; with training support also inside and outside, of the moving ones
+  /// all, moving, standing, turning; with training support also inside and outside, of the moving ones.
+  std::string name;
   std::size_t windows = 0;
   double fallback_rate = 0.0;
   double modes = 0.0;          ///< on average

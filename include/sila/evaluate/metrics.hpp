@@ -82,7 +82,7 @@ ChangeScore score_changes(std::size_t motion_state, double horizon_s, std::span<
 /// The stated probabilities of where a person is at a horizon, and where they were.
 struct OutcomeForecast {
   OutcomeProbabilities probabilities = {};
-  Outcome came = Outcome::stays;
+  Outcome actual = Outcome::stays;
 };
 
 /// How stated probabilities of outcomes of people who stand, or walk, agree with what happened.

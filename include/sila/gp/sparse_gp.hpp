@@ -32,11 +32,11 @@ struct GpData {
 /// Added to the diagonal of k(Z, Z), relative to the signal variance, so that its Cholesky factor exists.
 inline constexpr double default_jitter = 1e-6;
 
-/// A sparse Gaussian process (FITC) with P outputs that share pseudo-inputs, kernel and noise, stored as whitened
-/// sufficient statistics: data can be added and models merged without the earlier data.
-/// D inputs, M pseudo-inputs, P outputs. Outputs are modelled as mean + GP of zero mean. M = 0 is the constant mean
-/// with the prior's variance. V = L_u \ k(Z, X), L_u = chol(k(Z, Z) + jitter * signal_variance * I), lambda the noise
-/// of each point. Source: docs/gp.md, sections 1 and 2.
+/// A sparse Gaussian process (FITC: fully independent training conditional) with P outputs that share pseudo-inputs,
+/// kernel and noise, stored as whitened sufficient statistics: data can be added and models merged without the earlier
+/// data. D inputs, M pseudo-inputs, P outputs. Outputs are modelled as mean + GP of zero mean. M = 0 is the constant
+/// mean with the prior's variance. V = L_u \ k(Z, X), L_u = chol(k(Z, Z) + jitter * signal_variance * I), lambda the
+/// noise of each point. Source: docs/gp.md, sections 1 and 2.
 struct SparseGp {
   Kernel kernel;
   double noise_variance = 1.0;
@@ -102,8 +102,8 @@ struct GpConfig {
   PseudoInputChoice pseudo_inputs = PseudoInputChoice::greedy;
   ConstantMean constant_mean = ConstantMean::data;
   int max_pseudo_inputs = 30;  ///< maximum M of a fit
-  double selection_stop =
-      0.01;  ///< greedy choice stops when all conditional variances are below this [of the signal variance]
+  /// The greedy choice stops when all conditional variances are below this [of the signal variance].
+  double selection_stop = 0.01;
   /// With fewer points Z is chosen greedily and theta kept.
   static constexpr int min_points_to_optimise = 30;
   int max_iterations = 50;  ///< of the optimiser

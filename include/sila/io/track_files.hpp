@@ -54,8 +54,8 @@ std::optional<TrackFormat> track_format(std::string_view name);
 /// Information that is not in a file. Unset fields follow the rules of the format (docs/formats.md).
 struct ReadOptions {
   std::optional<TrackFormat> format = {};  ///< unset: recognised by content
-  std::optional<double> frames_per_second =
-      {};  ///< makes seconds of frame numbers; no effect on files with time stamps
+  /// Makes seconds of frame numbers; no effect on files with time stamps.
+  std::optional<double> frames_per_second = {};
   std::optional<double> sample_interval_s = {};  ///< time between annotations; used if `frames_per_second` is unset
   std::optional<double> metres_per_unit = {};    ///< size of a pixel, centimetre, ... [m]; unset: the file is in metres
   std::optional<Camera> camera = {};             ///< makes metres of pixels, instead of `metres_per_unit`

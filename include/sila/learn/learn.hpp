@@ -29,13 +29,14 @@ enum class CutRule {
 };
 inline constexpr const char* kCutRules[] = {"aligned", "first_unexplained"};
 
-/// Dictionary learning (ASNSC). Source: Chen, Liu, How 2016; docs/learn.md, sections 2 to 5.
+/// Dictionary learning by augmented semi-nonnegative sparse coding (ASNSC). Source: Chen, Liu, How 2016; docs/learn.md,
+/// sections 2 to 5.
 struct DictionaryConfig {
   /// Slower samples have no heading (v_min) [m/s].
   static constexpr double min_speed_mps = 0.2;
   /// Weight of the activeness channel (gamma).
   static constexpr double activeness_weight = 1.0;
-  /// Using a primitive must pay for this number of cell visits (lambda).
+  /// Cost of using a primitive in a track [cell visits] (lambda).
   static constexpr double sparsity = 1.0;
   /// Minimum path length that a new primitive must explain (tau) [m].
   static constexpr double gain_m = 6.0;
@@ -43,14 +44,14 @@ struct DictionaryConfig {
   /// How far the support reaches beyond the path (delta) [cells].
   static constexpr int dilation_cells = 1;
   CutRule cut = CutRule::aligned;
-  /// Longest path of a primitive under first_unexplained [m]; no setting.
+  /// Longest path of a primitive under first_unexplained [m]; not a setting.
   double run_m = 10.0;
-  int max_primitives = 2000;  ///< learnt from one batch (L_max); no setting
+  int max_primitives = 2000;  ///< learnt from one batch (L_max); not a setting
 };
 
 void fields(MaybeConst<DictionaryConfig> auto& config, auto&& visit) {
   visit.flag("support_mask", config.support_mask,
-             "limit each primitive to its own cells; off: one primitive swallows a whole route");
+             "limit each primitive to its own cells; off: one primitive covers a whole route");
   visit.choice("cut", config.cut, kCutRules, "where a path is cut into primitives");
 }
 
@@ -83,7 +84,8 @@ void fields(MaybeConst<FieldConfig> auto& config, auto&& visit) {
   visit.choice("pseudo_inputs", config.gp.pseudo_inputs, pseudo_input_choice_names,
                "pseudo-inputs: chosen from the data, or moved by gradient, with hyperparameters of each transition, as "
                "in the paper");
-  visit.number("max_pseudo_inputs", config.gp.max_pseudo_inputs, Range{1, 1000}, "", "most pseudo-inputs of a fit, M");
+  visit.number("max_pseudo_inputs", config.gp.max_pseudo_inputs, Range{1, 1000}, "",
+               "maximum number of pseudo-inputs of a fit, M");
 }
 
 /// All settings of `learn`.

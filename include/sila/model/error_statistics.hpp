@@ -91,11 +91,12 @@ struct ErrorStatistics {
   /// Hazards of a change of motion state: at kStanding that people start, at kWalking that they stop.
   std::array<RegressionMoments, kMotionStates> changes;
   MotionMoments global_motion;  ///< motion regression: errors of constant velocity on motion, of people who walk
-  /// Motion correction: errors of stacked velocities on motion. The share regresses them on earlier corrections (1 x
-  /// 1).
+  /// Motion correction: errors of stacked velocities on motion. The share, a 1 x 1 regression, is of these errors on
+  /// earlier corrections.
   MotionMoments motion;
   RegressionMoments motion_share;
-  RegressionMoments correction;  ///< path correction: errors that remain after it, on positions; and its share
+  /// Path correction: errors that remain after the motion correction, on positions; and its share.
+  RegressionMoments correction;
   RegressionMoments correction_share;
 
   bool empty() const { return steps == 0; }

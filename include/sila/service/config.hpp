@@ -14,16 +14,16 @@ struct ServiceConfig {
   double late_s = 0.5;
   /// A time stamp that is newer than the clock by more is off the clock [s].
   static constexpr double clock_jump_s = 10.0;
-  /// Consecutive detections that agree with each other but not with the clock of the stream reset it; no setting.
+  /// Consecutive detections that agree with each other but not with the clock of the stream reset it; not a setting.
   int clock_patience = 10;
   /// All tracks of a stream end after this time without a detection, by the clock of the machine [s].
   static constexpr double silence_s = 5.0;
   int max_ids = 2000;
-  /// A longer track, of ten minutes at 10 Hz, ends and a new one begins, so that memory is limited; no setting.
+  /// A longer track, of ten minutes at 10 Hz, ends and a new one begins, so that memory is limited; not a setting.
   int max_track_samples = 6000;
-  /// Predictions retained until their future is known; further ones are not scored; no setting.
+  /// Predictions retained until their future is known; further ones are not scored; not a setting.
   int max_pending_scores = 20000;
-  /// Tracks that wait to be learnt; beyond it the oldest are discarded; no setting.
+  /// Tracks that wait to be learnt; beyond it the oldest are discarded; not a setting.
   int max_waiting_tracks = 1000;
   double calibration_step = 0.05;
   /// Number of the last pedestrians whose errors and coverage are reported; not a setting.

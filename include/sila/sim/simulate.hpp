@@ -35,9 +35,9 @@ struct SimulationConfig {
 
   /// Walkers or groups that enter the scene [1/s].
   static constexpr double arrivals_per_s = 0.25;
-  /// How people walk; no settings, but tests vary them. Arrivals of two or three people who walk together; at a corner,
-  /// those who stay on the sidewalk (the rest cross); those who ignore the red light or cross away from the crosswalk;
-  /// those who stop for a while on the sidewalk.
+  /// How people walk; not settings, but tests vary them. Arrivals of two or three people who walk together; at a
+  /// corner, those who stay on the sidewalk (the rest cross); those who ignore the red light or cross away from the
+  /// crosswalk; those who stop for a while on the sidewalk.
   double group_share = 0.2, turn_share = 0.45, jaywalk_share = 0.08, stop_share = 0.05;
   /// Mean and spread of the personal free walking speeds [m/s].
   static constexpr double mean_speed_mps = 1.34, speed_std_mps = 0.26;
