@@ -22,7 +22,7 @@ TrackFormat format_named(const std::string& name) {
   throw std::invalid_argument("--format = " + name + " is not one of " + known);
 }
 
-/// What the options of a verb name.
+/// The scene and the track files that the options of a verb name, and how to read them.
 struct Named {
   Scene scene;
   std::vector<std::filesystem::path> paths;

@@ -46,7 +46,7 @@ struct TrackOptions {
   SplitBy split = SplitBy::time;
 };
 
-/// What is read: the scene, its tracks in their frames, and what became of the rows.
+/// The result of reading: the scene, its tracks in their frames, and the counts of kept and dropped rows.
 struct SceneTracks {
   Scene scene;
   std::vector<FramedTrajectory> tracks;

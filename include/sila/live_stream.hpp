@@ -17,7 +17,7 @@
 
 namespace sila {
 
-/// What a LiveStream begins with.
+/// Model, configuration, scene and camera of a new LiveStream.
 struct LiveStreamOptions {
   /// Model file that is continued, or created with the first episode; each episode is stored in it. Unset: the model
   /// is kept in memory only.
@@ -66,8 +66,8 @@ class LiveStream {
   /// Returns when no whole batch waits to be learnt, so that the result for a recording does not depend on speed.
   void wait();
 
-  /// The model after the last complete episode, with the records of all episodes: what the model file has, or a copy.
-  /// Throws: FormatError for a model file that cannot be read.
+  /// The model after the last complete episode, with the records of all episodes: the content of the model file, or a
+  /// copy. Throws: FormatError for a model file that cannot be read.
   StoredModel model() const;
 
   /// Counts of detections, rejections and episodes; errors and coverage of recent pedestrians. An episode that failed,

@@ -17,7 +17,7 @@
 #include "sila/io/scene.hpp"
 #include "sila/sim/simulate.hpp"
 
-// What the experiments in Python are computed with: splits, windows, the library's own methods, scores.
+// Computations of the experiments in Python: splits, windows, the library's own methods, scores.
 namespace sila::python {
 namespace {
 
@@ -339,7 +339,7 @@ void bind_framed_tracks(nb::module_& module) {
 }
 
 void bind_window_set(nb::module_& module) {
-  nb::class_<WindowSet>(module, "WindowSet", "Windows of tracks: what was observed until t0, and what followed.")
+  nb::class_<WindowSet>(module, "WindowSet", "Windows of tracks: the observed part until t0, and the future after it.")
       .def("__len__", [](const WindowSet& set) { return set.windows.size(); })
       .def_ro("interval_s", &WindowSet::interval_s, "Seconds between two steps.")
       .def_ro("steps", &WindowSet::steps, "Steps to predict.")
@@ -375,8 +375,9 @@ void bind_experiments(nb::module_& module) {
   bind_framed_tracks(module);
   bind_window_set(module);
   bind_model_learner(module);
-  nb::class_<TrainingSupport>(module, "TrainingSupport",
-                              "What the training tracks tell about the windows to be scored.")
+  nb::class_<TrainingSupport>(
+      module, "TrainingSupport",
+      "Results of the training tracks that scoring uses: the covered area, fitted references, passages.")
       .def(
           "__init__",
           [](TrainingSupport* self, const FramedTracks& train, const std::string& config_json) {

@@ -5,7 +5,7 @@
 #include "bindings.hpp"
 #include "sila/evaluate/evaluate.hpp"
 
-// What the experiments in Python pass from one binding to another.
+// Types that several bindings of the experiments share.
 namespace sila::python {
 
 /// Tracks of one or more sites, each with its frame.

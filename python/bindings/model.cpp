@@ -147,10 +147,10 @@ const std::filesystem::path& named(const char* verb, const std::filesystem::path
 
 void bind_model(nb::module_& module) {
   bind_parts(module);
-  nb::class_<StoredModel>(
-      module, "Model",
-      "What was learnt of one or several sites, with the configuration that it was learnt with and its episodes.\n\n"
-      "Model() knows nothing. Values do not change: `learn` and `fuse` give new models.")
+  nb::class_<StoredModel>(module, "Model",
+                          "A model of one or several sites, with the configuration that it was learnt with and the "
+                          "records of its episodes.\n\n"
+                          "Model() knows nothing. Values do not change: `learn` and `fuse` give new models.")
       .def(nb::init<>())
       .def_static(
           "load", [](const std::filesystem::path& path) { return load_model(named("Model.load", path)); }, "path"_a,
@@ -179,7 +179,7 @@ void bind_model(nb::module_& module) {
             for (const EpisodeId& id : stored.model.episode_ids) texts.push_back(to_text(id));
             return texts;
           },
-          "What was learnt, by its content, sorted: an episode that is among them is not learnt again.")
+          "Ids of the learnt batches, by their content, sorted: a batch that is among them is not learnt again.")
       .def_prop_ro(
           "reference_width_m", [](const StoredModel& stored) { return stored.model.settings.reference_width_m; },
           "Metres of one curb unit; models that are fused have one.")

@@ -93,7 +93,7 @@ class ModelLearner {
 }  // namespace
 
 void bind_model_learner(nb::module_& module) {
-  nb::class_<ModelLearner>(module, "ModelLearner", "SILA and what it is compared with inside the library.")
+  nb::class_<ModelLearner>(module, "ModelLearner", "SILA and its baselines inside the library.")
       .def(nb::init<const std::string&, const std::string&>(), "method"_a, "config"_a)
       .def("learn", &ModelLearner::learn, "batch"_a, nb::call_guard<nb::gil_scoped_release>())
       .def("begin_with", &ModelLearner::begin_with, "others"_a, nb::call_guard<nb::gil_scoped_release>())

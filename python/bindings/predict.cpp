@@ -196,7 +196,7 @@ TrackPrediction prediction_in(const PredictionState& state) {
 }
 
 void bind_mode(nb::module_& module) {
-  nb::class_<Mode>(module, "Mode", "One hypothesis of what the person will do, in the world frame.")
+  nb::class_<Mode>(module, "Mode", "One hypothesis of the future path of the person, in the world frame.")
       .def_ro("weight", &Mode::weight)
       .def_prop_ro(
           "path_m", [](const Mode& mode) { return view_of(mode.path_m); }, nb::rv_policy::reference_internal,

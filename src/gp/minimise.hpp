@@ -12,7 +12,7 @@ struct ValueAndGradient {
 
 struct Stopping {
   int max_iterations = 50;
-  double gradient_tolerance = 1e-4;  ///< what a typical step of any number would change, to first order
+  double gradient_tolerance = 1e-4;  ///< change of the objective by a typical step of any number, to first order
   double relative_tolerance = 1e-6;  ///< decrease in one iteration, relative to the value
 };
 

@@ -23,7 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs what talks to SQLite or makes a model of what it says, and says what went wrong with the name of the file.
+/// Runs an action that uses SQLite or makes a model of its content; its errors become a FormatError with the name of
+/// the file.
 template <class Action>
 auto naming(const fs::path& path, Action&& action) {
   try {

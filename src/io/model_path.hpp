@@ -5,12 +5,12 @@
 
 #include "sqlite.hpp"
 
-/// What is wrong with the path of a model file, in one sentence with what to do. Every `reject` throws a FormatError.
+// Faults of the path of a model file, each in one sentence with the remedy. Every `reject` throws a FormatError.
 namespace sila {
 
 [[noreturn]] void reject(const std::filesystem::path& path, const std::string& found);
 [[noreturn]] void reject_write(const std::filesystem::path& path, const std::string& found);
-/// What an error of SQLite means for a model file.
+/// Throws the meaning of an error of SQLite for a model file.
 [[noreturn]] void reject(const std::filesystem::path& path, const sqlite::Error& error);
 
 /// Whether this process may read, write or search (R_OK, W_OK, X_OK).

@@ -10,7 +10,7 @@
 
 namespace sila {
 
-/// What a format or a file knows of its own clock.
+/// The clock that a format or a file states; unset members are not known.
 struct FrameClock {
   std::optional<double> frames_per_second;
   std::optional<double> sample_interval_s;  ///< between the annotations of one person

@@ -95,6 +95,9 @@ std::size_t widest(const TrackColumns& columns) {
   return last + 1;
 }
 
+/// The content of a file is recognised by its first rows.
+constexpr std::size_t kInspectedRows = 25;
+
 /// The columns of a format that has no header line and only one meaning; null for others.
 std::optional<TrackColumns> fixed_columns(TrackFormat format) {
   using enum TrackFormat;
@@ -147,10 +150,9 @@ TrackColumns mot_columns(std::size_t cells) {
 
 /// The 3D place in the camera frame (x to the right, z ahead) where there is one, else the box.
 TrackColumns kitti_columns(const TextTable& table) {
-  constexpr std::size_t looked_at = 25;
   constexpr double unknown = -1000.0;
   bool placed = false;
-  for (std::size_t i = 0; i < std::min(looked_at, table.rows.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kInspectedRows, table.rows.size()); ++i) {
     const auto cells = cells_of(table.rows[i].text, ' ');
     if (cells.size() < 17) continue;
     const auto x = number_of(cells[13]), z = number_of(cells[15]);
@@ -191,8 +193,7 @@ struct Shape {
 /// The commonest shape of the first rows, so that one damaged row does not decide; of those with commas or without.
 Shape common_shape(const TextTable& table, bool with_commas) {
   std::map<Shape, std::size_t> counts;
-  constexpr std::size_t looked_at = 25;
-  for (std::size_t i = 0; i < std::min(looked_at, table.rows.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kInspectedRows, table.rows.size()); ++i) {
     if ((table.rows[i].text.find(',') != std::string_view::npos) != with_commas) continue;
     const auto cells = cells_of(table.rows[i].text, with_commas ? ',' : ' ');
     ++counts[{cells.size(), leading_numbers(cells)}];

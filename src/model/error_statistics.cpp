@@ -58,9 +58,9 @@ void discount(Sums& sums, double share) {
 /// From about this number of windows on, recent ones count more.
 constexpr double kEarlyWindows = 150.0;
 
-/// What is left of past windows when recent ones count more: errors were larger when less was known, so a window counts
-/// as the square of how many came before it: online expectation maximisation with steps of up to 3 / n instead of 1 / n
-/// (Cappe and Moulines 2009).
+/// Factor of the past windows when recent ones count more. Errors were larger when the model had learnt less, so a
+/// window counts as the square of the number of windows before it: online expectation maximisation with steps of up to
+/// 3 / n instead of 1 / n (Cappe and Moulines 2009).
 double share_of_past(double before, double now) {
   const double share = (kEarlyWindows + before) / (kEarlyWindows + before + now);
   return share * share;

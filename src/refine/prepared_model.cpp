@@ -65,7 +65,7 @@ void widen_to_least_error(std::span<Mode> modes) {
   }
 }
 
-/// Sets what the directions of outcomes refer to (sila/refine/outcomes.hpp).
+/// Sets the position and the heading that outcomes refer to (sila/refine/outcomes.hpp).
 void describe_person(Prediction& prediction, const CurbTrajectory& observed, const ObservedFeatures& seen) {
   prediction.standing = motion_state(seen.person.speed) == kStanding;
   prediction.start_m = to_world(observed.frame, observed.positions.back());

@@ -22,7 +22,8 @@ void add_picture(nlohmann::ordered_json& data, const std::string& picture, const
 nlohmann::ordered_json tracks_json(std::span<const FramedTrajectory> tracks, std::size_t most);
 /// Primitives with their cells, transitions with their counts.
 nlohmann::ordered_json model_json(const Model& model);
-/// What the model file has of every episode; without the shapes of the changes if they take more than `most_bytes`.
+/// The records of all episodes in the model file; without the shapes of the changes if they take more than
+/// `most_bytes`.
 nlohmann::ordered_json episodes_json(const StoredModel& stored, std::size_t most_bytes);
 
 }  // namespace sila

@@ -22,7 +22,8 @@ class Connection {
   virtual void close() = 0;
 };
 
-/// The connections of a service and what they share. Used by the thread that runs `context` alone, except the atomics.
+/// The connections of a service and their common state. Used by the thread that runs `context` alone, except the
+/// atomics.
 struct ConnectionRegistry {
   ServerOptions options;
   ServiceConfig config;

@@ -12,7 +12,7 @@
 
 namespace sila {
 
-/// What is in a line: detections to ingest, and the reason for each object that is none.
+/// The content of a line: detections to ingest, and the reason for each object that is none.
 struct ParsedLine {
   std::vector<Detection> detections;
   std::vector<Rejection> rejections;

@@ -101,7 +101,7 @@ void attend_gate(Walker& walker, const StreetPlan& plan, const SimulationConfig&
   walker.gate_open = gate->pause_s <= 0.0 || walker.gate_waited_s > gate->pause_s;
 }
 
-/// The highest speed from which one stops comfortably within `distance_m`, less what the relaxation lags behind.
+/// The highest speed from which one stops comfortably within `distance_m`, minus the lag of the relaxation.
 double stopping_speed(double distance_m, double speed_mps) {
   return std::sqrt(2.0 * kBraking_mps2 * std::max(0.0, distance_m - 0.5 * kRelaxation_s * speed_mps));
 }

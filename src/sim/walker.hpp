@@ -66,7 +66,7 @@ bool finished(const Walker& walker);
 void step(std::vector<Walker>& walkers, const StreetPlan& plan, const SimulationConfig& config, double time_s,
           double step_s);
 
-/// One track as reported, and what was true: `seen` counts samples of the walker.
+/// One track as the tracker reports it, and its true samples: `seen` has indices of samples of the walker.
 struct Sighting {
   std::size_t first = 0;  ///< true samples [first, last] of the walker
   std::size_t last = 0;
@@ -74,7 +74,8 @@ struct Sighting {
   std::vector<Vector2> measured_m;
 };
 
-/// What a tracker reports of one walker: the stay in view, perhaps cut or under two ids, with gaps and noise.
+/// The tracks that a tracker reports of one walker: the stay in view, perhaps cut or under two ids, with gaps and
+/// noise.
 std::vector<Sighting> track_walker(const std::vector<Vector2>& samples_m, const IntersectionScene& scene,
                                    const SimulationConfig& config, Random& random);
 

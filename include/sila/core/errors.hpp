@@ -9,7 +9,7 @@ namespace sila {
 // All errors of sila derive from std::exception, and what() is one sentence for people: std::invalid_argument for
 // a mistake of the caller, and those below.
 
-/// A file that is not what it should be. The message names the file, the place in it, what was expected and what was
+/// A file that cannot be used. The message names the file, the place in it, what was expected and what was
 /// found.
 class FormatError : public std::runtime_error {
  public:

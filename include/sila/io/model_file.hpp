@@ -23,7 +23,7 @@ struct EpisodeRecord {
   std::int64_t committed_s = 0;   ///< when: seconds since 1970, UTC; 0: not known
 };
 
-/// A model and what a model file has beside it.
+/// A model, and the other content of a model file.
 struct StoredModel {
   Model model;
   std::string configuration = "{}";     ///< that it was learnt with: a JSON object, see config_of (sila/config.hpp)

@@ -12,7 +12,7 @@ enum class WeightPrior {
 };
 inline constexpr const char* kWeightPriors[] = {"local_evidence", "transition_probability", "none"};
 
-/// The paper's prediction; sila/refine/config.hpp has what is added to it.
+/// The paper's prediction; sila/refine/config.hpp adds to it.
 struct PredictConfig {
   double observe_s = 3.2;
   double min_observe_s = 0.4;

@@ -73,7 +73,7 @@ class Scratch {
     return {first, count};
   }
 
-  /// Releases every array; the buffer grows to what was used.
+  /// Releases every array; the buffer grows to the size that was used.
   void reset() {
     memory_.reset();
     if (used_ > size_) {

@@ -16,7 +16,7 @@ class PreparedModel;
 struct Snapshot;
 
 /// A model prepared for thousands of predictions; immutable, may be used from many threads; copies are cheap.
-/// It keeps what it needs of the model, which may be destroyed.
+/// It keeps copies of the parts that it needs; the model may be destroyed.
 class Predictor {
  public:
   /// `config`: `predict` of the EpisodeConfig by which the model was learnt; for a model file

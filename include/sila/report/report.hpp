@@ -45,10 +45,10 @@ struct ReportInput {
 /// picture of a scene without a camera.
 nlohmann::ordered_json report_data(const ReportInput& input, const ReportLimits& limits = {});
 
-/// A scene to be edited by hand, and what is shown under it.
+/// A scene to be edited by hand, and the tracks and the picture under it.
 struct EditorInput {
   Scene scene;            ///< no corner: none is known yet, the page places it once it has a camera
-  nlohmann::json file;    ///< what the scene file has now, its camera included; null: there is none
+  nlohmann::json file;    ///< content of the present scene file, its camera included; null: there is none
   std::string file_name;  ///< under which the page saves it
   std::string proposal;   ///< a sentence on where the corner comes from
   std::vector<FramedTrajectory> tracks;
