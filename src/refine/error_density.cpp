@@ -17,7 +17,7 @@ struct Prior {
   double relative[kMixtureComponents];  ///< variances, relative to nominal ones
   double shares[kMixtureComponents];
 };
-constexpr Prior kPriors[kMotionStates] = {{{0.15, 0.8, 4.0}, {0.7, 0.25, 0.05}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
+constexpr Prior kPriors[kMotionStates] = {{{0.2, 1.2, 5.0}, {0.7, 0.25, 0.05}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
 constexpr double kPriorWindows = 10.0;
 /// Ridge of the regression of the scale, towards no dependence.
 constexpr double kScaleRidge = 60.0;
@@ -126,7 +126,7 @@ std::array<double, kMixtureComponents> ErrorDensity::responsibilities(std::size_
 }
 
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
-                const std::vector<Vector2>& errors_m, double weight, double interval_s) {
+                const std::vector<Vector2>& errors_m, double interval_s) {
   if (errors_m.empty()) return;
   const Vector2 scale = density.scale(features);
   Vector2 relative = Vector2::Zero();
@@ -138,12 +138,12 @@ void add_errors(DensityMoments& moments, const ErrorDensity& density, const Scal
     const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * scale);
     for (std::size_t c = 0; c < kMixtureComponents; ++c)
       add_sums(moments.components[step * kMixtureComponents + c],
-               {weight * shares[c], weight * shares[c] * scaled.x(), weight * shares[c] * scaled.y()});
+               {shares[c], shares[c] * scaled.x(), shares[c] * scaled.y()});
   }
   const Vector2 logs = (relative / static_cast<double>(errors_m.size())).array().max(0.0).unaryExpr([](double x) {
     return std::log(x + kSmallestSquare);
   });
-  add_examples(moments.scale, features, logs.transpose(), weight);
+  add_examples(moments.scale, features, logs.transpose(), 1.0);
 }
 
 }  // namespace sila

@@ -58,8 +58,8 @@ class ErrorDensity {
 };
 
 /// Adds the errors of one prediction to the moments. Shapes: one error (along, across) for each step that was seen, at
-/// most as many as the moments have. `weight`: number of times that the window counts.
+/// most as many as the moments have.
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
-                const std::vector<Vector2>& errors_m, double weight, double interval_s);
+                const std::vector<Vector2>& errors_m, double interval_s);
 
 }  // namespace sila

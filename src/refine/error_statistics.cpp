@@ -16,8 +16,6 @@
 namespace sila {
 namespace {
 
-/// Weight of a window that an empty model predicted: later errors are smaller.
-constexpr double kUnfittedWeight = 0.2;
 /// Maximum weight of all other sites together in a cell of a site's nonconformity scores.
 constexpr double kOtherSitesWindows = 20.0;
 /// The prior of a model counts at a trained site like this number of windows.
@@ -177,11 +175,10 @@ void add(ErrorStatistics& error_statistics, const Example& example, const CurbTr
                            [static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += known;
   }
   const std::size_t number = example.person.density();
-  const double weight = example.fitted ? 1.0 : kUnfittedWeight;
-  add_errors(error_statistics.density[number], stacking.density(number, true), example.scale, example.errors_m, weight,
+  add_errors(error_statistics.density[number], stacking.density(number, true), example.scale, example.errors_m,
              error_statistics.interval_s);
   add_errors(error_statistics.density_place_free[number], stacking.density(number, false), example.scale_place_free,
-             example.errors_place_free_m, weight, error_statistics.interval_s);
+             example.errors_place_free_m, error_statistics.interval_s);
 }
 
 }  // namespace

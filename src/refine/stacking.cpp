@@ -13,8 +13,11 @@ namespace {
 /// Ridge towards the residual GPs (without them: constant velocity), for all people who walk together. Examples are
 /// weighted by their precision [s^2/m^2].
 constexpr double kRidge = 30.0;
+/// Share of a residual that counts before stacking has learnt another one: the windows of one person are not
+/// independent, so residual GPs of a few people know less than their variances say.
+constexpr double kResidualShare = 0.8;
 /// Ridge of each speed class towards the coefficients of all people who walk.
-constexpr double kClassRidge = 50.0;
+constexpr double kClassRidge = 1000.0;
 /// Speed of the feature that only has a direction [m/s]: how much pedestrians slow down or speed up on average.
 constexpr double kHeading_mps = 0.3;
 
@@ -173,7 +176,7 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
   const Vector2 constant = observation.kinematics.col(kConstantVelocityFeature);
   features.leftCols(kKinematicFeatures) = observation.kinematics;
   features.col(kGlobalMotionFeature) = place_free_mps(observation, step, interval_s);
-  features.col(kResidualFeature) = constant + residuals.residual_mps(seconds);
+  features.col(kResidualFeature) = constant + kResidualShare * residuals.residual_mps(seconds);
   return features;
 }
 

@@ -55,7 +55,7 @@ ErrorDensity fitted(int windows) {
   for (int i = 0; i < windows; ++i) {
     const ErrorDensity now(moments, kSteps, kInterval_s);
     const double change_mps = source.change_mps();
-    add_errors(moments, now, features_at(change_mps), source.errors_m(change_mps), 1.0, kInterval_s);
+    add_errors(moments, now, features_at(change_mps), source.errors_m(change_mps), kInterval_s);
   }
   return ErrorDensity(moments, kSteps, kInterval_s);
 }
@@ -107,8 +107,8 @@ TEST(ErrorDensity, AddsMomentsExactly) {
   for (int i = 0; i < 20; ++i) {
     const double change_mps = source.change_mps();
     const auto errors_m = source.errors_m(change_mps);
-    add_errors(i < 10 ? first : second, density, features_at(change_mps), errors_m, 1.0, kInterval_s);
-    add_errors(both, density, features_at(change_mps), errors_m, 1.0, kInterval_s);
+    add_errors(i < 10 ? first : second, density, features_at(change_mps), errors_m, kInterval_s);
+    add_errors(both, density, features_at(change_mps), errors_m, kInterval_s);
   }
   add_sums(first, second);
   EXPECT_LT((first.scale.features - both.scale.features).norm(), 1e-10);

@@ -136,7 +136,7 @@ double held_within_reach(const ComponentWeights& weights, std::size_t step, cons
 
 TEST(StandingWeights, AreHalfwayToThoseThatHoldTheProbabilityOfStaying) {
   constexpr std::size_t step = 17;
-  const Vector2 scale(1.0, 2.0);
+  const Vector2 scale(0.5, 1.0);
   const double untilted = held_within_reach(kUnseen.weights(), step, scale);
   for (const double stays : {0.3, 0.5, 0.7}) {
     const ComponentWeights weights = standing_weights(kUnseen, step, scale, stays);

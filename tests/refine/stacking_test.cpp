@@ -155,7 +155,7 @@ TEST(Stacking, AClassPartsFromTheOthersWhenItWasSeenOften) {
   add_examples(error_statistics, kOtherClass, 3, own);
   EXPECT_GT(distance(Stacking(error_statistics, {}), kOtherClass, own),
             0.1);  // three examples against the experience with others
-  add_examples(error_statistics, kOtherClass, 3000, own);
+  add_examples(error_statistics, kOtherClass, 30000, own);
   EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, own), 0.01);
 }
 
