@@ -54,4 +54,9 @@ inline constexpr std::string_view kConstants =
     " half_life_episodes max_track_samples max_pending_scores max_unscored max_waiting_tracks scored_pedestrians "
     "remembered ";
 
+/// Fields that model files of the present schema may still have; they are dropped when a file is read. A new schema
+/// empties this list.
+inline constexpr const char* kRemoved[] = {"/prune/half_life_episodes", "/service/max_track_samples",
+                                           "/learn/field/hyperparameters"};
+
 }  // namespace sila

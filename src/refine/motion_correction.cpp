@@ -6,9 +6,8 @@
 namespace sila {
 namespace {
 
-/// Length scales of the kernel, of each velocity of a MotionInput [m/s]: changes of velocity are smaller than
-/// velocities.
-constexpr double kMotionScales_mps[kMotionVelocities] = {0.8, 0.3, 0.3, 0.6, 0.6, 0.8};
+/// Length scale of the kernel, of all velocities [m/s].
+constexpr double kMotionScale_mps = 0.8;
 
 using MotionFeatures = Eigen::Matrix<double, kMotionFeatures, 1>;
 using KnotValues = Eigen::Matrix<double, kCorrectionKnots, 1>;
@@ -22,7 +21,7 @@ struct SymmetricFeatures {
 SymmetricFeatures symmetric_features(const MotionInput& input) {
   constexpr int inputs = kMotionVelocities;
   static const FourierBasis<kMotionFeatures, 2 * inputs> basis(
-      Eigen::Map<const Eigen::Matrix<double, inputs, 1>>(kMotionScales_mps).replicate<2, 1>());
+      Eigen::Matrix<double, 2 * inputs, 1>::Constant(kMotionScale_mps));
   const MotionFeatures along = basis.frequencies.leftCols<inputs>().lazyProduct(input.along) + basis.phases;
   const MotionFeatures to_left = basis.frequencies.rightCols<inputs>().lazyProduct(input.to_left);
   const MotionFeatures own = (along + to_left).array().cos(), mirrored = (along - to_left).array().cos();
@@ -38,8 +37,7 @@ MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vect
   const Vector2 constant_mps = past_mps.col(1);
   if (constant_mps.norm() > 1e-9) input.heading = constant_mps.normalized();
   Eigen::Matrix<double, 2, kMotionVelocities> velocities_mps;
-  velocities_mps << constant_mps, past_mps.leftCols<3>() - past_mps.rightCols<3>(), to_horizon_mps - constant_mps,
-      companions_mps;
+  velocities_mps << past_mps, to_horizon_mps, companions_mps;
   input.along = velocities_mps.transpose() * input.heading;
   input.to_left = velocities_mps.transpose() * left_of(input.heading);
   return input;

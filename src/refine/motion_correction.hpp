@@ -7,9 +7,8 @@
 
 namespace sila {
 
-/// Number of velocities of a MotionInput: the mean of the last 0.8 s; by how much the means of the last 0.4 and 0.8 s,
-/// 0.8 and 1.6 s, 1.6 and 3 s differ; the predicted change until the horizon; that of companions relative to the
-/// person's own.
+/// Number of velocities of a MotionInput: means of the last 0.4, 0.8, 1.6 and 3 s, the predicted mean until the
+/// horizon, and that of companions relative to the person's own.
 inline constexpr int kMotionVelocities = 6;
 /// The motion of a person, in the heading frame [m/s].
 struct MotionInput {
@@ -18,7 +17,7 @@ struct MotionInput {
 };
 
 /// The input of velocities in the world frame. `past_mps`: means of the last 0.4, 0.8, 1.6 and 3 s; the second gives
-/// the heading. `to_horizon_mps`: the predicted mean until the horizon; zero for errors of constant velocity.
+/// the heading.
 MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
                          const Vector2& companions_mps);
 

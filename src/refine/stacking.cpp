@@ -13,7 +13,7 @@ namespace {
 /// Ridge towards the residual GPs (without them: constant velocity), for all people who walk together. Examples are
 /// weighted by their precision [s^2/m^2].
 constexpr double kRidge = 30.0;
-/// Share of a residual that counts before stacking has learnt another one: the windows of one person are not
+/// Prior coefficient of the prediction by residual GPs, beside constant velocity: the windows of one person are not
 /// independent, so residual GPs of a few people know less than their variances say.
 constexpr double kResidualShare = 0.8;
 /// Ridge of each speed class towards the coefficients of all people who walk.
@@ -75,9 +75,11 @@ std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, s
 /// First all people who walk together, towards the residual GPs; then each class towards these coefficients.
 std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
                                 const std::vector<RegressionMoments>& of_walking, std::size_t observed_class) {
-  const std::vector<Coefficients> walking = solve(of_walking, observed_class, kRidge, [](std::size_t) -> Coefficients {
-    return Coefficients::Unit(kResidualFeature);
-  });
+  const Eigen::Index constant = missing(kConstantVelocityFeature, observed_class) ? 0 : kConstantVelocityFeature;
+  const Coefficients before =
+      kResidualShare * Coefficients::Unit(kResidualFeature) + (1.0 - kResidualShare) * Coefficients::Unit(constant);
+  const std::vector<Coefficients> walking =
+      solve(of_walking, observed_class, kRidge, [&](std::size_t) { return before; });
   return solve(error_statistics.stacking, observed_class, kClassRidge,
                [&](std::size_t cell) { return walking[cell / kSpeedClasses]; });
 }
@@ -176,7 +178,7 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
   const Vector2 constant = observation.kinematics.col(kConstantVelocityFeature);
   features.leftCols(kKinematicFeatures) = observation.kinematics;
   features.col(kGlobalMotionFeature) = place_free_mps(observation, step, interval_s);
-  features.col(kResidualFeature) = constant + kResidualShare * residuals.residual_mps(seconds);
+  features.col(kResidualFeature) = constant + residuals.residual_mps(seconds);
   return features;
 }
 

@@ -73,7 +73,7 @@ struct Corrections {
 };
 
 /// The coefficients with which features are summed, per (step, class), and the density of the errors that remain:
-/// solved once from the error statistics. Ridge regression towards constant velocity plus a share of the residual. At
+/// solved once from the error statistics. Ridge regression towards constant velocity plus 0.8 of the residual. At
 /// an untrained site the motion regression alone predicts: coefficients learnt at some sites increased the error at
 /// others. Source: none in the paper; docs/decisions/0005-stacking.md, 0073-global_motion.md.
 class Stacking {

@@ -62,7 +62,8 @@ double distance(const Stacking& stacking, int speed_class, const Eigen::VectorXd
   return largest;
 }
 
-const Eigen::VectorXd kUnfitted = coefficients<kStackedFeatures>({{kStackedFeatures - 1, 1.0}});
+const Eigen::VectorXd kUnfitted =
+    coefficients<kStackedFeatures>({{kConstantVelocityFeature, 0.2}, {kStackedFeatures - 1, 0.8}});
 const Eigen::VectorXd kTruth = coefficients<kStackedFeatures>({{0, 0.3}, {3, 0.5}});
 
 TEST(Stacking, BelievesTheResidualsBeforeAnythingWasSeen) {
