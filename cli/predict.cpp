@@ -48,8 +48,9 @@ void write_in_order(std::size_t tracks, const auto& lines_of_track, const auto& 
   using tbb::filter_mode;
   std::size_t next = 0;
   const auto number = [&](tbb::flow_control& flow) {
-    if (next == tracks) flow.stop();
-    return next < tracks ? next++ : next;
+    if (next < tracks) return next++;
+    flow.stop();
+    return next;
   };
   tbb::parallel_pipeline(kTracksAhead * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()),
                          tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number) &

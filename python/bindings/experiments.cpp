@@ -144,10 +144,7 @@ auto stacked(const WindowSet& set, PathOf&& path_of) {
   for (const Window& window : set.windows) {
     const std::vector<Vector2> path = path_of(window);
     length = path.size();
-    for (const Vector2& point : path) {
-      numbers.push_back(point.x());
-      numbers.push_back(point.y());
-    }
+    for (const Vector2& point : path) numbers.insert(numbers.end(), {point.x(), point.y()});
   }
   return array_of(std::move(numbers), {set.windows.size(), length, 2});
 }
@@ -208,8 +205,7 @@ auto laid_back(const WindowSet& set, const Doubles& paths_m, const CurbFrame& fr
   for (std::size_t i = 0; i + 1 < paths_m.size(); i += 2) {
     const CurbFrame& own = set.windows[i / (2 * modes * steps)].observed.frame;
     const Vector2 p = to_world(own, to_curb(frame, {paths_m.data()[i], paths_m.data()[i + 1]}));
-    numbers.push_back(p.x());
-    numbers.push_back(p.y());
+    numbers.insert(numbers.end(), {p.x(), p.y()});
   }
   return array_of(std::move(numbers), {set.windows.size(), modes, steps, 2});
 }

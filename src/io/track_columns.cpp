@@ -101,16 +101,23 @@ constexpr std::size_t kInspectedRows = 25;
 /// The columns of a format that has no header line and only one meaning; null for others.
 std::optional<TrackColumns> fixed_columns(TrackFormat format) {
   using enum TrackFormat;
+  const auto numbers = [&](std::size_t id, std::size_t frame, std::size_t y, std::size_t cells) {
+    return TrackColumns{.format = format,
+                        .separator = ' ',
+                        .id = id,
+                        .frame = frame,
+                        .x = 2,
+                        .y = y,
+                        .cells = cells,
+                        .numeric_ids = true};
+  };
   switch (format) {
     case obsmat:
-      return TrackColumns{
-          .format = format, .separator = ' ', .id = 1, .frame = 0, .x = 2, .y = 4, .cells = 8, .numeric_ids = true};
+      return numbers(1, 0, 4, 8);
     case frame_id_x_y:
-      return TrackColumns{
-          .format = format, .separator = ' ', .id = 1, .frame = 0, .x = 2, .y = 3, .cells = 4, .numeric_ids = true};
+      return numbers(1, 0, 3, 4);
     case juelich:
-      return TrackColumns{
-          .format = format, .separator = ' ', .id = 0, .frame = 1, .x = 2, .y = 3, .cells = 4, .numeric_ids = true};
+      return numbers(0, 1, 3, 4);
     case stanford_drone:
       return TrackColumns{.format = format,
                           .separator = ' ',

@@ -55,9 +55,9 @@ class MqttConnection : public Connection, public std::enable_shared_from_this<Mq
   std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
   // Used by the thread of the client alone.
   LineReceiver* receiver_ = nullptr;
-  std::string announced_,
-      error_;         ///< the last sentence for people; the description of the present failure by the client
-  std::mutex mutex_;  // guards all below
+  std::string announced_;  ///< the last sentence for people
+  std::string error_;      ///< the client's description of the present failure
+  std::mutex mutex_;       // guards all below
   std::condition_variable changed_;
   SendQueue queue_;
   std::size_t unacknowledged_ = 0;
