@@ -16,8 +16,9 @@ constexpr double kRidge = 30.0;
 /// Prior coefficient of the prediction by residual GPs, beside constant velocity: the windows of one person are not
 /// independent, so residual GPs of a few people know less than their variances say.
 constexpr double kResidualShare = 0.8;
-/// Ridge of each speed class towards the coefficients of all people who walk.
-constexpr double kClassRidge = 1000.0;
+/// Ridge of each speed class towards the coefficients of all people who walk. The velocities of people who stand are
+/// small, so a ridge as strong would leave them the coefficients of walkers.
+constexpr double kClassRidge = 1000.0, kStandingRidge = 50.0;
 /// Speed of the feature that only has a direction [m/s]: how much pedestrians slow down or speed up on average.
 constexpr double kHeading_mps = 0.3;
 
@@ -49,13 +50,14 @@ bool missing(Eigen::Index feature, std::size_t observed_class) {
          kVelocityWindows_s[feature] > kShorterObserved_s[observed_class - 1];
 }
 
-/// Ridge regression in every cell towards `prior(cell)` on the features that there are; the examples are weighted by
-/// the inverse of their variance.
-template <class Prior>
-std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, std::size_t observed_class, double ridge,
-                                Prior&& prior) {
+/// Ridge regression in every cell with `ridge_of(cell)` towards `prior(cell)` on the features that there are; the
+/// examples are weighted by the inverse of their variance.
+template <class Ridge, class Prior>
+std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, std::size_t observed_class,
+                                Ridge&& ridge_of, Prior&& prior) {
   std::vector<Coefficients> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
+    const double ridge = ridge_of(cell);
     const Coefficients towards = prior(cell);
     Eigen::Matrix<double, kStackedFeatures, kStackedFeatures> matrix = moments[cell].features;
     Coefficients products = moments[cell].products;
@@ -78,9 +80,12 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
   const Eigen::Index constant = missing(kConstantVelocityFeature, observed_class) ? 0 : kConstantVelocityFeature;
   const Coefficients before =
       kResidualShare * Coefficients::Unit(kResidualFeature) + (1.0 - kResidualShare) * Coefficients::Unit(constant);
-  const std::vector<Coefficients> walking =
-      solve(of_walking, observed_class, kRidge, [&](std::size_t) { return before; });
-  return solve(error_statistics.stacking, observed_class, kClassRidge,
+  const std::vector<Coefficients> walking = solve(
+      of_walking, observed_class, [](std::size_t) { return kRidge; }, [&](std::size_t) { return before; });
+  const auto ridge_of = [](std::size_t cell) {
+    return motion_state(static_cast<int>(cell % kSpeedClasses)) == kStanding ? kStandingRidge : kClassRidge;
+  };
+  return solve(error_statistics.stacking, observed_class, ridge_of,
                [&](std::size_t cell) { return walking[cell / kSpeedClasses]; });
 }
 

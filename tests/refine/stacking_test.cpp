@@ -160,5 +160,14 @@ TEST(Stacking, AClassPartsFromTheOthersWhenItWasSeenOften) {
   EXPECT_LT(distance(Stacking(error_statistics, {}), kOtherClass, own), 0.01);
 }
 
+TEST(Stacking, PeopleWhoStandPartEarlierFromThoseWhoWalk) {
+  constexpr int standing = 0;
+  ErrorStatistics error_statistics = nothing_fitted();
+  const Eigen::VectorXd own = coefficients<kStackedFeatures>({{1, 0.8}});
+  add_examples(error_statistics, kFittedClass, 3000, kTruth);
+  add_examples(error_statistics, standing, 300, own);
+  EXPECT_LT(distance(Stacking(error_statistics, {}), standing, own), 0.03);
+}
+
 }  // namespace
 }  // namespace sila
