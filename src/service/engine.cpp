@@ -131,6 +131,11 @@ std::vector<StreamId> Engine::queued_streams() const {
   return streams;
 }
 
+bool Engine::has_queued(StreamId stream) const {
+  const std::lock_guard lock(mutex_);
+  return queue_.contains(stream);
+}
+
 std::optional<StreamEvent> Engine::next_event(StreamId stream) {
   const std::lock_guard lock(mutex_);
   const auto own = queue_.find(stream);
@@ -168,9 +173,10 @@ void Engine::ingest_event(const StreamEvent& event) {
   if (result.rejection) reject(event.stream, *result.rejection);
 }
 
+/// A stream that still has queued lines is not silent: the engine is late.
 void Engine::end_silent_streams(double now_s) {
   for (auto& [stream, last_s] : last_arrival_s_) {
-    if (now_s - last_s < settings_.service.silence_s) continue;
+    if (now_s - last_s < settings_.service.silence_s || has_queued(stream)) continue;
     end_tracks(core_, stream, settings_);
     last_s = now_s;
   }

@@ -78,6 +78,7 @@ class Engine {
   void ingest_queued();
   void ingest_event(const StreamEvent& event);
   std::vector<StreamId> queued_streams() const;
+  bool has_queued(StreamId stream) const;
   std::optional<StreamEvent> next_event(StreamId stream);
   bool predict_and_score();
   void send_predictions(const std::vector<PredictionRequest>& requests);
