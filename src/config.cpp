@@ -42,7 +42,7 @@ constexpr Setting kSettings[] = {
     {"fuse.both_directions", {nullptr, "false"}},
     {"fuse.literal_self_transitions", {nullptr, "true"}},
     {"fuse.gp_fusion", {nullptr, "pseudo_data"}},
-    {"predict.evidence_s", {"3.2", "3.2"}},
+    {"predict.likelihood_s", {"3.2", "3.2"}},
     {"predict.likelihood_power", {"0.25", "1"}},
     {"predict.prior", {"none", "transition_probability"}},
     {"predict.max_shortlisted", {"32", "32"}},

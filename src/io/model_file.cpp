@@ -12,7 +12,6 @@
 #include "json_file.hpp"
 #include "model_path.hpp"
 #include "model_tables.hpp"
-#include "old_settings.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/version.hpp"
@@ -68,16 +67,6 @@ void require_objects(const std::string& configuration, std::span<const EpisodeRe
   for (const EpisodeRecord& episode : episodes) require_object("statistics", episode.statistics);
 }
 
-std::string without_removed(const std::string& configuration) {
-  auto object = nlohmann::ordered_json::parse(configuration);
-  std::size_t removed = 0;
-  for (const char* const name : kRemoved) {
-    const nlohmann::ordered_json::json_pointer path(name);
-    if (object.contains(path)) removed += object.at(path.parent_pointer()).erase(path.back());
-  }
-  return removed > 0 ? object.dump() : configuration;
-}
-
 /// Records without the details of those up to a number.
 std::vector<EpisodeRecord> shortened(std::vector<EpisodeRecord> episodes, int until) {
   for (EpisodeRecord& episode : episodes) {
@@ -104,7 +93,7 @@ StoredModel stored_in(sqlite::Database& database) {
   stored.model = std::move(content.model);
   check(stored.model);
   require_objects(content.configuration, stored.episodes);
-  stored.configuration = without_removed(content.configuration);
+  stored.configuration = content.configuration;
   return stored;
 }
 

@@ -28,6 +28,7 @@ inline constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"compact", "prune"},
     {"model", "budget"},
     {"evaluate.every_s", "evaluate.stride_s"},
+    {"evidence_s", "likelihood_s"},
 };
 
 /// Last names of fields that are constants now, with the group where another has a field of that name. Spaces on both
@@ -53,10 +54,5 @@ inline constexpr std::string_view kConstants =
     " field.length_scale_m fuse.max_pseudo_inputs max_fused_pseudo_inputs expire_after_episodes forget_after_episodes "
     " half_life_episodes max_track_samples max_pending_scores max_unscored max_waiting_tracks scored_pedestrians "
     "remembered ";
-
-/// Fields that model files of the present schema may still have; they are dropped when a file is read. A new schema
-/// empties this list.
-inline constexpr const char* kRemoved[] = {"/prune/half_life_episodes", "/service/max_track_samples",
-                                           "/learn/field/hyperparameters"};
 
 }  // namespace sila

@@ -24,7 +24,7 @@ double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_her
   switch (prior) {
     case WeightPrior::transition_probability:
       return std::log(field.probability);
-    case WeightPrior::local_evidence: {
+    case WeightPrior::local_support: {
       // The number of direct observations of the velocity at this point that would give the same variance.
       const Vector2 samples = field.posterior.noise_variance().array() *
                               (variance_here.cwiseInverse() - field.posterior.signal_variance().cwiseInverse()).array();
@@ -107,7 +107,7 @@ Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> ne
   const std::size_t samples = observed.positions.size();
   if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
-  const auto least_unknown = scratch.array<double>(samples - first_of_last(samples, config.evidence_s, interval_s));
+  const auto least_unknown = scratch.array<double>(samples - first_of_last(samples, config.likelihood_s, interval_s));
   std::fill(least_unknown.begin(), least_unknown.end(), 1.0);
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;

@@ -26,14 +26,20 @@ struct VelocityCorrection {
   Vector2 at(double seconds) const { return interpolated(knots_mps, knot_interval_s, seconds); }
 };
 
-/// Frequencies and phases of random Fourier features (Rahimi and Recht 2007) of a Gaussian kernel with these length
-/// scales. The numbers are the same on every machine, because the learnt coefficients depend on them.
+/// Random Fourier features (Rahimi and Recht 2007) of the sum of two Gaussian kernels: one with length scale 1, and a
+/// wide one, for which few windows suffice. The numbers are the same on every machine, because the learnt coefficients
+/// depend on them.
 template <int Features, int Inputs>
 struct FourierBasis {
+  /// Length scale of the wide kernel.
+  static constexpr double kWideScale = 4.0;
+
   Eigen::Matrix<double, Features, Inputs> frequencies;
   Eigen::Matrix<double, Features, 1> phases;
+  Eigen::Matrix<double, Features, 1> amplitudes;
 
-  explicit FourierBasis(const Eigen::Matrix<double, Inputs, 1>& length_scales) {
+  /// The last `wide` features are those of the wide kernel; their amplitude is `amplitude` times that of the others.
+  FourierBasis(int wide, double amplitude) {
     std::mt19937_64 engine(1);
     const auto uniform = [&] { return (static_cast<double>(engine() >> 11) + 0.5) * 0x1p-53; };
     for (double& frequency : frequencies.reshaped()) {  // Box and Muller
@@ -41,7 +47,9 @@ struct FourierBasis {
       frequency = radius * std::cos(2.0 * std::numbers::pi * uniform());
     }
     for (double& phase : phases.reshaped()) phase = 2.0 * std::numbers::pi * uniform();
-    frequencies.array().rowwise() /= length_scales.transpose().array();
+    frequencies.bottomRows(wide) /= kWideScale;
+    amplitudes.setConstant(std::sqrt(2.0 / Features));
+    amplitudes.tail(wide) *= amplitude;
   }
 };
 

@@ -6,41 +6,58 @@
 namespace sila {
 namespace {
 
-/// Length scale of the kernel, of all velocities [m/s].
-constexpr double kMotionScale_mps = 0.8;
+/// Length scales of the kernel: of velocities, of changes of the past velocity, and of the predicted change [m/s].
+constexpr double kVelocityScale_mps = 0.8, kPastChangeScale_mps = 0.2, kPredictedChangeScale_mps = 0.4;
+/// Features of the wide kernel, and their amplitude: as good as a regression on squares and products of velocities.
+constexpr int kWideMotionFeatures = kMotionFeatures / 2;
+constexpr double kWideMotionAmplitude = 10.0;
 
 using MotionFeatures = Eigen::Matrix<double, kMotionFeatures, 1>;
 using KnotValues = Eigen::Matrix<double, kCorrectionKnots, 1>;
 
-/// Sums and differences of the features of a motion and of its mirror image, scaled to length 1 on average:
-/// cos(a + b) +- cos(a - b), where `a` has the components along the heading and `b` those to the left of it.
+using Velocities = Eigen::Matrix<double, 2, kMotionVelocities>;
+
+/// Sums and differences of the features of a motion and of its mirror image, divided by sqrt(2): cos(a + b) +-
+/// cos(a - b), where `a` has the components along the heading and `b` those to the left of it.
 struct SymmetricFeatures {
   MotionFeatures even, odd;
 };
 
 SymmetricFeatures symmetric_features(const MotionInput& input) {
   constexpr int inputs = kMotionVelocities;
-  static const FourierBasis<kMotionFeatures, 2 * inputs> basis(
-      Eigen::Matrix<double, 2 * inputs, 1>::Constant(kMotionScale_mps));
+  static const FourierBasis<kMotionFeatures, 2 * inputs> basis(kWideMotionFeatures, kWideMotionAmplitude);
   const MotionFeatures along = basis.frequencies.leftCols<inputs>().lazyProduct(input.along) + basis.phases;
   const MotionFeatures to_left = basis.frequencies.rightCols<inputs>().lazyProduct(input.to_left);
   const MotionFeatures own = (along + to_left).array().cos(), mirrored = (along - to_left).array().cos();
-  const double scale = std::sqrt(1.0 / kMotionFeatures);
-  return {scale * (own + mirrored), scale * (own - mirrored)};
+  const MotionFeatures scale = std::sqrt(0.5) * basis.amplitudes;
+  return {scale.cwiseProduct(own + mirrored), scale.cwiseProduct(own - mirrored)};
+}
+
+/// `scaled`: in the world frame, divided by the length scales.
+MotionInput in_heading_frame(const Vector2& velocity_mps, const Velocities& scaled) {
+  MotionInput input;
+  if (velocity_mps.norm() > 1e-9) input.heading = velocity_mps.normalized();
+  input.along = scaled.transpose() * input.heading;
+  input.to_left = scaled.transpose() * left_of(input.heading);
+  return input;
 }
 
 }  // namespace
 
-MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
+MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& companions_mps) {
+  Velocities velocities_mps;
+  velocities_mps << past_mps, Vector2::Zero(), companions_mps;
+  return in_heading_frame(past_mps.col(1), velocities_mps / kVelocityScale_mps);
+}
+
+MotionInput change_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
                          const Vector2& companions_mps) {
-  MotionInput input;
   const Vector2 constant_mps = past_mps.col(1);
-  if (constant_mps.norm() > 1e-9) input.heading = constant_mps.normalized();
-  Eigen::Matrix<double, 2, kMotionVelocities> velocities_mps;
-  velocities_mps << past_mps, to_horizon_mps, companions_mps;
-  input.along = velocities_mps.transpose() * input.heading;
-  input.to_left = velocities_mps.transpose() * left_of(input.heading);
-  return input;
+  Velocities scaled;
+  scaled << constant_mps / kVelocityScale_mps,
+      (past_mps.leftCols<3>() - past_mps.rightCols<3>()) / kPastChangeScale_mps,
+      (to_horizon_mps - constant_mps) / kPredictedChangeScale_mps, companions_mps / kVelocityScale_mps;
+  return in_heading_frame(constant_mps, scaled);
 }
 
 MotionRegression::MotionRegression(const MotionMoments& moments)

@@ -7,18 +7,22 @@
 
 namespace sila {
 
-/// Number of velocities of a MotionInput: means of the last 0.4, 0.8, 1.6 and 3 s, the predicted mean until the
-/// horizon, and that of companions relative to the person's own.
+/// Number of velocities of a MotionInput.
 inline constexpr int kMotionVelocities = 6;
-/// The motion of a person, in the heading frame [m/s].
+/// The motion of a person, in the heading frame: velocities divided by the length scales of the kernel.
 struct MotionInput {
   Vector2 heading = Vector2::UnitX();                          ///< world frame
   Eigen::Matrix<double, kMotionVelocities, 1> along, to_left;  ///< of each velocity
 };
 
-/// The input of velocities in the world frame. `past_mps`: means of the last 0.4, 0.8, 1.6 and 3 s; the second gives
-/// the heading.
-MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
+/// The input for errors of constant velocity. `past_mps`: means of the last 0.4, 0.8, 1.6 and 3 s; the second gives the
+/// heading. `companions_mps`: mean velocity of companions relative to the person's own. All in the world frame.
+MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& companions_mps);
+
+/// The input for errors of stacked velocities: the velocity of the last 0.8 s, by how much the past means differ from
+/// one to the next, and the predicted mean velocity until the horizon from the first. `past_mps`, `companions_mps`: as
+/// above.
+MotionInput change_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
                          const Vector2& companions_mps);
 
 /// Predicts errors of mean velocities from the motion of a person, independent of the place: ridge regression on random

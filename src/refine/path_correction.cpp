@@ -9,7 +9,10 @@ namespace sila {
 namespace {
 
 /// Length scales of the kernel: of positions [m] and of velocities [m/s].
-constexpr double kPlaceScale_m = 3.0, kVelocityScale_mps = 1.0;
+constexpr double kPlaceScale_m = 3.0, kPlaceVelocityScale_mps = 1.0;
+/// Features of the wide kernel, and their amplitude.
+constexpr int kWidePlaceFeatures = kCorrectionFeatures / 3;
+constexpr double kWidePlaceAmplitude = 3.0;
 
 /// Learnt inputs are rounded to a lattice with this number of points per length scale, so that a sum over one window
 /// reveals no coordinate.
@@ -21,7 +24,8 @@ using CorrectionInput = Eigen::Matrix<double, 6, 1>;
 
 CorrectionInput length_scales() {
   CorrectionInput scales;
-  scales << kPlaceScale_m, kPlaceScale_m, kPlaceScale_m, kPlaceScale_m, kVelocityScale_mps, kVelocityScale_mps;
+  scales << kPlaceScale_m, kPlaceScale_m, kPlaceScale_m, kPlaceScale_m, kPlaceVelocityScale_mps,
+      kPlaceVelocityScale_mps;
   return scales;
 }
 
@@ -29,8 +33,9 @@ using Knots = Eigen::Matrix<double, 2 * kCorrectionKnots, 1>;
 using FourierFeatures = Eigen::Matrix<double, kCorrectionFeatures, 1>;
 
 FourierFeatures fourier_features(const CorrectionInput& input) {
-  static const FourierBasis<kCorrectionFeatures, 6> basis(length_scales());
-  return std::sqrt(2.0 / kCorrectionFeatures) * (basis.frequencies * input + basis.phases).array().cos();
+  static const FourierBasis<kCorrectionFeatures, 6> basis(kWidePlaceFeatures, kWidePlaceAmplitude);
+  static const CorrectionInput scales = length_scales();
+  return basis.amplitudes.array() * (basis.frequencies * input.cwiseQuotient(scales) + basis.phases).array().cos();
 }
 
 /// The first curb and the direction to the left of it, as columns.

@@ -234,7 +234,7 @@ bool walks(const PersonClass& person) {
 }
 
 MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed) {
-  return motion_input(observation.kinematics.leftCols<4>(), Vector2::Zero(), observed.companions_mps);
+  return motion_input(observation.kinematics.leftCols<4>(), observed.companions_mps);
 }
 
 VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const CurbTrajectory& observed) const {
@@ -249,7 +249,7 @@ bool Stacking::corrects(const ObservedFeatures& seen) const {
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,
                                   const Vector2& to_horizon_mps, double interval_s) const {
   const auto& v = seen.kinematics;
-  Corrections found{motion_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps), {}, {}};
+  Corrections found{change_input(v.leftCols<4>(), to_horizon_mps, observed.companions_mps), {}, {}};
   if (!corrects(seen)) return found;
   const double horizon_s = static_cast<double>(steps_) * interval_s;
   found.motion = by_motion_.correction(found.input, horizon_s);

@@ -104,17 +104,6 @@ TEST(ModelFile, KeepsConfigurationAndEpisodesInOrder) {
   EXPECT_EQ(read.bytes, std::filesystem::file_size(folder / "m.sila"));
 }
 
-TEST(ModelFile, OpensWithSettingsThatWereRemovedSince) {
-  const ScratchFolder folder;
-  StoredModel earlier = stored(random_model(3));
-  earlier.configuration =
-      R"({"prune":{"enabled":false,"half_life_episodes":"inf"},"learn":{"field":{"hyperparameters":"fixed"}}})";
-  save_model(folder / "m.sila", earlier);
-  const std::string read = load_model(folder / "m.sila").configuration;
-  EXPECT_EQ(read, R"({"prune":{"enabled":false},"learn":{"field":{}}})");
-  EXPECT_FALSE(apply_json(Config{}, nlohmann::json::parse(read), "m.sila").episode.prune.enabled);
-}
-
 TEST(ModelFile, CommittingContinuesAFileThatWasOpenedAgain) {
   const ScratchFolder folder;
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");

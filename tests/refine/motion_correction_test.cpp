@@ -15,7 +15,7 @@ constexpr int kSteps = 25;
 MotionInput walking(const Vector2& heading, const Vector2& companions_mps, double speed_mps = 1.2) {
   const Matrix2 turn = (Matrix2() << heading.x(), -heading.y(), heading.y(), heading.x()).finished();
   const Vector2 velocity = speed_mps * heading;
-  return motion_input(velocity.replicate<1, 4>(), velocity, turn * companions_mps);
+  return change_input(velocity.replicate<1, 4>(), velocity, turn * companions_mps);
 }
 
 /// People walk into any direction; the error of stacked velocities is half of the companions' relative velocity, and

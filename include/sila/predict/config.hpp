@@ -6,11 +6,11 @@ namespace sila {
 
 /// The prior of a transition, which multiplies its likelihood in its weight.
 enum class WeightPrior {
-  local_evidence,          ///< number of samples that support its field at the position
+  local_support,           ///< number of samples that support its field at the position
   transition_probability,  ///< P(j | i) = T(i, j) / sum_k T(i, k) (paper)
   none,
 };
-inline constexpr const char* kWeightPriors[] = {"local_evidence", "transition_probability", "none"};
+inline constexpr const char* kWeightPriors[] = {"local_support", "transition_probability", "none"};
 
 /// The paper's prediction; sila/refine/config.hpp adds to it.
 struct PredictConfig {
@@ -23,9 +23,9 @@ struct PredictConfig {
   int max_candidates = 4;
   /// Maximum number of open branches while transitions are chained.
   static constexpr int max_branches = 12;
-  double evidence_s = 1.6;
+  double likelihood_s = 1.6;
   double likelihood_power = 0.25;
-  WeightPrior prior = WeightPrior::local_evidence;
+  WeightPrior prior = WeightPrior::local_support;
   /// A field knows a position if var/sigma_f^2 is below this.
   static constexpr double support_ratio = 0.5;
   /// A roll-out has left its field if var/sigma_f^2 is above this.
@@ -51,7 +51,7 @@ void fields(MaybeConst<PredictConfig> auto& config, auto&& visit) {
   visit.number("max_shortlisted", config.max_shortlisted, Range{1, 100000}, "",
                "maximum number of transitions evaluated; if more overlap, those that best match the current velocity");
   visit.number("max_candidates", config.max_candidates, Range{1, 1000}, "", "maximum number of transitions rolled out");
-  visit.number("evidence_s", config.evidence_s, Range{0.2, 60.0}, "s",
+  visit.number("likelihood_s", config.likelihood_s, Range{0.2, 60.0}, "s",
                "last part of the observed window that scores transitions");
   visit.number("likelihood_power", config.likelihood_power, Range{0.0, 1.0}, "",
                "exponent of the likelihood; below 1 because successive velocities are correlated (paper: 1)");
