@@ -81,6 +81,13 @@ TEST(MotionCorrection, LearnsOfALeftTurnWhatHoldsForARightOne) {
   EXPECT_NEAR(to_right.x(), to_left.x(), 1e-12);
 }
 
+TEST(MotionCorrection, HoldsAlsoFarFromTheSpeedsThatItLearnt) {
+  const ErrorStatistics past = learnt(40);  // at 1.2 m/s
+  const Vector2 faster =
+      MotionCorrection(past).correction(walking(Vector2::UnitX(), {0.0, 0.3}, 2.6), kHorizon_s).at(2.0);
+  EXPECT_NEAR(faster.y(), 0.15, 0.08);
+}
+
 TEST(MotionCorrection, OfTwoModelsIsThatOfTheirSum) {
   ErrorStatistics sum = learnt(4), more = learnt(6);
   accumulate(sum, more);
