@@ -16,9 +16,15 @@ constexpr double kTypicalError_mps = 0.6;
 
 Eigen::MatrixXd solve_ridge(const RegressionMoments& moments) {
   if (moments.weight <= 0.0) return {};
-  Eigen::MatrixXd matrix = moments.features;
+  Eigen::MatrixXd matrix = moments.features.selfadjointView<Eigen::Lower>();
   matrix.diagonal().array() += kCorrectionRidge;
-  const Eigen::MatrixXd solved = matrix.llt().solve(moments.products);
+  const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
+  Eigen::MatrixXd solved = factor.solve(moments.products);
+  // Features of the wide kernel are nearly collinear. One step of iterative refinement (Golub and Van Loan 2013,
+  // section 3.5.3) makes the coefficients the same on every machine but for rounding.
+  using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const Exact left = moments.products.cast<long double>() - matrix.cast<long double>() * solved.cast<long double>();
+  solved += factor.solve(left.cast<double>());
   if (!solved.allFinite()) return {};
   return solved.transpose();
 }
