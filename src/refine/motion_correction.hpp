@@ -19,9 +19,9 @@ struct MotionInput {
 /// heading. `companions_mps`: mean velocity of companions relative to the person's own. All in the world frame.
 MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& companions_mps);
 
-/// The input for errors of stacked velocities: the velocity of the last 0.8 s, by how much the past means differ from
-/// one to the next, and the predicted mean velocity until the horizon from the first. `past_mps`, `companions_mps`: as
-/// above.
+/// The input for errors of stacked velocities: the velocity of the last 0.8 s, the differences between successive past
+/// means, and the difference between the predicted mean velocity until the horizon and that of the last 0.8 s.
+/// `past_mps`, `companions_mps`: as above.
 MotionInput change_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
                          const Vector2& companions_mps);
 

@@ -18,24 +18,16 @@ constexpr double kWidePlaceAmplitude = 3.0;
 /// reveals no coordinate.
 constexpr double kLatticePoints = 6.0;
 
-/// Position and predicted position at the horizon [m], and the predicted mean velocity until then [m/s], of a person at
-/// a site: along the first curb and to the left of it, from the corner.
+/// Position and predicted position at the horizon, and the predicted mean velocity until then, of a person at a site:
+/// along the first curb and to the left of it, from the corner, in length scales.
 using CorrectionInput = Eigen::Matrix<double, 6, 1>;
-
-CorrectionInput length_scales() {
-  CorrectionInput scales;
-  scales << kPlaceScale_m, kPlaceScale_m, kPlaceScale_m, kPlaceScale_m, kPlaceVelocityScale_mps,
-      kPlaceVelocityScale_mps;
-  return scales;
-}
 
 using Knots = Eigen::Matrix<double, 2 * kCorrectionKnots, 1>;
 using FourierFeatures = Eigen::Matrix<double, kCorrectionFeatures, 1>;
 
 FourierFeatures fourier_features(const CorrectionInput& input) {
   static const FourierBasis<kCorrectionFeatures, 6> basis(kWidePlaceFeatures, kWidePlaceAmplitude);
-  static const CorrectionInput scales = length_scales();
-  return basis.amplitudes.array() * (basis.frequencies * input.cwiseQuotient(scales) + basis.phases).array().cos();
+  return basis.amplitudes.array() * (basis.frequencies * input + basis.phases).array().cos();
 }
 
 /// The first curb and the direction to the left of it, as columns.
@@ -49,7 +41,8 @@ CorrectionInput correction_input(const CurbTrajectory& observed, const Vector2& 
   const Matrix2 to_site = axes_of(observed.frame).transpose();
   const Vector2 position_m = to_world(observed.frame, observed.positions.back()) - observed.frame.origin_m;
   CorrectionInput input;
-  input << to_site * position_m, to_site * (position_m + horizon_s * to_horizon_mps), to_site * to_horizon_mps;
+  input << to_site * position_m / kPlaceScale_m, to_site * (position_m + horizon_s * to_horizon_mps) / kPlaceScale_m,
+      to_site * to_horizon_mps / kPlaceVelocityScale_mps;
   return input;
 }
 
@@ -80,9 +73,8 @@ void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTra
   Knots errors_at_site_mps;
   for (std::size_t k = 0; k < kCorrectionKnots; ++k)
     errors_at_site_mps.segment<2>(2 * static_cast<Eigen::Index>(k)) = to_site * errors.at_mps[k];
-  const CorrectionInput step = length_scales() / kLatticePoints;
   const CorrectionInput input = correction_input(observed, to_horizon_mps, horizon_s);
-  const FourierFeatures features = fourier_features((input.array() / step.array()).round() * step.array());
+  const FourierFeatures features = fourier_features((kLatticePoints * input).array().round() / kLatticePoints);
   add_examples(error_statistics.correction, features, errors_at_site_mps.transpose(), errors.weight);
   if (coefficients_.size() == 0) return;
   const Knots known_mps = coefficients_ * features;

@@ -2,8 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <future>
 #include <thread>
 
 #include "service/streams.hpp"
@@ -16,14 +17,22 @@ TEST(Engine, DoesNotEndTheTracksOfAStreamWhoseLinesItIsLateToRead) {
   const std::vector<Trajectory> tracks = testing::paths_of(testing::corner_walks(25, 3));
   const std::vector<Detection> rows = testing::stream_of(tracks, 0.0);
   LearnerThread learner(Model{}, {}, settings.episode, settings.service, {});
-  std::promise<void> all_offered;
-  const std::shared_future<void> wait = all_offered.get_future().share();
+  std::atomic<bool> held = false, all_offered = false;
   // The first prediction holds the engine up until all lines are queued, far more than it reads in one turn.
-  Engine engine(settings, learner, {[wait](std::vector<OutgoingLine>) { wait.wait(); }, {}}, false);
+  const auto hold = [&](const std::vector<OutgoingLine>&) {
+    held = true;
+    held.notify_one();
+    all_offered.wait(false);
+  };
+  Engine engine(settings, learner, {hold, {}}, false);
+  const auto late = std::find_if(rows.begin(), rows.end(), [](const Detection& row) { return row.t_s > 1.0; });
+  for (auto row = rows.begin(); row != late; ++row) engine.offer({1, *row, monotonic_s()});
+  held.wait(false);
   const double arrived_s = monotonic_s() - 2.0 * ServiceConfig::silence_s;
-  for (const Detection& row : rows) engine.offer({1, row, row.t_s < 1.0 ? monotonic_s() : arrived_s});
+  for (auto row = late; row != rows.end(); ++row) engine.offer({1, *row, arrived_s});
   engine.offer({1, std::nullopt, arrived_s});
-  all_offered.set_value();
+  all_offered = true;
+  all_offered.notify_one();
   engine.drain();
   Counters counters;
   for (int tries = 0; tries < 200 && counters.detections < rows.size(); ++tries) {
