@@ -1,10 +1,12 @@
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "options.hpp"
+#include "sila/config.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/io/model_file.hpp"
 #include "verbs.hpp"
@@ -18,16 +20,27 @@ struct PriorOptions {
   std::string out;
 };
 
-void make_prior_file(const PriorOptions& options) {
-  require_no_records("--out", options.out);
+StoredModel prior_of(const PriorOptions& options) {
+  const CommonOptions& common = options.common;
+  if (options.models.empty()) return simulated_prior(configured(common));
+  if (!common.profile.empty() || !common.config_file.empty() || !common.sets.empty())
+    throw std::invalid_argument(
+        "prior make: --config, --profile and --set go without models, whose configuration the prior has");
   std::vector<StoredModel> models;
   for (const std::string& path : options.models) models.push_back(load_model(path));
-  const StoredModel prior = stored_prior(models);
+  return stored_prior(models);
+}
+
+void make_prior_file(const PriorOptions& options) {
+  require_no_records("--out", options.out);
+  const ThreadLimit limit(options.common.threads);
+  const StoredModel prior = prior_of(options);
   save_model(options.out, prior);
   const double windows = windows_in(prior.model.prior.density);
-  print(options.common, {{"models", models.size()}, {"windows", windows}},
+  print(options.common, {{"models", options.models.size()}, {"windows", windows}},
         options.out + ": a prior of " + counted(std::lround(windows), "window") + ", from " +
-            counted(models.size(), "model") + "; begin each new place with a copy of it\n");
+            (options.models.empty() ? "simulated pedestrians" : counted(options.models.size(), "model")) +
+            "; begin each new place with a copy of it\n");
 }
 
 }  // namespace
@@ -39,9 +52,9 @@ void add_prior(CLI::App& app) {
   const auto [verb, options] = add_verb(*group,
                                         {"make", "Make the first model of a new place from models of other places.",
                                          "sila prior make a.sila b.sila --out new.sila"},
-                                        Shared::json, make_prior_file);
-  verb->add_option("models", options->models, "models of other places, with the same windows")
-      ->required()
+                                        Shared::both, make_prior_file);
+  verb->add_option("models", options->models,
+                   "models of other places, with the same windows; none: a model of simulated pedestrians")
       ->type_name("M.sila");
   verb->add_option("--out", options->out, "model file to write; it has no tracks yet")->required()->type_name("P.sila");
 }

@@ -74,4 +74,12 @@ Config read_config(Config config, const nlohmann::json& json, std::string_view s
 /// Throws: FormatError, naming `source`, for a field that is unknown or out of range.
 Config config_of(const StoredModel& stored, std::string_view source = "model");
 
+/// The tracks of a simulation (`config.simulate`), cleaned and in the frames of its corners. Throws: as simulate.
+std::vector<FramedTrajectory> simulated_tracks(const Config& config);
+
+/// The prior of a place for which there are no models of other places: of 400 simulated pedestrians, learnt with this
+/// configuration. `config.simulate` has no effect. Throws: as make_prior, if the configuration has no error statistics.
+/// Source: none in the paper; docs/decisions/0131-simulated-prior.md.
+StoredModel simulated_prior(const Config& config);
+
 }  // namespace sila

@@ -9,37 +9,17 @@
 
 #include "arrays.hpp"
 #include "sila/config.hpp"
-#include "sila/core/clean.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
-#include "sila/sim/simulate.hpp"
 
 // Computations of the experiments in Python: splits, windows, the library's own methods, scores.
 namespace sila::python {
 namespace {
 
 using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-
-FramedTracks simulated(const std::string& config_json) {
-  const Config config = config_of(config_json);
-  const Simulation simulation = simulate(config.simulate);
-  Scene scene;
-  const double width_m = simulation.scene.sidewalk_width_m;
-  for (const NamedCorner& corner : simulation.scene.corners)
-    scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
-  Detections detections{"simulated", {}, 0};
-  for (const Trajectory& track : simulation.tracks) {
-    for (std::size_t i = 0; i < track.times_s.size(); ++i)
-      detections.rows.push_back({track.id, track.times_s[i], track.positions_m[i]});
-  }
-  detections.rows_read = detections.rows.size();
-  FramedTracks framed{without_frames(clean(std::span(&detections, 1), config.clean).trajectories)};
-  place(framed.tracks, scene, config.corners);
-  return framed;
-}
 
 /// The tracks of several scenes as of one site; ids are a scene's own, so each gets the name of its scene in front.
 FramedTracks joined(const std::vector<std::pair<std::string, FramedTracks>>& scenes) {
@@ -281,7 +261,9 @@ void bind_framed_tracks(nb::module_& module) {
           [](FramedTracks* self, const std::vector<Track>& tracks, const ScaledScene& scene,
              const std::string& config) { new (self) FramedTracks{placed(tracks, scene, config_of(config))}; },
           "tracks"_a, "scene"_a, "config"_a)
-      .def_static("simulated", &simulated, "config"_a, "Simulated tracks, cleaned as those of a tracker.")
+      .def_static(
+          "simulated", [](const std::string& config) { return FramedTracks{simulated_tracks(config_of(config))}; },
+          "config"_a, "Simulated tracks, cleaned as those of a tracker.")
       .def_static("joined", &joined, "scenes"_a)
       .def("__len__", [](const FramedTracks& f) { return f.tracks.size(); })
       .def("__add__",

@@ -24,6 +24,8 @@ class ModelLearner {
     model_ = make_prior(models);
   }
 
+  void begin_with(const StoredModel& first) { model_ = first.model; }
+
   /// One more episode; of "batch" the only one.
   void learn(const FramedTracks& batch) {
     if (batch.tracks.empty()) return;
@@ -96,7 +98,9 @@ void bind_model_learner(nb::module_& module) {
   nb::class_<ModelLearner>(module, "ModelLearner", "SILA and its baselines inside the library.")
       .def(nb::init<const std::string&, const std::string&>(), "method"_a, "config"_a)
       .def("learn", &ModelLearner::learn, "batch"_a, nb::call_guard<nb::gil_scoped_release>())
-      .def("begin_with", &ModelLearner::begin_with, "others"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("begin_with", nb::overload_cast<const std::vector<const ModelLearner*>&>(&ModelLearner::begin_with),
+           "others"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("begin_with", nb::overload_cast<const StoredModel&>(&ModelLearner::begin_with), "first"_a)
       .def("learn_tree", &ModelLearner::learn_tree, "all"_a, "batch"_a, "partition_tracks"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("predict", &ModelLearner::predict, "windows"_a, nb::call_guard<nb::gil_scoped_release>())

@@ -99,6 +99,9 @@ void bind_episode(nb::module_& module) {
   module.def(
       "make_prior", [](const std::vector<StoredModel>& models) { return stored_prior(models); }, "models"_a,
       nb::call_guard<nb::gil_scoped_release>());
+  module.def(
+      "simulated_prior", [](const std::string& config) { return simulated_prior(config_of(config)); }, "config"_a,
+      nb::call_guard<nb::gil_scoped_release>());
   module.def("explain_fusion", &explain, "previous"_a, "incoming"_a, "config"_a, "name"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def("split_tracks", &split, "tracks"_a, "test_share"_a, "seed"_a, "by"_a,

@@ -108,8 +108,13 @@ def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads
     return _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
 
 
-def make_prior(models: Iterable[Model]) -> Model:
-    """What models know of how people walk at any place, as `sila prior make`: the first model of a new place."""
+def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = None) -> Model:
+    """What models of other places know of how people walk, as `sila prior make`: the first model of a new place.
+    Without models it is learnt from simulated pedestrians with the configuration `config`."""
+    if models is None:
+        return _sila.simulated_prior(merged("{}", config))
+    if config is not None:
+        raise TypeError("make_prior: config: expected only without models, whose configuration the prior has")
     if isinstance(models, Model) or not isinstance(models, Iterable):
         raise TypeError(f"models: expected a list of sila.Model, found {type(models).__name__}")
     given = [_model("models", model) for model in models]

@@ -30,6 +30,11 @@ def test_a_prior_is_the_first_model_of_a_new_place(model, place):
     assert learnt.size > 0
     with pytest.raises(ValueError, match="no error statistics"):
         sila.make_prior([sila.Model()])
+    simulated = sila.make_prior(config={"predict": {"horizon_s": 3}})
+    assert (simulated.size, simulated.config["predict"]["horizon_s"]) == (0, 3)
+    assert simulated.prior_windows > 1000
+    with pytest.raises(TypeError, match="config: expected only without models"):
+        sila.make_prior([model], config={})
 
 
 def test_a_model_tells_what_it_holds(model, place):

@@ -142,6 +142,10 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   const auto model = nlohmann::json::parse(run("inspect new.sila --json").out);
   EXPECT_EQ(model.at("prior_windows"), prior.at("prior_windows"));
   EXPECT_EQ(model.at("size"), nlohmann::json::parse(run("inspect m.sila --json").out).at("size"));
+  EXPECT_NE(run("prior make --out s.sila --set predict.horizon_s=3").out.find("from simulated pedestrians"),
+            std::string::npos);
+  EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model s.sila --out s.ndjson").code, 0);
+  expect_rejected("prior make m.sila --out q.sila --set predict.horizon_s=3", {"go without models"});
   expect_rejected("prior make tracks.csv --out q.sila", {"tracks.csv"});
   expect_rejected("prior make m.sila m.sila --out q.sila", {"would count twice"});
   ASSERT_EQ(

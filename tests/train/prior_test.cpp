@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "sila/config.hpp"
+#include "sila/io/config_json.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
@@ -100,6 +102,35 @@ TEST(Prior, PredictsAtAPlaceWithoutTracksHowPeopleWalkElsewhere) {
   const Model other = learnt(speeding_up({100.0, 30.0}, 80)), prior = make_prior(std::span(&other, 1));
   const Tracks unseen = speeding_up({0.0, 0.0}, 15);
   EXPECT_LT(error_m(prior, unseen), 0.5 * error_m({}, unseen));
+}
+
+TEST(Prior, OfSimulatedPedestriansHelpsWhereFewTracksAreKnown) {
+  Config elsewhere;
+  elsewhere.simulate.layout = Layout::obtuse;
+  elsewhere.simulate.tracks = 80;
+  const Tracks tracks = simulated_tracks(elsewhere);
+  const Model prior = simulated_prior({}).model;
+  EXPECT_TRUE(prior.empty());
+  EXPECT_EQ(prior.tracks, 0);
+  const Tracks unseen(tracks.begin() + 40, tracks.end());
+  for (const int known : {5, 20}) {
+    const Tracks few(tracks.begin(), tracks.begin() + known);
+    EXPECT_LT(error_m(learnt(few, prior), unseen), 0.97 * error_m(learnt(few), unseen)) << known;
+  }
+}
+
+TEST(Prior, OfSimulatedPedestriansHasTheWindowsOfTheConfiguration) {
+  Config config;
+  config.episode.predict.horizon_s = 2.4;
+  config.episode.predict.observe_s = 1.6;
+  config.simulate.tracks = 5;
+  const StoredModel prior = simulated_prior(config);
+  EXPECT_EQ(prior.model.prior.steps, 12);
+  EXPECT_DOUBLE_EQ(prior.model.prior.observe_s, 1.6);
+  EXPECT_GT(windows_in(prior.model.prior.density), 1000.0) << "simulate.tracks has no effect";
+  EXPECT_EQ(to_json(config_of(prior)), to_json(config));
+  config.episode.error_statistics.enabled = false;
+  EXPECT_THROW(simulated_prior(config), std::invalid_argument);
 }
 
 TEST(Prior, StaysAsItIsWhateverIsLearntAndFused) {

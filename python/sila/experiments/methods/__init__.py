@@ -12,12 +12,13 @@ from ...errors import FormatError
 from ..method import Method
 from .cliff import Cliff
 from .knn import Knn
-from .library import Accumulate, Batch, Linear, Retrain, Sila, SilaWithPrior, Tree
+from .library import Accumulate, Batch, Linear, Retrain, Sila, SilaWithPrior, SilaWithSimulatedPrior, Tree
 
 METHODS: dict[str, type[Method]] = {
     "sila": Sila,
     "accumulate": Accumulate,
     "sila with prior": SilaWithPrior,
+    "sila with simulated prior": SilaWithSimulatedPrior,
     "retrain": Retrain,
     "batch": Batch,
     "tree": Tree,

@@ -7,7 +7,10 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 from ..._sila import FramedTracks, ModelLearner, Prediction, WindowSet
+from ..._sila import simulated_prior as _simulated_prior
 from ..method import Method
+
+simulated_prior = lru_cache(maxsize=8)(_simulated_prior)  # of a configuration
 
 
 class Sila(Method):
@@ -53,6 +56,14 @@ class SilaWithPrior(Sila):
 
     def begin_with(self, places: Sequence[FramedTracks]) -> None:
         self.learner.begin_with(learnt(self.config, self.batch, tuple(places)))
+
+
+class SilaWithSimulatedPrior(Sila):
+    """Begins with the error statistics of simulated pedestrians, as `sila prior make` without models."""
+
+    def __init__(self, config: str = "{}", **parameters: Any) -> None:
+        super().__init__(config, **parameters)
+        self.learner.begin_with(simulated_prior(config))
 
 
 class Accumulate(Sila):
