@@ -121,14 +121,12 @@ TEST(GoldenFiles, ModelOfSchema12CanBeLearntOn) {
   EXPECT_EQ(run_episode(model, more, small_config()).model.episodes, 3);
 }
 
-TEST(GoldenFiles, OlderSchemasAreRejectedWithWhatToDo) {
-  for (const std::string schema : {"8", "9", "11"}) {
-    const tests::ScratchFolder folder;
-    std::filesystem::copy_file(kGolden / ("schema_" + schema + ".sila"), folder / "m.sila");
-    const std::string message = message_of<std::exception>([&] { load_model(folder / "m.sila"); });
-    EXPECT_TRUE(says(message, "schema " + schema)) << message;
-    EXPECT_TRUE(says(message, "sila learn TRACKS --model NEW.sila")) << message;
-  }
+TEST(GoldenFiles, AnOlderSchemaIsRejectedWithWhatToDo) {
+  const tests::ScratchFolder folder;
+  std::filesystem::copy_file(kGolden / "schema_11.sila", folder / "m.sila");
+  const std::string message = message_of<std::exception>([&] { load_model(folder / "m.sila"); });
+  EXPECT_TRUE(says(message, "schema 11")) << message;
+  EXPECT_TRUE(says(message, "sila learn TRACKS --model NEW.sila")) << message;
 }
 
 TEST(GoldenFiles, BothFormsOfLinesGiveTheSamePredictions) {

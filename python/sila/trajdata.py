@@ -1,0 +1,46 @@
+"""Tracks of pedestrians from trajdata (Ivanovic et al., NeurIPS 2023), which reads many public data sets. It is not needed to
+import this module: a caller who has a data set has trajdata, too."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from ._config import ConfigLike, merged
+from ._tracks import Tracks, clean_rows
+from .errors import FormatError
+
+#: Between two scenes, whose clocks both begin at 0: nobody is in both.
+PAUSE_S = 3600.0
+
+
+def read_tracks(dataset: Any, *, scenes: Collection[str] = (), config: ConfigLike = None) -> Tracks:
+    """Pedestrians of a `trajdata.UnifiedDataset`: times [s] from the start of the first scene, positions [m] in the world frame
+    of its scenes. Ids have the name of the scene in front.
+
+    `scenes`: names of scenes at one place (the default: all), which follow one another an hour apart. Rows are cleaned as those
+    of files are (group `clean`). Raises FormatError if these scenes have no pedestrian, ValueError for a scene that is not there.
+    """
+    ids: list[str] = []
+    times: list[Any] = [np.empty(0)]
+    points: list[Any] = [np.empty((0, 2))]
+    names, start_s = [], 0.0
+    for scene in dataset.scenes():
+        names.append(scene.name)
+        if scenes and scene.name not in scenes:
+            continue
+        walking = [agent.name for agent in scene.agents if agent.type.name == "PEDESTRIAN"]
+        states = dataset.cache_class(dataset.cache_path, scene).scene_data_df
+        states = states[states.index.get_level_values("agent_id").isin(walking)]
+        ids += [f"{scene.name}:{agent}" for agent in states.index.get_level_values("agent_id")]
+        times.append(start_s + scene.dt * states.index.get_level_values("scene_ts").to_numpy(dtype=float))
+        points.append(states[["x", "y"]].to_numpy(dtype=float))
+        start_s += scene.length_seconds() + PAUSE_S
+    missing = sorted(set(scenes) - set(names))
+    if missing:
+        raise ValueError(f"trajdata: scenes: expected some of {', '.join(names)}; found {', '.join(missing)}")
+    if not ids:
+        raise FormatError("trajdata", 0, "pedestrians in the scenes", "none")
+    return clean_rows(ids, np.concatenate(times), np.concatenate(points), [], "trajdata", merged("{}", config))
