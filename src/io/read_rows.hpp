@@ -65,6 +65,10 @@ std::optional<TrackColumns> header_columns(std::string_view header);
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
                          const std::string& only_track);
 
+/// A recording that is a folder: files of one track each (VRU), or of one frame each (DeepStream's KITTI dump).
+/// Throws: FormatError for any other folder, and for frames without a rate or of several streams.
+TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& options);
+
 /// Counts a row that cannot be used in a list by reason.
 void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::string& path, std::size_t line,
                std::string_view found);

@@ -27,62 +27,6 @@ TrackFile require_rows(TrackFile file) {
   throw FormatError(file.detections.source, 0, "at least one usable row", describe(file.detections.dropped));
 }
 
-TrackFile read_file(const std::filesystem::path& path, const ReadOptions& options, const std::string& only_track) {
-  return tracks_of_text(path.string(), read_text(path), options, only_track);
-}
-
-bool is_track_name(const std::filesystem::path& path) {
-  const std::string name = lower(path.filename().string());
-  return name.ends_with(".csv") || name.ends_with(".txt") || name.ends_with(".csv.gz") || name.ends_with(".txt.gz");
-}
-
-std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && is_track_name(entry.path())) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-Detections joined(Detections all, Detections part) {
-  all.rows_read += part.rows_read;
-  all.rows.insert(all.rows.end(), std::make_move_iterator(part.rows.begin()), std::make_move_iterator(part.rows.end()));
-  add(all.dropped, part.dropped);
-  return all;
-}
-
-TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& options) {
-  if (options.format.value_or(TrackFormat::vru) != TrackFormat::vru) {
-    throw FormatError(folder.string(), 0, "a file of format " + std::string(name_of(*options.format)), "a folder");
-  }
-  TrackFile result{{folder.string(), {}}, TrackFormat::vru, "time stamps of each track's file"};
-  result.detections.own_clocks = true;
-  std::vector<std::string> skipped;
-  std::size_t tracks = 0;
-  for (const auto& path : files_below(folder)) {
-    try {
-      const std::string id = path.lexically_relative(folder).generic_string();
-      ReadOptions same = options;
-      same.format = TrackFormat::vru;
-      result.detections = joined(std::move(result.detections), read_file(path, same, id).detections);
-      ++tracks;
-    } catch (const FormatError& error) {
-      skipped.emplace_back(error.what());
-    }
-  }
-  if (tracks == 0) {
-    const std::string found = skipped.empty() ? "no .csv or .txt file" : "none (" + skipped.front() + ")";
-    throw FormatError(folder.string(), 0, "a folder of files that are one track each (header timestamp,x,y)", found);
-  }
-  if (!skipped.empty()) {
-    result.detections.warnings.push_back(folder.string() + ": " + std::to_string(skipped.size()) + " of " +
-                                         std::to_string(skipped.size() + tracks) +
-                                         " files skipped, the first: " + skipped.front());
-  }
-  return result;
-}
-
 void require_positive(const char* field, const std::optional<double>& value) {
   if (!value || (*value > 0.0 && std::isfinite(*value))) return;
   throw std::invalid_argument(concatenate("read_detections: ", field, " = ", *value, ", it must be positive"));
@@ -138,7 +82,7 @@ TrackFile read_detections(const std::filesystem::path& path, const ReadOptions& 
   validate(options);
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown)) return read_folder(path, options);
-  return read_file(path, options, path.stem().string());
+  return tracks_of_text(path.string(), read_text(path), options, path.stem().string());
 }
 
 }  // namespace sila

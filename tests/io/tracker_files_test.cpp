@@ -139,6 +139,32 @@ TEST(KittiTracking, GivesThePlaceOnTheGroundOrTheFootOfTheBox) {
   expect_row(boxes.detections.rows[0], "2", 0.0, 120.0, 170.0);
 }
 
+TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
+  const TempFolder folder;
+  const std::string unknown = " 0.0 0.0 0.0 0.0 0.0 0.0 0.0 0.9\n";
+  folder.write("run/00_000_000000.txt", "person 7 0.0 0 0.0 100 50 140 170" + unknown);
+  folder.write("run/00_000_000001.txt", "");
+  folder.write("run/00_000_000002.txt",
+               "car 9 0.0 0 0.0 0 0 10 10" + unknown + "person 7 0.0 0 0.0 110 50 150 170" + unknown + "person 7\n");
+  ReadOptions options;
+  options.frames_per_second = 25.0;
+  const auto file = read_detections(folder.path() / "run", options);
+  EXPECT_EQ(file.format, TrackFormat::kitti);
+  EXPECT_TRUE(file.pixels);
+  ASSERT_EQ(file.detections.rows.size(), 3U);
+  expect_row(file.detections.rows[0], "7", 0.0, 120.0, 170.0);
+  EXPECT_EQ(file.detections.rows[1].label, "car");
+  expect_row(file.detections.rows[2], "7", 0.08, 130.0, 170.0);
+  EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
+  const auto no_rate = format_error_of([&] { read_detections(folder.path() / "run", {}); });
+  ASSERT_TRUE(no_rate);
+  EXPECT_TRUE(contains(no_rate->what(), "--fps"));
+  folder.write("run/00_001_000000.txt", "person 3 0.0 0 0.0 100 50 140 170" + unknown);
+  const auto streams = format_error_of([&] { read_detections(folder.path() / "run", options); });
+  ASSERT_TRUE(streams);
+  EXPECT_TRUE(contains(streams->what(), "2 streams"));
+}
+
 TEST(SumoFcd, GivesPersonsAndCountsTheRest) {
   const TempFolder folder;
   const auto file = read_detections(folder.write(
