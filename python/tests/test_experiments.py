@@ -142,6 +142,23 @@ def test_learning_curves_are_of_the_first_tracks_from_the_beginning(tmp_path):
     assert (tmp_path / "out/curves_four-way.svg").exists()
 
 
+def test_means_of_learning_curves_have_intervals(tmp_path):
+    ridge = {"name": "ridge", "method": f"{PEERS / 'ridge.py'}:Ridge"}
+    scenes = [{**SCENE, "name": name, "simulate": {**SCENE["simulate"], "seed": n}} for n, name in enumerate("ab", 1)]
+    path = written(tmp_path, methods=["sila", ridge], scenes=scenes, tracks=[10])
+    assert run([str(path), "--out", str(tmp_path / "out")]) == 0
+    table = (tmp_path / "out/table.md").read_text()
+    pairs = table[table.index("## Paired comparisons: weighted MHD") :]
+    _, method, against, _, difference, interval, _ = next(
+        (cell.strip() for cell in line.split("|")[1:]) for line in pairs.splitlines() if line.startswith("| mean | ridge | sila")
+    )
+    curve = table[table.index("Means: differences") :]
+    row = next(line for line in curve.splitlines() if line.startswith(f"| {method} | {against} |"))
+    few, whole = (cell.strip() for cell in row.split("|")[3:5])
+    assert whole == f"{difference.strip('*')} ({interval})"
+    assert few != whole
+
+
 def test_a_learning_curve_of_places_goes_on_at_the_next_place(tmp_path):
     scenes = [{**SCENE, "name": name, "simulate": {**SCENE["simulate"], "seed": n}} for n, name in enumerate("ab", 1)]
     path = written(tmp_path, kind="places", scenes=scenes, tracks=[30, 40])

@@ -9,10 +9,22 @@ import pandas as pd
 
 from .experiment import Experiment, Settings
 from .markdown import decimals_of, marked_texts, number_text, table_text
-from .tables import BY_NAME
+from .tables import BY_NAME, MEAN, compare
 
 #: Of learning curves.
 CURVES = {"ratio": "wMHD / CV", "ade_ratio": "ADE / CV", "nll": "NLL a step"}
+#: The sums that their differences are of.
+MEASURES = {"ratio": "mhd_m", "ade_ratio": "ade_m", "nll": "nll"}
+
+
+#: The sums of a person that the intervals of a learning curve need.
+PERSON_SUMS = ("windows", *(name for measure in MEASURES.values() for name in (measure, "constant_" + measure)))
+
+
+def point_of(site: Mapping[str, Any]) -> dict[str, Any]:
+    """What a learning curve keeps of the scores at a place."""
+    people = {person: {name: sums[name] for name in PERSON_SUMS} for person, sums in site["people"].items()}
+    return {"groups": site["groups"], "people": people}
 
 
 def curves_of(settings: Settings, results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
@@ -30,9 +42,9 @@ def learning_curves(results: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     for result in results:
         for point in result["learning_curve"]:
             row = _row_of(result, point)
-            for place, groups in point["places"].items():
+            for place, site in point["places"].items():
                 names = ("windows", "weighted_mhd_m", "constant_mhd_m", *CURVES)
-                rows.append({**row, "place": place, **{name: BY_NAME[name].of(groups) for name in names}})
+                rows.append({**row, "place": place, **{name: BY_NAME[name].of(site["groups"]) for name in names}})
     return pd.DataFrame(rows)
 
 
@@ -73,9 +85,37 @@ def learning_curve_tables(experiment: Experiment, results: Sequence[Mapping[str,
                 lines += _curve_lines(experiment, "mean", mean, name)
             titles = ["method", *map(str, counts), "all"]
             found.append(f"## {title}, split by {split}\n\n{table_text('place', titles, lines)}")
+            if experiment.settings.kind == "one_place" and len(whole) > 1:
+                found.append(f"Means: {_DIFFERENCES}\n\n{_differences(experiment, results, split, name, titles)}")
         found.append("All: " + ", ".join(f"{place} {count:.0f}" for place, count in whole.items()) + " tracks.\n")
     about = "Each method learns the first tracks of the training part from the beginning, and is scored on the same windows."
     return f"# Learning curves\n\n{about} Bold: better than {experiment.reference} from as many.\n\n" + "\n".join(found)
+
+
+_DIFFERENCES = "differences over the same people in the same trials, and their 95 % intervals by resampling people."
+
+
+def _differences(
+    experiment: Experiment, results: Sequence[Mapping[str, Any]], split: Any, name: str, titles: Sequence[str]
+) -> str:
+    """A table: how much larger the mean error of each method is than that of another, by numbers of tracks."""
+    settings, cells = experiment.settings, dict[tuple[str, str], dict[int, str]]()
+    for point in range(1, len(settings.tracks) + 2):
+        own = [
+            {**result, "places": at["places"]}
+            for result in results
+            for at in result["learning_curve"]
+            if result["split"] == split and at["episode"] == point
+        ]
+        for c in compare(own, experiment.reference, settings.bootstraps, settings.seed, MEASURES[name]):
+            if c.place == MEAN:
+                text = f"{c.difference:.3f} ({c.low:.3f} to {c.high:.3f})"
+                cells.setdefault((c.method, c.against), {})[point] = text
+    lines = [
+        (method, [against, *(texts.get(point, "–") for point in range(1, len(settings.tracks) + 2))])
+        for (method, against), texts in cells.items()
+    ]
+    return table_text("method", ["against", *titles[1:]], lines)
 
 
 def _curve_lines(experiment: Experiment, place: str, means: pd.DataFrame, name: str) -> list[tuple[str, list[str]]]:

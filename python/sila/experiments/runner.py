@@ -17,6 +17,7 @@ import numpy as np
 
 from .. import _sila
 from .._sila import FramedTracks, Prediction, WindowSet
+from .curves import point_of
 from .experiment import Experiment, ExperimentMethod, Overrides
 from .markdown import build_hash, hash_of, write_text
 from .measures import measures_of, modes_measures, modes_of, stepwise_measures
@@ -45,7 +46,7 @@ def do_run(experiment: Experiment, run: Run) -> Json:
         checkpoints, places = learn(experiment, run, replace(protocol, training=training))
         last = {key: checkpoints[-1][key] for key in ("tracks", "size")}
         last |= {"episode": point, "seconds": sum(checkpoint["seconds"] for checkpoint in checkpoints)}
-        curve.append(last | {"places": {name: site["groups"] for name, site in places.items()}})
+        curve.append(last | {"places": {name: point_of(site) for name, site in places.items()}})
     return result | {"checkpoints": checkpoints, "places": places, "learning_curve": curve if counts else []}
 
 
