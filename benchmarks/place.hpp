@@ -21,7 +21,7 @@ inline std::vector<sila::FramedTrajectory> all_tracks() {
   if (const char* path = std::getenv("SILA_BENCH_SCENE")) {
     const char* data = std::getenv("SILA_BENCH_DATA");
     const sila::Scene scene = sila::read_scene(path, kConfig.episode.scaling, data ? data : "");
-    for (sila::Trajectory& track : sila::read_scene_tracks(scene, kConfig.clean).trajectories) {
+    for (sila::Trajectory& track : sila::read_tracks({}, scene, {}, kConfig.clean).trajectories) {
       tracks.push_back({std::move(track), scene.corners[scene.primary].frame});
     }
     return sila::split_tracks(std::move(tracks), 0.0, 1, sila::SplitBy::track).train;

@@ -206,8 +206,7 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config) {
   ReadTracks result;
   const Named named = named_in(options, config);
   result.scene = named.scene;
-  result.tracks = named.paths.empty() ? read_scene_tracks(named.scene, config.clean)
-                                      : read_tracks(named.paths, named.scene, named.read, config.clean);
+  result.tracks = read_tracks(named.paths, named.scene, named.read, config.clean);
   tell(result.tracks.report);
   return result;
 }

@@ -14,6 +14,7 @@
 
 #include "../gp_data.hpp"
 #include "gp/fit.hpp"
+#include "gp/statistics.hpp"
 #include "learn/dictionary.hpp"
 #include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
@@ -41,7 +42,9 @@ struct GpCase {
 
   sila::GpData data;
   sila::Hyperparameters start = sila::benchmarks::walking_theta();
-  Eigen::MatrixXd pseudo_inputs = sila::select_pseudo_inputs(start.kernel, data.inputs, kPseudoInputs, 0.0);
+  Eigen::MatrixXd pseudo_inputs = data.inputs(
+      Eigen::all,
+      sila::detail::select_greedily(start.kernel, data.inputs, kPseudoInputs, 0.0, sila::default_jitter).chosen);
 };
 
 /// The paper's simulated tracks on the grid.

@@ -52,8 +52,7 @@ std::pair<std::vector<Track>, std::string> read_files(
   if (camera) options.camera = read_camera(*camera).camera;
   options.person_classes = person_classes;
   const Scene place = scene == nullptr ? Scene{} : scene->usual();
-  CleanTracks clean =
-      paths.empty() ? read_scene_tracks(place, settings.clean) : read_tracks(paths, place, options, settings.clean);
+  CleanTracks clean = read_tracks(paths, place, options, settings.clean);
   std::vector<Track> tracks;
   for (std::size_t i = 0; i < clean.trajectories.size(); ++i)
     tracks.push_back({std::move(clean.trajectories[i]), std::move(clean.input_ids[i])});

@@ -69,8 +69,8 @@ class ModelLearner {
 
  private:
   /// Keeps nothing of the tracks; the episode around it still learns from the errors of the kinematic model.
-  static UpdateResult keep_nothing(const Model& previous, const Batch& batch, const ModelSettings& settings) {
-    UpdateResult updated;
+  static Episode keep_nothing(const Model& previous, const Batch& batch, const ModelSettings& settings) {
+    Episode updated;
     updated.model.settings = settings;
     updated.model.sites = join_sites(previous.sites, sites_of(batch.tracks)).sites;
     updated.model.episodes = previous.episodes + 1;

@@ -1,6 +1,5 @@
 #include "sila/core/clean.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <unordered_set>
 
 #include "core/dropped_rows.hpp"
+#include "core/track_frame.hpp"
 #include "core/unit_warnings.hpp"
 #include "sila/core/counted.hpp"
 
@@ -174,12 +174,6 @@ Trajectory trajectory_of(std::string id, std::span<const Sample> samples) {
     result.positions_m.push_back(sample.position_m);
   }
   return result;
-}
-
-double extent_m(const Trajectory& track) {
-  Eigen::AlignedBox2d box;
-  for (const Vector2& position : track.positions_m) box.extend(position);
-  return box.diagonal().norm();
 }
 
 bool all_digits(const std::string& text) {

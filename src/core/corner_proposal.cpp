@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/kinematics.hpp"
+#include "core/track_frame.hpp"
 #include "sila/core/trajectory.hpp"
 
 namespace sila {
@@ -219,16 +220,6 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
   return result;
 }
 
-/// Whether a track moves far enough to show a direction.
-bool moves(const Trajectory& track) {
-  Vector2 low = track.positions_m.front(), high = low;
-  for (const Vector2& p : track.positions_m) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm() >= kOnArm_m;
-}
-
 /// The proposals of the jackknife: each without one of kParts parts of the tracks.
 std::vector<CornerProposal> proposed_without_parts(const std::vector<const Trajectory*>& tracks, CurbScaling scaling) {
   std::vector<CornerProposal> proposals;
@@ -248,7 +239,7 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
   std::vector<const Trajectory*> moving;
   for (const Trajectory& track : tracks) {
     validate(track);
-    if (moves(track)) moving.push_back(&track);
+    if (extent_m(track) >= kOnArm_m) moving.push_back(&track);
   }
   if (moving.size() < kParts)
     throw std::invalid_argument("propose_corner: expected at least " + std::to_string(kParts) +

@@ -17,6 +17,16 @@ inline double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
+inline double square(double x) {
+  return x * x;
+}
+
+/// The direction of a vector; the first axis for one without length.
+inline Vector2 unit_along(const Vector2& v) {
+  const double length = v.norm();
+  return length > 1e-9 ? Vector2(v / length) : Vector2(Vector2::UnitX());
+}
+
 /// The vector turned to the left by a right angle.
 inline Vector2 left_of(const Vector2& direction) {
   return {-direction.y(), direction.x()};

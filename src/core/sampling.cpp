@@ -23,10 +23,6 @@ constexpr double kTimeSlack_s = 1e-6;
 /// Windows that are closer are at each sample: no tracker is faster.
 constexpr double kShortestStride_s = 1e-3;
 
-double square(double x) {
-  return x * x;
-}
-
 /// Variance of a tracker's noise [m^2]: the median of squared second differences, relative to the variance that unit
 /// noise would give them, minus the contribution of the motion.
 double noise_variance_m2(std::span<const double> times_s, std::span<const Vector2> positions_m, double density) {

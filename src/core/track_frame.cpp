@@ -1,6 +1,7 @@
 #include "core/track_frame.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
 #include <vector>
@@ -38,6 +39,12 @@ Vector2 median_position(const std::vector<Vector2>& positions) {
     return *middle;
   };
   return {median(0), median(1)};
+}
+
+double extent_m(const Trajectory& track) {
+  Eigen::AlignedBox2d box;
+  for (const Vector2& position : track.positions_m) box.extend(position);
+  return box.diagonal().norm();
 }
 
 CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling) {

@@ -13,6 +13,9 @@ inline constexpr double kTrackFrameWidth_m = 3.0;
 /// The median along each axis. Precondition: not empty.
 Vector2 median_position(const std::vector<Vector2>& positions);
 
+/// The diagonal of the box around a track [m].
+double extent_m(const Trajectory& track);
+
 /// The frame of a place of which no corner is known: origin at the median position, axis_1 along the direction of the
 /// largest variance of the positions (its first component that is not 0 is positive), axis_2 at a right angle,
 /// counter-clockwise; x and y where no direction stands out. `from_tracks` is set. The

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/kinematics.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace sila {
@@ -37,10 +38,6 @@ class CalibrationError {
   std::array<double, kBins> excess_{};  ///< of the stated over the observed number
   double count_ = 0.0;
 };
-
-double square(double x) {
-  return x * x;
-}
 
 double mean_nearest_m(std::span<const Vector2> from, std::span<const Vector2> to) {
   double sum = 0.0;

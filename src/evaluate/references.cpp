@@ -19,9 +19,7 @@ constexpr double kLeastVariance_m2 = 1e-4;
 
 /// Ahead and to the left of the way from the first to the last position, as columns.
 Matrix2 heading_frame(std::span<const Vector2> past_m) {
-  const Vector2 way = past_m.back() - past_m.front();
-  const double length = way.norm();
-  const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
+  const Vector2 ahead = unit_along(past_m.back() - past_m.front());
   Matrix2 frame;
   frame << ahead, left_of(ahead);
   return frame;

@@ -97,7 +97,7 @@ Fit optimise(const GpData& centred, const Hyperparameters& start, const GpConfig
     result.gradient << gradient.pseudo_inputs.reshaped(), gradient_of_vector(gradient);
     return result;
   };
-  return unpack(detail::minimise_in_box(objective, box, {.max_iterations = config.max_iterations}).x);
+  return unpack(detail::minimise_in_box(objective, box, {.max_iterations = config.max_iterations}));
 }
 
 /// Greedy Z and theta as given. The factor of k(Z, Z) is known from the selection.

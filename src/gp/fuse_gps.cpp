@@ -241,8 +241,9 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
 }
 
 SparseGp reduce_pseudo_inputs(const SparseGp& gp, int max_pseudo_inputs) {
-  const Eigen::MatrixXd chosen = select_pseudo_inputs(gp.kernel, gp.pseudo_inputs, max_pseudo_inputs, 0.0);
-  return transfer(gp, prior_gp(gp.kernel, gp.noise_variance, chosen, gp.mean));
+  const auto chosen =
+      detail::select_greedily(gp.kernel, gp.pseudo_inputs, max_pseudo_inputs, 0.0, default_jitter).chosen;
+  return transfer(gp, prior_gp(gp.kernel, gp.noise_variance, gp.pseudo_inputs(Eigen::all, chosen), gp.mean));
 }
 
 }  // namespace sila

@@ -1,11 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <stdexcept>
 #include <vector>
 
-#include "core/concatenate.hpp"
-#include "gp/fit.hpp"
 #include "posterior_simd.hpp"
 #include "statistics.hpp"
 
@@ -104,19 +101,5 @@ Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& poin
 }
 
 }  // namespace detail
-
-Eigen::MatrixXd select_pseudo_inputs(const Kernel& kernel, const Eigen::MatrixXd& candidates, int max_count,
-                                     double stop_fraction) {
-  validate(kernel);
-  validate("select_pseudo_inputs", {candidates, Eigen::MatrixXd::Zero(candidates.cols(), 0)},
-           kernel.length_scales.size(), 0);
-  if (max_count < 0)
-    throw std::invalid_argument(concatenate("select_pseudo_inputs: max_count = ", max_count, ", must not be negative"));
-  if (!(stop_fraction >= 0.0 && stop_fraction <= 1.0))
-    throw std::invalid_argument(
-        concatenate("select_pseudo_inputs: stop_fraction = ", stop_fraction, " is outside [0, 1]"));
-  return candidates(Eigen::all,
-                    detail::select_greedily(kernel, candidates, max_count, stop_fraction, default_jitter).chosen);
-}
 
 }  // namespace sila

@@ -17,15 +17,7 @@ namespace {
 using Column = dlib::matrix<double, 0, 1>;
 
 Column to_dlib(const Eigen::VectorXd& v) {
-  Column column(v.size());
-  for (Eigen::Index i = 0; i < v.size(); ++i) column(i) = v(i);
-  return column;
-}
-
-Eigen::VectorXd to_eigen(const Column& column) {
-  Eigen::VectorXd v(column.nr());
-  for (Eigen::Index i = 0; i < v.size(); ++i) v(i) = column(i);
-  return v;
+  return dlib::mat(v);
 }
 
 /// The objective in typical steps. dlib requests value and gradient one after the other at the same point; one
@@ -36,27 +28,29 @@ class Memo {
       : objective_(objective), box_(box) {}
 
   const ValueAndGradient& at(const Column& column) {
-    const Eigen::VectorXd steps = to_eigen(column);
-    if (evaluations_ > 0 && steps == steps_) return last_;
+    const Eigen::VectorXd steps = Eigen::VectorXd::Map(&column(0), column.nr());
+    if (best_.size() > 0 && steps == steps_) return last_;
     steps_ = steps;
     // Clamped, because the conversion to steps and back rounds.
     const Eigen::VectorXd x = steps.cwiseProduct(box_.typical_step).cwiseMax(box_.lower).cwiseMin(box_.upper);
     last_ = objective_(x);
-    if (evaluations_ == 0 || last_.value < best_.value) best_ = {x, last_.value, 0};
-    ++evaluations_;
+    if (best_.size() == 0 || last_.value < least_) {
+      best_ = x;
+      least_ = last_.value;
+    }
     last_.gradient = last_.gradient.cwiseProduct(box_.typical_step).eval();
     return last_;
   }
 
-  Minimum best() const { return {best_.x, best_.value, evaluations_}; }
+  const Eigen::VectorXd& best() const { return best_; }
 
  private:
   const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective_;
   const SearchBox& box_;
   Eigen::VectorXd steps_;
   ValueAndGradient last_;
-  Minimum best_;
-  int evaluations_ = 0;
+  Eigen::VectorXd best_;
+  double least_ = 0.0;
 };
 
 /// A stop strategy in dlib's sense: relative decrease, and the gradient without the components that press against the
@@ -90,8 +84,8 @@ class StopRule {
 
 }  // namespace
 
-Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
-                        const Stopping& stopping) {
+Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
+                                const SearchBox& box, const Stopping& stopping) {
   Memo memo(objective, box);
   const auto in_steps = [&](const Eigen::VectorXd& x) { return to_dlib(x.cwiseQuotient(box.typical_step)); };
   const Column lower = in_steps(box.lower), upper = in_steps(box.upper);

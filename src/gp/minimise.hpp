@@ -16,12 +16,6 @@ struct Stopping {
   double relative_tolerance = 1e-6;  ///< decrease in one iteration, relative to the value
 };
 
-struct Minimum {
-  Eigen::VectorXd x;
-  double value = 0.0;
-  int evaluations = 0;
-};
-
 /// The start of the search, its box, and the typical steps: the distances by which each number must change for about
 /// the same change of the objective. The optimiser works in units of these.
 struct SearchBox {
@@ -30,7 +24,7 @@ struct SearchBox {
 
 /// A local minimum in the box [lower, upper], by dlib's box-constrained L-BFGS; never worse than the start, which is
 /// clamped to the box. See docs/decisions/0010 for the choice.
-Minimum minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective, const SearchBox& box,
-                        const Stopping& stopping);
+Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
+                                const SearchBox& box, const Stopping& stopping);
 
 }  // namespace sila::detail

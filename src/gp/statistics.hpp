@@ -60,7 +60,10 @@ struct Selection {
   bool sound = true;                ///< false: given candidates lie too close to one another for this jitter
 };
 
-/// Greedy conditional variance; the first `given` candidates are taken before any other.
+/// Chooses pseudo-inputs from the candidates (pivoted Cholesky): repeatedly the one with the largest conditional
+/// variance given those chosen so far, until `max_count` are chosen or the largest conditional variance is below
+/// `stop_fraction` of the signal variance. Of candidates equal within 1e-9 the first is taken, so the choice is
+/// deterministic. The first `given` candidates are taken before any other. Source: docs/gp.md, section 5.
 Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidates, Eigen::Index max_count,
                           double stop_fraction, double jitter, Eigen::Index given = 0);
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "core/kinematics.hpp"
 #include "core/track_frame.hpp"
 #include "json_file.hpp"
 #include "scene_parts.hpp"
@@ -87,9 +88,7 @@ void read_corners(Scene& scene, const JsonFields& fields, CurbScaling scaling) {
 /// Seen from above axis_2 is axis_1 turned counter-clockwise; where y points down that is a negative cross product.
 void warn_of_mirrored_axes(Scene& scene) {
   for (const Corner& corner : scene.corners) {
-    const double cross =
-        corner.frame.axis_1.x() * corner.frame.axis_2.y() - corner.frame.axis_1.y() * corner.frame.axis_2.x();
-    if ((cross > 0.0) == (scene.y_axis == YAxis::up)) continue;
+    if ((cross(corner.frame.axis_1, corner.frame.axis_2) > 0.0) == (scene.y_axis == YAxis::up)) continue;
     scene.warnings.push_back(
         scene.path.string() + ": corner '" + corner.name +
         "': axis_1 and axis_2 are mirrored (axis_2 should be axis_1 turned counter-clockwise, seen from above); "

@@ -18,11 +18,9 @@ struct TrackSource {
   SimilarityTransform to_scene;
 };
 
-/// The files of a scene. Throws: FormatError if there are none, or one is in none of the folders searched.
-std::vector<TrackSource> sources_of(const Scene& scene);
-
-/// The files named. One that is (or is named like) an entry of the scene's `files` gets its settings; fields set in
-/// `options` win. Throws: std::invalid_argument for no path.
+/// The files named; without paths, those of the scene. One that is (or is named like) an entry of the scene's `files`
+/// gets its settings; fields set in `options` win. Throws: FormatError if there is none, or one of the scene is in none
+/// of the folders searched.
 std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
                                     const ReadOptions& options);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <system_error>
 
 #include "scene_parts.hpp"
@@ -17,15 +16,6 @@ namespace {
   throw FormatError(scene.path.string(), 0,
                     "files[" + std::to_string(index) + "].path = a readable file in one of " + folders,
                     "\"" + scene.files[index].path + "\", which is in none of them");
-}
-
-CleanTracks read_sources(std::span<const TrackSource> sources, const std::string& name, const CleanConfig& config) {
-  std::vector<Detections> read;
-  for (const TrackSource& source : sources)
-    read.push_back(in_scene(read_detections(source.path, source.options).detections, source.to_scene));
-  CleanTracks tracks = clean(read, config);
-  require_tracks(tracks.report, name);
-  return tracks;
 }
 
 std::size_t common_tail(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -68,26 +58,21 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
   return ambiguous ? nullptr : best;
 }
 
-std::vector<TrackSource> sources_of(const Scene& scene) {
-  if (scene.files.empty()) throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
-  std::vector<TrackSource> sources;
-  for (std::size_t i = 0; i < scene.files.size(); ++i) {
-    const SceneFile& file = scene.files[i];
-    if (file.resolved.empty()) reject_missing(scene, i);
-    sources.push_back({file.resolved, with_camera(file.options, scene), file.to_scene});
-  }
-  return sources;
-}
-
 std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
                                     const ReadOptions& options) {
-  if (paths.empty()) throw std::invalid_argument("read_tracks: paths = [], at least one is needed");
+  if (paths.empty() && scene.files.empty())
+    throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
   std::vector<TrackSource> sources;
+  const auto add = [&](const std::filesystem::path& path, const SceneFile& entry) {
+    sources.push_back({path, with_camera(first_of(options, entry.options), scene), entry.to_scene});
+  };
   for (const std::filesystem::path& path : paths) {
     const SceneFile* entry = matching_entry(scene, path);
-    const ReadOptions effective = entry == nullptr ? options : first_of(options, entry->options);
-    sources.push_back(
-        {path, with_camera(effective, scene), entry == nullptr ? SimilarityTransform{} : entry->to_scene});
+    add(path, entry == nullptr ? SceneFile{} : *entry);
+  }
+  for (std::size_t i = 0; paths.empty() && i < scene.files.size(); ++i) {
+    if (scene.files[i].resolved.empty()) reject_missing(scene, i);
+    add(scene.files[i].resolved, scene.files[i]);
   }
   return sources;
 }
@@ -105,14 +90,14 @@ void require_tracks(const TrackReport& report, const std::string& source) {
   throw FormatError(source, 0, "at least one track of two samples", found);
 }
 
-CleanTracks read_scene_tracks(const Scene& scene, const CleanConfig& config) {
-  return read_sources(sources_of(scene), scene.path.string(), config);
-}
-
 CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
                         const CleanConfig& config) {
-  const std::vector<TrackSource> sources = sources_of(paths, scene, options);
-  return read_sources(sources, paths.front().string(), config);
+  std::vector<Detections> read;
+  for (const TrackSource& source : sources_of(paths, scene, options))
+    read.push_back(in_scene(read_detections(source.path, source.options).detections, source.to_scene));
+  CleanTracks tracks = clean(read, config);
+  require_tracks(tracks.report, (paths.empty() ? scene.path : paths.front()).string());
+  return tracks;
 }
 
 nlohmann::json to_json(const TrackReport& report) {

@@ -233,7 +233,7 @@ TrackStream::TrackStream(std::span<const std::filesystem::path> paths, const Sce
                          const CleanConfig& config, const StreamLimits& limits)
     : state_(std::make_unique<State>()) {
   State& state = *state_;
-  state.sources = paths.empty() ? sources_of(scene) : sources_of(paths, scene, options);
+  state.sources = sources_of(paths, scene, options);
   state.name = paths.empty() ? scene.path.string() : paths.front().string();
   std::vector<std::string> names;
   for (const TrackSource& source : state.sources) {

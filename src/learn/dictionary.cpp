@@ -252,20 +252,13 @@ Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid
   dictionary.objective.push_back(priced(state, gain_cells));
   state = without_rarely_used(problem, state, config.sparsity);
 
-  std::vector<int> new_index(state.primitives.size(), -1);
-  for (std::size_t k = 0; k < state.primitives.size(); ++k) {
-    MotionPrimitive primitive = finished(problem, state.primitives[k]);
-    if (primitive.cells.empty()) continue;
-    new_index[k] = static_cast<int>(dictionary.primitives.size());
-    dictionary.primitives.push_back(std::move(primitive));
+  std::vector<bool> empty;
+  for (const auto& cells : state.primitives) {
+    MotionPrimitive primitive = finished(problem, cells);
+    empty.push_back(primitive.cells.empty());
+    if (!empty.back()) dictionary.primitives.push_back(std::move(primitive));
   }
-  dictionary.codes.resize(tracks.size());
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    for (const Coefficient& used : state.codes[i]) {
-      const int index = new_index[static_cast<std::size_t>(used.primitive)];
-      if (index >= 0) dictionary.codes[i].push_back({index, used.value});
-    }
-  }
+  dictionary.codes = without(state, empty).codes;
   return dictionary;
 }
 

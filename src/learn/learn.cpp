@@ -119,10 +119,8 @@ void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& 
   std::ranges::move(more.increment.samples, std::back_inserter(all.increment.samples));
   model.tracks += more.increment.model.tracks;
   LearnReport& report = all.report;
-  report.tracks += more.report.tracks;
   report.standing += more.report.standing;
   report.unexplained += more.report.unexplained;
-  report.objective += more.report.objective;
   report.primitives += more.report.primitives;
   report.transitions += more.report.transitions;
 }
@@ -137,9 +135,8 @@ void count_support(std::span<const std::vector<Segment>> segments, std::vector<M
 }
 
 LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::vector<Segment>> segments,
-                      const Dictionary& dictionary, const Model& model) {
+                      const Model& model) {
   LearnReport report;
-  report.tracks = static_cast<int>(vectors.size());
   for (std::size_t i = 0; i < vectors.size(); ++i) {
     if (vectors[i].path.empty())
       ++report.standing;
@@ -148,7 +145,6 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
   }
   report.primitives = model.primitives.size();
   report.transitions = model.transitions.size();
-  report.objective = dictionary.objective.back();
   return report;
 }
 
@@ -180,7 +176,7 @@ LearnResult learn_together(const Batch& batch, const ModelSettings& settings, co
   count_support(segments, model.primitives);
   model.episodes = 1;
   model.tracks = static_cast<long>(tracks.size());
-  const LearnReport report = report_of(vectors, segments, dictionary, model);
+  const LearnReport report = report_of(vectors, segments, model);
   LearnResult learnt{{std::move(model), {}}, report, std::move(segments)};
   for (auto& [key, transition] : observed) learnt.increment.samples.push_back(std::move(transition.samples));
   return learnt;

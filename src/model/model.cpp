@@ -129,12 +129,6 @@ void check_transition(const Model& model, std::size_t index) {
 
 }  // namespace
 
-bool operator==(const ModelSettings& a, const ModelSettings& b) {
-  return a.grid == b.grid && a.scaling == b.scaling && a.sample_interval_s == b.sample_interval_s &&
-         a.reference_width_m == b.reference_width_m && a.residual_horizon_s == b.residual_horizon_s &&
-         a.residual_knots == b.residual_knots;
-}
-
 std::size_t size(const Model& model) {
   return model.primitives.size() + model.transitions.size();
 }

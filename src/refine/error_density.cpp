@@ -28,10 +28,6 @@ constexpr double kThinnest = 1e-12;
 /// The scale stays within this factor, however different a window is from those learnt.
 constexpr double kMaxLogScale = 4.0;
 
-double square(double x) {
-  return x * x;
-}
-
 /// Along and across.
 double nominal_variance_m2(std::size_t step, double interval_s) {
   return square(kNominalPosition_m + kNominalVelocity_mps * static_cast<double>(step + 1) * interval_s);

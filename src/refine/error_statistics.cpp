@@ -23,8 +23,7 @@ constexpr double kElsewhereWindows = 200.0;
 
 /// Along and across the predicted way.
 Vector2 oriented(const Vector2& way, const Vector2& error) {
-  const double length = way.norm();
-  const Vector2 along = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
+  const Vector2 along = unit_along(way);
   return {along.dot(error), cross(along, error)};
 }
 

@@ -53,9 +53,7 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
   for (int k = 0; k < count; ++k) {
     Mode& variant = add_copy(workspace, variants[k].kind, weight);
     for (std::size_t j = 0; j < variant.path_m.size(); ++j) {
-      const Vector2 way = variant.path_m[j] - start_m;
-      const double length = way.norm();
-      const Vector2 ahead = length > 1e-9 ? Vector2(way / length) : Vector2(Vector2::UnitX());
+      const Vector2 ahead = unit_along(variant.path_m[j] - start_m);
       const Vector2 off = RefineConfig::variant_reach *
                           density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
       variant.path_m[j] += off.x() * ahead + off.y() * left_of(ahead);

@@ -54,7 +54,7 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
                    target.to,
                    target.count + source.count,
                    fuse_fields(both, fusing.gp),
-                   merge_residuals(target.residual, source.residual, residual),
+                   merged_residual(both, residual_gp_config(residual)),
                    std::move(sites),
                    std::max(target.support, source.support)};
   target = std::move(fused);

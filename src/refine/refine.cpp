@@ -11,56 +11,7 @@
 #include "learn/transitions.hpp"
 
 namespace sila {
-namespace {
 
-/// Samples of one transition. Shapes: states 6 x m, residuals m x 2 per knot.
-struct ResidualSamples {
-  Eigen::MatrixXd states;
-  Eigen::MatrixXd residuals;
-};
-
-/// The transition at a sample: from its segment to the next one; in the last segment the transition that led there.
-TransitionKey transition_at(const std::vector<Segment>& segments, std::size_t sample) {
-  std::size_t s = 0;
-  while (s + 1 < segments.size() && sample >= segments[s].end) ++s;
-  if (s + 1 < segments.size()) return {segments[s].primitive, segments[s + 1].primitive};
-  return {segments[s > 0 ? s - 1 : s].primitive, segments[s].primitive};
-}
-
-/// The index of the sample of a track at a time.
-std::size_t sample_at(const CurbTrajectory& track, double time_s) {
-  const auto later = std::lower_bound(track.times_s.begin(), track.times_s.end(), time_s - 1e-9);
-  return std::min(static_cast<std::size_t>(later - track.times_s.begin()), track.times_s.size() - 1);
-}
-
-ResidualSamples stacked(const std::vector<const ResidualSample*>& examples) {
-  const auto count = static_cast<Eigen::Index>(examples.size());
-  ResidualSamples samples{Eigen::MatrixXd(kResidualInputs, count),
-                          Eigen::MatrixXd(count, examples.front()->residuals.size())};
-  for (Eigen::Index i = 0; i < count; ++i) {
-    samples.states.col(i) = examples[static_cast<std::size_t>(i)]->state;
-    samples.residuals.row(i) = examples[static_cast<std::size_t>(i)]->residuals.transpose();
-  }
-  return samples;
-}
-
-/// The samples of each transition: those of the moments at which a pedestrian was in its first primitive and went on to
-/// its second (or had come from the first, if the track ends in the second). Tracks without segments give none.
-std::map<TransitionKey, ResidualSamples> residual_samples_of(const Batch& batch,
-                                                             std::span<const std::vector<Segment>> segments) {
-  std::map<TransitionKey, std::vector<const ResidualSample*>> examples;
-  for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
-    if (segments[i].empty()) continue;
-    for (const ResidualSample& example : batch.residuals[i])
-      examples[transition_at(segments[i], sample_at(batch.tracks[i], example.t0_s))].push_back(&example);
-  }
-  std::map<TransitionKey, ResidualSamples> samples;
-  for (const auto& [key, list] : examples) samples[key] = stacked(list);
-  return samples;
-}
-
-/// The residual GP of a group of transitions; without points if no source has one. Samples replace the GPs that were
-/// trained on them.
 SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
   std::vector<const SparseGp*> stored, fresh;
   std::vector<const TransitionSamples*> samples;
@@ -79,6 +30,48 @@ SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
                   common_hyperparameters(fresh, config));
 }
 
+namespace {
+
+/// The transition at a sample: from its segment to the next one; in the last segment the transition that led there.
+TransitionKey key_at(const std::vector<Segment>& segments, std::size_t sample) {
+  std::size_t s = 0;
+  while (s + 1 < segments.size() && sample >= segments[s].end) ++s;
+  if (s + 1 < segments.size()) return {segments[s].primitive, segments[s + 1].primitive};
+  return {segments[s > 0 ? s - 1 : s].primitive, segments[s].primitive};
+}
+
+/// The index of the sample of a track at a time.
+std::size_t sample_at(const CurbTrajectory& track, double time_s) {
+  const auto later = std::lower_bound(track.times_s.begin(), track.times_s.end(), time_s - 1e-9);
+  return std::min(static_cast<std::size_t>(later - track.times_s.begin()), track.times_s.size() - 1);
+}
+
+/// States to residuals. Shapes: 6 x m, m x 2 per knot.
+GpData stacked(const std::vector<const ResidualSample*>& examples) {
+  const auto count = static_cast<Eigen::Index>(examples.size());
+  GpData samples{Eigen::MatrixXd(kResidualInputs, count), Eigen::MatrixXd(count, examples.front()->residuals.size())};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    samples.inputs.col(i) = examples[static_cast<std::size_t>(i)]->state;
+    samples.outputs.row(i) = examples[static_cast<std::size_t>(i)]->residuals.transpose();
+  }
+  return samples;
+}
+
+/// The samples of each transition: those of the moments at which a pedestrian was in its first primitive and went on to
+/// its second (or had come from the first, if the track ends in the second). Tracks without segments give none.
+std::map<TransitionKey, GpData> residual_samples_of(const Batch& batch,
+                                                    std::span<const std::vector<Segment>> segments) {
+  std::map<TransitionKey, std::vector<const ResidualSample*>> examples;
+  for (std::size_t i = 0; i < batch.residuals.size(); ++i) {
+    if (segments[i].empty()) continue;
+    for (const ResidualSample& example : batch.residuals[i])
+      examples[key_at(segments[i], sample_at(batch.tracks[i], example.t0_s))].push_back(&example);
+  }
+  std::map<TransitionKey, GpData> samples;
+  for (const auto& [key, list] : examples) samples[key] = stacked(list);
+  return samples;
+}
+
 FuseResult with_residuals(FuseResult fused, const Model& previous, const Increment& incoming,
                           const ResidualConfig& config) {
   Model& model = fused.model;
@@ -93,15 +86,15 @@ LearnResult with_residuals(LearnResult learnt, const Batch& batch, const Residua
   Increment& increment = learnt.increment;
   Model& model = increment.model;
   const Hyperparameters hyperparameters = residual_hyperparameters(model.settings, config);
-  std::map<TransitionKey, ResidualSamples> samples = residual_samples_of(batch, learnt.segments);
+  std::map<TransitionKey, GpData> samples = residual_samples_of(batch, learnt.segments);
   tbb::parallel_for(std::size_t{0}, model.transitions.size(), [&](std::size_t i) {
     Transition& transition = model.transitions[i];
     const auto found = samples.find({transition.from, transition.to});
     if (found == samples.end()) return;
-    auto& [states, residuals] = found->second;
-    transition.residual = fuse_gps({}, {states, residuals}, residual_gp_config(config), hyperparameters);
-    increment.samples[i].states = std::move(states);
-    increment.samples[i].residuals = std::move(residuals);
+    GpData& data = found->second;
+    transition.residual = fuse_gps({}, data, residual_gp_config(config), hyperparameters);
+    increment.samples[i].states = std::move(data.inputs);
+    increment.samples[i].residuals = std::move(data.outputs);
   });
   return learnt;
 }
@@ -128,13 +121,6 @@ FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConf
 
 FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual) {
   return with_residuals(accumulate(previous, incoming), previous, incoming, residual);
-}
-
-SparseGp merge_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config) {
-  if (!(a.points > 0.0)) return b.points > 0.0 ? b : SparseGp{};
-  if (!(b.points > 0.0)) return a;
-  const SparseGp* const both[] = {&a, &b};
-  return fuse_gps(both, {}, residual_gp_config(config));
 }
 
 }  // namespace sila

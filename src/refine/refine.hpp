@@ -1,5 +1,6 @@
 #pragma once
 
+#include "fuse/fuse_fields.hpp"
 #include "refine/residual.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/learn/learn.hpp"
@@ -18,7 +19,8 @@ FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConf
                 const ResidualConfig& residual);
 FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);
 
-/// Merges two residual GPs; the result has no points if neither has any.
-SparseGp merge_residuals(const SparseGp& a, const SparseGp& b, const ResidualConfig& config);
+/// The residual GP of a group of transitions; without points if no source has one. Samples replace the GPs that were
+/// trained on them.
+SparseGp merged_residual(const FieldSources& sources, const GpConfig& config);
 
 }  // namespace sila

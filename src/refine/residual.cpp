@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kMeanVelocityWindow_s = 3.0;
 
-double squared(double value) {
-  return value * value;
-}
-
 /// A residual GP that explains less than this share of its signal variance is left out: it would count that much
 /// beside the prior's 1.
 constexpr double kMinExplainedShare = 1e-3;
@@ -61,7 +57,7 @@ Hyperparameters residual_hyperparameters(const ModelSettings& settings, const Re
   Eigen::VectorXd scales(kResidualInputs);
   scales << config.place_scale_m, config.place_scale_m, config.velocity_scale_mps, config.velocity_scale_mps,
       config.mean_velocity_scale_mps, config.mean_velocity_scale_mps;
-  return {{squared(config.signal_std_mps / width_m), scales / width_m}, squared(config.noise_std_mps / width_m)};
+  return {{square(config.signal_std_mps / width_m), scales / width_m}, square(config.noise_std_mps / width_m)};
 }
 
 GpConfig residual_gp_config(const ResidualConfig& config) {

@@ -200,7 +200,8 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
 std::optional<Episode> LearnerThread::learn_and_commit(const std::vector<FramedTrajectory>& batch) {
   while (true) {
     const std::shared_ptr<const Snapshot> previous = snapshot();
-    Episode episode = run_episode(*previous, placed_for(previous->model, batch, episode_.scaling), episode_, update_);
+    Episode episode = run_episode(previous->model, placed_for(previous->model, batch, episode_.scaling), episode_,
+                                  update_, &previous->predictor);
     if (episode.report.known) return std::nullopt;
     try {
       if (storage_.commit) storage_.commit(previous->model, episode, calibration());

@@ -67,6 +67,15 @@ const ErrorStatistics& common_prior(const Model& previous, const Model& incoming
   return previous.prior;
 }
 
+/// What an update gives; the episode around it adds the rest of the report.
+Episode updated(Model model, const LearnReport& learnt, ModelChange change, const PruneReport& pruned = {}) {
+  Episode episode{std::move(model), {}};
+  episode.report.learn = learnt;
+  episode.report.prune = pruned;
+  episode.report.change = std::move(change);
+  return episode;
+}
+
 }  // namespace
 
 void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
@@ -89,7 +98,7 @@ Update sila_update(const EpisodeConfig& config) {
     ModelChange change = change_by(fused.plan, previous, fused.model);
     PruneResult pruned = prune(std::move(fused.model), config.prune, config.fuse, config.residual);
     change = without_dropped(std::move(change), pruned.kept);
-    return UpdateResult{std::move(pruned.model), incoming.report, pruned.report, std::move(change)};
+    return updated(std::move(pruned.model), incoming.report, std::move(change), pruned.report);
   };
 }
 
@@ -98,7 +107,7 @@ Update accumulate_update(const EpisodeConfig& config) {
     const LearnResult incoming = increment_of(batch, settings, config);
     FuseResult sum = accumulate(previous, incoming.increment, config.residual);
     ModelChange change = change_by(sum.plan, previous, sum.model);
-    return UpdateResult{std::move(sum.model), incoming.report, {}, std::move(change)};
+    return updated(std::move(sum.model), incoming.report, std::move(change));
   };
 }
 
@@ -110,29 +119,12 @@ Update retrain_update(const EpisodeConfig& config) {
     LearnResult learnt = increment_of(*seen, settings, config);
     learnt.increment.model.episodes = previous.episodes + 1;
     ModelChange change = change_by_retraining(previous, learnt.increment.model);
-    return UpdateResult{std::move(learnt.increment.model), learnt.report, {}, std::move(change)};
+    return updated(std::move(learnt.increment.model), learnt.report, std::move(change));
   };
 }
 
-namespace {
-
-/// The reports of an update and of the budget, and the sizes.
-EpisodeReport report_of(std::size_t tracks, std::size_t size_before, const Model& model, UpdateResult& updated,
-                        const BudgetReport& budget) {
-  EpisodeReport report;
-  report.tracks = static_cast<int>(tracks);
-  report.size_before = size_before;
-  report.size_after = size(model);
-  report.learn = updated.learn;
-  report.prune = updated.prune;
-  report.budget = budget;
-  report.change = std::move(updated.change);
-  return report;
-}
-
-/// One episode. `predictor`: that of `previous`; null: it is made when needed.
-Episode run(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-            const Update& update, const Predictor* predictor) {
+Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
+                    const Update& update, const Predictor* of_previous) {
   validate(config);
   if (batch.empty()) return {previous, {}};
   const auto start = std::chrono::steady_clock::now();
@@ -146,34 +138,23 @@ Episode run(const Model& previous, std::span<const FramedTrajectory> batch, cons
   }
   BatchErrors recent;
   if (config.error_statistics.enabled)
-    recent = recent_errors(previous, batch, config, settings == previous.settings ? predictor : nullptr);
-  UpdateResult updated = update(previous, prepared(batch, settings, config), settings);
-  set_error_statistics(updated.model.sites, previous.sites, recent.sites, config.error_statistics.memory_windows);
-  updated.model.sharing = config.fuse.sites;
-  updated.model.prior = previous.prior;
-  BudgetResult within = apply_budget(std::move(updated.model), config.budget);
-  updated.change = without_dropped(std::move(updated.change), within.kept);
+    recent = recent_errors(previous, batch, config, settings == previous.settings ? of_previous : nullptr);
+  const Batch in_curb_frame = prepared(batch, settings, config);
+  Episode episode = (update ? update : sila_update(config))(previous, in_curb_frame, settings);
+  set_error_statistics(episode.model.sites, previous.sites, recent.sites, config.error_statistics.memory_windows);
+  episode.model.sharing = config.fuse.sites;
+  episode.model.prior = previous.prior;
+  BudgetResult within = apply_budget(std::move(episode.model), config.budget);
   within.model.episode_ids = joined(previous.episode_ids, {id});
-  EpisodeReport report = report_of(batch.size(), size(previous), within.model, updated, within.report);
+  EpisodeReport& report = episode.report;
+  report.tracks = static_cast<int>(batch.size());
+  report.size_before = size(previous);
+  report.size_after = size(within.model);
+  report.budget = within.report;
+  report.change = without_dropped(std::move(report.change), within.kept);
   report.prequential = recent.path;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return {std::move(within.model), std::move(report)};
-}
-
-}  // namespace
-
-Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Update& update) {
-  return run(previous, batch, config, update, nullptr);
-}
-
-Episode run_episode(const Snapshot& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Update& update) {
-  return run(previous.model, batch, config, update, &previous.predictor);
-}
-
-Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config) {
-  return run_episode(previous, batch, config, sila_update(config));
 }
 
 FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseConfig& config,

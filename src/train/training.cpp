@@ -22,8 +22,8 @@ BatchesResult run_batches(Model start, const BatchSource& next_batch, const Epis
                           : std::make_unique<Snapshot>(std::move(present), config.predict);
     }
     const std::chrono::duration<double> snapshot_time = std::chrono::steady_clock::now() - started;
-    Episode episode =
-        model ? run_episode(*model, batch, config, update) : run_episode(*snapshot, batch, config, update);
+    Episode episode = model ? run_episode(*model, batch, config, update)
+                            : run_episode(snapshot->model, batch, config, update, &snapshot->predictor);
     episode.report.seconds += snapshot_time.count();
     if (episode.report.known) {
       ++result.known;

@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <random>
 
+#include "gp/statistics.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
 namespace sila::gp_tests {
@@ -34,6 +35,11 @@ inline GpData last_two() {
 }
 inline SparseGp example_prior(std::initializer_list<double> pseudo_inputs) {
   return prior_gp(unit_kernel(), 0.1, row(pseudo_inputs), vector({0}), 0.0);
+}
+inline Eigen::MatrixXd select_pseudo_inputs(const Kernel& kernel, const Eigen::MatrixXd& candidates, int max_count,
+                                            double stop_fraction = 0.01) {
+  return candidates(Eigen::all,
+                    detail::select_greedily(kernel, candidates, max_count, stop_fraction, default_jitter).chosen);
 }
 inline SparseGp condition(const SparseGp& gp, const GpData& data) {
   return sila::condition(gp, data.inputs, data.outputs);

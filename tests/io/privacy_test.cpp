@@ -157,7 +157,7 @@ std::vector<FramedTrajectory> recorded(const std::string& name, std::size_t most
   if (!std::filesystem::exists(path)) return {};
   const Scene scene = read_scene(path, CurbScaling::metres, *data);
   std::vector<FramedTrajectory> tracks;
-  for (Trajectory& track : read_scene_tracks(scene, CleanConfig{}).trajectories) {
+  for (Trajectory& track : read_tracks({}, scene, {}, CleanConfig{}).trajectories) {
     const CurbFrame frame = frame_for(scene, track, CornerChoice::primary);
     if (tracks.size() < most) tracks.push_back({std::move(track), frame});
   }

@@ -95,7 +95,7 @@ TEST_F(RealTracks, OfEveryPlaceAreReadThroughTheirScene) {
     const Scene scene = read_scene(data / "scenes" / (std::string(place.scene) + ".json"), CurbScaling::mean_width);
     EXPECT_TRUE(scene.warnings.empty());
     EXPECT_EQ(scene.corners.size(), place.corners);
-    const CleanTracks tracks = read_scene_tracks(scene, {});
+    const CleanTracks tracks = read_tracks({}, scene, {}, {});
     EXPECT_EQ(tracks.report.track_ids, place.ids);
     EXPECT_TRUE(tracks.report.warnings.empty());
   }
@@ -104,7 +104,7 @@ TEST_F(RealTracks, OfEveryPlaceAreReadThroughTheirScene) {
 TEST_F(RealTracks, OfSeveralVideosFallOnOneAnother) {
   // gates_1 is turned by 91 degrees against gates_3: placed right, the two clouds of positions share their middle.
   const Scene scene = read_scene(data / "scenes/sdd_gates.json", CurbScaling::mean_width);
-  const CleanTracks tracks = read_scene_tracks(scene, {});
+  const CleanTracks tracks = read_tracks({}, scene, {}, {});
   std::vector<Vector2> middle(2, Vector2::Zero());
   std::vector<double> count(2, 0.0);
   for (std::size_t i = 0; i < tracks.trajectories.size(); ++i) {
@@ -122,7 +122,7 @@ TEST_F(RealTracks, OfTheExperimentScenesAreFoundInTheDataFolder) {
   for (const auto& entry : std::filesystem::directory_iterator(tests::scenes_of_experiments())) {
     SCOPED_TRACE(entry.path().string());
     const Scene scene = read_scene(entry.path(), CurbScaling::mean_width, data);
-    const CleanTracks tracks = read_scene_tracks(scene, {});
+    const CleanTracks tracks = read_tracks({}, scene, {}, {});
     EXPECT_TRUE(scene.warnings.empty());
     EXPECT_TRUE(tracks.report.warnings.empty());
     EXPECT_GE(tracks.trajectories.size(), 10U);

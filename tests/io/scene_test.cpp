@@ -161,13 +161,13 @@ TEST_F(SceneFiles, AreFoundBesideTheSceneInItsParentAndInTheDataFolder) {
   EXPECT_EQ(scene.files[1].resolved, folder.path() / "tracks/b.csv");
   EXPECT_EQ(scene.files[2].resolved, folder.path() / "data/c.csv");
   EXPECT_TRUE(scene.files[3].resolved.empty());
-  const auto error = tests::format_error_of([&] { read_scene_tracks(scene, {}); });
+  const auto error = tests::format_error_of([&] { read_tracks({}, scene, {}, {}); });
   EXPECT_TRUE(contains(error->expected, "files[3].path")) << error->what();
 }
 
 TEST_F(SceneFiles, ThatAreNowhereAreRejectedNamingTheEntryAndTheFolders) {
   json["files"] = {{{"path", "gone.csv"}}};
-  const auto error = tests::format_error_of([&] { read_scene_tracks(read(), {}); });
+  const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
   EXPECT_TRUE(contains(error->expected, "files[0].path"));
   EXPECT_TRUE(contains(error->expected, (folder.path() / "data").string()));
   EXPECT_TRUE(contains(error->found, "gone.csv"));
@@ -181,7 +181,7 @@ TEST_F(SceneFiles, AreReadWithTheirOwnRatesScalesAndPlacement) {
                     {"frames_per_second", 40},
                     {"metres_per_pixel", 0.5},
                     {"to_scene", {{"a", 0}, {"b", 1}, {"tx", 100}, {"ty", 0}}}}};
-  const CleanTracks tracks = read_scene_tracks(read(), {});
+  const CleanTracks tracks = read_tracks({}, read(), {}, {});
   ASSERT_EQ(tracks.trajectories.size(), 2U);
   EXPECT_EQ(tracks.trajectories[0].id, "a:1");
   EXPECT_EQ(tracks.trajectories[1].id, "b:1");
@@ -190,6 +190,8 @@ TEST_F(SceneFiles, AreReadWithTheirOwnRatesScalesAndPlacement) {
   EXPECT_DOUBLE_EQ(tracks.trajectories[0].times_s[2], 1.0);
   EXPECT_DOUBLE_EQ(tracks.trajectories[1].times_s[2], 0.5);
   EXPECT_EQ(tracks.trajectories[1].positions_m[2], Vector2(100, 1));
+  const CleanTracks by_option = read_tracks({}, read(), {.frames_per_second = 10.0}, {});
+  EXPECT_DOUBLE_EQ(by_option.trajectories[0].times_s[2], 2.0);
 }
 
 TEST_F(SceneFiles, NamedOnTheCommandLineUseTheirEntryAndTheOptionsWin) {
@@ -203,7 +205,6 @@ TEST_F(SceneFiles, NamedOnTheCommandLineUseTheirEntryAndTheOptionsWin) {
   EXPECT_EQ(by_entry.trajectories.at(0).id, "1");
   const CleanTracks by_option = read_tracks(paths, read(), {.frames_per_second = 40.0}, {});
   EXPECT_DOUBLE_EQ(by_option.trajectories.at(0).times_s[2], 0.5);
-  EXPECT_THROW(read_tracks({}, read(), {}, {}), std::invalid_argument);
 }
 
 TEST_F(SceneFiles, OfEqualNamesAreToldApartByTheirFolders) {
@@ -219,11 +220,11 @@ TEST_F(SceneFiles, OfEqualNamesAreToldApartByTheirFolders) {
 TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   folder.write("data/a.csv", "track_id,t,x,y,label\n1,0,0,0,car\n1,0.5,1,0,car\n");
   json["files"] = {{{"path", "a.csv"}}};
-  const auto error = tests::format_error_of([&] { read_scene_tracks(read(), {}); });
+  const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
   EXPECT_TRUE(contains(error->expected, "at least one track"));
   EXPECT_TRUE(contains(error->found, "dropped rows that are not pedestrians: 2")) << error->what();
   json.erase("files");
-  EXPECT_TRUE(contains(tests::format_error_of([&] { read_scene_tracks(read(), {}); })->expected, "files"));
+  EXPECT_TRUE(contains(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); })->expected, "files"));
 }
 
 TEST(NearestCorner, GoesByTheMedianPosition) {

@@ -23,7 +23,7 @@ std::optional<Site> read_site(const std::string& name, const CleanConfig& clean)
   const auto recordings = testing::recordings();
   if (!recordings) return std::nullopt;
   Site site{read_scene(*recordings / "scenes" / (name + ".json"), CurbScaling::metres, *recordings), {}};
-  for (Trajectory& track : read_scene_tracks(site.scene, clean).trajectories) {
+  for (Trajectory& track : read_tracks({}, site.scene, {}, clean).trajectories) {
     const CurbFrame frame = frame_for(site.scene, track, CornerChoice::primary);
     site.tracks.push_back({std::move(track), frame});
   }

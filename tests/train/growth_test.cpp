@@ -20,7 +20,10 @@ Update only_learn_and_fuse(const EpisodeConfig& config) {
     const LearnResult incoming = learn(batch, settings, config.learn, config.residual);
     FuseResult fused = fuse(previous, incoming.increment, config.fuse, config.residual);
     ModelChange change = change_by(fused.plan, previous, fused.model);
-    return UpdateResult{std::move(fused.model), incoming.report, {}, std::move(change)};
+    Episode episode{std::move(fused.model), {}};
+    episode.report.learn = incoming.report;
+    episode.report.change = std::move(change);
+    return episode;
   };
 }
 

@@ -12,13 +12,9 @@
 
 namespace sila {
 
-/// The tracks of all `files` of a scene, in the scene's frame.
-/// Throws: FormatError for an unreadable file, a scene without files, or if not one trajectory is left.
-CleanTracks read_scene_tracks(const Scene& scene, const CleanConfig& config);
-
-/// The tracks of the files named, in the scene's frame. A file that is (or is named like) an entry of the scene's
-/// `files` gets that entry's `to_scene` and options; fields set in `options` win. Throws: as above;
-/// std::invalid_argument for no path.
+/// The tracks of the files named, in the scene's frame; without paths, of the scene's `files`. A file that is (or is
+/// named like) an entry of `files` gets that entry's `to_scene` and options; fields set in `options` win.
+/// Throws: FormatError for an unreadable file, if there is no file, or if not one trajectory is left.
 CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
                         const CleanConfig& config);
 
@@ -41,7 +37,7 @@ struct StreamLimits {
 /// interval, TrajNet++ files and folders of one-track files.
 class TrackStream {
  public:
-  /// `paths` as for read_tracks; if there are none, the files of the scene. Throws: as read_tracks.
+  /// As read_tracks.
   TrackStream(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
               const CleanConfig& config, const StreamLimits& limits = {});
   TrackStream(TrackStream&&) noexcept;

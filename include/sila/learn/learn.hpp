@@ -114,12 +114,10 @@ struct Segment {
 
 /// Counts of the tracks of a batch.
 struct LearnReport {
-  int tracks = 0;
   int standing = 0;     ///< no sample fast enough to have a heading
   int unexplained = 0;  ///< tracks for which no primitive was worth its cost
   std::size_t primitives = 0;
   std::size_t transitions = 0;
-  double objective = 0.0;  ///< of the dictionary learning, at its end (docs/method.md, M2)
 };
 
 /// The increment of a batch, and how it was made.

@@ -24,9 +24,9 @@ struct ModelSettings {
   double reference_width_m = 1.0;   ///< [m] of one curb unit, by which configured metres became units
   double residual_horizon_s = 0.0;  ///< time ahead that residual GPs reach; 0 if the model has none
   int residual_knots = 0;           ///< number of evenly spaced times until that horizon
-};
 
-bool operator==(const ModelSettings& a, const ModelSettings& b);
+  bool operator==(const ModelSettings&) const = default;
+};
 
 /// 128 bits that identify the tracks of an episode.
 struct EpisodeId {

@@ -61,16 +61,10 @@ struct Episode {
   EpisodeReport report;
 };
 
-struct UpdateResult {
-  Model model;
-  LearnReport learn;
-  PruneReport prune;
-  ModelChange change;
-};
-
 /// The way a batch is learnt into a model: SILA, or a baseline, all run by the same loop.
-/// The batch is in curb coordinates; `settings` are those of `previous`, or of a new model if `previous` is empty.
-using Update = std::function<UpdateResult(const Model& previous, const Batch& batch, const ModelSettings& settings)>;
+/// The batch is in curb coordinates; `settings` are those of `previous`, or of a new model if `previous` is empty. Of
+/// the report it sets `learn`, `prune` and `change`.
+using Update = std::function<Episode(const Model& previous, const Batch& batch, const ModelSettings& settings)>;
 
 Update sila_update(const EpisodeConfig& config);  ///< learn, fuse, prune: M(n) = prune(fuse(M(n-1), M'(n)))
 /// Learn, then add without fusing (standard incremental learning).
@@ -98,15 +92,11 @@ std::vector<Site> error_statistics_on(const Model& model, std::span<const Framed
 /// One episode: predict the batch and add the errors to the error statistics, learn the batch, and apply the budget
 /// (only if there is one). A batch that the model has learnt before leaves it as it is.
 /// Throws: std::invalid_argument for a configuration out of range, for settings other than the model's, and for a
-/// budget in which no transition fits.
+/// budget in which no transition fits. `update`: sila_update if it is empty. `of_previous`: the predictor of `previous`
+/// with `config.predict`; null: it is made when needed.
 /// Source: SILA paper, Alg. 1. Differs: the error statistics; docs/decisions/0005-stacking.md.
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Update& update);
-/// The same, with the predictor of the previous model; it must have been made with `config.predict`.
-Episode run_episode(const Snapshot& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
-                    const Update& update);
-/// The same with sila_update.
-Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config);
+                    const Update& update = {}, const Predictor* of_previous = nullptr);
 
 /// Fuses two finished models, whose tracks are gone: as `fuse`.
 /// Throws: std::invalid_argument if their settings or the shape of their error statistics differ, or an episode is
