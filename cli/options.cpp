@@ -15,13 +15,6 @@
 namespace sila::cli {
 namespace {
 
-TrackFormat format_named(const std::string& name) {
-  if (const auto format = track_format(name)) return *format;
-  std::string known;
-  for (const TrackFormatText& text : track_formats()) known += (known.empty() ? "" : ", ") + std::string(text.name);
-  throw std::invalid_argument("--format = " + name + " is not one of " + known);
-}
-
 /// The scene and the track files that the options of a verb name, and how to read them.
 struct Named {
   Scene scene;
@@ -46,7 +39,7 @@ Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
   require_named(!result.paths.empty() || !options.scene.empty());
   require_different_files(result.paths);
-  if (!options.format.empty()) result.read.format = format_named(options.format);
+  if (!options.format.empty()) result.read.format = required_format(options.format, "--format = " + options.format);
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
   const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;
   if (const auto camera = pixel_camera(config, has_scale)) result.scene.camera = result.read.camera = camera;

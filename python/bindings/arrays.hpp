@@ -20,14 +20,18 @@ nb::ndarray<nb::numpy, Number, nb::c_contig> array_of(std::vector<Number> number
   return nb::ndarray<nb::numpy, Number, nb::c_contig>(kept->data(), shape, owner);
 }
 
+/// The numbers of points or matrices, row by row.
+inline void append(std::vector<double>& numbers, std::span<const Vector2> points) {
+  for (const Vector2& point : points) numbers.insert(numbers.end(), {point.x(), point.y()});
+}
+inline void append(std::vector<double>& numbers, std::span<const Matrix2> matrices) {
+  for (const Matrix2& m : matrices) numbers.insert(numbers.end(), {m(0, 0), m(0, 1), m(1, 0), m(1, 1)});
+}
+
 /// n x 2, a copy.
 inline nb::ndarray<nb::numpy, double, nb::c_contig> array_of_points(const std::vector<Vector2>& points) {
   std::vector<double> numbers;
-  numbers.reserve(2 * points.size());
-  for (const Vector2& point : points) {
-    numbers.push_back(point.x());
-    numbers.push_back(point.y());
-  }
+  append(numbers, points);
   return array_of(std::move(numbers), {points.size(), 2});
 }
 

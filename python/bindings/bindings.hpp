@@ -11,8 +11,11 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -49,7 +52,7 @@ struct ScaledScene {
   const Scene& usual() const { return by_scaling.front(); }
 };
 
-// One function a room: adds it to the module.
+// One function a file: adds what it binds to the module.
 void bind_errors(nb::module_& module);
 void bind_core(nb::module_& module);
 void bind_scene(nb::module_& module);
@@ -64,9 +67,24 @@ void bind_sim(nb::module_& module);
 void bind_stream(nb::module_& module);
 
 /// A frame as it travels between processes: bit for bit, where make_curb_frame would normalise again.
-using FrameState = std::tuple<double, double, double, double, double, double, double, double, double, bool>;
+using FrameState = std::vector<double>;
 FrameState state_of(const CurbFrame& frame);
 CurbFrame frame_in(const FrameState& state);
+
+/// The value of that name. Throws: std::invalid_argument that begins with `what` and lists the names.
+template <class Enum>
+Enum value_named(const char* what, std::span<const char* const> names, const std::string& name) {
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) return static_cast<Enum>(found - names.begin());
+  std::string known;
+  for (const char* one : names) known += (known.empty() ? "" : ", ") + std::string(one);
+  throw std::invalid_argument(std::string(what) + " = \"" + name + "\" is not one of " + known);
+}
+
+std::vector<std::string> texts_of(const std::vector<EpisodeId>& ids);
+
+/// Without `input_ids` each track has its own id.
+std::vector<Track> tracks_of(std::vector<Trajectory> trajectories, const std::vector<std::string>& input_ids = {});
 
 /// The configuration of a JSON text that Python keeps; "{}" is the default one.
 Config config_of(const std::string& json);

@@ -4,19 +4,27 @@
 #include "arrays.hpp"
 #include "sila/core/clean.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "sila/model/packing.hpp"
 
 namespace sila::python {
 
-FrameState state_of(const CurbFrame& f) {
-  return {f.origin_m.x(), f.origin_m.y(), f.axis_1.x(), f.axis_1.y(),       f.axis_2.x(),
-          f.axis_2.y(),   f.unit_m.x(),   f.unit_m.y(), f.sidewalk_width_m, f.from_tracks};
+FrameState state_of(const CurbFrame& frame) {
+  return pack(frame);
 }
 
 CurbFrame frame_in(const FrameState& state) {
-  const auto [ox, oy, ax, ay, bx, by, ux, uy, width, from_tracks] = state;
-  CurbFrame frame{{ox, oy}, {ax, ay}, {bx, by}, {ux, uy}, width, from_tracks};
+  const auto frame = unpack<CurbFrame>(state);
   validate(frame);
   return frame;
+}
+
+std::vector<Track> tracks_of(std::vector<Trajectory> trajectories, const std::vector<std::string>& input_ids) {
+  std::vector<Track> tracks;
+  for (Trajectory& trajectory : trajectories) {
+    std::string input_id = input_ids.empty() ? trajectory.id : input_ids[tracks.size()];
+    tracks.push_back({std::move(trajectory), std::move(input_id)});
+  }
+  return tracks;
 }
 
 namespace {
@@ -123,9 +131,10 @@ void bind_frame(nb::module_& module) {
       .def("to_world", mapped<to_world>("points"), "points"_a, SILA_MAP_SIGNATURE("to_world", "points"),
            "Curb coordinates (n, 2) [curb units] to world positions (n, 2) [m].")
       .def("velocity_to_curb", mapped<velocity_to_curb>("velocities_mps"), "velocities_mps"_a,
-           SILA_MAP_SIGNATURE("velocity_to_curb", "velocities_mps"), "Velocities (n, 2) [m/s] to (n, 2) [widths/s].")
+           SILA_MAP_SIGNATURE("velocity_to_curb", "velocities_mps"),
+           "Velocities (n, 2) [m/s] to (n, 2) [curb units/s].")
       .def("velocity_to_world", mapped<velocity_to_world>("velocities"), "velocities"_a,
-           SILA_MAP_SIGNATURE("velocity_to_world", "velocities"), "Velocities (n, 2) [widths/s] to (n, 2) [m/s].")
+           SILA_MAP_SIGNATURE("velocity_to_world", "velocities"), "Velocities (n, 2) [curb units/s] to (n, 2) [m/s].")
       .def("__eq__", [](const CurbFrame& a, const CurbFrame& b) { return state_of(a) == state_of(b); })
       .def("__eq__", [](const CurbFrame&, nb::handle) { return false; })
       .def("__repr__",
@@ -158,10 +167,7 @@ std::pair<std::vector<Track>, std::string> clean_rows(const std::vector<std::str
     }
   }
   CleanTracks clean_tracks = clean(std::span(&detections, 1), settings.clean);
-  std::vector<Track> tracks;
-  for (std::size_t i = 0; i < clean_tracks.trajectories.size(); ++i)
-    tracks.push_back({std::move(clean_tracks.trajectories[i]), clean_tracks.input_ids[i]});
-  return {std::move(tracks), to_json(clean_tracks.report).dump()};
+  return {tracks_of(std::move(clean_tracks.trajectories), clean_tracks.input_ids), to_json(clean_tracks.report).dump()};
 }
 
 }  // namespace

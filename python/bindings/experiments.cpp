@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <random>
+#include <ranges>
 #include <stdexcept>
 
 #include "arrays.hpp"
@@ -37,9 +39,7 @@ FramedTracks joined(const std::vector<std::pair<std::string, FramedTracks>>& sce
 }
 
 SplitBy split_named(const std::string& by) {
-  const auto found = std::ranges::find(kSplitBy, by);
-  if (found == std::end(kSplitBy)) throw std::invalid_argument("split: by = \"" + by + "\" is not one of time, track");
-  return static_cast<SplitBy>(found - std::begin(kSplitBy));
+  return value_named<SplitBy>("split: by", kSplitBy, by);
 }
 
 std::pair<FramedTracks, FramedTracks> both_sides(Split split) {
@@ -122,7 +122,7 @@ auto stacked(const WindowSet& set, PathOf&& path_of) {
   std::vector<double> numbers;
   std::size_t length = 0;
   for (const Window& window : set.windows) {
-    const std::vector<Vector2> path = path_of(window);
+    const auto& path = std::invoke(path_of, window);
     length = path.size();
     for (const Vector2& point : path) numbers.insert(numbers.end(), {point.x(), point.y()});
   }
@@ -131,25 +131,18 @@ auto stacked(const WindowSet& set, PathOf&& path_of) {
 
 /// Smoothed positions [m] and velocities [m/s] that were observed and the future [m], all as at the site of `frame`.
 nb::tuple laid_over(const WindowSet& set, const CurbFrame& frame) {
-  return nb::make_tuple(stacked(set,
-                                [&](const Window& window) {
-                                  std::vector<Vector2> path;
-                                  for (const Vector2& p : window.observed.positions) path.push_back(to_world(frame, p));
-                                  return path;
-                                }),
-                        stacked(set,
-                                [&](const Window& window) {
-                                  std::vector<Vector2> velocities;
-                                  for (const Vector2& v : window.observed.velocities)
-                                    velocities.push_back(velocity_to_world(frame, v));
-                                  return velocities;
-                                }),
-                        stacked(set, [&](const Window& window) {
-                          std::vector<Vector2> path;
-                          for (const Vector2& p : window.future_m)
-                            path.push_back(to_world(frame, to_curb(window.observed.frame, p)));
-                          return path;
-                        }));
+  const auto positions_m = [&](const Window& window) {
+    return std::views::transform(window.observed.positions, [&](const Vector2& p) { return to_world(frame, p); });
+  };
+  const auto velocities_mps = [&](const Window& window) {
+    return std::views::transform(window.observed.velocities,
+                                 [&](const Vector2& v) { return velocity_to_world(frame, v); });
+  };
+  const auto future_m = [&](const Window& window) {
+    return std::views::transform(window.future_m,
+                                 [&](const Vector2& p) { return to_world(frame, to_curb(window.observed.frame, p)); });
+  };
+  return nb::make_tuple(stacked(set, positions_m), stacked(set, velocities_mps), stacked(set, future_m));
 }
 
 void require_shape(const char* what, const Doubles& array, std::initializer_list<std::size_t> shape) {
@@ -334,11 +327,10 @@ void bind_window_set(nb::module_& module) {
                      return times_s;
                    })
       .def_prop_ro(
-          "past_m", [](const WindowSet& set) { return stacked(set, [](const Window& w) { return w.past_m; }); },
-          nb::rv_policy::automatic, "Shape (n, p, 2), metres: raw positions until t0, `interval_s` apart.")
+          "past_m", [](const WindowSet& set) { return stacked(set, &Window::past_m); }, nb::rv_policy::automatic,
+          "Shape (n, p, 2), metres: raw positions until t0, `interval_s` apart.")
       .def_prop_ro(
-          "future_m", [](const WindowSet& set) { return stacked(set, [](const Window& w) { return w.future_m; }); },
-          nb::rv_policy::automatic,
+          "future_m", [](const WindowSet& set) { return stacked(set, &Window::future_m); }, nb::rv_policy::automatic,
           "Shape (n, steps, 2), metres: raw positions after t0; (n, 0, 2) where it is hidden.")
       .def("without_future", &without_future)
       .def("laid_back", &laid_back, "paths_m"_a, "frame"_a,

@@ -4,7 +4,6 @@
 
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "bindings.hpp"
 #include "sila/config.hpp"
@@ -17,12 +16,6 @@ namespace {
 
 using PythonValue = std::variant<std::monostate, StoredModel, SiteErrorStatistics>;
 using PythonTask = std::tuple<std::string, int, std::vector<int>>;
-
-std::vector<std::string> texts_of(const std::vector<EpisodeId>& ids) {
-  std::vector<std::string> texts;
-  for (const EpisodeId& id : ids) texts.push_back(to_text(id));
-  return texts;
-}
 
 std::vector<EpisodeId> ids_in(const std::vector<std::string>& texts) {
   std::vector<EpisodeId> ids;
@@ -69,12 +62,6 @@ std::vector<PythonTask> plan(int partitions, bool goes_on, const std::string& co
   return tasks;
 }
 
-FleetStep step_named(const std::string& name) {
-  const auto found = std::ranges::find(kFleetSteps, name);
-  if (found == std::end(kFleetSteps)) throw std::invalid_argument("run_task: step = \"" + name + "\" is none");
-  return static_cast<FleetStep>(found - std::begin(kFleetSteps));
-}
-
 FleetValue without_file(PythonValue value) {
   if (auto* stored = std::get_if<StoredModel>(&value)) return std::move(stored->model);
   if (auto* error_statistics = std::get_if<SiteErrorStatistics>(&value)) return std::move(*error_statistics);
@@ -94,7 +81,7 @@ StoredModel recorded(Model model, const StoredModel& start, const Config& config
 PythonValue run(const std::string& step, const Partition& partition, std::vector<PythonValue> inputs,
                 const Config& config, int threads) {
   const ThreadLimit limit(threads);
-  const FleetStep what = step_named(step);
+  const FleetStep what = value_named<FleetStep>("run_task: step", kFleetSteps, step);
   const auto* start = inputs.size() == 3 ? std::get_if<StoredModel>(&inputs[2]) : nullptr;
   const StoredModel before = start == nullptr ? StoredModel{} : *start;
   std::vector<FleetValue> values;

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <stdexcept>
 
 #include "bindings.hpp"
 #include "sila/config.hpp"
@@ -31,13 +30,6 @@ std::vector<std::array<std::string, 5>> config_fields() {
   return rows;
 }
 
-TrackFormat format_named(const std::string& name) {
-  if (const auto format = track_format(name)) return *format;
-  std::string known;
-  for (const TrackFormatText& text : track_formats()) known += (known.empty() ? "" : ", ") + std::string(text.name);
-  throw std::invalid_argument("read_tracks: format = \"" + name + "\" is not one of " + known);
-}
-
 std::pair<std::vector<Track>, std::string> read_files(
     const std::vector<std::filesystem::path>& paths, const ScaledScene* scene, const std::optional<std::string>& format,
     std::optional<double> frames_per_second, std::optional<double> metres_per_unit,
@@ -45,7 +37,7 @@ std::pair<std::vector<Track>, std::string> read_files(
     const std::string& config) {
   const Config settings = config_of(config);
   ReadOptions options;
-  if (format) options.format = format_named(*format);
+  if (format) options.format = required_format(*format, "read_tracks: format = \"" + *format + "\"");
   options.frames_per_second = frames_per_second;
   options.metres_per_unit = metres_per_unit;
   options.camera = pixel_camera(settings, camera || metres_per_unit);
@@ -53,10 +45,7 @@ std::pair<std::vector<Track>, std::string> read_files(
   options.person_classes = person_classes;
   const Scene place = scene == nullptr ? Scene{} : scene->usual();
   CleanTracks clean = read_tracks(paths, place, options, settings.clean);
-  std::vector<Track> tracks;
-  for (std::size_t i = 0; i < clean.trajectories.size(); ++i)
-    tracks.push_back({std::move(clean.trajectories[i]), std::move(clean.input_ids[i])});
-  return {std::move(tracks), to_json(clean.report).dump()};
+  return {tracks_of(std::move(clean.trajectories), clean.input_ids), to_json(clean.report).dump()};
 }
 
 void write_csv(const std::filesystem::path& path, const std::vector<Track>& tracks) {

@@ -17,24 +17,10 @@ struct Primitive {
   Grid grid;
 };
 
-/// What of a transition is for users.
-struct TransitionSummary {
-  int from = 0;
-  int to = 0;
-  double count = 0.0;
-  std::map<int, double> sites;  ///< its count by site
-};
-
-/// What of a site is for users.
-struct SiteSummary {
-  CurbFrame frame;
-  int episodes = 0;
-  long tracks = 0;
-};
-
-std::vector<SiteSummary> sites_of(const StoredModel& stored) {
-  std::vector<SiteSummary> sites;
-  for (const Site& site : stored.model.sites) sites.push_back({site.frame, site.episodes, site.tracks});
+/// Without the error statistics, which are not for users.
+std::vector<Site> sites_of(const StoredModel& stored) {
+  std::vector<Site> sites;
+  for (const Site& site : stored.model.sites) sites.push_back({site.frame, site.episodes, site.tracks, {}});
   return sites;
 }
 
@@ -51,19 +37,17 @@ std::map<int, double> by_site(const Transition& transition) {
   return counts;
 }
 
-std::vector<TransitionSummary> transitions_of(const StoredModel& stored) {
-  std::vector<TransitionSummary> transitions;
-  for (const Transition& transition : stored.model.transitions)
-    transitions.push_back({transition.from, transition.to, transition.count, by_site(transition)});
+/// Without the GPs, which are not for users.
+std::vector<Transition> transitions_of(const StoredModel& stored) {
+  std::vector<Transition> transitions;
+  for (const Transition& t : stored.model.transitions)
+    transitions.push_back({t.from, t.to, t.count, {}, {}, t.sites, t.support});
   return transitions;
 }
 
 nb::ndarray<nb::numpy, std::int32_t, nb::c_contig> cells_of(const Primitive& primitive) {
   std::vector<std::int32_t> numbers;
-  for (const CellVelocity& entry : primitive.content.cells) {
-    numbers.push_back(entry.cell.x);
-    numbers.push_back(entry.cell.y);
-  }
+  for (const CellVelocity& entry : primitive.content.cells) numbers.insert(numbers.end(), {entry.cell.x, entry.cell.y});
   return array_of(std::move(numbers), {primitive.content.cells.size(), 2});
 }
 
@@ -120,20 +104,20 @@ void bind_parts(nb::module_& module) {
       .def("__repr__", [](const Primitive& p) {
         return nb::str("Primitive({} cells, weight={:g})").format(p.content.cells.size(), p.content.weight);
       });
-  nb::class_<TransitionSummary>(module, "Transition", "How often a walk led from one primitive to another.")
-      .def_ro("from_primitive", &TransitionSummary::from, "Index of a primitive.")
-      .def_ro("to_primitive", &TransitionSummary::to, "Index of a primitive.")
-      .def_ro("count", &TransitionSummary::count, "Trajectories that showed it.")
-      .def_ro("sites", &TransitionSummary::sites, "The count by site, as an index into Model.sites.")
-      .def("__repr__", [](const TransitionSummary& t) {
+  nb::class_<Transition>(module, "Transition", "How often a walk led from one primitive to another.")
+      .def_ro("from_primitive", &Transition::from, "Index of a primitive.")
+      .def_ro("to_primitive", &Transition::to, "Index of a primitive.")
+      .def_ro("count", &Transition::count, "Trajectories that showed it.")
+      .def_prop_ro("sites", &by_site, "The count by site, as an index into Model.sites.")
+      .def("__repr__", [](const Transition& t) {
         return nb::str("Transition({} -> {}, count={:g})").format(t.from, t.to, t.count);
       });
-  nb::class_<SiteSummary>(module, "Site", "A place where a model was trained.")
-      .def_ro("frame", &SiteSummary::frame, "The curb frame that it is known by.")
-      .def_ro("episodes", &SiteSummary::episodes, "Batches that had tracks of it.")
-      .def_ro("tracks", &SiteSummary::tracks, "Its tracks learnt from.")
+  nb::class_<Site>(module, "Site", "A place where a model was trained.")
+      .def_ro("frame", &Site::frame, "The curb frame that it is known by.")
+      .def_ro("episodes", &Site::episodes, "Batches that had tracks of it.")
+      .def_ro("tracks", &Site::tracks, "Its tracks learnt from.")
       .def("__repr__",
-           [](const SiteSummary& s) { return nb::str("Site({} tracks in {} episodes)").format(s.tracks, s.episodes); });
+           [](const Site& s) { return nb::str("Site({} tracks in {} episodes)").format(s.tracks, s.episodes); });
 }
 
 /// A path that has a name: an empty text is a mistake that the system reports badly.
@@ -144,6 +128,12 @@ const std::filesystem::path& named(const char* verb, const std::filesystem::path
 }
 
 }  // namespace
+
+std::vector<std::string> texts_of(const std::vector<EpisodeId>& ids) {
+  std::vector<std::string> texts;
+  for (const EpisodeId& id : ids) texts.push_back(to_text(id));
+  return texts;
+}
 
 void bind_model(nb::module_& module) {
   bind_parts(module);
@@ -173,12 +163,7 @@ void bind_model(nb::module_& module) {
           "prior_windows", [](const StoredModel& stored) { return windows_in(stored.model.prior.density); },
           "Windows at other places that it began with (`make_prior`).")
       .def_prop_ro(
-          "episode_ids",
-          [](const StoredModel& stored) {
-            std::vector<std::string> texts;
-            for (const EpisodeId& id : stored.model.episode_ids) texts.push_back(to_text(id));
-            return texts;
-          },
+          "episode_ids", [](const StoredModel& stored) { return texts_of(stored.model.episode_ids); },
           "Ids of the learnt batches, by their content, sorted: a batch that is among them is not learnt again.")
       .def_prop_ro(
           "reference_width_m", [](const StoredModel& stored) { return stored.model.settings.reference_width_m; },

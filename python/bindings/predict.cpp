@@ -92,24 +92,15 @@ std::map<std::string, std::vector<double>> outcomes_of(const Prediction& predict
   return lists;
 }
 
-void append(std::vector<double>& numbers, const Matrix2& m) {
-  numbers.insert(numbers.end(), {m(0, 0), m(0, 1), m(1, 0), m(1, 1)});
-}
-
 auto covariances_of(const Mode& mode) {
   std::vector<double> numbers;
-  for (const Matrix2& m : mode.covariances_m2) append(numbers, m);
+  append(numbers, mode.covariances_m2);
   return array_of(std::move(numbers), {mode.covariances_m2.size(), 2, 2});
 }
 
 auto all_paths(const Prediction& prediction) {
   std::vector<double> numbers;
-  for (const Mode& mode : prediction.modes) {
-    for (const Vector2& point : mode.path_m) {
-      numbers.push_back(point.x());
-      numbers.push_back(point.y());
-    }
-  }
+  for (const Mode& mode : prediction.modes) append(numbers, mode.path_m);
   return array_of(std::move(numbers), {prediction.modes.size(), prediction.times_s.size(), 2});
 }
 
@@ -126,9 +117,7 @@ auto paths_in_image(const TrackPrediction& prediction) {
 
 auto all_covariances(const Prediction& prediction) {
   std::vector<double> numbers;
-  for (const Mode& mode : prediction.modes) {
-    for (const Matrix2& m : mode.covariances_m2) append(numbers, m);
-  }
+  for (const Mode& mode : prediction.modes) append(numbers, mode.covariances_m2);
   return array_of(std::move(numbers), {prediction.modes.size(), prediction.times_s.size(), 2, 2});
 }
 
@@ -151,8 +140,8 @@ PredictionState state_of(const TrackPrediction& prediction) {
   std::vector<ModeState> modes;
   for (const Mode& mode : prediction.content.modes) {
     std::vector<double> path, covariances;
-    for (const Vector2& point : mode.path_m) path.insert(path.end(), {point.x(), point.y()});
-    for (const Matrix2& m : mode.covariances_m2) append(covariances, m);
+    append(path, mode.path_m);
+    append(covariances, mode.covariances_m2);
     modes.push_back({mode.weight, std::move(path), std::move(covariances), mode.primitives,
                      static_cast<int>(mode.variant), mode.source});
   }

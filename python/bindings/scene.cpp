@@ -10,18 +10,13 @@ namespace sila::python {
 namespace {
 
 constexpr CurbScaling kScalings[] = {CurbScaling::metres, CurbScaling::mean_width, CurbScaling::strip_widths};
+constexpr const char* kYAxes[] = {"up", "down"};
 
 ScaledScene load_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
   ScaledScene scene;
   for (const CurbScaling scaling : kScalings)
     scene.by_scaling[static_cast<std::size_t>(scaling)] = read_scene(path, scaling, data_dir);
   return scene;
-}
-
-YAxis y_axis_named(const std::string& name) {
-  if (name != "up" && name != "down")
-    throw std::invalid_argument("Scene: y_axis = \"" + name + "\" is not one of up, down");
-  return name == "down" ? YAxis::down : YAxis::up;
 }
 
 ScaledScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2, double sidewalk_width_m,
@@ -35,7 +30,7 @@ ScaledScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2
   for (const CurbScaling scaling : kScalings) {
     Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
     scaled.name = name;
-    scaled.y_axis = y_axis_named(y_axis);
+    scaled.y_axis = value_named<YAxis>("Scene: y_axis", kYAxes, y_axis);
     scaled.corners.push_back({"1", make_curb_frame(origin, first, second, widths, scaling), widths});
   }
   return scene;
@@ -155,11 +150,7 @@ std::vector<std::string> corner_names(const ScaledScene& scene) {
 }
 
 CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, const std::string& scaling) {
-  const auto named = std::ranges::find(kCurbScalings, scaling);
-  if (named == kCurbScalings.end()) {
-    throw std::invalid_argument("frame: scaling = \"" + scaling + "\" is not one of metres, mean_width, strip_widths");
-  }
-  const Scene& scaled = scene.by_scaling[static_cast<std::size_t>(named - kCurbScalings.begin())];
+  const Scene& scaled = scene.as(value_named<CurbScaling>("frame: scaling", kCurbScalings, scaling));
   const std::size_t index = corner.value_or(scaled.primary);
   if (index >= scaled.corners.size()) {
     throw std::invalid_argument("frame: corner = " + std::to_string(index) + ", the scene has " +

@@ -20,15 +20,6 @@ ScaledScene scene_of(const IntersectionScene& simulated) {
   return scene;
 }
 
-std::vector<Track> tracks_of(std::vector<Trajectory> trajectories) {
-  std::vector<Track> tracks;
-  for (Trajectory& trajectory : trajectories) {
-    std::string id = trajectory.id;
-    tracks.push_back({std::move(trajectory), std::move(id)});
-  }
-  return tracks;
-}
-
 std::tuple<std::vector<Track>, std::vector<Track>, ScaledScene> simulate_tracks(const std::string& config_json) {
   Simulation simulation = simulate(config_of(config_json).simulate);
   return {tracks_of(std::move(simulation.tracks)), tracks_of(std::move(simulation.truth)), scene_of(simulation.scene)};

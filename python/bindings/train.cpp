@@ -10,7 +10,7 @@
 namespace sila::python {
 namespace {
 
-/// Takes up tracks, `batch` an episode. `on_episode(done, of, tracks, size)` is called after each one; it and Ctrl-C
+/// Learns tracks, `batch` an episode. `on_episode(done, of, tracks, size)` is called after each one; it and Ctrl-C
 /// may end the run by an exception.
 StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tracks, const ScaledScene& scene,
                          const std::string& config_json, std::size_t batch, int threads,
@@ -63,7 +63,7 @@ std::string explain(const StoredModel& previous, const StoredModel& incoming, co
   return explain_fusion(name, fused.problem, config.episode.fuse, fused.plan).dump();
 }
 
-/// Indices into `tracks` of those to learn from and those held back.
+/// The tracks to learn from, and those held back.
 std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>& tracks, double test_share,
                                                         std::uint64_t seed, const std::string& by) {
   std::map<std::string, std::string> input_ids;
@@ -80,10 +80,8 @@ std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>
     }
     return result;
   };
-  const auto found = std::ranges::find(kSplitBy, by);
-  if (found == std::end(kSplitBy))
-    throw std::invalid_argument("split_tracks: by = \"" + by + "\" is not one of time, track");
-  Split parts = split_tracks(std::move(anywhere), test_share, seed, static_cast<SplitBy>(found - std::begin(kSplitBy)));
+  const auto split_by = value_named<SplitBy>("split_tracks: by", kSplitBy, by);
+  Split parts = split_tracks(std::move(anywhere), test_share, seed, split_by);
   return {as_tracks(std::move(parts.train)), as_tracks(std::move(parts.test))};
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <initializer_list>
 #include <map>
+#include <stdexcept>
 
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
@@ -284,6 +285,13 @@ std::optional<TrackFormat> track_format(std::string_view name) {
     if (format.name == name) return format.format;
   }
   return std::nullopt;
+}
+
+TrackFormat required_format(std::string_view name, const std::string& what) {
+  if (const auto format = track_format(name)) return *format;
+  std::string known;
+  for (const TrackFormatText& format : kFormats) known += (known.empty() ? "" : ", ") + std::string(format.name);
+  throw std::invalid_argument(what + " is not one of " + known);
 }
 
 TrackFormat ndjson_format(const TextTable& table) {

@@ -50,6 +50,8 @@ std::span<const TrackFormatText> track_formats();
 std::string_view name_of(TrackFormat format);
 /// The format of that name; null if there is none.
 std::optional<TrackFormat> track_format(std::string_view name);
+/// The same. Throws: std::invalid_argument "<what> is not one of csv, obsmat, ...".
+TrackFormat required_format(std::string_view name, const std::string& what);
 
 /// Information that is not in a file. Unset fields follow the rules of the format (docs/formats.md).
 struct ReadOptions {
