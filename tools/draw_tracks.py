@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws a track file (CSV with the columns track_id, t, x, y) over its scene file to a PNG picture.
 
-    python3 tools/draw_tracks.py tracks.csv tracks.scene.json picture.png [--colour speed|time] [--first 200] [--radius 18]
+    python3 tools/draw_tracks.py tracks.csv tracks.scene.json picture.png
 
 A developer's tool for the documentation; it needs matplotlib and nothing else does.
 """
@@ -18,6 +18,8 @@ import matplotlib.pyplot as plt
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 
+RADIUS_M = 18.0  # of the drawn area round the origin of the scene
+
 
 def read_tracks(path):
     opener = gzip.open if path.endswith(".gz") else open
@@ -28,14 +30,14 @@ def read_tracks(path):
     return tracks
 
 
-def coloured_segments(track, colour, longest_gap_s=0.5):
-    """Pieces of a path between neighbouring samples, with their speed or the seconds since its start; gaps stay empty."""
+def coloured_segments(track, longest_gap_s=0.5):
+    """Pieces of a path over four intervals between samples, with their speed; gaps stay empty."""
     segments, values = [], []
-    for (t0, x0, y0), (t1, x1, y1) in zip(track, track[4:]) if colour == "speed" else zip(track, track[1:]):
+    for (t0, x0, y0), (t1, x1, y1) in zip(track, track[4:]):
         if t1 - t0 > longest_gap_s:
             continue
         segments.append([(x0, y0), (x1, y1)])
-        values.append(((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5 / (t1 - t0) if colour == "speed" else t0 - track[0][0])
+        values.append(((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5 / (t1 - t0))
     return segments, values
 
 
@@ -57,30 +59,25 @@ def main():
     parser.add_argument("tracks")
     parser.add_argument("scene")
     parser.add_argument("picture")
-    parser.add_argument("--colour", choices=("speed", "time"), default="speed")
-    parser.add_argument("--from", dest="skip", type=int, default=0, help="how many tracks to leave out")
-    parser.add_argument("--first", type=int, default=10**9, help="how many tracks to draw")
-    parser.add_argument("--radius", type=float, default=18.0, help="metres round the origin of the scene")
-    parser.add_argument("--dpi", type=int, default=100)
     options = parser.parse_args()
 
     with open(options.scene, encoding="utf-8") as file:
         scene = json.load(file)
-    figure, axes = plt.subplots(figsize=(8, 7), dpi=options.dpi)
+    figure, axes = plt.subplots(figsize=(8, 7), dpi=100)
     axes.set_facecolor("#b8babd")
     draw_scene(axes, scene)
     segments, values = [], []
-    for track in list(read_tracks(options.tracks).values())[options.skip:options.skip + options.first]:
-        more_segments, more_values = coloured_segments(track, options.colour)
+    for track in read_tracks(options.tracks).values():
+        more_segments, more_values = coloured_segments(track)
         segments += more_segments
         values += more_values
     lines = LineCollection(segments, array=values, cmap="viridis", linewidths=0.7, alpha=0.8)
-    lines.set_clim(0.0, 2.0 if options.colour == "speed" else max(values, default=1.0))
+    lines.set_clim(0.0, 2.0)
     axes.add_collection(lines)
-    figure.colorbar(lines, label="speed [m/s]" if options.colour == "speed" else "time since the start of the track [s]")
+    figure.colorbar(lines, label="speed [m/s]")
     x, y = scene["origin"]
-    axes.set_xlim(x - options.radius, x + options.radius)
-    axes.set_ylim(y - options.radius, y + options.radius)
+    axes.set_xlim(x - RADIUS_M, x + RADIUS_M)
+    axes.set_ylim(y - RADIUS_M, y + RADIUS_M)
     if scene.get("y_axis") == "down":
         axes.invert_yaxis()
     axes.set_aspect("equal")

@@ -12,10 +12,11 @@ over their bound, or `sila verify` finds something in the model file.
 import argparse, json, multiprocessing, os, random, signal, subprocess, sys, tempfile, time
 
 from hostile_attacks import ATTACKS, Attacks, FLOODING, PLACES, connect, detection, receive, http, rejections
-from live_client import Service, Walkers
-from load_test import simulate, two_free_ports
+from live_client import Service, Walkers, simulate, two_free_ports
 
 TOKEN = "not-to-be-guessed"
+MOST_MB = 400.0  # peak resident memory of the service
+MOST_LEFT_MB = 150.0  # that it may have more at the end than at the beginning
 
 
 def status_of(port, headers=b"", target=b"/metrics"):
@@ -123,10 +124,6 @@ def main():
     parser.add_argument("--program", default="build/release/cli/sila")
     parser.add_argument("--short", action="store_true")
     parser.add_argument("--only", help="attacks, separated by commas: " + ", ".join(ATTACKS + ["token"]))
-    parser.add_argument("--most-mb", type=float, default=400.0, help="peak resident memory of the service")
-    parser.add_argument(
-        "--most-left-mb", type=float, default=150.0, help="that it may have more at the end than at the beginning"
-    )
     parser.add_argument(
         "--most-ms", type=float, default=1000.0, help="99 %% of the good client's delays, in each attack"
     )
@@ -136,25 +133,22 @@ def main():
         default=0.2,
         help="share of the good client's answers that may be superseded in an attack",
     )
-    parser.add_argument("--calm", type=float, help="seconds of the good client alone, before and after")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--port", type=int, help="of two in a row; free ones if none is given")
     options = parser.parse_args()
-    options.port = options.port or two_free_ports()
-    program, chance = os.path.abspath(options.program), random.Random(options.seed)
+    program, port, chance = os.path.abspath(options.program), two_free_ports(), random.Random(options.seed)
     size = (lambda full, short: short) if options.short else (lambda full, short: full)
-    calm_s = options.calm or size(15.0, 1.0)
+    calm_s = size(15.0, 1.0)  # of the good client alone, before and after
     wanted = options.only.split(",") if options.only else ATTACKS + ["token"]
     faults = []
     with tempfile.TemporaryDirectory() as folder:
         paths, scene = simulate(program, folder, 200, options.seed)
         model = os.path.join(folder, "hostile.sila")
-        service = Service(program, scene, model, options.port)
+        service = Service(program, scene, model, port)
         if not service.up.wait(60):
             print("the service did not start", service.log, file=sys.stderr)
             return 1
-        good = Walkers(options.port + 1, paths, 10, chance, due_s=3.25)
-        attacks, peak, marks = Attacks(options.port, size, chance), Peak(service.process.pid), {}
+        good = Walkers(port + 1, paths, 10, chance, due_s=3.25)
+        attacks, peak, marks = Attacks(port, size, chance), Peak(service.process.pid), {}
 
         def measure(name, act):
             """Runs one attack and measures the good client."""
@@ -178,8 +172,8 @@ def main():
                 f"99 % within {p99:.1f} ms; peak {peak.mb():.0f} MB, then {service.resident_mb():.0f} MB",
                 flush=True,
             )
-            if peak.mb() > options.most_mb:
-                faults.append(f"{name}: {peak.mb():.0f} MB, more than {options.most_mb:g}")
+            if peak.mb() > MOST_MB:
+                faults.append(f"{name}: {peak.mb():.0f} MB, more than {MOST_MB:g}")
             if due and not p99 <= options.most_ms:
                 faults.append(f"{name}: 99 % of the good client within {p99:.0f} ms, more than {options.most_ms:g}")
             # Connections take turns: a client that needs less than a fair share gets all of it, one that needs more gets the share.
@@ -206,10 +200,9 @@ def main():
         if going:
             time.sleep(size(8.0, 0.2))
             measure("after", lambda: time.sleep(calm_s))
-            if marks["after"] - marks["before"] > options.most_left_mb:
-                faults.append(
-                    f"{marks['after'] - marks['before']:.0f} MB are left over, more than {options.most_left_mb:g}"
-                )
+            left_mb = marks["after"] - marks["before"]
+            if left_mb > MOST_LEFT_MB:
+                faults.append(f"{left_mb:.0f} MB are left over, more than {MOST_LEFT_MB:g}")
             values = service.metrics()
             print(
                 "rejected in total:",

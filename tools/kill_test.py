@@ -8,6 +8,9 @@ import argparse, json, os, random, signal, sqlite3, subprocess, sys, tempfile, t
 
 from live_client import Service
 
+BATCH = 4  # tracks an episode
+LONGEST_S = 2.5  # until a kill
+
 
 def run(*command):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -45,8 +48,6 @@ def main():
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--program", default="build/release/cli/sila")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--batch", type=int, default=4)
-    parser.add_argument("--longest", type=float, default=2.5, help="seconds until a kill")
     options = parser.parse_args()
     program, chance = os.path.abspath(options.program), random.Random(options.seed)
     busy, stored, unreported, failures = 0, 0, 0, []
@@ -57,13 +58,13 @@ def main():
             # New tracks each time: a batch that the model knows is no episode.
             seed = str(options.seed * 100000 + kill)
             run(program, "simulate", "--layout", "four-way", "--tracks", "100", "--seed", seed, "--out", tracks)
-            service = Service(program, tracks.replace(".csv", ".scene.json"), model, None, "--unix", socket, "--batch", str(options.batch))
+            service = Service(program, tracks.replace(".csv", ".scene.json"), model, None, "--unix", socket, "--batch", str(BATCH))
             if not service.up.wait(60):
                 failures.append(f"kill {kill}: the service did not start again")
                 break
             player = subprocess.Popen([program, "replay", tracks, "--apart", "0.4", "--rate", "60", "--to", "unix:" + socket],
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            time.sleep(chance.uniform(0.05, options.longest))
+            time.sleep(chance.uniform(0.05, LONGEST_S))
             before = service.stored
             service.end(signal.SIGKILL)
             player.kill()

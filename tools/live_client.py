@@ -1,10 +1,53 @@
-"""A running service and simulated pedestrians, for tools/soak_test.py, tools/hostile_client.py and tools/kill_test.py."""
+"""A running service and simulated pedestrians, for the tools that try the service."""
 
-import json, math, re, socket, subprocess, threading, time
+import csv, json, math, os, random, re, socket, subprocess, threading, time, urllib.request
 
-from load_test import at, metrics, resident_mb
-
+RATE_HZ = 10.0  # detections of a pedestrian
 WEIGHT_TOLERANCE = 1e-9  # of the sum of weights from 1
+
+
+def simulate(program, folder, tracks, seed):
+    path = os.path.join(folder, "simulated.csv")
+    command = [program, "simulate", "--layout", "four-way", "--tracks", str(tracks), "--seed", str(seed), "--out", path]
+    subprocess.run(command, check=True, capture_output=True)
+    paths = {}
+    with open(path) as file:
+        for row in csv.DictReader(file):
+            paths.setdefault(row["track_id"], []).append((float(row["t"]), float(row["x"]), float(row["y"])))
+    return list(paths.values()), os.path.join(folder, "simulated.scene.json")
+
+
+def at(path, t, k):
+    """Position at t on a path, and the index to continue at."""
+    while k + 2 < len(path) and path[k + 1][0] <= t:
+        k += 1
+    (t0, x0, y0), (t1, x1, y1) = path[k], path[k + 1]
+    f = (t - t0) / (t1 - t0)
+    return (x0 + f * (x1 - x0), y0 + f * (y1 - y0)), k
+
+
+def resident_mb(pid):
+    with open(f"/proc/{pid}/status") as file:
+        return int(re.search(r"VmRSS:\s+(\d+)", file.read()).group(1)) / 1024
+
+
+def metrics(port):
+    text = urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=20).read().decode()
+    rows = (line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#"))
+    return {name: float(value) for name, value in rows}
+
+
+def two_free_ports():
+    """The first of two in a row, below those that systems give to clients."""
+    while True:
+        port = random.randrange(20000, 32000, 2)
+        with socket.socket() as first, socket.socket() as second:
+            try:
+                first.bind(("127.0.0.1", port))
+                second.bind(("127.0.0.1", port + 1))
+            except OSError:
+                continue
+            return port
 
 
 class Service:
@@ -90,8 +133,8 @@ class Walkers:
     everything that comes back. A line is due if its track is `due_s` old: it must be answered once, by a prediction or in a
     count of dropped ones."""
 
-    def __init__(self, port, paths, people, chance, rate_hz=10.0, speed=1.0, due_s=math.inf, token=None):
-        self.paths, self.chance, self.rate_hz, self.speed, self.due_s = paths, chance, rate_hz, speed, due_s
+    def __init__(self, port, paths, people, chance, speed=1.0, due_s=math.inf, token=None):
+        self.paths, self.chance, self.speed, self.due_s = paths, chance, speed, due_s
         self.sent_at = {}  # (id, t): when it was sent, and whether an answer is due
         self.sent, self.predictions, self.due, self.due_answered = 0, 0, 0, 0
         self.dropped, self.rejected, self.faults = 0, {}, []
@@ -131,7 +174,7 @@ class Walkers:
         begin, frame = time.monotonic(), 0
         try:
             while not self.ending.is_set():
-                t = round(frame / self.rate_hz, 6)
+                t = round(frame / RATE_HZ, 6)
                 wait_s = begin + t / self.speed - time.monotonic()
                 self.late_s = max(self.late_s, -wait_s)
                 if wait_s > 0.0 and self.ending.wait(wait_s):
@@ -149,7 +192,7 @@ class Walkers:
                 frame += 1
         except OSError as error:
             self.broken = self.broken or f"sending: {error}"
-        self.played_s = frame / self.rate_hz
+        self.played_s = frame / RATE_HZ
 
     def read(self):
         rest = b""

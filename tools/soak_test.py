@@ -10,9 +10,12 @@ file in the last third of the time are at most --most-growth times those of the 
 import argparse, os, random, signal, sqlite3, statistics, subprocess, sys, tempfile, time
 
 from kill_test import check, episodes_of
-from live_client import Service, Walkers
-from load_test import simulate, two_free_ports
+from live_client import Service, Walkers, simulate, two_free_ports
 
+PEOPLE = 10  # at a time
+SPEED = 20.0  # times as fast as it happens
+STRIDE_S = 1.0  # between predictions of a pedestrian
+LIFE_S = 60.0  # from start to kill, on average
 MOST_FAULTS_SHOWN = 20
 
 
@@ -37,19 +40,14 @@ def growth(samples, key):
     return middle, last, last / middle
 
 
-def watch(service, walkers, model, until, begin, samples, faults):
+def watch(service, walkers, model, until, samples, faults):
     """Samples the service until it is time to kill it."""
     while (left_s := until - time.monotonic()) > 0:
         time.sleep(min(1.0, left_s))
         if not service.alive() or walkers.broken:
             return faults.append(f"the service ended by itself: {walkers.broken}; {service.log[-3:]}")
-        samples.append(
-            {
-                "s": time.monotonic() - begin,
-                "resident_mb": service.resident_mb(),
-                "file_mb": os.path.getsize(model) / 1e6 if os.path.exists(model) else 0.0,
-            }
-        )
+        file_mb = os.path.getsize(model) / 1e6 if os.path.exists(model) else 0.0
+        samples.append({"resident_mb": service.resident_mb(), "file_mb": file_mb})
 
 
 def check_file(program, model, reported, stored):
@@ -71,20 +69,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--program", default="build/release/cli/sila")
-    parser.add_argument("--people", type=int, default=10, help="at a time")
-    parser.add_argument("--speed", type=float, default=20.0, help="times as fast as it happens")
-    parser.add_argument("--every", type=float, default=1.0, help="seconds between predictions of a pedestrian")
-    parser.add_argument("--life", type=float, default=60.0, help="mean seconds from start to kill")
     parser.add_argument(
         "--most-growth", type=float, default=1.25, help="last third over middle third, of memory and of the file"
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--port", type=int, help="of two in a row; free ones if none is given")
-    parser.add_argument("--set", action="append", default=[], help="configuration of the service, PATH=VALUE")
-    parser.add_argument("--samples", help="file to write the samples to, as CSV")
     options = parser.parse_args()
-    options.port = options.port or two_free_ports()
-    program, chance = os.path.abspath(options.program), random.Random(options.seed)
+    program, port, chance = os.path.abspath(options.program), two_free_ports(), random.Random(options.seed)
     total = {
         "lives": 0,
         "kills": 0,
@@ -99,21 +89,20 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         paths, scene = simulate(program, folder, 989, options.seed)
         model = os.path.join(folder, "soak.sila")
-        settings = [word for value in options.set for word in ("--set", value)]
         begin = time.monotonic()
         end = begin + 60.0 * options.minutes
         while time.monotonic() < end and not (faults and total["kills"] == 0):
-            service = Service(program, scene, model, options.port, "--every", str(options.every), *settings)
+            service = Service(program, scene, model, port, "--every", str(STRIDE_S))
             if not service.up.wait(60):
                 faults.append(f"life {total['lives'] + 1}: the service did not start: {service.log[-3:]}")
                 service.end(signal.SIGKILL)
                 break
-            walkers = Walkers(options.port + 1, paths, options.people, chance, speed=options.speed)
+            walkers = Walkers(port + 1, paths, PEOPLE, chance, speed=SPEED)
             total["lives"] += 1
-            life_s = options.life * chance.uniform(0.75, 1.25)
+            life_s = LIFE_S * chance.uniform(0.75, 1.25)
             until = min(time.monotonic() + life_s, end)
             before = len(faults)
-            watch(service, walkers, model, until, begin, samples, faults)
+            watch(service, walkers, model, until, samples, faults)
             try:
                 values = service.metrics() if service.alive() else {}
             except OSError as error:
@@ -150,13 +139,9 @@ def main():
                 flush=True,
             )
             faults[before:] = [f"life {total['lives']}: {fault}" for fault in faults[before:]]
-    if options.samples:
-        with open(options.samples, "w") as file:
-            file.write("s,resident_mb,file_mb\n")
-            file.writelines(f"{s['s']:.1f},{s['resident_mb']:.1f},{s['file_mb']:.3f}\n" for s in samples)
     delays.sort()
     print(
-        f"{options.minutes:g} min at {options.speed:g} x: {total['kills']} kills, {stored} episodes stored, {total['unreported']} killed between storing "
+        f"{options.minutes:g} min at {SPEED:g} x: {total['kills']} kills, {stored} episodes stored, {total['unreported']} killed between storing "
         f"and reporting; {total['sent']} lines, {total['predictions']} predictions checked, {total['dropped']} superseded; "
         f"99 % within {1e3 * delays[int(0.99 * len(delays))] if delays else 0:.0f} ms; the player was late by at most {total['late']:.2f} s"
     )

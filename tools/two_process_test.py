@@ -7,6 +7,8 @@ together, their number never going back, and predictions whose weights sum to 1.
 """
 import argparse, json, os, subprocess, sys, tempfile, threading, time
 
+BATCH = 5  # tracks an episode
+
 
 def run(*command):
     return subprocess.run(command, capture_output=True, text=True)
@@ -64,17 +66,16 @@ def main():
     parser.add_argument("--seconds", type=float, default=600)
     parser.add_argument("--program", default="build/release/cli/sila")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--batch", type=int, default=5)
     options = parser.parse_args()
     program = os.path.abspath(options.program)
     with tempfile.TemporaryDirectory() as folder:
         tracks, model = os.path.join(folder, "tracks.csv"), os.path.join(folder, "model.sila")
         # Enough for the whole time: an episode takes more than a tenth of a second with its process.
-        count = max(50, int(10 * options.seconds) * options.batch)
+        count = max(50, int(10 * options.seconds) * BATCH)
         subprocess.run([program, "simulate", "--layout", "four-way", "--tracks", str(count), "--seed", str(options.seed),
                         "--out", tracks], check=True, capture_output=True)
         scene = os.path.join(folder, "tracks.scene.json")
-        batches = batches_of(tracks, folder, options.batch)
+        batches = batches_of(tracks, folder, BATCH)
         learn = lambda batch: run(program, "learn", batch, "--scene", scene, "--model", model)
         after = {}  # episodes -> tracks, as the learner left them
         faults, stop = [], threading.Event()

@@ -51,14 +51,11 @@ def assignments(file: str | os.PathLike[str] | None, assigned: Iterable[str]) ->
         name, equals, value = assignment.partition("=")
         if not equals:
             raise ValueError(f"--set: expected PATH=VALUE, found {assignment}")
-        *groups, last = name.split(".")
-        group = changes
-        for key in groups:
-            group = group.setdefault(key, {})
+        # A dotted key replaces the same one of the file and is applied after a group of the file, as keys are sorted.
         try:
-            group[last] = json.loads(value)
+            changes[name] = json.loads(value)
         except json.JSONDecodeError:
-            group[last] = value
+            changes[name] = value
     return changes
 
 

@@ -69,8 +69,8 @@ def learn(
 def train_batch(
     tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0
 ) -> Model:
-    """The batch-learning baseline: all tracks in one episode. Its error statistics come from models of one half that predict the
-    other half, so that no error is of a window that was learnt."""
+    """The batch-learning baseline: all tracks in one episode. Its error statistics come from predicting each quarter by
+    a model of the earlier quarters (the first tracks by kinematics alone), so that no error is of a learnt window."""
     settings = merged("{}", config)
     scene = None if scene is None else as_scene(scene)
     given = _some("train_batch", tracks, scene, settings)

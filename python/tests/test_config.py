@@ -3,6 +3,7 @@ import subprocess
 
 import pytest
 import sila
+from sila._config import assignments
 from sila._program import PROGRAM
 
 
@@ -21,6 +22,24 @@ def test_changes_may_be_nested_dotted_or_a_file(tmp_path):
     (tmp_path / "config.json").write_text('{"predict": {"horizon_s": 3.0}}  // three seconds will do\n')
     for changes in ({"predict": {"horizon_s": 3}}, {"predict.horizon_s": 3.0}, tmp_path / "config.json"):
         assert sila.config(changes)["predict"]["horizon_s"] == 3.0
+
+
+@pytest.mark.parametrize(
+    "of_file",
+    [
+        {"learn.field.max_pseudo_inputs": 20},
+        {"learn.field": {"max_pseudo_inputs": 20}},
+        {"learn": {"field.max_pseudo_inputs": 20}},
+        {"learn": {"field": {"max_pseudo_inputs": 20}}},
+    ],
+)
+def test_an_assignment_wins_over_a_dotted_or_nested_key_of_the_file(tmp_path, of_file):
+    file = tmp_path / "config.json"
+    file.write_text(json.dumps({**of_file, "predict.max_modes": 3}))
+    changed = sila.config(assignments(file, ["learn.field.max_pseudo_inputs=30", "learn.field.outputs=independent"]))
+    assert changed["learn"]["field"]["max_pseudo_inputs"] == 30
+    assert changed["learn"]["field"]["outputs"] == "independent"
+    assert changed["predict"]["max_modes"] == 3
 
 
 def test_an_unknown_field_is_rejected_with_the_nearest_known_one():

@@ -38,7 +38,7 @@ def marked_texts(texts: Sequence[str], values: Sequence[float], reference: int, 
     marked = []
     for text, value in zip(texts, values):
         better = value > values[reference] if larger else value < values[reference]
-        marked.append(f"**{text}**" if better and text != texts[reference] else text)
+        marked.append(bold_text(text, better and text != texts[reference]))
     return marked
 
 

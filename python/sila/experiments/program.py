@@ -1,4 +1,4 @@
-"""`sila experiment`: data on stdout, talk on stderr; 0 done, 1 bad input, 2 wrong use."""
+"""`sila experiment`: data on stdout, messages on stderr; exit 0: done, 1: bad input, 2: wrong usage."""
 
 from __future__ import annotations
 

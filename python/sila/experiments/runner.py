@@ -203,7 +203,6 @@ def run_experiment(
     missing = [i for i, result in enumerate(results) if result is None]
     if len(missing) < len(runs):
         print(f"{len(runs) - len(missing)} of {len(runs)} runs are there from before", file=sys.stderr)
-    written: Json = {}
     trial = 0
     for done, (i, result) in enumerate(_done(experiment, [runs[i] for i in missing], missing, workers, overrides), 1):
         result["key"] = key_of(experiment, runs[i], build)
@@ -214,8 +213,7 @@ def run_experiment(
         if finished > trial and done < len(missing):
             trial = finished
             write_results(folder, experiment, [r for r in results if r is not None and r["trial"] <= trial], trial)
-    written = write_results(folder, experiment, [r for r in results if r is not None], experiment.settings.trials)
-    return written
+    return write_results(folder, experiment, [r for r in results if r is not None], experiment.settings.trials)
 
 
 def _not_for(method: ExperimentMethod) -> str:
