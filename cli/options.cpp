@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "sila/config.hpp"
+#include "sila/core/counted.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
@@ -215,8 +216,8 @@ void require_no_records(const std::string& option, const std::string& path) {
   if (!std::filesystem::exists(path)) return;
   const std::size_t episodes = load_model(path).episodes.size();
   if (episodes > 0)
-    throw std::invalid_argument(option + " = " + path + " is a model of " + std::to_string(episodes) +
-                                " recorded episodes, which would be lost; name another file, or remove it first");
+    throw std::invalid_argument(option + " = " + path + " is a model of " + counted(episodes, "recorded episode") +
+                                ", which would be lost; name another file, or remove it first");
 }
 
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {

@@ -25,7 +25,8 @@ StoredModel prior_of(const PriorOptions& options) {
   if (options.models.empty()) return simulated_prior(configured(common));
   if (!common.profile.empty() || !common.config_file.empty() || !common.sets.empty())
     throw std::invalid_argument(
-        "prior make: --config, --profile and --set go without models, whose configuration the prior has");
+        "prior make: --config, --profile and --set are for a prior without models; one of models has the configuration "
+        "of the first");
   std::vector<StoredModel> models;
   for (const std::string& path : options.models) models.push_back(load_model(path));
   return stored_prior(models);
@@ -49,12 +50,13 @@ void add_prior(CLI::App& app) {
   CLI::App* group = app.add_subcommand("prior", "Begin the model of a new place with how people walk at other places.");
   group->require_subcommand(1);
   group->footer("`sila prior make --help` has an example.");
-  const auto [verb, options] = add_verb(*group,
-                                        {"make", "Make the first model of a new place from models of other places.",
-                                         "sila prior make a.sila b.sila --out new.sila"},
-                                        Shared::both, make_prior_file);
+  const auto [verb, options] = add_verb(
+      *group,
+      {"make", "Make the first model of a new place from models of other places, or from simulated pedestrians.",
+       "sila prior make a.sila b.sila --out new.sila"},
+      Shared::both, make_prior_file);
   verb->add_option("models", options->models,
-                   "models of other places, with the same windows; none: a model of simulated pedestrians")
+                   "models of other places, of one horizon and sampling; none: simulated pedestrians")
       ->type_name("M.sila");
   verb->add_option("--out", options->out, "model file to write; it has no tracks yet")->required()->type_name("P.sila");
 }

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._config import ConfigLike, merged
+from ._rows import names_of
 from ._tracks import Tracks, clean_rows
 from .errors import FormatError
 
@@ -21,16 +22,21 @@ def read_tracks(dataset: Any, *, scenes: Collection[str] = (), config: ConfigLik
     of its scenes. Ids have the name of the scene in front.
 
     `scenes`: names of scenes at one place (the default: all), which follow one another an hour apart. Rows are cleaned as those
-    of files are (group `clean`). Raises FormatError if these scenes have no pedestrian, ValueError for a scene that is not there.
+    of files are (group `clean`). Raises FormatError if these scenes have no pedestrian, ValueError for a scene that is not there
+    and for scenes of several places.
     """
+    if not hasattr(dataset, "scenes"):
+        raise TypeError(f"trajdata: dataset: expected a trajdata.UnifiedDataset, found {type(dataset).__name__}")
+    chosen = names_of(scenes)
     ids: list[str] = []
     times: list[Any] = [np.empty(0)]
     points: list[Any] = [np.empty((0, 2))]
-    names, start_s = [], 0.0
+    names, places, start_s = [], set(), 0.0
     for scene in dataset.scenes():
         names.append(scene.name)
-        if scenes and scene.name not in scenes:
+        if chosen and scene.name not in chosen:
             continue
+        places.add(f"{scene.env_name} {scene.location}")
         walking = [agent.name for agent in scene.agents if agent.type.name == "PEDESTRIAN"]
         states = dataset.cache_class(dataset.cache_path, scene).scene_data_df
         states = states[states.index.get_level_values("agent_id").isin(walking)]
@@ -38,9 +44,11 @@ def read_tracks(dataset: Any, *, scenes: Collection[str] = (), config: ConfigLik
         times.append(start_s + scene.dt * states.index.get_level_values("scene_ts").to_numpy(dtype=float))
         points.append(states[["x", "y"]].to_numpy(dtype=float))
         start_s += scene.length_seconds() + PAUSE_S
-    missing = sorted(set(scenes) - set(names))
+    missing = sorted(set(chosen) - set(names))
     if missing:
         raise ValueError(f"trajdata: scenes: expected some of {', '.join(names)}; found {', '.join(missing)}")
+    if len(places) > 1:
+        raise ValueError(f"trajdata: scenes: expected scenes of one place, found {', '.join(sorted(places))}")
     if not ids:
         raise FormatError("trajdata", 0, "pedestrians in the scenes", "none")
     return clean_rows(ids, np.concatenate(times), np.concatenate(points), [], "trajdata", merged("{}", config))

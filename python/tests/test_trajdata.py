@@ -13,10 +13,12 @@ import sila
 import sila.trajdata
 
 
-def scene(name, agents, dt=0.5, steps=20):
+def scene(name, agents, dt=0.5, steps=20, location="corner"):
     """Agents (name, kind, speed along x), all in view from the first to the last step."""
     return SimpleNamespace(
         name=name,
+        env_name="recordings",
+        location=location,
         dt=dt,
         agents=[SimpleNamespace(name=agent, type=SimpleNamespace(name=kind)) for agent, kind, _ in agents],
         length_seconds=lambda: steps * dt,
@@ -48,9 +50,18 @@ def test_pedestrians_of_all_scenes_are_read_with_their_times():
 
 
 def test_scenes_can_be_chosen():
-    assert [track.id for track in sila.trajdata.read_tracks(CORNER, scenes=["evening"])] == ["evening:1"]
+    for scenes in (["evening"], "evening"):
+        assert [track.id for track in sila.trajdata.read_tracks(CORNER, scenes=scenes)] == ["evening:1"]
     with pytest.raises(ValueError, match="expected some of morning, evening; found noon"):
         sila.trajdata.read_tracks(CORNER, scenes=["noon", "evening"])
+
+
+def test_scenes_of_several_places_are_rejected():
+    walker = [("1", "PEDESTRIAN", 1.2)]
+    with pytest.raises(ValueError, match="one place, found recordings boston, recordings singapore"):
+        sila.trajdata.read_tracks(dataset(scene("a", walker, location="boston"), scene("b", walker, location="singapore")))
+    with pytest.raises(TypeError, match="expected a trajdata.UnifiedDataset, found str"):
+        sila.trajdata.read_tracks("sgan_format")
 
 
 def test_scenes_without_pedestrians_are_rejected():

@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <iterator>
 #include <regex>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "core/dropped_rows.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
+#include "table_reader.hpp"
 #include "text_file.hpp"
 
 // Recordings that are folders: one file for each track (VRU), or for each frame (DeepStream).
@@ -67,64 +67,77 @@ TrackFile read_vru_folder(const std::filesystem::path& folder, std::span<const s
   return result;
 }
 
-/// A file of DeepStream's `kitti-track-output-dir`, by its name: program, stream, frame.
-std::smatch deepstream_name(const std::string& name) {
-  static const std::regex parts(R"((\d+)_(\d{3})_(\d{6,})\.txt)");
-  std::smatch match;
-  std::regex_match(name, match, parts);
-  return match;
-}
+/// A file of DeepStream's `kitti-track-output-dir`: lines of one frame.
+struct FrameFile {
+  std::filesystem::path path;
+  std::string stream;  ///< folder, program and number of the stream
+  std::string frame;
+};
 
-bool is_deepstream(std::span<const std::filesystem::path> files) {
-  return !files.empty() && std::ranges::all_of(files, [](const std::filesystem::path& path) {
+std::vector<FrameFile> deepstream_files(std::span<const std::filesystem::path> files) {
+  static const std::regex parts(R"((\d+_\d{3})_(\d{6,})\.txt)");
+  std::vector<FrameFile> found;
+  for (const std::filesystem::path& path : files) {
     const std::string name = path.filename().string();
-    return !deepstream_name(name).empty();
-  });
+    std::smatch match;
+    if (std::regex_match(name, match, parts))
+      found.push_back({path, (path.parent_path() / match[1].str()).string(), match[2]});
+  }
+  return found;
 }
 
 /// Lines `type id truncated ...` of a frame as those of KITTI, which begin with `frame id type`.
 std::string kitti_lines(const std::string& frame, std::string_view text) {
   std::string lines;
-  for (const TextLine& line : lines_of(text)) {
-    std::vector<std::string_view> cells = cells_of(line.text, ' ');
-    if (cells.size() > 1) std::swap(cells[0], cells[1]);
-    lines += frame;
-    for (const std::string_view cell : cells) lines += " " + std::string(cell);
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::vector<std::string_view> cells = cells_of(text.substr(begin, end - begin), ' ');
+    if (cells.size() > 1) {
+      std::swap(cells[0], cells[1]);
+      lines += frame;
+      for (const std::string_view cell : cells) lines += " " + std::string(cell);
+    }
     lines += "\n";
+    begin = end + 1;
   }
   return lines;
 }
 
-TrackFile read_deepstream_folder(const std::filesystem::path& folder, std::span<const std::filesystem::path> files,
+TrackFile read_deepstream_folder(const std::filesystem::path& folder, std::span<const FrameFile> files,
                                  const ReadOptions& options) {
-  if (!options.frames_per_second && !options.sample_interval_s)
+  if (!options.frames_per_second)
     throw FormatError(folder.string(), 0, "a frame rate (frames_per_second, --fps)",
                       "files of DeepStream, one a frame");
-  std::set<std::string> streams;
-  std::string text;
-  for (const auto& path : files) {
-    const std::string name = path.filename().string();
-    const std::smatch parts = deepstream_name(name);
-    streams.insert(parts[2]);
-    if (std::filesystem::file_size(path) > 0) text += kitti_lines(parts[3], read_text(path));  // empty: nobody in view
-  }
-  if (streams.size() > 1)
-    throw FormatError(folder.string(), 0, "files of one stream (the second number in their names)",
-                      std::to_string(streams.size()) + " streams; move each to a folder of its own");
+  TrackFile result{{folder.string(), {}}, TrackFormat::kitti, {}};
   ReadOptions kitti = options;
   kitti.format = TrackFormat::kitti;
-  return tracks_of_text(folder.string(), text, kitti, "");
+  for (const FrameFile& file : files) {
+    if (file.stream != files.front().stream)
+      throw FormatError(folder.string(), 0, "the files of one stream",
+                        files.front().stream + " and " + file.stream +
+                            "; give the folder of each stream, and a model to each camera");
+    if (std::filesystem::file_size(file.path) == 0) continue;  // nobody in view
+    const std::string lines = kitti_lines(file.frame, read_text(file.path));
+    const TextTable table = table_of(file.path.string(), lines);
+    TrackFile part = read_table(table, *table_reader(table, kitti), "");
+    result.pixels = part.pixels;
+    result.clock = std::move(part.clock);
+    result.detections = joined(std::move(result.detections), std::move(part.detections));
+  }
+  if (result.detections.rows.empty())
+    throw FormatError(folder.string(), 0, "boxes in the files of DeepStream", "none that can be used");
+  return result;
 }
 
 }  // namespace
 
 TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& options) {
   const std::vector<std::filesystem::path> files = files_below(folder);
-  const bool deepstream = is_deepstream(files);
-  const TrackFormat format = deepstream ? TrackFormat::kitti : TrackFormat::vru;
+  const std::vector<FrameFile> frames = deepstream_files(files);
+  const TrackFormat format = frames.empty() ? TrackFormat::vru : TrackFormat::kitti;
   if (options.format.value_or(format) != format)
     throw FormatError(folder.string(), 0, "a file of format " + std::string(name_of(*options.format)), "a folder");
-  return deepstream ? read_deepstream_folder(folder, files, options) : read_vru_folder(folder, files, options);
+  return frames.empty() ? read_vru_folder(folder, files, options) : read_deepstream_folder(folder, frames, options);
 }
 
 }  // namespace sila

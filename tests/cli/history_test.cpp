@@ -145,7 +145,7 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   EXPECT_NE(run("prior make --out s.sila --set predict.horizon_s=3").out.find("from simulated pedestrians"),
             std::string::npos);
   EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model s.sila --out s.ndjson").code, 0);
-  expect_rejected("prior make m.sila --out q.sila --set predict.horizon_s=3", {"go without models"});
+  expect_rejected("prior make m.sila --out q.sila --set predict.horizon_s=3", {"are for a prior without models"});
   expect_rejected("prior make tracks.csv --out q.sila", {"tracks.csv"});
   expect_rejected("prior make m.sila m.sila --out q.sila", {"would count twice"});
   ASSERT_EQ(

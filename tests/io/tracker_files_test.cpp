@@ -156,13 +156,15 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   EXPECT_EQ(file.detections.rows[1].label, "car");
   expect_row(file.detections.rows[2], "7", 0.08, 130.0, 170.0);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
+  EXPECT_TRUE(contains(file.detections.dropped.front().first, "00_000_000002.txt:3"));
   const auto no_rate = format_error_of([&] { read_detections(folder.path() / "run", {}); });
   ASSERT_TRUE(no_rate);
   EXPECT_TRUE(contains(no_rate->what(), "--fps"));
   folder.write("run/00_001_000000.txt", "person 3 0.0 0 0.0 100 50 140 170" + unknown);
   const auto streams = format_error_of([&] { read_detections(folder.path() / "run", options); });
   ASSERT_TRUE(streams);
-  EXPECT_TRUE(contains(streams->what(), "2 streams"));
+  EXPECT_TRUE(contains(streams->what(), "00_000 and "));
+  EXPECT_TRUE(contains(streams->what(), "00_001"));
 }
 
 TEST(SumoFcd, GivesPersonsAndCountsTheRest) {
