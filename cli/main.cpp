@@ -21,6 +21,14 @@ int fail(int code, const std::exception& error) {
   return code;
 }
 
+/// An empty argument is most often a variable of the shell that is not set. Throws: std::invalid_argument.
+void require_words(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    if (argv[i][0] == '\0')
+      throw std::invalid_argument("expected a value after " + std::string(argv[i - 1]) + ", found an empty one");
+  }
+}
+
 /// Throws: std::invalid_argument if a verb, or one of a group of verbs, is expected and another word or none is found.
 void require_verb(const CLI::App& program, int argc, char** argv) {
   const CLI::App* group = &program;
@@ -54,6 +62,7 @@ int main(int argc, char** argv) {
   app.footer("`sila VERB --help` has an example of each verb.");
   for (sila::cli::AddVerb* add : sila::cli::kVerbs) add(app);
   try {
+    require_words(argc, argv);
     require_verb(app, argc, argv);
     app.parse(argc, argv);
     if (!std::cout.flush()) throw std::runtime_error("not everything could be written to standard output");

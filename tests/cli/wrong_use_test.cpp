@@ -51,7 +51,9 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   fs::copy(folder_ / "m.sila", folder_ / "other.sila");
   expect_rejected("learn" + with + " --min-people 3 --share other.sila", {"3 recorded episodes"});
   expect_rejected("learn" + with + " --min-people 3 --share no/s.sila", {"no folder"});
-  expect_rejected("prior make m.sila --out other.sila", {"3 recorded episodes"});
+  for (const char* verb : {"prior make m.sila", "fuse m.sila link.sila"})
+    expect_rejected(std::string(verb) + " --out other.sila", {"3 recorded episodes"});
+  expect_rejected("learn tracks.csv --scene '' --model m.sila", {"--scene", "an empty one"});
   EXPECT_EQ(run("predict" + with + " --out /dev/null").code, 0);
   EXPECT_EQ(read(folder_ / "m.sila"), model);
   EXPECT_EQ(read(folder_ / "other.sila"), model);
