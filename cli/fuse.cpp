@@ -58,7 +58,7 @@ void fuse_files(const FuseOptions& options) {
   if (options.previous.empty() || options.incoming.empty() || options.out.empty()) {
     throw std::invalid_argument("fuse: two model files and --out are needed, or --cases");
   }
-  if (options.out != options.previous && options.out != options.incoming) require_no_records("--out", options.out);
+  require_no_records("--out", options.out);
   const ThreadLimit limit(options.common.threads);
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
   const Config config = configured(options.common, previous, options.previous);

@@ -13,7 +13,7 @@ from ._rows import names_of
 from ._tracks import Tracks, clean_rows
 from .errors import FormatError
 
-#: Between two scenes, whose clocks both begin at 0: nobody is in both.
+#: Between two scenes. The clock of each scene begins at 0, and no person is in two scenes.
 PAUSE_S = 3600.0
 
 

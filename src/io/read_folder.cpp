@@ -116,7 +116,7 @@ TrackFile read_deepstream_folder(const std::filesystem::path& folder, std::span<
       throw FormatError(folder.string(), 0, "the files of one stream",
                         files.front().stream + " and " + file.stream +
                             "; give the folder of each stream, and a model to each camera");
-    if (std::filesystem::file_size(file.path) == 0) continue;  // nobody in view
+    if (std::filesystem::file_size(file.path) == 0) continue;  // a frame without boxes
     const std::string lines = kitti_lines(file.frame, read_text(file.path));
     const TextTable table = table_of(file.path.string(), lines);
     TrackFile part = read_table(table, *table_reader(table, kitti), "");
