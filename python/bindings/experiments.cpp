@@ -213,6 +213,10 @@ nlohmann::ordered_json to_json(const WindowScore& window) {
     json["fork"] = true;
     json["way_log_probability"] = *window.way_log_probability;
   }
+  json["standing"] = window.motion_state == kStanding;
+  json["changes"] = nlohmann::ordered_json::array();
+  for (const ChangeForecast& forecast : window.changes)
+    json["changes"].push_back({forecast.probability, forecast.changed});
   json["model"] = sila::to_json(window.model.back());
   for (std::size_t r = 0; r < window.references.size(); ++r) json[kReferences[r]] = sila::to_json(window.references[r]);
   return json;

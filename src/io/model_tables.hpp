@@ -14,7 +14,7 @@
 namespace sila::tables {
 
 constexpr std::int64_t kApplicationId = 0x53494C41;  // "SILA"
-constexpr std::int64_t kSchema = 12;
+constexpr std::int64_t kSchema = 13;
 
 /// Makes the tables, with the number of the schema. SQLite keeps the text with its comments in the file: `sqlite3
 /// M.sila .schema` explains the file.

@@ -110,6 +110,10 @@ void forget_positions(ErrorStatistics& error_statistics) {
       zero_error_statistics(error_statistics.steps, error_statistics.interval_s, error_statistics.observe_s);
   error_statistics.correction = std::move(zero.correction);
   error_statistics.correction_share = std::move(zero.correction_share);
+  for (RegressionMoments& change : error_statistics.changes) {
+    change.features.bottomRows(kHazardPlaceFeatures).setZero();
+    change.products.bottomRows(kHazardPlaceFeatures).setZero();
+  }
 }
 
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share) {

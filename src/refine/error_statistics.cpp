@@ -115,7 +115,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   }
   example.scale = scale_features(seen, seen.residuals, to_horizon);
   example.scale_place_free = scale_features(seen, {}, place_free_mps(seen, last, interval_s));
-  example.hazard = hazard_features(seen, to_horizon);
+  example.hazard = hazard_features(seen, window.observed, to_horizon);
   example.change = change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s);
   if (seen.person.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
   return example;
@@ -211,6 +211,7 @@ ErrorStatistics pooled_error_statistics(const Model& model, bool place_free) {
   free.novelties = std::move(sum.novelties);
   free.slow = std::move(sum.slow);
   free.changes = std::move(sum.changes);
+  forget_positions(free);
   return free;
 }
 

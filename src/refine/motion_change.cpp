@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
+#include "refine/fourier_features.hpp"
 
 namespace sila {
 namespace {
@@ -17,15 +18,20 @@ constexpr double kNominalInterval_s = 0.2;
 /// Longest step of one example in log odds: where a hazard is far too low Newton's step is far too long.
 constexpr double kLongestStep = 3.0;
 
-/// Order of the features: 1; logarithms of five velocities, the mean speed and the time stood still; log time ahead,
-/// its square, and its products with the log velocities of the last 0.4 s and of the prediction.
-constexpr Eigen::Index kRecent = 1, kPredicted = 5, kAhead = 8;
+/// Order of the features of motion: 1; logarithms of five velocities, the mean speed and the time stood still; log time
+/// ahead, its square, and its products with the log velocities of the last 0.4 s and of the prediction; the squares and
+/// the product of these two. Those of the place follow.
+constexpr Eigen::Index kRecent = 1, kPredicted = 5, kAhead = 8, kProducts = 12;
 
-/// Fitted to vru, students03, zara01 and the simulator together, for steps of 0.2 s.
-constexpr double kStarting[kHazardFeatures] = {0.19, 0.82,  0.11,  -0.16, -0.11, 0.46,
-                                               0.17, -0.71, -0.31, -0.94, -0.35, -0.31};
-constexpr double kStopping[kHazardFeatures] = {-5.18, -1.01, -1.03, 0.28, 0.68, -1.97,
-                                               -0.39, -0.8,  0.5,   -0.4, 1.98, -0.04};
+/// Fitted to vru, students03, zara01 and the simulator together, for steps of 0.2 s; 0 for the others.
+constexpr double kStarting[kProducts] = {0.19, 0.82, 0.11, -0.16, -0.11, 0.46, 0.17, -0.71, -0.31, -0.94, -0.35, -0.31};
+constexpr double kStopping[kProducts] = {-5.18, -1.01, -1.03, 0.28, 0.68, -1.97, -0.39, -0.8, 0.5, -0.4, 1.98, -0.04};
+
+/// Length scale of the kernel of positions. Positions are rounded to a lattice, so that a sum over one window reveals
+/// no coordinate.
+constexpr double kHazardPlaceScale_m = 2.0, kHazardLattice_m = 0.5;
+/// Factor of the features of the place: their ridge is that of the others divided by its square.
+constexpr double kHazardPlaceAmplitude = 0.6;
 
 double log_speed(double speed_mps) {
   return std::log(speed_mps + kLeastSpeed_mps);
@@ -34,11 +40,17 @@ double log_speed(double speed_mps) {
 }  // namespace
 
 HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
-                               const Vector2& predicted_mps, double mean_speed_mps, double still_s) {
-  HazardFeatures features = HazardFeatures::Zero();
-  features.head<kAhead>() << 1.0, log_speed(v04.norm()), log_speed(v08.norm()), log_speed(v16.norm()),
-      log_speed(v_all.norm()), log_speed(predicted_mps.norm()), log_speed(mean_speed_mps),
-      std::log(still_s + kLeastStill_s);
+                               const Vector2& predicted_mps, double mean_speed_mps, double still_s,
+                               const Vector2& position_m) {
+  static const FourierBasis<kHazardPlaceFeatures, 2> basis(0, 1.0);
+  const double recent = log_speed(v04.norm()), predicted = log_speed(predicted_mps.norm());
+  const Vector2 place = (position_m / kHazardLattice_m).array().round() * (kHazardLattice_m / kHazardPlaceScale_m);
+  HazardFeatures features;
+  features << 1.0, recent, log_speed(v08.norm()), log_speed(v16.norm()), log_speed(v_all.norm()), predicted,
+      log_speed(mean_speed_mps), std::log(still_s + kLeastStill_s), Eigen::Vector4d::Zero(), recent * recent,
+      predicted * predicted, recent * predicted,
+      kHazardPlaceAmplitude *
+          (basis.amplitudes.array() * (basis.frequencies * place + basis.phases).array().cos()).matrix();
   return features;
 }
 
@@ -58,7 +70,8 @@ std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector
 }
 
 MotionChange::MotionChange(const RegressionMoments& moments, std::size_t state, double interval_s)
-    : interval_s_(interval_s), coefficients_(state == kStanding ? kStarting : kStopping) {
+    : interval_s_(interval_s), coefficients_(HazardFeatures::Zero()) {
+  std::ranges::copy(state == kStanding ? kStarting : kStopping, coefficients_.begin());
   coefficients_(0) += std::log(interval_s / kNominalInterval_s);
   if (moments.weight <= 0.0) return;
   using Matrix = Eigen::Matrix<double, kHazardFeatures, kHazardFeatures>;
@@ -67,14 +80,18 @@ MotionChange::MotionChange(const RegressionMoments& moments, std::size_t state, 
   if (solved.allFinite()) coefficients_ = solved;
 }
 
-HazardFeatures MotionChange::at(HazardFeatures features, std::size_t step) const {
+MotionChange::MotionFeatures MotionChange::motion_at(const HazardFeatures& features, std::size_t step) const {
   const double ahead = std::log(static_cast<double>(step + 1) * interval_s_);
-  features.tail<4>() << ahead, ahead * ahead, ahead * features(kRecent), ahead * features(kPredicted);
-  return features;
+  MotionFeatures motion = features.head<kHazardMotionFeatures>();
+  motion.segment<kProducts - kAhead>(kAhead) << ahead, ahead * ahead, ahead * motion(kRecent),
+      ahead * motion(kPredicted);
+  return motion;
 }
 
 double MotionChange::hazard(const HazardFeatures& features, std::size_t step) const {
-  return 1.0 / (1.0 + std::exp(-std::clamp(coefficients_.dot(at(features, step)), -8.0, 4.0)));
+  const double log_odds = coefficients_.head<kHazardMotionFeatures>().dot(motion_at(features, step)) +
+                          coefficients_.tail<kHazardPlaceFeatures>().dot(features.tail<kHazardPlaceFeatures>());
+  return 1.0 / (1.0 + std::exp(-std::clamp(log_odds, -8.0, 4.0)));
 }
 
 void MotionChange::probabilities(const HazardFeatures& features, std::span<double> by_step) const {
@@ -87,15 +104,28 @@ void MotionChange::probabilities(const HazardFeatures& features, std::span<doubl
 
 void MotionChange::add_window(RegressionMoments& moments, const HazardFeatures& features,
                               std::optional<std::size_t> change, std::size_t steps) const {
+  const auto place = features.tail<kHazardPlaceFeatures>();
+  MotionFeatures motions = MotionFeatures::Zero();  // weighted sum over the steps
+  double informations = 0.0, targets = 0.0;
   for (std::size_t j = 0; j < std::min(steps, change.value_or(steps) + 1); ++j) {
-    const HazardFeatures x = at(features, j);
+    const MotionFeatures motion = motion_at(features, j);
     const double p = hazard(features, j), error = (change == j ? 1.0 : 0.0) - p;
     const double information = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
     const double target = information * std::log(p / (1.0 - p)) + error;
     moments.weight += 1.0;
-    moments.features.selfadjointView<Eigen::Lower>().rankUpdate(x, information);
-    moments.products.noalias() += target * x;
+    moments.features.topLeftCorner<kHazardMotionFeatures, kHazardMotionFeatures>()
+        .selfadjointView<Eigen::Lower>()
+        .rankUpdate(motion, information);
+    moments.products.topRows<kHazardMotionFeatures>() += target * motion;
+    motions += information * motion;
+    informations += information;
+    targets += target;
   }
+  moments.features.bottomLeftCorner<kHazardPlaceFeatures, kHazardMotionFeatures>() += place * motions.transpose();
+  moments.features.bottomRightCorner<kHazardPlaceFeatures, kHazardPlaceFeatures>()
+      .selfadjointView<Eigen::Lower>()
+      .rankUpdate(place, informations);
+  moments.products.bottomRows<kHazardPlaceFeatures>() += targets * place;
 }
 
 }  // namespace sila

@@ -14,9 +14,11 @@ using HazardFeatures = Eigen::Matrix<double, kHazardFeatures, 1>;
 
 /// The features of the hazard of a change of motion, without those of the time ahead.
 /// Units: mean velocities of the last 0.4, 0.8 and 1.6 s and of the whole observed part [m/s], the predicted mean
-/// velocity until the horizon [m/s], the mean observed speed, and the time that the person has stayed in place [s].
+/// velocity until the horizon [m/s], the mean observed speed, the time that the person has stayed in place [s], and the
+/// position from the corner of the site [m].
 HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
-                               const Vector2& predicted_mps, double mean_speed_mps, double still_s);
+                               const Vector2& predicted_mps, double mean_speed_mps, double still_s,
+                               const Vector2& position_m);
 
 /// The step after t0, from 0, in which a person changes their motion; none if the recorded future has no change. A
 /// standing person starts in the first step that ends more than kStandingReach_m from the position at t0. A walking
@@ -27,9 +29,10 @@ std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector
 
 /// When a standing person starts, or a walking person stops. The hazard of a step is the probability of the change in
 /// that step if there was none before. It is a logistic regression (discrete-time survival model, Cox 1972; Allison
-/// 1982). The regression is learnt online: each episode adds the moments of one Newton step about the estimate before
-/// it (assumed-density filtering, Spiegelhalter and Lauritzen 1990), so that its sums have a constant size and add
-/// exactly. Source: none in the paper; docs/decisions/0113-starting-and-stopping.md.
+/// 1982) on the motion and on random Fourier features of the position at the site. The regression is learnt online:
+/// each episode adds the moments of one Newton step about the estimate before it (assumed-density filtering,
+/// Spiegelhalter and Lauritzen 1990), so that its sums have a constant size and add exactly. Source: none in the paper;
+/// docs/decisions/0113-starting-and-stopping.md.
 class MotionChange {
  public:
   /// `state`: kStanding for the hazard of starting, kWalking for that of stopping.
@@ -44,7 +47,8 @@ class MotionChange {
                   std::size_t steps) const;
 
  private:
-  HazardFeatures at(HazardFeatures features, std::size_t step) const;
+  using MotionFeatures = Eigen::Matrix<double, kHazardMotionFeatures, 1>;
+  MotionFeatures motion_at(const HazardFeatures& features, std::size_t step) const;
 
   double interval_s_;
   HazardFeatures coefficients_;

@@ -30,23 +30,27 @@ FourierFeatures fourier_features(const CorrectionInput& input) {
   return basis.amplitudes.array() * (basis.frequencies * input + basis.phases).array().cos();
 }
 
-/// The first curb and the direction to the left of it, as columns.
+CorrectionInput correction_input(const CurbTrajectory& observed, const Vector2& to_horizon_mps, double horizon_s) {
+  const Vector2 position_m = position_at_corner_m(observed);
+  const Vector2 velocity_mps = axes_of(observed.frame).transpose() * to_horizon_mps;
+  CorrectionInput input;
+  input << position_m / kPlaceScale_m, (position_m + horizon_s * velocity_mps) / kPlaceScale_m,
+      velocity_mps / kPlaceVelocityScale_mps;
+  return input;
+}
+
+}  // namespace
+
 Matrix2 axes_of(const CurbFrame& frame) {
   Matrix2 axes;
   axes << frame.axis_1, left_of(frame.axis_1);
   return axes;
 }
 
-CorrectionInput correction_input(const CurbTrajectory& observed, const Vector2& to_horizon_mps, double horizon_s) {
-  const Matrix2 to_site = axes_of(observed.frame).transpose();
-  const Vector2 position_m = to_world(observed.frame, observed.positions.back()) - observed.frame.origin_m;
-  CorrectionInput input;
-  input << to_site * position_m / kPlaceScale_m, to_site * (position_m + horizon_s * to_horizon_mps) / kPlaceScale_m,
-      to_site * to_horizon_mps / kPlaceVelocityScale_mps;
-  return input;
+Vector2 position_at_corner_m(const CurbTrajectory& observed) {
+  const CurbFrame& frame = observed.frame;
+  return axes_of(frame).transpose() * (to_world(frame, observed.positions.back()) - frame.origin_m);
 }
-
-}  // namespace
 
 PathCorrection::PathCorrection(const ErrorStatistics& error_statistics)
     : coefficients_(ridge_coefficients<2 * kCorrectionKnots>(error_statistics.correction)),

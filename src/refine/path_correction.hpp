@@ -9,6 +9,11 @@
 
 namespace sila {
 
+/// The first curb and the direction to the left of it, as columns.
+Matrix2 axes_of(const CurbFrame& frame);
+/// The position at t0, from the corner: along the first curb and to the left of it [m].
+Vector2 position_at_corner_m(const CurbTrajectory& observed);
+
 /// Predicts the error that stacking and the motion correction leave at a site, from the position and the predicted
 /// position of a person: ridge regression on random Fourier features, whose moments have a constant size and add
 /// exactly. A path gets it times the factor that would have been best so far (a step of boosting, Friedman 2001).

@@ -78,11 +78,11 @@ void describe_person(Prediction& prediction, const CurbTrajectory& observed, con
 /// Weights of the error components. For a standing person they depend on the probability of still standing at 3/4 of
 /// the fitted horizon.
 ComponentWeights component_weights(const Stacking& stacking, const ObservedFeatures& seen, const ErrorDensity& density,
-                                   const Vector2& scale, const Vector2& to_horizon, Scratch& scratch) {
+                                   const Vector2& scale, const HazardFeatures& hazard, Scratch& scratch) {
   if (motion_state(seen.person.speed) != kStanding) return density.weights();
   const std::size_t step = 3 * stacking.last_step() / 4;
   const std::span<double> started = scratch.array<double>(step + 1);
-  stacking.change(kStanding).probabilities(hazard_features(seen, to_horizon), started);
+  stacking.change(kStanding).probabilities(hazard, started);
   return standing_weights(density, step, scale, 1.0 - started.back());
 }
 
@@ -177,17 +177,17 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     }
     return prediction;
   }
-  add_stacked_modes(merged, prediction.fallback, uses_site, to_horizon, correction, workspace);
+  const HazardFeatures hazard = hazard_features(seen, observed, to_horizon);
+  add_stacked_modes(merged, prediction.fallback, uses_site, hazard, correction, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());
   prediction.change_probabilities.resize(steps);
-  stacking.change(motion_state(seen.person.speed))
-      .probabilities(hazard_features(seen, to_horizon), prediction.change_probabilities);
+  stacking.change(motion_state(seen.person.speed)).probabilities(hazard, prediction.change_probabilities);
   return prediction;
 }
 
 void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallback, bool uses_site,
-                                      const Vector2& to_horizon, const VelocityCorrection& correction,
+                                      const HazardFeatures& hazard, const VelocityCorrection& correction,
                                       Workspace& workspace) const {
   const auto steps = workspace.prediction.times_s.size();
   const ObservedFeatures& seen = merged.seen;
@@ -203,7 +203,7 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallbac
     fill_covariances(mode, density, 0, own, start_m);
     if (m == 0) scale = own;
   }
-  const ComponentWeights weights = component_weights(stacking, seen, density, scale, to_horizon, workspace.scratch);
+  const ComponentWeights weights = component_weights(stacking, seen, density, scale, hazard, workspace.scratch);
   for (Mode& mode : workspace.prediction.modes) mode.weight *= weights[0];
   // A standing pedestrian has no variants.
   if (!seen.person.slow) add_variants(workspace, density, scale, start_m, config_);

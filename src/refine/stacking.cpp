@@ -193,10 +193,11 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
   return scale_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, residuals.effective_samples);
 }
 
-HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps) {
+HazardFeatures hazard_features(const ObservedFeatures& observation, const CurbTrajectory& observed,
+                               const Vector2& predicted_mps) {
   const KinematicFeatures& v = observation.kinematics;
   return hazard_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, observation.mean_speed_mps,
-                         observation.still_s);
+                         observation.still_s, position_at_corner_m(observed));
 }
 
 Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)

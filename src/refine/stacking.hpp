@@ -63,7 +63,8 @@ ScaleFeatures scale_features(const ObservedFeatures& observation, const Residual
 bool walks(const PersonClass& person);
 
 /// The features of the hazards of starting and of stopping.
-HazardFeatures hazard_features(const ObservedFeatures& observation, const Vector2& predicted_mps);
+HazardFeatures hazard_features(const ObservedFeatures& observation, const CurbTrajectory& observed,
+                               const Vector2& predicted_mps);
 
 /// The corrections of the stacked velocities of one person, and the input of the motion correction.
 struct Corrections {

@@ -16,9 +16,9 @@ RegressionMoments no_moments() {
 }
 
 /// Of a person whose velocities are all `speed_mps`.
-HazardFeatures steady(double speed_mps, double still_s = 3.0) {
+HazardFeatures steady(double speed_mps, double still_s = 3.0, const Vector2& position_m = Vector2::Zero()) {
   const Vector2 v(speed_mps, 0.0);
-  return hazard_features(v, v, v, v, v, speed_mps, still_s);
+  return hazard_features(v, v, v, v, v, speed_mps, still_s, position_m);
 }
 
 std::vector<double> probabilities(const MotionChange& change, const HazardFeatures& features, std::size_t steps = 24) {
@@ -103,6 +103,50 @@ TEST(MotionChange, LearnsAHazardThatDependsOnNothing) {
     EXPECT_NEAR(p[4], 1.0 - std::pow(0.98, 5), 0.04);
     EXPECT_NEAR(p[23], 1.0 - std::pow(0.98, 24), 0.08);
   }
+}
+
+TEST(MotionChange, LearnsWhereAtASitePeopleStart) {
+  std::mt19937 random(1);
+  const Vector2 curb_m(1.0, 4.0), wall_m(8.0, -3.0);
+  std::geometric_distribution<std::size_t> at_curb(0.05), at_wall(0.005);
+  RegressionMoments moments = no_moments();
+  for (int episode = 0; episode < 40; ++episode) {
+    const MotionChange before(moments, kStanding, kInterval_s);
+    for (int i = 0; i < 20; ++i) {
+      const bool curb = i % 2 == 0;
+      const std::size_t step = curb ? at_curb(random) : at_wall(random);
+      before.add_window(moments, steady(0.05, 3.0, curb ? curb_m : wall_m),
+                        step < 24 ? std::optional(step) : std::nullopt, 24);
+    }
+  }
+  const auto started = [&](const RegressionMoments& known, const Vector2& position_m) {
+    return probabilities(MotionChange(known, kStanding, kInterval_s), steady(0.05, 3.0, position_m)).back();
+  };
+  EXPECT_NEAR(started(moments, curb_m), 1.0 - std::pow(0.95, 24), 0.1);
+  EXPECT_NEAR(started(moments, wall_m), 1.0 - std::pow(0.995, 24), 0.1);
+  // Other people of the same sums, without their positions: the place makes no difference.
+  ErrorStatistics error_statistics = zero_error_statistics(24, kInterval_s, 3.2);
+  error_statistics.changes[kStanding] = moments;
+  forget_positions(error_statistics);
+  const RegressionMoments& elsewhere = error_statistics.changes[kStanding];
+  EXPECT_EQ(started(elsewhere, curb_m), started(elsewhere, wall_m));
+  EXPECT_GT(started(elsewhere, curb_m), started(moments, wall_m));
+  EXPECT_LT(started(elsewhere, curb_m), started(moments, curb_m));
+}
+
+TEST(MotionChange, SumsAreThoseOfEachStepOfAWindow) {
+  const MotionChange change(no_moments(), kStanding, kInterval_s);
+  const HazardFeatures features = steady(0.1, 3.0, Vector2(1.0, 2.0));
+  RegressionMoments whole = no_moments(), first = no_moments();
+  change.add_window(whole, features, std::nullopt, 2);
+  change.add_window(first, features, std::nullopt, 1);
+  // The features of the place are the same in each step, so their sums share the weights of the constant feature.
+  const auto place = features.tail<kHazardPlaceFeatures>();
+  for (const RegressionMoments& moments : {whole, first}) {
+    EXPECT_TRUE(moments.features.bottomLeftCorner(kHazardPlaceFeatures, 1).isApprox(moments.features(0, 0) * place));
+    EXPECT_TRUE(moments.products.bottomRows(kHazardPlaceFeatures).isApprox(moments.products(0, 0) * place));
+  }
+  EXPECT_GT(whole.features(0, 0), first.features(0, 0));
 }
 
 TEST(MotionChange, ATrackThatEndsSaysNothingOfWhatComesAfter) {

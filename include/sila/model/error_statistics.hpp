@@ -21,8 +21,10 @@ inline constexpr int kMixtureComponents = 3;
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
-/// Features of the hazards of starting and of stopping (src/refine/motion_change.hpp).
-inline constexpr int kHazardFeatures = 12;
+/// Features of the hazards of starting and of stopping: of the motion, and of the place (src/refine/motion_change.hpp).
+inline constexpr int kHazardMotionFeatures = 15;
+inline constexpr int kHazardPlaceFeatures = 30;
+inline constexpr int kHazardFeatures = kHazardMotionFeatures + kHazardPlaceFeatures;
 /// Features of the regressions of errors by motion and by place, and times ahead at which they are learnt.
 inline constexpr int kMotionFeatures = 64;
 inline constexpr int kCorrectionFeatures = 150;
@@ -108,7 +110,7 @@ double windows_in(const Densities& densities);
 /// Tables of zeros.
 ErrorStatistics zero_error_statistics(int steps, double interval_s, double observe_s);
 
-/// Sets the sums that depend on positions, those of the path correction, to zero.
+/// Sets the sums that depend on positions to zero: those of the path correction, and of the places of hazards.
 void forget_positions(ErrorStatistics& error_statistics);
 
 /// The statistics as if every example had counted `share` times; exact, because all of them are sums over examples.

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from .. import _sila
+from .changes import changes_table
 from .curves import curves_of, growth_table, learning_curve_tables
 from .experiment import Experiment
 from .markdown import (
@@ -176,6 +177,7 @@ def markdown(
             )
         if len(places) > 1:
             text.append(_means(summary.loc[split]))
+        text.append(changes_table(results, split, settings.bootstraps, settings.seed))
         for measure, rows in comparisons.items():
             paired = [c for c in rows if c.split == split and experiment.reference in (c.method, c.against)]
             text.append(_comparison_table(MEASURES[measure], paired))

@@ -17,6 +17,7 @@ import numpy as np
 
 from .. import _sila
 from .._sila import FramedTracks, Prediction, WindowSet
+from .changes import forecasts_of
 from .curves import point_of
 from .experiment import Experiment, ExperimentMethod, Overrides
 from .markdown import build_hash, hash_of, write_text
@@ -119,7 +120,8 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
     if stepwise(found):
         more |= stepwise_measures(modes, truth_m)
     scores = sums_of(scored, more)
-    scores |= {"reliability": reliability, "evaluation": evaluation}
+    horizons_s = [row["horizon_s"] for row in evaluation["groups"]["all"]["horizons"]]
+    scores |= {"changes": forecasts_of(scored, horizons_s), "reliability": reliability, "evaluation": evaluation}
     scores["seconds_per_prediction"] = seconds / max(1, len(windows))
     return scores, brief
 
