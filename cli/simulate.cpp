@@ -26,11 +26,7 @@ std::filesystem::path scene_path(std::filesystem::path tracks) {
 }
 
 Scene scene_of(const Simulation& simulation, const std::filesystem::path& tracks) {
-  Scene scene;
-  scene.name = "simulated " + simulation.scene.name;
-  const double width_m = simulation.scene.sidewalk_width_m;
-  for (const NamedCorner& corner : simulation.scene.corners)
-    scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
+  Scene scene = scene_of(simulation.scene);
   SceneFile file;
   file.path = tracks.filename().string();
   file.options.format = TrackFormat::csv;

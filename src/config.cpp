@@ -135,12 +135,17 @@ Config config_of(const StoredModel& stored, std::string_view source) {
   return apply_json(Config{}, json, source);
 }
 
+Scene scene_of(const IntersectionScene& simulated) {
+  Scene scene;
+  scene.name = "simulated " + simulated.name;
+  const double width_m = simulated.sidewalk_width_m;
+  for (const NamedCorner& corner : simulated.corners)
+    scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
+  return scene;
+}
+
 std::vector<FramedTrajectory> simulated_tracks(const Config& config) {
   const Simulation simulation = simulate(config.simulate);
-  Scene scene;
-  const double width_m = simulation.scene.sidewalk_width_m;
-  for (const NamedCorner& corner : simulation.scene.corners)
-    scene.corners.push_back({corner.name, corner.frame, {width_m, width_m, width_m}});
   Detections detections{"simulated", {}, 0};
   for (const Trajectory& track : simulation.tracks) {
     for (std::size_t i = 0; i < track.times_s.size(); ++i)
@@ -148,7 +153,7 @@ std::vector<FramedTrajectory> simulated_tracks(const Config& config) {
   }
   detections.rows_read = detections.rows.size();
   std::vector<FramedTrajectory> tracks = without_frames(clean(std::span(&detections, 1), config.clean).trajectories);
-  place(tracks, scene, config.corners);
+  place(tracks, scene_of(simulation.scene), config.corners);
   return tracks;
 }
 

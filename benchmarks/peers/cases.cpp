@@ -62,8 +62,7 @@ struct DictionaryCase {
     settings = sila::settings_for({}, frame, config.episode);
     std::set<sila::CellKey> seen;
     for (const sila::Trajectory& track : simulated.tracks) {
-      vectors.push_back(sila::to_grid_vector(sila::resample(track, frame, config.episode.sampling), settings.grid,
-                                             config.episode.learn.dictionary.min_speed_mps));
+      vectors.push_back(sila::to_grid_vector(sila::resample(track, frame, config.episode.sampling), settings.grid));
       seen.insert(vectors.back().path.begin(), vectors.back().path.end());
     }
     cells.assign(seen.begin(), seen.end());

@@ -74,6 +74,9 @@ Config read_config(Config config, const nlohmann::json& json, std::string_view s
 /// Throws: FormatError, naming `source`, for a field that is unknown or out of range.
 Config config_of(const StoredModel& stored, std::string_view source = "model");
 
+/// The corners of a simulated intersection as a scene.
+Scene scene_of(const IntersectionScene& simulated);
+
 /// The tracks of a simulation (`config.simulate`), cleaned and in the frames of its corners. Throws: as simulate.
 std::vector<FramedTrajectory> simulated_tracks(const Config& config);
 

@@ -33,7 +33,7 @@ CREATE TABLE episodes (
 CREATE TABLE models (            -- the last one, and those before it that a rollback gives back
   episode INTEGER PRIMARY KEY,   -- that left the model; 0: a model without records
   hash BLOB NOT NULL,            -- of the rest of the row
-  head BLOB NOT NULL,            -- its counts: src/io/model_parts.cpp, as for the content of parts
+  head BLOB NOT NULL,            -- its counts: src/model/model_parts.cpp, as for the content of parts
   parts BLOB NOT NULL            -- the hashes of its parts, in order
 );
 CREATE TABLE parts (             -- what models consist of, each once

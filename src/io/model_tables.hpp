@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "model_parts.hpp"
+#include "model/model_parts.hpp"
 #include "sila/io/model_file.hpp"
 #include "sqlite.hpp"
 

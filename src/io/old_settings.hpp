@@ -12,8 +12,6 @@ inline constexpr std::pair<std::string_view, std::string_view> kRenamed[] = {
     {"blend", "stacking"},
     {"alternatives", "mode_variants"},
     {"max_asked", "max_shortlisted"},
-    {"known_places_only", "trained_sites_only"},
-    {"tuning_step", "calibration_step"},
     {"gp.fusion", "gp_fusion"},
     {"field.gp", "field"},
     {"field.hyperparameters", "field.pseudo_inputs"},
@@ -53,6 +51,6 @@ inline constexpr std::string_view kConstants =
     "dictionary.max_primitives "
     " field.length_scale_m fuse.max_pseudo_inputs max_fused_pseudo_inputs expire_after_episodes forget_after_episodes "
     " half_life_episodes max_track_samples max_pending_scores max_unscored max_waiting_tracks scored_pedestrians "
-    "remembered ";
+    "remembered trained_sites_only known_places_only calibration_step tuning_step ";
 
 }  // namespace sila

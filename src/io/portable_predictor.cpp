@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/bytes.hpp"
-#include "model_parts.hpp"
+#include "model/model_parts.hpp"
 #include "sila/model/packing.hpp"
 
 namespace sila {

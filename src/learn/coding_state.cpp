@@ -55,14 +55,14 @@ struct Touched {
   std::vector<bool> used;        ///< by the present code of the track
 };
 
-/// Whether a coefficient of 0 stays 0 whatever the others are. For g >= 1 no arrow is longer than its activeness, so
-/// all inner products of primitives are at least 0, and the others can only lower its gain.
-bool stays_zero(double product, double penalty, const CodingProblem& problem) {
-  return problem.g >= 1.0 && product <= penalty;
+/// Whether a coefficient of 0 stays 0 whatever the others are. No arrow is longer than its activeness, so all inner
+/// products of primitives are at least 0, and the others can only lower its gain.
+bool stays_zero(double product) {
+  return product <= DictionaryConfig::sparsity;
 }
 
 TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, const Overlap& overlap,
-                       std::size_t track, double penalty, Touched& touched) {
+                       std::size_t track, Touched& touched) {
   TrackLasso lasso;
   for (const CellArrow& visit : problem.tracks[track]) {
     for (const Overlap::Entry& entry : overlap.at(visit.cell)) {
@@ -77,7 +77,7 @@ TrackLasso track_lasso(const CodingProblem& problem, const CodingState& state, c
   for (const Coefficient& used : state.codes[track]) touched.used[static_cast<std::size_t>(used.primitive)] = true;
   std::erase_if(lasso.primitives, [&](int primitive) {
     const auto k = static_cast<std::size_t>(primitive);
-    const bool out = !touched.used[k] && stays_zero(touched.products[k], penalty, problem);
+    const bool out = !touched.used[k] && stays_zero(touched.products[k]);
     if (out) {
       touched.products[k] = 0.0;
       touched.overlaps[k] = false;
@@ -123,14 +123,13 @@ struct TrackGram {
 };
 
 /// The part of the objective that the code of one track changes.
-double code_cost(const TrackLasso& lasso, const LassoSolution& code, double penalty) {
-  return 0.5 * code.s.dot(code.gram_s) - lasso.products.dot(code.s) + penalty * code.s.sum();
+double code_cost(const TrackLasso& lasso, const LassoSolution& code) {
+  return 0.5 * code.s.dot(code.gram_s) - lasso.products.dot(code.s) + DictionaryConfig::sparsity * code.s.sum();
 }
 
 }  // namespace
 
-CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& grid_, double activeness_weight)
-    : grid(grid_), g(std::sqrt(activeness_weight)) {
+CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& grid_) : grid(grid_) {
   std::set<CellKey> keys;
   for (const GridVector& vector : vectors) keys.insert(vector.path.begin(), vector.path.end());
   cells.assign(keys.begin(), keys.end());
@@ -141,7 +140,7 @@ CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& gr
       const Vector2& direction = vectors[i].directions[c];
       if (direction.isZero()) continue;
       const auto place = std::lower_bound(cells.begin(), cells.end(), vectors[i].path[c]) - cells.begin();
-      const Arrow value(direction.x(), direction.y(), g);
+      const Arrow value(direction.x(), direction.y(), 1.0);
       tracks[i].push_back({static_cast<int>(place), value});
       visits[static_cast<std::size_t>(place)].push_back({static_cast<int>(i), value});
       energy += 0.5 * value.squaredNorm();
@@ -149,16 +148,16 @@ CodingProblem::CodingProblem(std::span<const GridVector> vectors, const Grid& gr
   }
 }
 
-CodingState with_new_codes(const CodingProblem& problem, CodingState state, double penalty) {
+CodingState with_new_codes(const CodingProblem& problem, CodingState state) {
   const Overlap overlap = overlap_of(problem, state);
   Touched touched(state);
   state.objective = problem.energy;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
-    const TrackLasso lasso = track_lasso(problem, state, overlap, i, penalty, touched);
-    const LassoSolution code =
-        nonnegative_lasso(TrackGram{overlap, lasso.primitives}, lasso.products, penalty, lasso.start);
+    const TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
+    const LassoSolution code = nonnegative_lasso(TrackGram{overlap, lasso.primitives}, lasso.products,
+                                                 DictionaryConfig::sparsity, lasso.start);
     state.codes[i] = code_of(lasso, code.s);
-    state.objective += code_cost(lasso, code, penalty);
+    state.objective += code_cost(lasso, code);
   }
   return state;
 }
@@ -183,7 +182,7 @@ CodingState with_new_primitives(const CodingProblem& problem, CodingState state)
       for (const CellArrow& visit : problem.visits[static_cast<std::size_t>(arrow.cell)])
         pull += use(visit.cell, k) * visit.value;
       for (const Overlap::Entry& other : overlap.at(arrow.cell)) pull -= code_gram(other.primitive, k) * *other.arrow;
-      arrow.value = project_arrow(arrow.value + pull / self, problem.g);
+      arrow.value = project_arrow(arrow.value + pull / self);
     }
   }
   return state;
@@ -208,24 +207,23 @@ Overlap overlap_of(const CodingProblem& problem, const CodingState& state) {
   return overlap;
 }
 
-Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
-                   double penalty) {
+Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive) {
   Removal removal;
   Touched touched(state);
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
     const bool uses = std::any_of(state.codes[i].begin(), state.codes[i].end(),
                                   [&](const Coefficient& used) { return used.primitive == primitive; });
     if (!uses) continue;
-    TrackLasso lasso = track_lasso(problem, state, overlap, i, penalty, touched);
+    TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
     const LassoSolution present{lasso.start, gram_times(TrackGram{overlap, lasso.primitives}, lasso.start)};
     const auto place =
         std::lower_bound(lasso.primitives.begin(), lasso.primitives.end(), primitive) - lasso.primitives.begin();
-    const double before = code_cost(lasso, present, penalty);
+    const double before = code_cost(lasso, present);
     lasso.products(place) = 0.0;
     lasso.start(place) = 0.0;
-    const LassoSolution code =
-        nonnegative_lasso(TrackGram{overlap, lasso.primitives, place}, lasso.products, penalty, lasso.start);
-    removal.cost += code_cost(lasso, code, penalty) - before;
+    const LassoSolution code = nonnegative_lasso(TrackGram{overlap, lasso.primitives, place}, lasso.products,
+                                                 DictionaryConfig::sparsity, lasso.start);
+    removal.cost += code_cost(lasso, code) - before;
     removal.codes.emplace_back(i, code_of(lasso, code.s));
   }
   return removal;

@@ -12,7 +12,7 @@
 
 namespace sila {
 
-using Arrow = Eigen::Vector3d;  ///< (vx, vy, g * activeness) of one cell
+using Arrow = Eigen::Vector3d;  ///< (vx, vy, activeness) of one cell
 
 /// A value in one cell; `cell` is a dense index into CodingProblem::cells.
 struct CellArrow {
@@ -22,13 +22,12 @@ struct CellArrow {
 
 /// The tracks of a batch on the cells that any of them visits.
 struct CodingProblem {
-  CodingProblem(std::span<const GridVector> tracks, const Grid& grid, double activeness_weight);
+  CodingProblem(std::span<const GridVector> tracks, const Grid& grid);
 
   std::vector<CellKey> cells;                  ///< sorted
   std::vector<std::vector<CellArrow>> tracks;  ///< per track, in path order, active cells only
   std::vector<std::vector<CellArrow>> visits;  ///< per cell; CellArrow::cell is the track here
   Grid grid;
-  double g = 1.0;       ///< square root of the activeness weight
   double energy = 0.0;  ///< 1/2 |X|^2, the objective without primitives
 };
 
@@ -36,12 +35,11 @@ struct CodingProblem {
 struct CodingState {
   std::vector<std::vector<CellArrow>> primitives;  ///< sorted by cell
   std::vector<std::vector<Coefficient>> codes;     ///< per track, sorted by primitive, value > 0
-  double objective = 0.0;  ///< 1/2 |X - D S|^2 + penalty * sum S, without the price of primitives
+  double objective = 0.0;  ///< 1/2 |X - D S|^2 + sparsity * sum S, without the price of primitives
 };
 
 /// The state with the optimal code of each track for its primitives (exact minimum); starts from the present codes.
-/// `penalty`: the weight of sum S in the objective.
-CodingState with_new_codes(const CodingProblem& problem, CodingState state, double penalty);
+CodingState with_new_codes(const CodingProblem& problem, CodingState state);
 
 /// The state in which each primitive in turn was replaced by the exact minimiser over its convex set (docs/learn.md,
 /// section 4). The codes do not change, and `objective` is not updated.
@@ -75,8 +73,7 @@ struct Removal {
   std::vector<std::pair<std::size_t, std::vector<Coefficient>>> codes;
 };
 /// `overlap` is that of `state`.
-Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive,
-                   double penalty);
+Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive);
 
 /// The overlap without a primitive; its index stays, with zero norm, so that no code uses it.
 Overlap without(Overlap overlap, int primitive);

@@ -44,9 +44,8 @@ double squared_norm(std::span<const CellArrow> arrows) {
 std::vector<Section> sections_of(const CodingProblem& problem, std::size_t track, std::span<const CellArrow> rest,
                                  double run_cells, CutRule cut) {
   std::vector<Section> sections;
-  const double explained = 0.5 * (1.0 + problem.g * problem.g);
   for (std::size_t i = 0; i < rest.size(); ++i) {
-    const bool open = cut == CutRule::aligned || rest[i].value.squaredNorm() > explained;
+    const bool open = cut == CutRule::aligned || rest[i].value.squaredNorm() > 1.0;  // less is explained
     const bool starts = sections.empty() || sections.back().end != i ||
                         (cut == CutRule::aligned ? tiles_differ(problem, rest[i].cell, rest[i - 1].cell)
                                                  : static_cast<double>(i - sections.back().begin) >= run_cells);
@@ -76,7 +75,7 @@ std::vector<CellArrow> seed_on_support(const CodingProblem& problem, std::span<c
       }
     }
   }
-  for (const CellArrow& arrow : section) cells[arrow.cell] = project_arrow(arrow.value, problem.g);
+  for (const CellArrow& arrow : section) cells[arrow.cell] = project_arrow(arrow.value);
   std::vector<CellArrow> seed;
   for (const auto& [cell, value] : cells) seed.push_back({cell, value});
   return seed;
@@ -139,12 +138,12 @@ struct TracedState {
 };
 
 /// Updates primitives and codes in turn, at most `times` times, until the objective hardly falls.
-TracedState alternate(const CodingProblem& problem, TracedState traced, int times, double penalty, double gain_cells) {
+TracedState alternate(const CodingProblem& problem, TracedState traced, int times, double gain_cells) {
   CodingState& state = traced.state;
-  state = with_new_codes(problem, std::move(state), penalty);
+  state = with_new_codes(problem, std::move(state));
   for (int round = 0; round < times; ++round) {
     const double before = state.objective;
-    state = with_new_codes(problem, with_new_primitives(problem, std::move(state)), penalty);
+    state = with_new_codes(problem, with_new_primitives(problem, std::move(state)));
     traced.objectives.push_back(priced(state, gain_cells));
     if (before - state.objective < kPolishDecrease * problem.energy) break;
   }
@@ -152,12 +151,11 @@ TracedState alternate(const CodingProblem& problem, TracedState traced, int time
 }
 
 /// Removes, newest first, each primitive from index `first` on whose removal costs less than its price.
-CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double penalty,
-                              double gain_cells) {
+CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, std::size_t first, double gain_cells) {
   Overlap overlap = overlap_of(problem, state);
   std::vector<bool> drop(state.primitives.size(), false);
   for (std::size_t k = state.primitives.size(); k-- > first;) {
-    Removal removal = removal_of(problem, state, overlap, static_cast<int>(k), penalty);
+    Removal removal = removal_of(problem, state, overlap, static_cast<int>(k));
     if (removal.cost >= gain_cells) continue;
     for (auto& [track, code] : removal.codes) state.codes[track] = std::move(code);
     state.objective += removal.cost;
@@ -180,8 +178,8 @@ TracedState grow(const CodingProblem& problem, double gain_cells, double run_cel
       tried.primitives.push_back(std::move(seed));
       banned.insert(section.key());  // each stretch is tried once
     }
-    tried = alternate(problem, {std::move(tried), {}}, kAlternationsPerRound, config.sparsity, gain_cells).state;
-    tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), config.sparsity, gain_cells);
+    tried = alternate(problem, {std::move(tried), {}}, kAlternationsPerRound, gain_cells).state;
+    tried = drop_unprofitable(problem, std::move(tried), state.primitives.size(), gain_cells);
     if (priced(tried, gain_cells) >= priced(state, gain_cells)) continue;
     state = std::move(tried);
     objectives.push_back(priced(state, gain_cells));
@@ -190,14 +188,14 @@ TracedState grow(const CodingProblem& problem, double gain_cells, double run_cel
 }
 
 /// The state without primitives that no track uses much.
-CodingState without_rarely_used(const CodingProblem& problem, const CodingState& state, double penalty) {
+CodingState without_rarely_used(const CodingProblem& problem, const CodingState& state) {
   std::vector<bool> drop(state.primitives.size(), true);
   for (const auto& code : state.codes) {
     for (const Coefficient& used : code) {
       if (used.value > kSmallestUse) drop[static_cast<std::size_t>(used.primitive)] = false;
     }
   }
-  return with_new_codes(problem, without(state, drop), penalty);
+  return with_new_codes(problem, without(state, drop));
 }
 
 MotionPrimitive finished(const CodingProblem& problem, std::span<const CellArrow> arrows) {
@@ -224,17 +222,16 @@ struct HeadingSum {
 
 }  // namespace
 
-Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g) {
+Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow) {
   const double n = std::hypot(arrow.x(), arrow.y());
-  const double kappa = 1.0 / g;
   double b = arrow.z(), length = n;
-  if (n > kappa * b) {  // outside the cone: onto its side, or onto its tip
-    if (kappa * n <= -b) return Eigen::Vector3d::Zero();
-    b = (kappa * n + b) / (kappa * kappa + 1.0);
-    length = kappa * b;
+  if (n > b) {  // outside the cone: onto its side, or onto its tip
+    if (n <= -b) return Eigen::Vector3d::Zero();
+    b = (n + b) / 2.0;
+    length = b;
   }
-  if (b > g) {
-    b = g;
+  if (b > 1.0) {
+    b = 1.0;
     length = std::min(n, 1.0);
   }
   const double scale = n > 0.0 ? length / n : 0.0;
@@ -243,14 +240,14 @@ Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g) {
 
 Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid, double gain_cells, double run_cells,
                             const DictionaryConfig& config) {
-  const CodingProblem problem(tracks, grid, config.activeness_weight);
+  const CodingProblem problem(tracks, grid);
   Dictionary dictionary;
-  auto [state, objectives] = alternate(problem, grow(problem, gain_cells, run_cells, config), kPolishAlternations,
-                                       config.sparsity, gain_cells);
+  auto [state, objectives] =
+      alternate(problem, grow(problem, gain_cells, run_cells, config), kPolishAlternations, gain_cells);
   dictionary.objective = std::move(objectives);
-  state = drop_unprofitable(problem, std::move(state), 0, config.sparsity, gain_cells);
+  state = drop_unprofitable(problem, std::move(state), 0, gain_cells);
   dictionary.objective.push_back(priced(state, gain_cells));
-  state = without_rarely_used(problem, state, config.sparsity);
+  state = without_rarely_used(problem, state);
 
   std::vector<bool> empty;
   for (const auto& cells : state.primitives) {
@@ -262,7 +259,7 @@ Dictionary learn_dictionary(std::span<const GridVector> tracks, const Grid& grid
   return dictionary;
 }
 
-GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double min_speed_mps) {
+GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid) {
   std::map<CellKey, HeadingSum> cells;
   const auto add = [&](const Vector2& position, const Vector2& heading) {
     HeadingSum& cell =
@@ -273,7 +270,7 @@ GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double 
   for (std::size_t t = 0; t < track.positions.size(); ++t) {
     const Vector2& velocity = track.velocities[t];
     const double speed_mps = velocity_to_world(track.frame, velocity).norm();
-    if (speed_mps < min_speed_mps || velocity.norm() == 0.0) continue;
+    if (speed_mps < DictionaryConfig::min_speed_mps || velocity.norm() == 0.0) continue;
     const Vector2 heading = velocity.normalized();
     add(track.positions[t], heading);
     if (t + 1 == track.positions.size()) continue;

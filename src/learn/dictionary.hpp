@@ -17,15 +17,16 @@ struct GridVector {
   std::vector<Vector2> directions;  ///< unit velocity of each; zero where the person turned about (inactive)
 };
 
-/// Maps trajectories to the grid. Samples below `min_speed_mps` have no heading and are skipped; a cell crossed between
-/// two samples is found by linear sub-samples; a cell whose headings cancel (mean below 0.3) stays inactive. Source:
-/// SILA paper, section on ASNSC ("k-th entry is the normalised velocity in cell k"); docs/learn.md, section 1.
-GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid, double min_speed_mps);
+/// Maps trajectories to the grid. Samples below DictionaryConfig::min_speed_mps have no heading and are skipped; a cell
+/// crossed between two samples is found by linear sub-samples; a cell whose headings cancel (mean below 0.3) stays
+/// inactive. Source: SILA paper, section on ASNSC ("k-th entry is the normalised velocity in cell k"); docs/learn.md,
+/// section 1.
+GridVector to_grid_vector(const CurbTrajectory& track, const Grid& grid);
 
-/// Projects an arrow (x, y, b) onto the convex set |(x, y)| <= b / g, b <= g (nearest point in the Euclidean norm): no
-/// arrow is longer than its activeness, and the activeness is at most 1. So no two primitives cancel each other. `g` is
-/// the square root of the activeness weight. Source: docs/learn.md, section 4.
-Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow, double g);
+/// Projects an arrow (x, y, b) onto the convex set |(x, y)| <= b <= 1 (nearest point in the Euclidean norm): no arrow
+/// is longer than its activeness, and the activeness is at most 1. So no two primitives cancel each other. Source:
+/// docs/learn.md, section 4.
+Eigen::Vector3d project_arrow(const Eigen::Vector3d& arrow);
 
 /// One use of a primitive by a track.
 struct Coefficient {

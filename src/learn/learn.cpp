@@ -151,18 +151,17 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
 /// Learns a batch whose sites share primitives and transitions.
 LearnResult learn_together(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
   const std::vector<CurbTrajectory>& tracks = batch.tracks;
-  const double min_speed_mps = config.dictionary.min_speed_mps;
   const double cell_m = settings.grid.cell * settings.reference_width_m;
   std::vector<GridVector> vectors;  // tr_i
   for (const CurbTrajectory& track : tracks) {
     validate(track);
-    vectors.push_back(to_grid_vector(track, settings.grid, min_speed_mps));
+    vectors.push_back(to_grid_vector(track, settings.grid));
   }
   Dictionary dictionary = learn_dictionary(vectors, settings.grid, config.dictionary.gain_m / cell_m,
                                            config.dictionary.run_m / cell_m, config.dictionary);  // D, by ASNSC
   std::vector<std::vector<Segment>> segments;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, settings.grid, min_speed_mps));
+    segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, settings.grid));
   }
   Model model;
   model.settings = settings;

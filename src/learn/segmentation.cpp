@@ -21,12 +21,13 @@ Vector2 arrow_at(const MotionPrimitive& primitive, const CellKey& cell) {
 
 /// Scores, one row a sample, one column a label.
 Eigen::MatrixXd label_scores(const CurbTrajectory& track, std::span<const Coefficient> labels,
-                             std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps) {
+                             std::span<const MotionPrimitive> primitives, const Grid& grid) {
   const auto samples = static_cast<Eigen::Index>(track.positions.size());
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(samples, static_cast<Eigen::Index>(labels.size()));
   for (Eigen::Index t = 0; t < samples; ++t) {
     const Vector2& velocity = track.velocities[static_cast<std::size_t>(t)];
-    if (velocity.isZero() || velocity_to_world(track.frame, velocity).norm() < min_speed_mps) continue;
+    if (velocity.isZero() || velocity_to_world(track.frame, velocity).norm() < DictionaryConfig::min_speed_mps)
+      continue;
     const CellKey cell = cell_of(grid, track.positions[static_cast<std::size_t>(t)]);
     for (std::size_t k = 0; k < labels.size(); ++k) {
       const Vector2 arrow = arrow_at(primitives[static_cast<std::size_t>(labels[k].primitive)], cell);
@@ -89,13 +90,13 @@ std::vector<Segment> without_short_runs(const std::vector<Segment>& runs, std::s
 }  // namespace
 
 std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coefficient> code,
-                             std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps) {
+                             std::span<const MotionPrimitive> primitives, const Grid& grid) {
   std::vector<Coefficient> labels;
   for (const Coefficient& used : code) {
     if (used.value > kMinCoefficient) labels.push_back(used);
   }
   if (labels.empty() || track.positions.empty()) return {};
-  const Eigen::MatrixXd scores = label_scores(track, labels, primitives, grid, min_speed_mps);
+  const Eigen::MatrixXd scores = label_scores(track, labels, primitives, grid);
   return without_short_runs(runs_of(best_labels(scores), labels), kMinRunSamples);
 }
 

@@ -18,7 +18,7 @@ namespace sila {
 /// the code uses no primitive enough. Neighbours differ. Source: docs/learn.md, section 6. Differs: a Viterbi pass
 /// instead of sample-wise maxima; see docs/decisions/0003-segmentation.md.
 std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coefficient> code,
-                             std::span<const MotionPrimitive> primitives, const Grid& grid, double min_speed_mps);
+                             std::span<const MotionPrimitive> primitives, const Grid& grid);
 
 /// One transition in the tracks of a batch.
 struct ObservedTransition {

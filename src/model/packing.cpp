@@ -1,7 +1,6 @@
 #include "sila/model/packing.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -11,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "model/model_parts.hpp"
 #include "model/parts.hpp"
 #include "sila/core/fields.hpp"
 
@@ -219,32 +219,6 @@ void members(auto& archive, MaybeConst<ModelSettings> auto& settings) {
   archive.count(residual_knots);
 }
 
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-bool same_bits(std::span<const double> a, std::span<const double> b) {
-  return std::ranges::equal(a, b, [](double x, double y) { return same_bits(x, y); });
-}
-
-bool identical(const MotionPrimitive& a, const MotionPrimitive& b) {
-  const auto same_cell = [](const CellVelocity& x, const CellVelocity& y) {
-    return x.cell == y.cell && same_bits(x.velocity.x(), y.velocity.x()) && same_bits(x.velocity.y(), y.velocity.y());
-  };
-  return same_bits(a.weight, b.weight) && a.support == b.support && std::ranges::equal(a.cells, b.cells, same_cell);
-}
-
-bool identical(const Transition& a, const Transition& b) {
-  return a.from == b.from && a.to == b.to && same_bits(a.count, b.count) && same_bits(pack(a.field), pack(b.field)) &&
-         same_bits(pack(a.residual), pack(b.residual)) && same_bits(pack(a.sites), pack(b.sites)) &&
-         a.support == b.support;
-}
-
-bool identical(const Site& a, const Site& b) {
-  return same_bits(pack(a.frame), pack(b.frame)) && a.episodes == b.episodes && a.tracks == b.tracks &&
-         same_bits(pack(a.error_statistics), pack(b.error_statistics));
-}
-
 }  // namespace
 
 template <PackedPart Part>
@@ -303,11 +277,7 @@ std::size_t packed_bytes(const Model& model) {
 }
 
 bool identical(const Model& a, const Model& b) {
-  const auto same = [](const auto& x, const auto& y) { return identical(x, y); };
-  return same_bits(pack(a.settings), pack(b.settings)) && same_bits(pack(a.prior), pack(b.prior)) &&
-         a.sharing == b.sharing && std::ranges::equal(a.sites, b.sites, same) && a.episodes == b.episodes &&
-         a.tracks == b.tracks && a.episode_ids == b.episode_ids &&
-         std::ranges::equal(a.primitives, b.primitives, same) && std::ranges::equal(a.transitions, b.transitions, same);
+  return parts_of(a, {}) == parts_of(b, {});
 }
 
 }  // namespace sila

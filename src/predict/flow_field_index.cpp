@@ -165,9 +165,8 @@ FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, 
   bucket_size_ = model.settings.grid.cell;
   max_shortlisted_ = static_cast<std::size_t>(config.max_shortlisted);
   apart_ = model.sharing == SiteSharing::apart;
-  trained_sites_only_ = config.trained_sites_only;
   for (const Site& site : model.sites) site_frames_.push_back(site.frame);
-  buckets_.resize((apart_ ? site_frames_.size() : 0) + (apart_ && trained_sites_only_ ? 0 : 1));
+  buckets_.resize(apart_ ? site_frames_.size() : 1);
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
     leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
@@ -193,10 +192,8 @@ void FlowFieldIndex::add_transition(int index, std::span<const std::int64_t> buc
   const auto add_to = [&](Buckets& to) {
     for (const std::int64_t bucket : buckets) to[bucket].transitions.push_back(index);
   };
-  if (apart_) {
-    for (const SiteCount& part : sites) add_to(buckets_[static_cast<std::size_t>(part.site)]);
-  }
-  if (const auto elsewhere = index_at(std::nullopt)) add_to(buckets_[*elsewhere]);
+  if (!apart_) return add_to(buckets_.front());
+  for (const SiteCount& part : sites) add_to(buckets_[static_cast<std::size_t>(part.site)]);
 }
 
 void FlowFieldIndex::add_wide_fields() {
@@ -252,9 +249,8 @@ std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
 
 std::optional<std::size_t> FlowFieldIndex::index_at(std::optional<int> site) const {
   if (!apart_) return 0;
-  if (site) return static_cast<std::size_t>(*site);
-  if (trained_sites_only_) return std::nullopt;
-  return site_frames_.size();
+  if (!site) return std::nullopt;
+  return static_cast<std::size_t>(*site);
 }
 
 const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position, std::optional<int> site) const {

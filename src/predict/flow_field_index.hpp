@@ -33,7 +33,7 @@ class FlowFieldIndex {
   /// The trained site of this frame; null at an untrained site.
   std::optional<int> site(const CurbFrame& frame) const;
   /// Transitions whose field may cover the current position, in order. If sites are apart: those of this site; at an
-  /// untrained site none (with `trained_sites_only`) or all. Where more than `max_shortlisted` overlap, those whose
+  /// untrained site none. Where more than `max_shortlisted` overlap, those whose
   /// flow in the middle of the bucket best matches the current velocity.
   std::span<const int> near(const CurbTrajectory& observed, std::optional<int> site, Scratch& scratch) const;
   /// Transitions that leave a primitive, in order.
@@ -65,10 +65,10 @@ class FlowFieldIndex {
   double bucket_size_ = 1.0;
   std::size_t max_shortlisted_ = 0;
   std::vector<CurbFrame> site_frames_;
-  bool apart_ = true, trained_sites_only_ = true;
+  bool apart_ = true;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;
-  /// If sites are apart: one for each, and one for all if untrained sites need it; else one for all.
+  /// If sites are apart: one for each; else one for all.
   std::vector<Buckets> buckets_;
 };
 

@@ -200,10 +200,10 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   return sum;
 }
 
-ErrorStatistics pooled_error_statistics(const Model& model, bool place_free) {
+ErrorStatistics pooled_error_statistics(const Model& model) {
   ErrorStatistics sum = model.prior;
   for (const Site& site : model.sites) accumulate(sum, site.error_statistics);
-  if (!place_free || sum.empty()) return sum;
+  if (sum.empty()) return sum;
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
   free.global_motion = std::move(sum.global_motion);

@@ -17,9 +17,9 @@ struct GatheredErrors {
 /// learnt.
 GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows);
 
-/// The sum of the error statistics of all sites and of the prior, for an untrained site. `place_free`: without the sums
-/// of predictions that depend on the site.
-ErrorStatistics pooled_error_statistics(const Model& model, bool place_free);
+/// The sum of the error statistics of all sites and of the prior, for an untrained site: without the sums of
+/// predictions that depend on the site.
+ErrorStatistics pooled_error_statistics(const Model& model);
 
 /// The error statistics of one site, with nonconformity scores shrunk to those of the other sites, which count as a few
 /// windows (power prior), and with the prior of the model added. All other sums are those of the site alone, because

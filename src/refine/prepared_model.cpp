@@ -113,7 +113,7 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
       interval_s_(model.settings.sample_interval_s),
       fields_(model, config, earlier, of_earlier ? &of_earlier->fields_ : nullptr),
       residuals_(model, earlier, of_earlier ? &of_earlier->residuals_ : nullptr),
-      elsewhere_(fitted_to(pooled_error_statistics(model, config.trained_sites_only))) {
+      elsewhere_(fitted_to(pooled_error_statistics(model))) {
   validate_fields("predict", config);
   if (config.observe_s > elsewhere_.stacking.observe_s() + 1e-9)
     throw std::invalid_argument(concatenate("predict.observe_s = ", config.observe_s, ", the model uses at most ",
@@ -156,7 +156,7 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
   Prediction& prediction = begin_prediction(observed, steps, interval_s_, workspace);
   describe_person(prediction, observed, seen);
   prediction.novelty = calibration.novelty(merged.raw_novelty);
-  const bool uses_site = seen.site || !config_.trained_sites_only;
+  const bool uses_site = seen.site.has_value();
   prediction.fallback = merged.rollouts.empty() || (stacking.fitted() && !uses_site);
   const Vector2 to_horizon = velocity_mps(stacking, seen, seen.residuals, uses_site, stacking.last_step(), interval_s_);
   const VelocityCorrection correction = stacking.corrections(observed, seen, to_horizon, interval_s_).total;

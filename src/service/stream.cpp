@@ -70,9 +70,8 @@ void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSetti
     }
     add_score(core, pedestrian, prediction, score);
   }
-  core.online_calibration =
-      fitted(std::move(core.online_calibration), pedestrian.score, horizons_until(settings.episode.predict.horizon_s),
-             settings.service.calibration_step);
+  core.online_calibration = fitted(std::move(core.online_calibration), pedestrian.score,
+                                   horizons_until(settings.episode.predict.horizon_s), ServiceConfig::calibration_step);
   add(core.scores, std::move(pedestrian.score), settings.service);
   ++core.counters.tracks;
   for (Trajectory& path : trajectories) {

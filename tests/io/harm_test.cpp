@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files.hpp"
-#include "io/model_parts.hpp"
 #include "io/model_tables.hpp"
 #include "io/sqlite.hpp"
 #include "made_up_model.hpp"
+#include "model/model_parts.hpp"
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"

@@ -27,7 +27,7 @@ CurbTrajectory straight() {
 TEST(Segmentation, CutsATrackWhereOnePrimitiveEndsAndTheNextBegins) {
   const std::vector<MotionPrimitive> primitives{row(0, 8, {1, 0}), row(8, 16, {1, 0}), row(0, 16, {-1, 0})};
   const std::vector<Coefficient> code{{0, 1.0}, {1, 0.9}, {2, 0.3}};
-  const std::vector<Segment> segments = segment(straight(), code, primitives, kGrid, 0.2);
+  const std::vector<Segment> segments = segment(straight(), code, primitives, kGrid);
   ASSERT_EQ(segments.size(), 2u);
   EXPECT_EQ(segments[0].primitive, 0);
   EXPECT_EQ(segments[1].primitive, 1);
@@ -39,9 +39,9 @@ TEST(Segmentation, CutsATrackWhereOnePrimitiveEndsAndTheNextBegins) {
 
 TEST(Segmentation, LeavesATrackAloneThatUsesNoPrimitive) {
   const std::vector<MotionPrimitive> primitives{row(0, 8, {1, 0})};
-  EXPECT_TRUE(segment(straight(), {}, primitives, kGrid, 0.2).empty());
+  EXPECT_TRUE(segment(straight(), {}, primitives, kGrid).empty());
   const std::vector<Coefficient> faint{{0, 0.05}};
-  EXPECT_TRUE(segment(straight(), faint, primitives, kGrid, 0.2).empty());
+  EXPECT_TRUE(segment(straight(), faint, primitives, kGrid).empty());
 }
 
 TEST(Transitions, CountATrackOnceAPairAndKeepTheSamplesOfBothRuns) {

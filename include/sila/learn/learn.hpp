@@ -34,8 +34,6 @@ inline constexpr const char* kCutRules[] = {"aligned", "first_unexplained"};
 struct DictionaryConfig {
   /// Slower samples have no heading (v_min) [m/s].
   static constexpr double min_speed_mps = 0.2;
-  /// Weight of the activeness channel (gamma).
-  static constexpr double activeness_weight = 1.0;
   /// Cost of using a primitive in a track [cell visits] (lambda).
   static constexpr double sparsity = 1.0;
   /// Minimum path length that a new primitive must explain (tau) [m].

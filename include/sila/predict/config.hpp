@@ -34,7 +34,6 @@ struct PredictConfig {
   /// Modes lighter than this share of the heaviest are dropped.
   static constexpr double min_relative_weight = 0.01;
   double merge_radius_m = 2.0;
-  bool trained_sites_only = true;
   /// Correlation time of a pedestrian's deviation from the field [s].
   static constexpr double noise_correlation_s = 1.6;
   bool own_deviation = false;
@@ -60,8 +59,6 @@ void fields(MaybeConst<PredictConfig> auto& config, auto&& visit) {
                "minimum number of observed samples at positions that a field knows");
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes with a smaller mean distance are merged");
-  visit.flag("trained_sites_only", config.trained_sites_only,
-             "at an untrained site, use only what does not depend on the site");
   visit.flag("own_deviation", config.own_deviation,
              "start a roll-out with the pedestrian's own deviation from the field, which decays over that time");
 }

@@ -25,7 +25,8 @@ struct ServiceConfig {
   int max_pending_scores = 20000;
   /// Tracks that wait to be learnt; beyond it the oldest are discarded; not a setting.
   int max_waiting_tracks = 1000;
-  double calibration_step = 0.05;
+  /// Step of the online calibration of nominal regions, for each pedestrian.
+  static constexpr double calibration_step = 0.05;
   /// Number of the last pedestrians whose errors and coverage are reported; not a setting.
   int scored_pedestrians = 1000;
   /// The drift alarm compares the error of the last pedestrians with that of the earlier ones [pedestrians].
@@ -49,8 +50,6 @@ void fields(MaybeConst<ServiceConfig> auto& config, auto&& visit) {
   visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",
                "a detection may be this much older than the newest of its stream; a track stays open as long");
   visit.number("max_ids", config.max_ids, Range{1, 1000000}, "ids", "open tracks of a stream; more are rejected");
-  visit.number("calibration_step", config.calibration_step, Range{0.0, 1.0}, "per pedestrian",
-               "step of the online calibration of nominal regions; 0: off");
   visit.number("max_line_bytes", config.max_line_bytes, Range{64, 1 << 20}, "bytes",
                "of a line; longer lines are rejected");
   visit.number("max_rate_hz", config.max_rate_hz, Range{0.0, 1e7, true}, "lines/s",

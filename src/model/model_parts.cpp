@@ -1,4 +1,4 @@
-#include "model_parts.hpp"
+#include "model/model_parts.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -73,7 +73,7 @@ class Reader {
   bytes::Reader rest_;
 };
 
-void members(auto& archive, MaybeConst<MotionPrimitive> auto& primitive) {
+void stored_members(auto& archive, MaybeConst<MotionPrimitive> auto& primitive) {
   auto& [cells, weight, support] = primitive;
   archive.number(weight);
   archive.number(support);
@@ -84,7 +84,7 @@ void members(auto& archive, MaybeConst<MotionPrimitive> auto& primitive) {
   });
 }
 
-void members(auto& archive, MaybeConst<Transition> auto& transition) {
+void stored_members(auto& archive, MaybeConst<Transition> auto& transition) {
   auto& [from, to, count, field, residual, sites, support] = transition;
   archive.number(count);
   archive.number(support);
@@ -95,7 +95,7 @@ void members(auto& archive, MaybeConst<Transition> auto& transition) {
 
 template <class Part>
 requires PackedPart<std::remove_const_t<Part>>
-void members(auto& archive, Part& part) {
+void stored_members(auto& archive, Part& part) {
   archive.packed(part);
 }
 
@@ -124,13 +124,13 @@ void head_members(auto& archive, MaybeConst<Model> auto& model) {
 
 std::string part_of(const auto& value) {
   Writer writer;
-  members(writer, value);
+  stored_members(writer, value);
   return std::move(writer).bytes();
 }
 
 void read_part(const std::string& bytes, auto& value) {
   Reader reader(bytes);
-  members(reader, value);
+  stored_members(reader, value);
   reader.finish();
 }
 

@@ -14,6 +14,8 @@ struct ModelParts {
   /// Configuration, prior, episode ids in groups; error statistics of each site; each primitive; each transition
   /// without from and to.
   std::vector<std::string> parts;
+
+  bool operator==(const ModelParts&) const = default;
 };
 
 ModelParts parts_of(const Model& model, const std::string& configuration);
