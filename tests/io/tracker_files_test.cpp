@@ -157,6 +157,8 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   expect_row(file.detections.rows[2], "7", 0.08, 130.0, 170.0);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
   EXPECT_TRUE(contains(file.detections.dropped.front().first, "00_000_000002.txt:3"));
+  folder.write_gz("run/00_000_000003.txt.gz", "person 7 0.0 0 0.0 120 50 160 170" + unknown);
+  EXPECT_EQ(read_detections(folder.path() / "run", options).detections.rows.size(), 4U);
   const auto no_rate = format_error_of([&] { read_detections(folder.path() / "run", {}); });
   ASSERT_TRUE(no_rate);
   EXPECT_TRUE(contains(no_rate->what(), "--fps"));
