@@ -107,7 +107,7 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   if (seen.rows < kFewRows) return warnings;
   if (seen.interval_s > max_gap_s)
     warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
-                                   " s apart; are the stamps frames or milliseconds?"));
+                                   " s apart; are the stamps frames or milliseconds? Name their column frame or t_ms"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(

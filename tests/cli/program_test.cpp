@@ -152,7 +152,7 @@ TEST_F(Program, LearnsNoBatchTwice) {
   EXPECT_EQ(again.code, 0);
   EXPECT_NE(again.err.find("3 of 3 batches are in m.sila already"), std::string::npos) << again.err;
   EXPECT_EQ(read(folder_ / "m.sila"), model);
-  expect_rejected("fuse m.sila m.sila --out twice.sila", {"shares 3 episodes"});
+  expect_rejected("fuse m.sila m.sila --out twice.sila", {"have learnt 3 episodes"});
 }
 
 TEST_F(Program, SaysWhereTheFleetIs) {
