@@ -162,6 +162,14 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   const auto no_rate = format_error_of([&] { read_detections(folder.path() / "run", {}); });
   ASSERT_TRUE(no_rate);
   EXPECT_TRUE(contains(no_rate->what(), "--fps"));
+  const auto alone = format_error_of([&] { read_detections(folder.path() / "run/00_000_000000.txt", options); });
+  ASSERT_TRUE(alone);
+  EXPECT_TRUE(contains(alone->what(), "give the folder"));
+  folder.write("run/00_000_000004.txt", "person 7 0.0 0 0.0 nan 50 160 170" + unknown);
+  const Detections with_nan = read_detections(folder.path() / "run", options).detections;
+  const std::vector<DroppedRows> dropped = clean(std::span(&with_nan, 1), {}).report.dropped;
+  EXPECT_EQ(std::ranges::count(dropped, DropReason::not_finite, &DroppedRows::reason), 1);
+  EXPECT_EQ(rows_of(with_nan, DropReason::bad_box), 0U);
   folder.write("run/00_001_000000.txt", "person 3 0.0 0 0.0 100 50 140 170" + unknown);
   const auto streams = format_error_of([&] { read_detections(folder.path() / "run", options); });
   ASSERT_TRUE(streams);
