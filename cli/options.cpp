@@ -65,12 +65,24 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   return a == b || std::filesystem::equivalent(a, b, error);
 }
 
-/// Rejects a file that would be written over another file of the same command.
+bool is_database(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // reading would wait for a pipe
+  constexpr std::string_view begin = "SQLite format 3";
+  std::string found(begin.size(), '\0');
+  return std::ifstream(path, std::ios::binary).read(found.data(), begin.size()) && found == begin;
+}
+
+/// Rejects a file that would be written over another file of the same command, or a text over a model.
 void require_own_outputs(const CLI::App& verb) {
   for (const char* name : {"--out", "--share", "--explain"}) {
     const CLI::Option* output = verb.get_option_no_throw(name);
     if (output == nullptr || output->get_type_size() == 0 || output->count() == 0) continue;
     const std::string path = output->as<std::string>();
+    const bool is_model = output->get_type_name().ends_with(".sila");
+    if (!is_model && is_database(path))
+      throw std::invalid_argument(std::string(name) + " = " + path +
+                                  " is a model, which would be lost; name another file");
     for (const CLI::Option* other : verb.get_options()) {
       if (other == output) continue;
       for (const std::string& value : other->results()) {

@@ -51,6 +51,7 @@ void simulate_tracks(const SimulateOptions& options) {
   Config config = configured(options.common);
   if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
   if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
+  require_folder_of(options.out);
   const Simulation simulation = simulate(config.simulate);
   write_beside(scene_path(options.out), scene_of(simulation, options.out));
   write_tracks_csv(options.out, simulation.tracks);

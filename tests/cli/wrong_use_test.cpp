@@ -59,6 +59,9 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   }
   ASSERT_EQ(run("simulate --tracks 40 --seed 2 --out new.csv").code, 0);
   ASSERT_EQ(run("learn new.csv --scene new.scene.json --model n.sila").code, 0);
+  expect_rejected("predict" + with + " --out other.sila", {"other.sila is a model, which would be lost"}, 1);
+  expect_rejected("simulate --out other.sila", {"other.sila is a model, which would be lost"}, 1);
+  expect_rejected("fuse m.sila n.sila --out f.sila --explain other.sila", {"other.sila is a model"}, 1);
   expect_rejected("fuse m.sila n.sila --out f.sila --explain no/e.json", {"no/e.json", "no folder"}, 1);
   EXPECT_FALSE(fs::exists(folder_ / "f.sila"));
   expect_rejected("learn tracks.csv --scene '' --model m.sila", {"--scene", "an empty one"});
