@@ -45,6 +45,7 @@ void evaluate_model(const EvaluateOptions& options) {
       options.predictions.empty() ? RecordedPredictions{} : predictions_of(options.predictions, input.tracks);
   if (options.tracks.hold_out > 0.0)
     input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
+  if (options.predictions.empty()) warn_of_learnt(stored, input.tracks);
   const Evaluation evaluation =
       options.predictions.empty()
           ? evaluate(stored.model, input.tracks, config.episode, config.evaluate)

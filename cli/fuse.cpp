@@ -56,9 +56,10 @@ void run_cases(const FuseOptions& options) {
 void fuse_files(const FuseOptions& options) {
   if (!options.cases.empty()) return run_cases(options);
   if (options.previous.empty() || options.incoming.empty() || options.out.empty()) {
-    throw std::invalid_argument("fuse: two model files and --out are needed, or --cases");
+    throw UsageError("fuse: two model files and --out are needed, or --cases");
   }
   require_no_records("--out", options.out);
+  if (!options.explain.empty()) require_folder_of(options.explain);
   const ThreadLimit limit(options.common.threads);
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
   const Config config = configured(options.common, previous, options.previous);

@@ -137,6 +137,8 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
     std::cerr << known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
   }
+  if (model.primitives.empty())
+    std::cerr << "warning: no motion was learnt: the tracks are too few or too short, or not in metres and seconds\n";
   print(options.common,
         {{"model", options.model},
          {"episodes", episodes},
@@ -157,7 +159,7 @@ Config in_units(const LearnOptions& options, Config config, const StoredModel& s
   if (options.units != "pixels") return config;
   const TrackOptions& input = options.tracks;
   if (!input.camera.empty() || !input.scene.empty() || input.read.metres_per_unit)
-    throw std::invalid_argument("learn: --units pixels is for tracks without --camera, --metres-per-unit and --scene");
+    throw UsageError("learn: --units pixels is for tracks without --camera, --metres-per-unit and --scene");
   if (config.metres_per_pixel > 0.0) return config;
   if (!stored.model.empty())
     throw std::invalid_argument("learn: --units = pixels, but " + options.model + " was learnt in metres");
@@ -179,8 +181,8 @@ Config in_units(const LearnOptions& options, Config config, const StoredModel& s
 
 void learn_tracks(const LearnOptions& options) {
   if (options.share.empty() != (options.min_people == 0))
-    throw std::invalid_argument("learn: --min-people and --share belong together");
-  if (!options.share.empty()) require_no_records("--share", options.share);
+    throw UsageError("learn: --min-people and --share belong together");
+  if (!options.share.empty()) require_no_records("--share", options.share, true);
   const ThreadLimit limit(options.common.threads);
   ModelFile file = ModelFile::open_or_create(options.model);
   StoredModel stored;

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sila/core/errors.hpp"
 #include "sila/version.hpp"
+#include "usage.hpp"
 #include "verbs.hpp"
 
 namespace {
@@ -21,15 +21,15 @@ int fail(int code, const std::exception& error) {
   return code;
 }
 
-/// An empty argument is most often a variable of the shell that is not set. Throws: std::invalid_argument.
+/// An empty argument is most often a variable of the shell that is not set. Throws: UsageError.
 void require_words(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (argv[i][0] == '\0')
-      throw std::invalid_argument("expected a value after " + std::string(argv[i - 1]) + ", found an empty one");
+      throw sila::cli::UsageError("expected a value after " + std::string(argv[i - 1]) + ", found an empty one");
   }
 }
 
-/// Throws: std::invalid_argument if a verb, or one of a group of verbs, is expected and another word or none is found.
+/// Throws: UsageError if a verb, or one of a group of verbs, is expected and another word or none is found.
 void require_verb(const CLI::App& program, int argc, char** argv) {
   const CLI::App* group = &program;
   for (int i = 1; i == argc || (i < argc && argv[i][0] != '-'); ++i) {
@@ -39,7 +39,7 @@ void require_verb(const CLI::App& program, int argc, char** argv) {
     if (found == verbs.end()) {
       std::string names;
       for (const CLI::App* verb : verbs) names += (names.empty() ? "" : ", ") + verb->get_name();
-      throw std::invalid_argument((group == &program
+      throw sila::cli::UsageError((group == &program
                                        ? "expected a verb (`sila --help` lists them)"
                                        : "expected a verb of `sila " + group->get_name() + "`: " + names) +
                                   "; found " + (i == argc ? "none" : argv[i]));
@@ -59,7 +59,9 @@ int main(int argc, char** argv) {
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return "sila: " + std::string(error.what()) + "; `sila VERB --help` lists the options\n";
   });
-  app.footer("`sila VERB --help` has an example of each verb.");
+  app.footer(
+      "`sila VERB --help` has an example of each verb.\n"
+      "Exit codes: 0 done; 1 bad input: a file, or a model that does not fit; 2 a wrong command line.");
   for (sila::cli::AddVerb* add : sila::cli::kVerbs) add(app);
   try {
     require_words(argc, argv);
@@ -74,9 +76,7 @@ int main(int argc, char** argv) {
     const bool misspelt = option != unknown.end();  // matters more than what is then missing
     app.exit(misspelt ? CLI::ExtrasError("sila", {*option}) : error, std::cout, std::cerr);
     return kUsage;
-  } catch (const sila::FormatError& error) {
-    return fail(kBadInput, error);
-  } catch (const std::invalid_argument& error) {
+  } catch (const sila::cli::UsageError& error) {
     return fail(kUsage, error);
   } catch (const std::exception& error) {
     return fail(kBadInput, error);

@@ -33,7 +33,7 @@ void list_episodes(const ModelOptions& options) {
 }
 
 void roll_back(const ModelOptions& options) {
-  if (!options.to && !options.keep) throw std::invalid_argument("rollback: --to or --keep is needed");
+  if (!options.to && !options.keep) throw UsageError("rollback: --to or --keep is needed");
   ModelFile file = ModelFile::open(options.model);
   if (options.to) file.rollback(*options.to);
   if (options.keep) file.keep_undo(*options.keep);

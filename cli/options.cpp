@@ -1,5 +1,6 @@
 #include "options.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -28,11 +29,11 @@ void require_different_files(const std::vector<std::filesystem::path>& paths) {
   std::set<std::filesystem::path> different;
   for (const std::filesystem::path& path : paths) {
     if (path == "-")
-      throw std::invalid_argument(
+      throw UsageError(
           "tracks: expected files, found -; write the tracks to a file, or send lines to `sila serve --stdin`");
     std::error_code error;
     if (!different.insert(std::filesystem::weakly_canonical(path, error)).second)
-      throw std::invalid_argument("tracks: expected each file once, found " + path.string() + " twice");
+      throw UsageError("tracks: expected each file once, found " + path.string() + " twice");
   }
 }
 
@@ -40,7 +41,9 @@ Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
   require_named(!result.paths.empty() || !options.scene.empty());
   require_different_files(result.paths);
-  if (!options.format.empty()) result.read.format = required_format(options.format, "--format = " + options.format);
+  if (!options.format.empty()) {
+    result.read.format = of_options([&] { return required_format(options.format, "--format = " + options.format); });
+  }
   if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
   const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;
   if (const auto camera = pixel_camera(config, has_scale)) result.scene.camera = result.read.camera = camera;
@@ -62,18 +65,30 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   return a == b || std::filesystem::equivalent(a, b, error);
 }
 
-/// Rejects a file that would be written over another file of the same command.
+bool is_database(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // reading would wait for a pipe
+  constexpr std::string_view begin = "SQLite format 3";
+  std::string found(begin.size(), '\0');
+  return std::ifstream(path, std::ios::binary).read(found.data(), begin.size()) && found == begin;
+}
+
+/// Rejects a file that would be written over another file of the same command, or a text over a model.
 void require_own_outputs(const CLI::App& verb) {
   for (const char* name : {"--out", "--share", "--explain"}) {
     const CLI::Option* output = verb.get_option_no_throw(name);
     if (output == nullptr || output->get_type_size() == 0 || output->count() == 0) continue;
     const std::string path = output->as<std::string>();
+    const bool is_model = output->get_type_name().ends_with(".sila");
+    if (!is_model && is_database(path))
+      throw std::invalid_argument(std::string(name) + " = " + path +
+                                  " is a model, which would be lost; name another file");
     for (const CLI::Option* other : verb.get_options()) {
       if (other == output) continue;
       for (const std::string& value : other->results()) {
         if (same_file(path, value))
-          throw std::invalid_argument(std::string(name) + " = " + path + " is the file of " + other->get_name() +
-                                      ", too; name another file");
+          throw UsageError(std::string(name) + " = " + path + " is the file of " + other->get_name() +
+                           ", too; name another file");
       }
     }
   }
@@ -136,8 +151,9 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
   verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")
       ->type_name("TRACKS");
   verb.add_option("--scene", options.scene, kSceneHelp)->type_name("FILE");
-  verb.add_option("--camera", options.camera, "file with the camera by which pixels become metres [that of the scene]")
-      ->type_name("FILE");
+  CLI::Option* camera = verb.add_option("--camera", options.camera,
+                                        "file with the camera by which pixels become metres [that of the scene]");
+  camera->type_name("FILE");
   add_classes(verb, options.read);
   verb.add_option("--data-dir", options.data_dir, "also look here for the files that the scene names")
       ->type_name("DIR");
@@ -146,7 +162,8 @@ void add_tracks(CLI::App& verb, TrackOptions& options) {
       ->check(positive_number);
   verb.add_option("--metres-per-unit", options.read.metres_per_unit,
                   "scale of the positions, e.g. metres per pixel [1]")
-      ->check(positive_number);
+      ->check(positive_number)
+      ->excludes(camera);
 }
 
 void add_hold_out(CLI::App& verb, TrackOptions& options) {
@@ -175,17 +192,19 @@ void add_lines(CLI::App& verb, LineFormat& format) {
 }
 
 Config configured(const CommonOptions& common, Config base) {
-  Config config = common.profile.empty() ? base : with_profile(base, common.profile);
+  Config config = common.profile.empty() ? base : of_options([&] { return with_profile(base, common.profile); });
   if (!common.config_file.empty()) {
     nlohmann::json file = read_json(common.config_file);
     if (!common.profile.empty() && file.is_object()) file.erase("profile");
     config = read_config(config, file, common.config_file);
   }
-  for (const std::string& assignment : common.sets) config = set_field(config, assignment);
-  if (common.seed) config.simulate.seed = *common.seed;
-  validate_fields("config", config);
-  validate(config.episode);
-  return config;
+  return of_options([&] {
+    for (const std::string& assignment : common.sets) config = set_field(config, assignment);
+    if (common.seed) config.simulate.seed = *common.seed;
+    validate_fields("config", config);
+    validate(config.episode);
+    return config;
+  });
 }
 
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path) {
@@ -210,20 +229,43 @@ OpenedTracks open_tracks(const TrackOptions& options, const Config& config) {
   return {named.scene, TrackStream(named.paths, named.scene, named.read, config.clean)};
 }
 
-void require_no_records(const std::string& option, const std::string& path) {
+void require_folder_of(const std::string& path) {
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder)) throw FormatError(path, 0, "a file in a folder that exists", "no folder");
+}
+
+void require_no_records(const std::string& option, const std::string& path, bool may_be_shared) {
+  require_folder_of(path);
   if (!std::filesystem::exists(path)) return;
-  const std::size_t episodes = load_model(path).episodes.size();
-  if (episodes > 0)
-    throw std::invalid_argument(option + " = " + path + " is a model of " + counted(episodes, "recorded episode") +
-                                ", which would be lost; name another file, or remove it first");
+  const StoredModel old = load_model(path);
+  if (old.episodes.empty() && (may_be_shared || old.model.tracks == 0)) return;
+  throw std::invalid_argument(
+      option + " = " + path + " is a model of " +
+      (old.episodes.empty() ? counted(old.model.tracks, "track") : counted(old.episodes.size(), "recorded episode")) +
+      ", which would be lost; name another file, or remove it first");
+}
+
+void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
+  std::set<std::size_t> sizes;  // of batches
+  for (const EpisodeRecord& episode : stored.episodes) sizes.insert(static_cast<std::size_t>(episode.tracks));
+  std::size_t learnt = 0;
+  for (const std::size_t size : sizes) {
+    std::size_t of_this_size = 0;
+    for (std::size_t first = 0; size > 0 && first < tracks.size(); first += size) {
+      const auto batch = tracks.subspan(first, std::min(size, tracks.size() - first));
+      if (std::ranges::binary_search(stored.model.episode_ids, episode_id(batch))) of_this_size += batch.size();
+    }
+    learnt = std::max(learnt, of_this_size);
+  }
+  if (learnt > 0)
+    std::cerr << "warning: the model has learnt " << learnt << " of these " << counted(tracks.size(), "track")
+              << ", so the errors are too small; use other tracks, or --hold-out in `sila learn` and here\n";
 }
 
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {
   if (path.empty()) return {};
   if (!scene.camera)
-    throw std::invalid_argument(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
+    throw UsageError(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
   return picture_url(path);
 }
 
@@ -249,8 +291,7 @@ std::string first_line(const std::string& option, const std::string& path) {
 }
 
 void require_named(bool tracks) {
-  if (!tracks)
-    throw std::invalid_argument("tracks: expected track files, or --scene with a file that names some; found neither");
+  if (!tracks) throw UsageError("tracks: expected track files, or --scene with a file that names some; found neither");
 }
 
 SceneTracks read_placed(const TrackOptions& options, const Config& config, const Model& model) {

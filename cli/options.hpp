@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "usage.hpp"
 
 namespace sila::cli {
 
@@ -101,8 +103,12 @@ Config configured(const CommonOptions& common, const StoredModel& stored, const 
 /// Reads tracks and reports their rows on stderr.
 ReadTracks read_clean(const TrackOptions& options, const Config& config);
 
-/// Rejects a model file whose episodes are recorded: its tracks may be gone. The file need not exist.
-void require_no_records(const std::string& option, const std::string& path);
+/// Rejects a file in a folder that does not exist.
+void require_folder_of(const std::string& path);
+/// The same, and a model file with tracks, which may be gone; a k-anonymous copy has no records of them.
+void require_no_records(const std::string& option, const std::string& path, bool may_be_shared = false);
+/// Warns if tracks that are scored are batches that the model has learnt.
+void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);
 
 /// The first line of a file: a secret is given by a file, so that it is in no list of processes.
 std::string first_line(const std::string& option, const std::string& path);

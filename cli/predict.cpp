@@ -32,7 +32,7 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
   Config config = configured(options.common, stored, options.model);
   if (options.observe_s) config.episode.predict.observe_s = config.episode.predict.min_observe_s = *options.observe_s;
   if (options.horizon_s) config.episode.predict.horizon_s = *options.horizon_s;
-  validate_fields("predict", config.episode.predict);
+  of_options([&] { validate_fields("predict", config.episode.predict); });
   return config;
 }
 
@@ -82,7 +82,7 @@ void predict_tracks(const PredictOptions& options) {
   const Config config = predict_config(options, stored);
   const SceneTracks input = read_placed(options.tracks, config, stored.model);
   if (options.image && !input.scene.camera)
-    throw std::invalid_argument("predict: --image needs --camera, or a scene file with a camera");
+    throw UsageError("predict: --image needs --camera, or a scene file with a camera");
   const bool pixels = config.metres_per_pixel > 0.0;
   const Camera* const camera = options.image || pixels ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);

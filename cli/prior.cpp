@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -22,11 +23,17 @@ struct PriorOptions {
 
 StoredModel prior_of(const PriorOptions& options) {
   const CommonOptions& common = options.common;
-  if (options.models.empty()) return simulated_prior(configured(common));
+  const auto of_simulation = [](const std::string& assignment) { return assignment.starts_with("simulate."); };
+  if (common.seed || std::ranges::any_of(common.sets, of_simulation))
+    throw UsageError("prior make: --seed and --set simulate... have no effect: the simulated pedestrians are fixed");
+  if (options.models.empty()) {
+    const Config config = configured(common);
+    return of_options([&] { return simulated_prior(config); });
+  }
   if (!common.profile.empty() || !common.config_file.empty() || !common.sets.empty())
-    throw std::invalid_argument(
-        "prior make: --config, --profile and --set are for a prior without models; one of models has the configuration "
-        "of the first");
+    throw UsageError(
+        "prior make: --config, --profile and --set are only for a prior without models; a prior of models has the "
+        "configuration of the first one");
   std::vector<StoredModel> models;
   for (const std::string& path : options.models) models.push_back(load_model(path));
   return stored_prior(models);

@@ -11,9 +11,9 @@ namespace {
 void add_python_verb(CLI::App& app, const std::string& name, const std::string& what, const std::string& extra) {
   CLI::App* verb = app.add_subcommand(name, what + " (in the Python package).");
   verb->prefix_command();
-  verb->callback([=] {
-    throw std::invalid_argument(name + ": comes with the Python package; pip install 'sila[" + extra + "]'");
-  });
+  verb->footer("Its options: pip install 'sila[" + extra + "]', then `sila " + name + " --help`.");
+  verb->callback(
+      [=] { throw UsageError(name + ": comes with the Python package; pip install 'sila[" + extra + "]'"); });
 }
 
 }  // namespace

@@ -50,8 +50,10 @@ void replay_tracks(const ReplayVerb& options) {
     return;
   }
   const std::string token = options.token_file.empty() ? std::string() : first_line("--token-file", options.token_file);
-  tell(replay_to(options.to, token, lines, options.rate, options.linger_s,
-                 [](const std::string& line) { std::cout << line << "\n"; }));
+  tell(of_options([&] {
+    return replay_to(options.to, token, lines, options.rate, options.linger_s,
+                     [](const std::string& line) { std::cout << line << "\n"; });
+  }));
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.configuration = to_json(config);
   const bool alone = options.tracks.scene.empty() && options.tracks.paths.empty();
   SceneTracks read = alone ? SceneTracks{} : read_placed(options.tracks, config, input.stored.model);
-  if (!options.picture.empty() && alone) throw std::invalid_argument("report: --picture needs tracks");
+  if (!options.picture.empty() && alone) throw UsageError("report: --picture needs tracks");
   if (alone) return report_data(input);
   input.picture = picture_in("report", options.picture, read.scene);
   input.scene = std::move(read.scene);
@@ -53,6 +53,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
     input.input_ids.clear();
     for (const FramedTrajectory& placed : input.tracks) input.input_ids.push_back(placed.track.id);
   }
+  warn_of_learnt(input.stored, input.tracks);
   return report_data(input);
 }
 
@@ -60,7 +61,7 @@ void make_report(const ReportOptions& options) {
   const ThreadLimit limit(options.common.threads);
   nlohmann::ordered_json data;
   if (std::filesystem::path(options.subject).extension() == ".json") {
-    if (!options.picture.empty()) throw std::invalid_argument("report: --picture needs a model file, not results");
+    if (!options.picture.empty()) throw UsageError("report: --picture needs a model file, not results");
     data = {{"sila", build_version()}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);
   } else {

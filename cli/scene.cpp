@@ -53,7 +53,7 @@ std::string describe(const CornerProposal& made) {
 
 void propose_scene(const MakeOptions& options) {
   if (!options.map.empty())
-    throw std::invalid_argument("scene make: --map comes with the Python package; pip install 'sila[map]'");
+    throw UsageError("scene make: --map comes with the Python package; pip install 'sila[map]'");
   const Config config = configured(options.common);
   ReadTracks read = read_clean(options.tracks, config);
   const CornerProposal made = propose_corner(read.tracks.trajectories, config.episode.scaling);

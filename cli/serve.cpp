@@ -50,7 +50,7 @@ OpenModel open_model(const ServeVerb& options) {
   open.config = configured(options.common, open.stored, options.model);
   if (options.stride_s) open.config.service.stride_s = *options.stride_s;
   if (options.batch) open.config.service.batch = *options.batch;
-  validate_fields("serve", open.config);
+  of_options([&] { validate_fields("serve", open.config); });
   open.stored.configuration = to_json(open.config).dump();
   return open;
 }
@@ -68,8 +68,8 @@ Scene scene_in(const ServeVerb& options, const OpenModel& open) {
   const bool given = !options.camera.empty() && options.camera != kNoCamera;
   if (const auto camera = pixel_camera(open.config, given)) scene.camera = camera;
   if (scene.camera && options.camera.empty() && !pixel_camera(open.config))
-    throw std::invalid_argument("serve: " + options.scene + " has a camera: expected --camera " + options.scene +
-                                " if detections are image points, or --camera off if they are metres");
+    throw UsageError("serve: " + options.scene + " has a camera: expected --camera " + options.scene +
+                     " if detections are image points, or --camera off if they are metres");
   if (!given) return scene;
   const CameraFile read = read_camera(options.camera);
   for (const std::string& warning : read.warnings) print_message("warning: " + warning);
@@ -92,7 +92,7 @@ ServerOptions server_options(const ServeVerb& verb, const Scene& scene) {
   if (options.http == "off") options.http.clear();
   if (options.http.empty() && options.tcp.empty() && options.unix_path.empty() && options.mqtt.empty() &&
       !options.standard_input)
-    throw std::invalid_argument("serve: no input; give --http, --tcp, --unix, --mqtt or --stdin");
+    throw UsageError("serve: no input; give --http, --tcp, --unix, --mqtt or --stdin");
   if (!verb.token_file.empty()) options.token = token_in(verb.token_file);
   if (!verb.mqtt_password_file.empty())
     options.mqtt_password = first_line("--mqtt-password-file", verb.mqtt_password_file);
@@ -115,7 +115,8 @@ void serve(const ServeVerb& options) {
   ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
                            open.config.evaluate, frame_of,          options.lines};
   if (options.camera != kNoCamera || pixel_camera(open.config)) settings.camera = scene.camera;
-  Server server(server_options(options, scene), scene, settings, learner, print_message);
+  const ServerOptions checked = server_options(options, scene);
+  Server server = of_options([&] { return Server(checked, scene, settings, learner, print_message); });
   message(counted(open.stored.model.episodes, "episode") + "; serving");
   server.run();
 }

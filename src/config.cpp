@@ -158,6 +158,9 @@ std::vector<FramedTrajectory> simulated_tracks(const Config& config) {
 }
 
 StoredModel simulated_prior(const Config& config) {
+  if (!config.episode.error_statistics.enabled)
+    throw std::invalid_argument(
+        "prior: error_statistics.enabled = false, but a prior consists of error statistics; set it to true");
   Config simulated = config;
   simulated.simulate = {};
   simulated.simulate.tracks = kPriorTracks;

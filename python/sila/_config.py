@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Union
 
 from . import _sila
+from .errors import FormatError
 
 #: A nested (or dotted) dictionary of fields, or the path of a JSON file with one. The key "profile" ("default",
 #: "paper" or "paper-literal") gives the values to begin with.
@@ -56,6 +57,10 @@ def assignments(file: str | os.PathLike[str] | None, assigned: Iterable[str]) ->
             changes[name] = json.loads(value)
         except json.JSONDecodeError:
             changes[name] = value
+    try:
+        config(changes)
+    except FormatError as error:  # of the assignments, for the file was checked
+        raise ValueError(f"--set: {error}") from None
     return changes
 
 

@@ -175,7 +175,13 @@ def as_scene(scene: Any) -> Scene:
     raise TypeError(f"scene: expected a sila.Scene or the path of a scene file, found {type(scene).__name__}")
 
 
-def as_tracks(tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None) -> Tracks:
+def as_tracks(
+    tracks: TracksLike,
+    *,
+    scene: SceneLike | None = None,
+    frames_per_second: float | None = None,
+    config: ConfigLike = None,
+) -> Tracks:
     """Tracks from any accepted form:
 
     - `Tracks`, a `Track`, or any sequence of `Track`;
@@ -185,15 +191,17 @@ def as_tracks(tracks: TracksLike, *, scene: SceneLike | None = None, config: Con
     - the path of a track file, or several.
 
     Rows are cleaned as those of a file are; `config`: the group `clean` is used. Files get the camera, the units and the
-    transform of the `scene`; everything else is in metres, in its frame.
+    transform of the `scene`; everything else is in metres, in its frame. `frames_per_second` is for files with frame numbers.
     """
     scene = None if scene is None else as_scene(scene)
+    if frames_per_second is not None and not _are_files(tracks):
+        raise ValueError("frames_per_second: expected files, which may have frame numbers; other tracks have seconds")
     if isinstance(tracks, Tracks):
         return tracks
     if isinstance(tracks, Track):
         return Tracks([tracks])
     if isinstance(tracks, (str, os.PathLike)):
-        return read_tracks(tracks, scene=scene, config=config)
+        return read_tracks(tracks, scene=scene, frames_per_second=frames_per_second, config=config)
     if hasattr(tracks, "columns"):
         return clean_rows(*rows_of_frame(tracks), "data frame", merged("{}", config))
     if isinstance(tracks, Mapping):
@@ -209,8 +217,13 @@ def as_tracks(tracks: TracksLike, *, scene: SceneLike | None = None, config: Con
     if all(isinstance(entry, Track) for entry in entries):
         return Tracks(entries)
     if all(isinstance(entry, (str, os.PathLike)) for entry in entries):
-        return read_tracks(entries, scene=scene, config=config)
+        return read_tracks(entries, scene=scene, frames_per_second=frames_per_second, config=config)
     return clean_rows(*_rows_of_arrays(list(enumerate(entries))), "arrays", merged("{}", config))
+
+
+def _are_files(tracks: Any) -> bool:
+    several = tracks if isinstance(tracks, (list, tuple)) else [tracks]
+    return all(isinstance(file, (str, os.PathLike)) for file in several)
 
 
 def clean(reported: Tracks, source: str, settings: str) -> Tracks:

@@ -28,6 +28,7 @@ def learn(
     model: Model | None = None,
     batch: int = 20,
     units: str | None = None,
+    frames_per_second: float | None = None,
     config: ConfigLike = None,
     threads: int = 0,
     progress: bool | None = None,
@@ -40,6 +41,7 @@ def learn(
 
     `units`: "pixels" for files, tables and arrays in pixels without a camera. A new model measures their scale by how
     fast people walk and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
+    `frames_per_second`: of files with frame numbers.
 
     Raises ValueError for a configuration that the model did not begin with, and without tracks.
     """
@@ -52,10 +54,10 @@ def learn(
     if isinstance(tracks, Iterator):
         tracks = list(tracks)
     if units == "pixels":
-        settings = _in_pixels(tracks, scene, start, settings)
+        settings = _in_pixels(tracks, scene, start, settings, frames_per_second)
     batch = _whole("learn: batch", batch, 1)
     scene = None if scene is None else as_scene(scene)
-    given = _some("learn", tracks, scene, settings)
+    given = _some("learn", tracks, scene, settings, frames_per_second)
     with bar(progress, -(-len(given) // batch), "learning", "episode") as moving:
 
         def on_episode(done: int, of: int, tracks: int, size: int) -> None:
@@ -78,7 +80,7 @@ def train_batch(
     return _sila.train_batch(list(given), place, settings, _threads(threads))
 
 
-def _in_pixels(tracks: Any, scene: Any, start: Model, settings: str) -> str:
+def _in_pixels(tracks: Any, scene: Any, start: Model, settings: str, frames_per_second: float | None) -> str:
     """The settings of a model in pixels: those of a new one get the scale of the first tracks."""
     if isinstance(tracks, (Tracks, Track)) or (isinstance(tracks, list) and any(isinstance(t, Track) for t in tracks)):
         raise ValueError("learn: units: sila.Track is in metres; for pixels give the file, table or arrays")
@@ -91,12 +93,15 @@ def _in_pixels(tracks: Any, scene: Any, start: Model, settings: str) -> str:
     trial = merged(settings, {"metres_per_pixel": _sila.TRIAL_METRES_PER_PIXEL})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # at the scale of the trial units look wrong
-        scale = _sila.walking_scale(list(as_tracks(tracks, config=json.loads(trial))))
+        read = as_tracks(tracks, frames_per_second=frames_per_second, config=json.loads(trial))
+        scale = _sila.walking_scale(list(read))
     return merged(settings, {"metres_per_pixel": scale})
 
 
-def _some(verb: str, tracks: TracksLike, scene: Scene | None, settings: str) -> Tracks:
-    given = as_tracks(tracks, scene=scene, config=json.loads(settings))
+def _some(
+    verb: str, tracks: TracksLike, scene: Scene | None, settings: str, frames_per_second: float | None = None
+) -> Tracks:
+    given = as_tracks(tracks, scene=scene, frames_per_second=frames_per_second, config=json.loads(settings))
     if len(given) == 0:
         raise ValueError(f"{verb}: tracks: expected at least one, found none")
     return given
@@ -119,7 +124,7 @@ def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = No
         raise TypeError(f"models: expected a list of sila.Model, found {type(models).__name__}")
     given = [_model("models", model) for model in models]
     if not given:
-        raise ValueError("models: expected at least one sila.Model, found 0")
+        raise ValueError("models: expected at least one sila.Model, found 0; leave models out for simulated pedestrians")
     return _sila.make_prior(given)
 
 
@@ -139,6 +144,7 @@ def predict(
     scene: SceneLike | None = None,
     stride_s: float = 1.0,
     at_end: bool = False,
+    frames_per_second: float | None = None,
     config: ConfigLike = None,
     threads: int = 0,
     progress: bool | None = None,
@@ -147,9 +153,9 @@ def predict(
     `stride_s` seconds. With `at_end`, once a track, from its last sample.
 
     Samples after t0 never influence a prediction. `config` changes the configuration of the model, for instance
-    {"predict": {"horizon_s": 3}}.
+    {"predict": {"horizon_s": 3}}. `frames_per_second`: of files with frame numbers.
     """
-    settings, given, place = _looked_at(model, tracks, scene, config)
+    settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     stride_s = _seconds("stride_s", stride_s)
     ready = _sila.ReadyPredictor(model, settings)
     found: list[_sila.Prediction] = []
@@ -168,23 +174,30 @@ def explain(
     scene: SceneLike | None = None,
     stride_s: float = 1.0,
     at_end: bool = False,
+    frames_per_second: float | None = None,
     config: ConfigLike = None,
     threads: int = 0,
 ) -> list[dict[str, Any]]:
     """Predicts as `predict` does, with explanations: the lines of `sila predict --explain` as dictionaries, each with
     the primitives, transitions and terms behind its modes."""
-    settings, given, place = _looked_at(model, tracks, scene, config)
+    settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     ready = _sila.ReadyPredictor(model, settings)
     lines = ready.explain(given, place, _seconds("stride_s", stride_s), at_end, _threads(threads))
     return [json.loads(line) for line in lines]
 
 
 def evaluate(
-    model: Model, tracks: TracksLike, *, scene: SceneLike | None = None, config: ConfigLike = None, threads: int = 0
+    model: Model,
+    tracks: TracksLike,
+    *,
+    scene: SceneLike | None = None,
+    frames_per_second: float | None = None,
+    config: ConfigLike = None,
+    threads: int = 0,
 ) -> Evaluation:
     """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
     ones that the model has not learnt."""
-    settings, given, place = _looked_at(model, tracks, scene, config)
+    settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     numbers, text = _sila.evaluate(model, given, place, settings, _threads(threads))
     found = json.loads(numbers)
     return Evaluation(found["groups"], found["skipped"], found["changes"], text)
@@ -214,12 +227,17 @@ def simulate(*, config: ConfigLike = None, **simulate: Any) -> Simulation:
 
 
 def _looked_at(
-    model: Model, tracks: TracksLike, scene: SceneLike | None, config: ConfigLike
+    model: Model,
+    tracks: TracksLike,
+    scene: SceneLike | None,
+    config: ConfigLike,
+    frames_per_second: float | None,
 ) -> tuple[str, list[Track], Scene]:
     """The configuration, the tracks and the scene by which a model looks at them."""
     settings = _settings("model", model, config)
     place = None if scene is None else as_scene(scene)
-    given = list(as_tracks(tracks, scene=place, config=json.loads(settings)))
+    read = as_tracks(tracks, scene=place, frames_per_second=frames_per_second, config=json.loads(settings))
+    given = list(read)
     return settings, given, _place(place, model, given, settings)
 
 

@@ -244,7 +244,7 @@ def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
     assert not (tmp_path / "m.sila").exists()
     assert program(sites).returncode == 2
     wrong = program(sites, "--model", tmp_path / "m.sila", "--workers", 1, "--set", "fuse.similarity_threshold=7")
-    assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (1, True)
+    assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (2, True)
 
 
 def test_the_plain_program_says_where_the_fleet_is():

@@ -49,6 +49,29 @@ def test_files_tables_and_arrays_in_pixels_give_the_same_model(model, tmp_path):
     assert sila.predict(model, read) == sila.predict(model, walks())
 
 
+def test_a_file_with_frame_numbers_needs_a_rate_and_its_boxes_are_pixels(model, tmp_path):
+    boxes = tmp_path / "mot.txt"
+    boxes.write_text(
+        "".join(
+            f"{round(10 * t)},{1 + int(name)},{u - 10},{v - 50},20,50,1,-1,-1,-1\n"
+            for name, track in walks().items()
+            for t, u, v in track
+        )
+    )
+    learnt = sila.learn(boxes, units="pixels", frames_per_second=10)
+    assert learnt.config["metres_per_pixel"] == pytest.approx(model.config["metres_per_pixel"])
+    assert len(sila.predict(learnt, [boxes], frames_per_second=10, at_end=True)) == len(walks())
+    short = {"predict": {"horizon_s": 3}}
+    assert sila.evaluate(learnt, boxes, frames_per_second=10, config=short).groups["all"]["windows"] > 0
+    with pytest.raises(ValueError, match="frames_per_second"):
+        sila.learn(boxes, units="pixels")
+    with pytest.raises(ValueError, match="frames_per_second: expected files"):
+        sila.predict(learnt, walks(), frames_per_second=10)
+    for verb in (sila.learn, sila.read_tracks):
+        with pytest.raises(sila.FormatError, match="found pixels; give"):
+            verb(boxes, frames_per_second=10)
+
+
 def test_what_is_not_in_pixels_is_rejected(model, place, tmp_path):
     tracks = sila.Tracks(place.tracks)
     for wrong, words in [

@@ -12,6 +12,7 @@ namespace {
 constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a place moves faster
 constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr double kDegreesPlace = 0.01;  ///< a place of 1 km in degrees; in metres the noise of any tracker is larger
+constexpr const char* kRemedy = "give a camera (--camera), metres_per_unit (--metres-per-unit) or --units pixels";
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
 constexpr double kSlowWalk_mps = 0.25;  ///< people who walk are faster, also in a dense crowd
 
@@ -107,16 +108,16 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   if (seen.rows < kFewRows) return warnings;
   if (seen.interval_s > max_gap_s)
     warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
-                                   " s apart; are the stamps frames or milliseconds?"));
+                                   " s apart; are the stamps frames or milliseconds? Name their column frame or t_ms"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(
         "these look like pixels (or centimetres, or stamps that are not seconds): a quarter of the tracks is faster "
         "than ",
-        seen.upper_quartile_mps, " m/s, in a place of ", size_text(seen.box), " m; give metres_per_unit"));
+        seen.upper_quartile_mps, " m/s, in a place of ", size_text(seen.box), " m; ", kRemedy));
   } else if (seen.half_numbers && large) {
     warnings.push_back("these look like pixels: all coordinates are multiples of one half, in a place of " +
-                       size_text(seen.box) + " m; give metres_per_unit");
+                       size_text(seen.box) + " m; " + kRemedy);
   }
   if (const double size = seen.box.sizes().maxCoeff(); size > 0.0 && size < kDegreesPlace) {
     warnings.push_back(concatenate("all positions lie within ", size_text(seen.box),

@@ -9,6 +9,7 @@
 
 #include "fuse/similarity.hpp"
 #include "gp/flow_posterior.hpp"
+#include "model/settings_text.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/model/packing.hpp"
@@ -103,8 +104,8 @@ CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, cons
 
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold) {
   if (!(a.settings == b.settings)) {
-    throw std::invalid_argument(
-        "compare: the models have different settings (grid, frame, interval or knots), they must be equal");
+    throw std::invalid_argument("compare: the models have different settings: " + differences(a.settings, b.settings) +
+                                "; they must be equal");
   }
   ModelComparison comparison;
   std::vector<int> partner_of = equal_primitives(a, b);

@@ -11,25 +11,17 @@
 #include "core/inverse.hpp"
 #include "fuse/fuse_fields.hpp"
 #include "fuse/similarity.hpp"
+#include "model/settings_text.hpp"
 
 namespace sila {
 namespace {
-
-std::string describe(const ModelSettings& settings) {
-  const Grid& grid = settings.grid;
-  return concatenate("{cell ", grid.cell, ", origin (", grid.origin.x(), ", ", grid.origin.y(), "), tile_cells ",
-                     grid.tile_cells, ", scaling ", kCurbScalings[static_cast<std::size_t>(settings.scaling)],
-                     ", sample_interval_s ", settings.sample_interval_s, ", reference_width_m ",
-                     settings.reference_width_m, ", residual_horizon_s ", settings.residual_horizon_s,
-                     ", residual_knots ", settings.residual_knots, "}");
-}
 
 void require_compatible(const std::string& function, const Model& previous, const Increment& incoming) {
   const ModelSettings& ours = previous.settings;
   const ModelSettings& theirs = incoming.model.settings;
   if (!previous.empty() && !incoming.model.empty() && !(ours == theirs)) {
-    throw std::invalid_argument(function + ": settings of previous = " + describe(ours) +
-                                ", those of incoming = " + describe(theirs) + ", they must be equal");
+    throw std::invalid_argument(function + ": the models have different settings: " + differences(ours, theirs) +
+                                "; they must be equal");
   }
   if (!previous.transitions.empty() && !incoming.model.transitions.empty() &&
       previous.transitions.front().field.independent() != incoming.model.transitions.front().field.independent()) {

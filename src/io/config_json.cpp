@@ -253,7 +253,7 @@ void fields_from_json(std::span<const Field> list, const json& object, std::stri
 
 void field_from_assignment(std::span<const Field> list, std::string_view assignment) {
   const std::size_t equals = assignment.find('=');
-  if (equals == std::string_view::npos) {
+  if (equals == std::string_view::npos || equals == 0) {
     throw std::invalid_argument("set: expected path=value, found " + std::string(assignment));
   }
   const std::string_view given = assignment.substr(equals + 1);

@@ -173,7 +173,7 @@ std::string describe_site(const Model& model, std::size_t index) {
   return "(" + std::to_string(std::llround(site.frame.origin_m.x())) + ", " +
          std::to_string(std::llround(site.frame.origin_m.y())) + ") m: " + counted(site.tracks, "track") + " in " +
          counted(site.episodes, "episode") + ", " + counted(transitions_of(model, index), "transition") + ", " +
-         (site.error_statistics.empty() ? "not calibrated" : "calibrated");
+         (windows_in(site.error_statistics.density) > 0.0 ? "calibrated" : "not calibrated");
 }
 
 }  // namespace

@@ -57,7 +57,9 @@ TrackFile read_vru_folder(const std::filesystem::path& folder, std::span<const s
   }
   if (tracks == 0) {
     const std::string found = skipped.empty() ? "no .csv or .txt file" : "none (" + skipped.front() + ")";
-    throw FormatError(folder.string(), 0, "a folder of files that are one track each (header timestamp,x,y)", found);
+    throw FormatError(folder.string(), 0,
+                      "a folder of files that are one track each (header timestamp,x,y) or one frame each (DeepStream)",
+                      found);
   }
   if (!skipped.empty()) {
     result.detections.warnings.push_back(folder.string() + ": " + std::to_string(skipped.size()) + " of " +
@@ -75,7 +77,7 @@ struct FrameFile {
 };
 
 std::vector<FrameFile> deepstream_files(std::span<const std::filesystem::path> files) {
-  static const std::regex parts(R"((\d+_\d{3})_(\d{6,})\.txt)");
+  static const std::regex parts(R"((\d+_\d{3})_(\d{6,})\.txt(?:\.gz)?)");
   std::vector<FrameFile> found;
   for (const std::filesystem::path& path : files) {
     const std::string name = path.filename().string();

@@ -41,7 +41,7 @@ class RowReader {
     } else {
       return corner;
     }
-    if (!fault_ && columns_.foot && !(size.x() > 0.0 && size.y() > 0.0)) fault_ = Fault{DropReason::bad_box, {}};
+    if (!fault_ && columns_.foot && (size.x() <= 0.0 || size.y() <= 0.0)) fault_ = Fault{DropReason::bad_box, {}};
     return corner + Vector2(0.5 * size.x(), columns_.foot ? size.y() : 0.5 * size.y());
   }
 

@@ -27,6 +27,12 @@ std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths
 /// The rows of the source in the frame of the scene.
 Detections in_scene(Detections detections, const SimilarityTransform& to_scene);
 
+/// Throws: FormatError for a file in pixels without a camera or a scale.
+void require_metres(bool pixels, const TrackSource& source);
+
+/// All rows of the source in the frame of the scene. Throws: as read_detections and require_metres.
+Detections rows_of(const TrackSource& source);
+
 /// Throws: FormatError with the counts of dropped rows, if they made no track.
 void require_tracks(const TrackReport& report, const std::string& source);
 

@@ -83,6 +83,19 @@ Detections in_scene(Detections detections, const SimilarityTransform& to_scene) 
   return detections;
 }
 
+void require_metres(bool pixels, const TrackSource& source) {
+  if (!pixels || source.options.camera || source.options.metres_per_unit) return;
+  throw FormatError(source.path.string(), 0, "positions in metres",
+                    "pixels; give --camera FILE, --metres-per-unit N (1 if they are metres) or, to learn a new model "
+                    "without a camera, --units pixels");
+}
+
+Detections rows_of(const TrackSource& source) {
+  TrackFile file = read_detections(source.path, source.options);
+  require_metres(file.pixels, source);
+  return in_scene(std::move(file.detections), source.to_scene);
+}
+
 void require_tracks(const TrackReport& report, const std::string& source) {
   if (report.tracks_kept > 0) return;
   std::string found;
@@ -93,8 +106,7 @@ void require_tracks(const TrackReport& report, const std::string& source) {
 CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
                         const CleanConfig& config) {
   std::vector<Detections> read;
-  for (const TrackSource& source : sources_of(paths, scene, options))
-    read.push_back(in_scene(read_detections(source.path, source.options).detections, source.to_scene));
+  for (const TrackSource& source : sources_of(paths, scene, options)) read.push_back(rows_of(source));
   CleanTracks tracks = clean(read, config);
   require_tracks(tracks.report, (paths.empty() ? scene.path : paths.front()).string());
   return tracks;

@@ -173,11 +173,9 @@ TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format
   if (scale != 1.0) {
     for (Detection& row : file.detections.rows) row.position_m *= scale;
   }
-  if (file.pixels && !options.metres_per_unit) {
+  if (file.pixels && !options.metres_per_unit)
     file.detections.warnings.push_back(file.detections.source +
-                                       ": these are pixels, taken as metres; give a camera (docs/formats.md), or "
-                                       "metres_per_unit (metres per pixel) for a picture from straight above");
-  }
+                                       ": these are pixels, taken as metres; give a camera or metres_per_unit");
   return file;
 }
 

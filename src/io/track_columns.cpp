@@ -265,6 +265,10 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
     throw FormatError(table.path, first.number,
                       "a header line such as track_id,t,x,y, or 7, 9 or 10 columns as in MOTChallenge",
                       std::to_string(commas.cells) + " columns of numbers");
+  const auto cells = cells_of(first.text, ' ');
+  if (cells.size() >= 16 && !number_of(cells[0]) && number_of(cells[2]))
+    throw FormatError(table.path, first.number, "a file of tracks",
+                      "a line of one frame, as DeepStream writes; give the folder of its files");
   throw FormatError(table.path, first.number,
                     "tracks in a known format, such as CSV with the header line track_id,t,x,y",
                     excerpt(trimmed(first.text)));

@@ -187,8 +187,9 @@ std::optional<TableReader> reader_in_parts(const TrackSource& source, const Stre
       json_boxes_format(start, source.options.format))
     return std::nullopt;
   const std::optional<TextBlock> head = TextBlocks(source.path, limits.block_bytes).read(0);
-  if (!head || trimmed(head->text).empty()) return std::nullopt;
-  auto reader = table_reader(table_of(source.path.string(), head->text), source.options);
+  const std::string text = text_of_bytes(source.path.string(), head ? head->text : "");  // rejects an empty file
+  auto reader = table_reader(table_of(source.path.string(), text), source.options);
+  if (reader) require_metres(reader->columns.pixels, source);
   const bool is_large = std::filesystem::file_size(source.path, unknown) > limits.whole_bytes && !unknown;
   if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))
     return std::nullopt;
@@ -255,8 +256,7 @@ std::optional<CleanTracks> TrackStream::next() {
     const TrackSource& source = state.sources[state.source];
     auto& reader = state.readers[state.source];
     if (!reader && !state.large) {
-      const Detections rows = in_scene(read_detections(source.path, source.options).detections, source.to_scene);
-      CleanTracks tracks = state.cleaned(rows, true);
+      CleanTracks tracks = state.cleaned(rows_of(source), true);
       state.go_on();
       return tracks;
     }

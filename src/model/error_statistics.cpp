@@ -125,10 +125,11 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
   if (a.empty() || b.empty()) return;
   if (a.steps == b.steps && a.interval_s == b.interval_s && a.observe_s == b.observe_s) return;
   const auto text = [](const ErrorStatistics& of) {
-    return concatenate(of.steps, " steps after ", of.observe_s, " s");
+    return concatenate("sampling.interval_s = ", of.interval_s, ", predict.horizon_s = ", of.interval_s * of.steps,
+                       " and predict.observe_s = ", of.observe_s);
   };
-  throw std::invalid_argument("error statistics: " + text(b) + ", expected those of the model, " + text(a) +
-                              "; keep predict.horizon_s and predict.observe_s as they were when the model began");
+  throw std::invalid_argument("error statistics: expected those of " + text(a) + ", found those of " + text(b) +
+                              "; all models, and a model and its later episodes, need the same values");
 }
 
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,

@@ -17,14 +17,17 @@ Model make_prior(std::span<const Model> models) {
   for (const Model& model : models) {
     for (const EpisodeId& id : model.episode_ids) {
       if (!episodes.insert(id).second)
-        throw std::invalid_argument("make_prior: two models have learnt episode " + to_text(id) +
+        throw std::invalid_argument("prior: two models have learnt episode " + to_text(id) +
                                     ", which would count twice; leave one of them out");
     }
     if (counted.insert(pack(model.prior)).second) accumulate(prior.prior, model.prior);
     for (const Site& site : model.sites) accumulate(prior.prior, site.error_statistics);
   }
   if (!(windows_in(prior.prior.density) > 0.0))
-    throw std::invalid_argument("make_prior: the models have no error statistics");
+    throw std::invalid_argument(
+        "prior: the models have no error statistics; learn them with error_statistics.enabled = true, from tracks "
+        "longer "
+        "than predict.observe_s");
   forget_positions(prior.prior);
   return prior;
 }

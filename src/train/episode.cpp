@@ -54,16 +54,17 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
   std::vector<EpisodeId> shared;
   std::ranges::set_intersection(previous.episode_ids, incoming.episode_ids, std::back_inserter(shared));
   if (shared.empty()) return;
-  throw std::invalid_argument("fuse_models: incoming shares " + counted(shared.size(), "episode") + " with previous (" +
+  throw std::invalid_argument("fuse: both models have learnt " + counted(shared.size(), "episode") + " (such as " +
                               to_text(shared.front()) +
-                              " is one), which would count twice; learn the others anew without them");
+                              "), which would count twice; learn one of the models anew without these tracks");
 }
 
 /// The prior of two models, of which one may have none.
 const ErrorStatistics& common_prior(const Model& previous, const Model& incoming) {
   if (previous.prior.empty() || incoming.prior.empty()) return previous.prior.empty() ? incoming.prior : previous.prior;
   if (!std::ranges::equal(pack(previous.prior), pack(incoming.prior)))
-    throw std::invalid_argument("fuse_models: previous and incoming have different priors");
+    throw std::invalid_argument(
+        "fuse: the models began with different priors; learn one of them anew from a copy of the other's prior");
   return previous.prior;
 }
 
@@ -164,7 +165,7 @@ FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseC
   const bool by_width =
       previous.settings.scaling != CurbScaling::metres && previous.settings.scaling == incoming.settings.scaling;
   if (by_width && previous.episodes > 0 && incoming.episodes > 0 && ours_m != theirs_m) {
-    throw std::invalid_argument("fuse_models: previous began with a sidewalk width of " + std::to_string(ours_m) +
+    throw std::invalid_argument("fuse: previous began with a sidewalk width of " + std::to_string(ours_m) +
                                 " m, incoming with " + std::to_string(theirs_m) +
                                 " m; models that are to be fused must begin with one reference_width_m");
   }

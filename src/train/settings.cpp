@@ -14,10 +14,9 @@ namespace {
 constexpr double kLeastWidth_m = 0.1;
 
 /// Throws: std::invalid_argument unless a setting is what the model began with.
-void require_kept(const char* setting, double given, double kept) {
+void require_kept(const char* setting, const auto& given, const auto& kept) {
   if (given != kept)
-    throw std::invalid_argument(concatenate("run_episode: expected ", setting, " = ", kept,
-                                            ", with which the model began, found ", given,
+    throw std::invalid_argument(concatenate("learn: ", setting, " = ", given, ", but the model began with ", kept,
                                             "; keep it, or learn a new model"));
 }
 
@@ -37,15 +36,17 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
       config.predict.horizon_s, config.residual);
   if (previous.episodes == 0) return fresh;
   const ModelSettings& kept = previous.settings;
-  if (fresh.scaling != kept.scaling)
-    throw std::invalid_argument("run_episode: scaling is not the one that the model began with");
+  const auto name_of = [](CurbScaling scaling) {
+    return std::string(kCurbScalings[static_cast<std::size_t>(scaling)]);
+  };
+  require_kept("scaling", name_of(fresh.scaling), name_of(kept.scaling));
   require_kept("sampling.interval_s", fresh.sample_interval_s, kept.sample_interval_s);
   if (config.reference_width_m > 0.0)
     require_kept("reference_width_m", config.reference_width_m, kept.reference_width_m);
   const double cell_m = kept.grid.cell * kept.reference_width_m;
   const bool same_cell = std::abs(config.learn.grid.cell_m - cell_m) <= 1e-9 * cell_m;
   require_kept("learn.grid.cell_m", same_cell ? cell_m : config.learn.grid.cell_m, cell_m);
-  require_kept("predict.horizon_s of residual GPs (residual.enabled)", fresh.residual_horizon_s,
+  require_kept("predict.horizon_s of residual GPs (0: residual.enabled = false)", fresh.residual_horizon_s,
                kept.residual_horizon_s);
   return kept;
 }

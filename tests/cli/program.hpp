@@ -50,11 +50,13 @@ class Program : public ::testing::Test {
     return outcome;
   }
 
-  /// Runs something wrong: the exit code is 1 or 2, one sentence on stderr has each of `words`.
-  void expect_rejected(const std::string& arguments, const std::vector<std::string>& words) const {
+  /// Runs something wrong: the exit code is `code` (0: 1 or 2), one sentence on stderr has each of `words`.
+  void expect_rejected(const std::string& arguments, const std::vector<std::string>& words, int code = 0) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = run(arguments);
-    EXPECT_TRUE(outcome.code == 1 || outcome.code == 2) << "exit code " << outcome.code << "\n" << outcome.err;
+    EXPECT_TRUE(code == 0 ? outcome.code == 1 || outcome.code == 2 : outcome.code == code)
+        << "exit code " << outcome.code << "\n"
+        << outcome.err;
     for (const std::string& word : words)
       EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
   }

@@ -51,13 +51,107 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   fs::copy(folder_ / "m.sila", folder_ / "other.sila");
   expect_rejected("learn" + with + " --min-people 3 --share other.sila", {"3 recorded episodes"});
   expect_rejected("learn" + with + " --min-people 3 --share no/s.sila", {"no folder"});
-  for (const char* verb : {"prior make m.sila", "fuse m.sila link.sila"})
+  ASSERT_EQ(run("learn" + with + " --min-people 3 --share shared.sila").code, 0);
+  ASSERT_EQ(run("learn" + with + " --min-people 4 --share shared.sila").code, 0) << "a newer copy replaces the older";
+  for (const char* verb : {"prior make m.sila", "fuse m.sila link.sila"}) {
     expect_rejected(std::string(verb) + " --out other.sila", {"3 recorded episodes"});
+    expect_rejected(std::string(verb) + " --out shared.sila", {"60 tracks"});
+  }
+  ASSERT_EQ(run("simulate --tracks 40 --seed 2 --out new.csv").code, 0);
+  ASSERT_EQ(run("learn new.csv --scene new.scene.json --model n.sila").code, 0);
+  expect_rejected("predict" + with + " --out other.sila", {"other.sila is a model, which would be lost"}, 1);
+  expect_rejected("simulate --out other.sila", {"other.sila is a model, which would be lost"}, 1);
+  expect_rejected("fuse m.sila n.sila --out f.sila --explain other.sila", {"other.sila is a model"}, 1);
+  expect_rejected("fuse m.sila n.sila --out f.sila --explain no/e.json", {"no/e.json", "no folder"}, 1);
+  EXPECT_FALSE(fs::exists(folder_ / "f.sila"));
   expect_rejected("learn tracks.csv --scene '' --model m.sila", {"--scene", "an empty one"});
   EXPECT_EQ(run("predict" + with + " --out /dev/null").code, 0);
   EXPECT_EQ(read(folder_ / "m.sila"), model);
   EXPECT_EQ(read(folder_ / "other.sila"), model);
   EXPECT_EQ(read(folder_ / "tracks.csv"), tracks);
+}
+
+TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
+  learn();
+  fs::copy(folder_ / "m.sila", folder_ / "copy.sila");
+  write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  write(folder_ / "wrong.json", R"({"fuse": {"similarity_threshold": 7}})");
+  for (const char* wrong_command : {"",
+                                    "lern",
+                                    "--foo",
+                                    "scene foo",
+                                    "learn tracks.csv",
+                                    "learn --model n.sila",
+                                    "fuse m.sila",
+                                    "fleet x",
+                                    "rollback m.sila",
+                                    "config --set fuse.similarity_threshold=7",
+                                    "config --set nonsense=1",
+                                    "config --profile x",
+                                    "simulate --layout foo --out s.csv",
+                                    "simulate --tracks 0 --out s.csv",
+                                    "inspect ''",
+                                    "learn tracks.csv --format foo --model n.sila",
+                                    "learn tracks.csv tracks.csv --model n.sila",
+                                    "learn tracks.csv --batch 0 --model n.sila",
+                                    "learn tracks.csv --min-people 3 --model n.sila",
+                                    "learn tracks.csv --camera c.json --metres-per-unit 2 --model n.sila",
+                                    "learn tracks.csv --units pixels --scene s"
+                                    " --model n.sila",
+                                    "predict tracks.csv --model m.sila --horizon 0",
+                                    "replay tracks.csv --rate 1e9 --to nowhere",
+                                    "serve --http 1:2:x --model n.sila",
+                                    "serve --http off --model n.sila",
+                                    "serve --batch 0 --model n.sila",
+                                    "report m.sila --picture p.png",
+                                    "prior make m.sila --profile paper --out p.sila"})
+    expect_rejected(wrong_command, {"sila: "}, 2);
+  for (const char* bad_input :
+       {"learn nowhere.csv --model n.sila", "learn --scene nowhere.json --model n.sila", "inspect tracks.csv",
+        "rollback m.sila --to 99", "fuse m.sila copy.sila --out f.sila", "prior make m.sila copy.sila --out p.sila",
+        "scene make two.csv", "config --config wrong.json", "config --config nowhere.json",
+        "learn tracks.csv --scene tracks.scene.json --model m.sila --set sampling.interval_s=0.1",
+        "predict tracks.csv --scene tracks.scene.json --model m.sila --observe 30", "prior make m.sila --out copy.sila",
+        "evaluate two.csv --model m.sila --predictions two.csv", "serve --token-file no.txt --model m.sila"})
+    expect_rejected(bad_input, {"sila: "}, 1);
+  EXPECT_NE(run("--help").out.find("Exit codes: 0 done; 1 bad input"), std::string::npos);
+}
+
+TEST_F(Program, NamesTheSettingThatDoesNotFitAModel) {
+  learn();
+  const std::string with = " tracks.csv --scene tracks.scene.json --model ";
+  const std::string again = "learn" + with + "m.sila --batch 15 --set ";
+  expect_rejected(again + "predict.horizon_s=3", {"predict.horizon_s", "= 3, but the model began with 5"}, 1);
+  expect_rejected(again + "scaling=mean_width", {"scaling = mean_width, but the model began with metres"}, 1);
+  ASSERT_EQ(run("simulate --tracks 60 --seed 2 --out other.csv").code, 0);
+  ASSERT_EQ(run("learn other.csv --scene other.scene.json --model fine.sila --set sampling.interval_s=0.1 --set "
+                "learn.grid.cell_m=2")
+                .code,
+            0);
+  for (const char* verb : {"diff m.sila fine.sila", "fuse m.sila fine.sila --out f.sila"})
+    expect_rejected(verb, {"sampling.interval_s = 0.2 and 0.1"}, 1);
+  EXPECT_EQ(run("diff m.sila fine.sila").err.find("scaling"), std::string::npos) << "that is equal";
+  expect_rejected("prior make m.sila fine.sila --out p.sila",
+                  {"sampling.interval_s = 0.2, predict", "found those of sampling.interval_s = 0.1"}, 1);
+  expect_rejected("prior make --profile paper --out p.sila", {"error_statistics.enabled = false"}, 2);
+  expect_rejected("prior make --seed 3 --out p.sila", {"--seed", "no effect"}, 2);
+  expect_rejected("config --set =", {"expected path=value"}, 2);
+}
+
+TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
+  learn();
+  const std::string with = " tracks.csv --scene tracks.scene.json";
+  const std::string learnt = "warning: the model has learnt 60 of these 60 tracks";
+  for (const std::string& verb : {"evaluate --model m.sila" + with, "report m.sila" + with})
+    EXPECT_NE(run(verb).err.find(learnt), std::string::npos) << verb;
+  ASSERT_EQ(run("learn --model part.sila --hold-out 0.3" + with).code, 0);
+  EXPECT_EQ(run("evaluate --model part.sila --hold-out 0.3" + with).err.find("warning"), std::string::npos);
+  write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  EXPECT_NE(run("learn two.csv --model t.sila").err.find("warning: no motion was learnt"), std::string::npos);
+  EXPECT_NE(run("inspect t.sila").out.find("not calibrated"), std::string::npos);
+  write(folder_ / "empty.csv", "");
+  expect_rejected("learn tracks.csv empty.csv --model n.sila", {"empty.csv: expected a file with rows"}, 1);
+  EXPECT_NE(run("inspect n.sila").code, 0) << "nothing was learnt before the empty file was found";
 }
 
 TEST_F(Program, ReportsEachRejectedLineOfItsInput) {

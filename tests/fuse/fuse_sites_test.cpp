@@ -26,8 +26,10 @@ TEST(Fuse, JoinsSitesAndAddsTheirErrorStatistics) {
   EXPECT_EQ(one.sites[1].episodes, 2);
   EXPECT_EQ(one.sites[0].episodes, 1);
   incoming.model.sites[0].error_statistics = zero_error_statistics(4, 0.2, 3.2);
-  EXPECT_TRUE(says(message_of([&] { fuse(previous, incoming); }),
-                   "error statistics: 4 steps after 3.2 s, expected those of the model, 2 steps"));
+  EXPECT_TRUE(
+      says(message_of([&] { fuse(previous, incoming); }),
+           "expected those of sampling.interval_s = 0.2, predict.horizon_s = 0.4 and predict.observe_s = 3.2, found "
+           "those of sampling.interval_s = 0.2, predict.horizon_s = 0.8"));
 }
 
 TEST(Fuse, OfSitesThatAreApartIsAsAccumulating) {

@@ -158,9 +158,10 @@ TEST(Fuse, AsksTheCallerForModelsOfOneKind) {
   Increment incoming = random_increment(random);
   incoming.model.settings.grid.cell = 2.5;
   const std::string message = message_of([&] { fuse(previous, incoming); });
-  EXPECT_NE(message.find("fuse: settings of previous = {cell 1, "), std::string::npos) << message;
-  EXPECT_NE(message.find("incoming = {cell 2.5, "), std::string::npos) << message;
-  EXPECT_NE(message_of([&] { accumulate(previous, incoming); }).find("accumulate: settings"), std::string::npos);
+  EXPECT_NE(message.find("fuse: the models have different settings: grid.cell = 1 and 2.5; "), std::string::npos)
+      << message;
+  EXPECT_NE(message_of([&] { accumulate(previous, incoming); }).find("accumulate: the models have different settings"),
+            std::string::npos);
 }
 
 TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {

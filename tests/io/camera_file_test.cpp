@@ -50,6 +50,30 @@ TEST(CameraFile, IsTakenFromASceneAndRoundTrips) {
   EXPECT_NEAR((again.camera->ground_from_image - scene.camera->ground_from_image).norm(), 0.0, 1e-12);
 }
 
+TEST(Pixels, AreNoTracksWithoutACameraOrAScale) {
+  const TempFolder folder;
+  const auto mot = folder.write("mot.txt", "0,1,-5,900,10,100,1,-1,-1,-1\n1,1,-4,900,10,100,1,-1,-1,-1\n");
+  const auto frigate = folder.write(
+      "events.jsonl", R"({"after": {"id": "a", "frame_time": 1, "label": "person", "box": [100, 50, 140, 170]}})"
+                      "\n"
+                      R"({"after": {"id": "a", "frame_time": 1.5, "label": "person", "box": [101, 50, 141, 170]}})");
+  ReadOptions options = at_rate(10.0);
+  for (const auto& path : {mot, frigate}) {
+    const std::vector files{path};
+    options.metres_per_unit = std::nullopt;
+    const auto read = format_error_of([&] { read_tracks(files, {}, options, CleanConfig{}); });
+    const auto in_parts = format_error_of([&] { TrackStream(files, {}, options, CleanConfig{}).next(); });
+    for (const auto& error : {read, in_parts}) {
+      ASSERT_TRUE(error) << path;
+      EXPECT_TRUE(contains(error->what(), "expected positions in metres, found pixels; give --camera"))
+          << error->what();
+    }
+    EXPECT_TRUE(read_detections(path, options).pixels) << "its caller decides";
+    options.metres_per_unit = 0.01;
+    EXPECT_EQ(read_tracks(files, {}, options, CleanConfig{}).trajectories.size(), 1U);
+  }
+}
+
 TEST(CameraFile, WarnsOfLargeResidualsAndNamesTheFileOfWrongOnes) {
   const TempFolder folder;
   const std::string six =

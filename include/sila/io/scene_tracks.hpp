@@ -14,7 +14,8 @@ namespace sila {
 
 /// The tracks of the files named, in the scene's frame; without paths, of the scene's `files`. A file that is (or is
 /// named like) an entry of `files` gets that entry's `to_scene` and options; fields set in `options` win.
-/// Throws: FormatError for an unreadable file, if there is no file, or if not one trajectory is left.
+/// Throws: FormatError for an unreadable file, for one in pixels without a camera or a scale, if there is no file, or
+/// if not one trajectory is left.
 CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
                         const CleanConfig& config);
 
