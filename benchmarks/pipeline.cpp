@@ -1,18 +1,22 @@
-// One episode of 20 tracks, and opening a model, on the simulated intersection or on a scene of real tracks.
+// One episode of 20 tracks, and opening a model, on the simulated intersection or on a scene of real tracks; and
+// reading a track file.
 //
 //   pipeline                                     # simulated
 //   SILA_BENCH_SCENE=SCENE.json SILA_BENCH_DATA=DIR pipeline
+//   SILA_BENCH_TRACKS=FILE pipeline              # and reads this file
 //
 // One thread, so that a figure is a cost and not a number of cores, where nothing else is said.
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 
 #include "place.hpp"
 #include "sila/io/model_file.hpp"
+#include "sila/io/track_files.hpp"
 #include "sila/refine/predictor.hpp"
 
 namespace {
@@ -45,6 +49,12 @@ const sila::Model& model_of_the_place() {
   return bench::place().model;
 }
 
+void ReadTracks(benchmark::State& state) {
+  const char* path = std::getenv("SILA_BENCH_TRACKS");
+  if (!path) return state.SkipWithError("SILA_BENCH_TRACKS names no file");
+  for (auto _ : state) benchmark::DoNotOptimize(sila::read_detections(path));
+}
+
 BENCHMARK_CAPTURE(Episode, learn and fuse, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Episode, with error_statistics, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(OpenModel, one thread, model_of_the_place, 1)->Unit(benchmark::kMillisecond);
@@ -52,5 +62,6 @@ BENCHMARK_CAPTURE(OpenModel, nothing fused one thread, bench::large_model, 1)->U
 BENCHMARK_CAPTURE(OpenModel, nothing fused two threads, bench::large_model, 2)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+BENCHMARK(ReadTracks)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -5,15 +5,12 @@ namespace sila::python {
 namespace {
 
 /// As the scene file that `sila simulate` writes says it, so that both ways give the same frames.
-ScaledScene scene_of(const IntersectionScene& simulated) {
-  const double width_m = simulated.sidewalk_width_m;
+ScaledScene scaled_scene_of(const IntersectionScene& simulated) {
   ScaledScene scene;
   for (const CurbScaling scaling : {CurbScaling::metres, CurbScaling::mean_width, CurbScaling::strip_widths}) {
     Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
-    scaled.name = "simulated " + simulated.name;
-    const SidewalkWidths widths{width_m, width_m, width_m};
-    for (const auto& [name, f] : simulated.corners)
-      scaled.corners.push_back({name, make_curb_frame(f.origin_m, f.axis_1, f.axis_2, widths, scaling), widths});
+    scaled = scene_of(simulated);
+    for (auto& [name, f, widths] : scaled.corners) f = make_curb_frame(f.origin_m, f.axis_1, f.axis_2, widths, scaling);
   }
   scene.layers = {
       {"sidewalks", simulated.sidewalks}, {"crosswalks", simulated.crosswalks}, {"buildings", simulated.buildings}};
@@ -22,7 +19,8 @@ ScaledScene scene_of(const IntersectionScene& simulated) {
 
 std::tuple<std::vector<Track>, std::vector<Track>, ScaledScene> simulate_tracks(const std::string& config_json) {
   Simulation simulation = simulate(config_of(config_json).simulate);
-  return {tracks_of(std::move(simulation.tracks)), tracks_of(std::move(simulation.truth)), scene_of(simulation.scene)};
+  return {tracks_of(std::move(simulation.tracks)), tracks_of(std::move(simulation.truth)),
+          scaled_scene_of(simulation.scene)};
 }
 
 }  // namespace

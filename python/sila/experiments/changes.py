@@ -46,7 +46,7 @@ class Skill(NamedTuple):
 def skill_of(people: Sequence[Sequence[tuple[float, bool]]], bootstraps: int, seed: int) -> Skill | None:
     """None with too few windows."""
 
-    def skill(windows: Array, squares: Array, changed: Array, axis: int = -1) -> Array:
+    def skill(windows: Array, squares: Array, changed: Array, *, axis: int = -1) -> Array:
         n, rate = windows.sum(axis), changed.sum(axis) / np.maximum(windows.sum(axis), 1)
         return np.asarray(1 - squares.sum(axis) / np.maximum(n * rate * (1 - rate), 1e-9))
 
