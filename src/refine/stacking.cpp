@@ -57,8 +57,12 @@ std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, s
                                 Ridge&& ridge_of, Prior&& prior) {
   std::vector<Coefficients> solved;
   for (std::size_t cell = 0; cell < moments.size(); ++cell) {
-    const double ridge = ridge_of(cell);
     const Coefficients towards = prior(cell);
+    if (moments[cell].weight <= 0.0) {
+      solved.push_back(towards);
+      continue;
+    }
+    const double ridge = ridge_of(cell);
     Eigen::Matrix<double, kStackedFeatures, kStackedFeatures> matrix = moments[cell].features;
     Coefficients products = moments[cell].products;
     for (Eigen::Index i = 0; i < kStackedFeatures; ++i) {
@@ -69,7 +73,7 @@ std::vector<Coefficients> solve(const std::vector<RegressionMoments>& moments, s
     }
     matrix.diagonal().array() += ridge;
     const Coefficients coefficients = matrix.ldlt().solve(products + ridge * towards);
-    solved.push_back(moments[cell].weight > 0.0 && coefficients.allFinite() ? coefficients : towards);
+    solved.push_back(coefficients.allFinite() ? coefficients : towards);
   }
   return solved;
 }
