@@ -14,7 +14,7 @@ from .method import Array
 from .scores import person_of
 
 LONGEST_S = 2.4  #: the last horizon that is not above it
-LEAST_CHANGES = 10  #: windows with a change, and without one, below which a place has no figures
+LEAST_PEOPLE = 10  #: people who changed, and who did not, below which a place has no figures
 TITLES = {"start": "standing people start", "stop": "walking people stop"}
 
 Forecasts = dict[str, dict[str, list[tuple[float, bool]]]]  #: start or stop -> person -> probability, happened
@@ -44,14 +44,14 @@ class Skill(NamedTuple):
 
 
 def skill_of(people: Sequence[Sequence[tuple[float, bool]]], bootstraps: int, seed: int) -> Skill | None:
-    """None with too few windows."""
+    """None with too few people."""
 
     def skill(windows: Array, squares: Array, changed: Array, *, axis: int = -1) -> Array:
         n, rate = windows.sum(axis), changed.sum(axis) / np.maximum(windows.sum(axis), 1)
         return np.asarray(1 - squares.sum(axis) / np.maximum(n * rate * (1 - rate), 1e-9))
 
     stated, happened = np.array([forecast for person in people for forecast in person], dtype=float).reshape(-1, 2).T
-    if min(happened.sum(), (1 - happened).sum()) < LEAST_CHANGES:
+    if min(sum(any(did == kind for _, did in person) for person in people) for kind in (True, False)) < LEAST_PEOPLE:
         return None
     columns = [
         np.array([f(np.array(person, dtype=float)) for person in people])
@@ -89,6 +89,6 @@ def changes_table(results: Sequence[Mapping[str, Any]], split: str, bootstraps: 
     titles = ["", "method", "windows", "people", "share that did", "skill", "95 % interval", "ECE"]
     return (
         f"## Starting and stopping\n\nWithin {LONGEST_S} s, or the last full second before. Skill: how much lower the Brier score is than "
-        "that of the share that did, as a fraction of the latter. All trials together; places with fewer than "
-        f"{LEAST_CHANGES} changes are left out.\n\n{table_text('place', titles, lines)}"
+        "that of the share that did, as a fraction of the latter. All trials together; places where fewer than "
+        f"{LEAST_PEOPLE} people did, or did not, are left out.\n\n{table_text('place', titles, lines)}"
     )
