@@ -197,6 +197,8 @@ Config configured(const CommonOptions& common, Config base) {
     nlohmann::json file = read_json(common.config_file);
     if (!common.profile.empty() && file.is_object()) file.erase("profile");
     config = read_config(config, file, common.config_file);
+    validate_fields("config", config);
+    validate(config.episode);
   }
   return of_options([&] {
     for (const std::string& assignment : common.sets) config = set_field(config, assignment);

@@ -103,9 +103,10 @@ Config configured(const CommonOptions& common, const StoredModel& stored, const 
 /// Reads tracks and reports their rows on stderr.
 ReadTracks read_clean(const TrackOptions& options, const Config& config);
 
-/// Rejects a file in a folder that does not exist.
+/// Throws: FormatError if the folder of the file does not exist.
 void require_folder_of(const std::string& path);
-/// The same, and a model file with tracks, which may be gone; a k-anonymous copy has no records of them.
+/// Rejects also a model file that has learnt tracks, because they may no longer exist. `may_be_shared`: a model without
+/// records of episodes (a k-anonymous copy) may be replaced.
 void require_no_records(const std::string& option, const std::string& path, bool may_be_shared = false);
 /// Warns if tracks that are scored are batches that the model has learnt.
 void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);

@@ -28,7 +28,7 @@ StoredModel prior_of(const PriorOptions& options) {
     throw UsageError("prior make: --seed and --set simulate... have no effect: the simulated pedestrians are fixed");
   if (options.models.empty()) {
     const Config config = configured(common);
-    return of_options([&] { return simulated_prior(config); });
+    return common.config_file.empty() ? of_options([&] { return simulated_prior(config); }) : simulated_prior(config);
   }
   if (!common.profile.empty() || !common.config_file.empty() || !common.sets.empty())
     throw UsageError(

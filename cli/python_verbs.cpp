@@ -1,8 +1,8 @@
 // Verbs that only the program `sila` of the Python package carries out.
 
-#include <stdexcept>
 #include <string>
 
+#include "usage.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

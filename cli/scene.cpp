@@ -127,8 +127,7 @@ std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks
   } catch (const std::invalid_argument& error) {
     Scene scene = scene_for(input.scene, Model{}, input.tracks, scaling, CornerChoice::primary);
     input.scene.corners = std::move(scene.corners);
-    return std::string("No corner could be proposed (") + error.what() +
-           "): this is the frame that a model without a scene gets.";
+    return std::string(error.what()) + ". This is the frame that a model without a scene gets.";
   }
 }
 
@@ -150,7 +149,10 @@ EditorInput editor_input(const EditOptions& options) {
   if (!options.tracks.scene.empty()) scene = read_scene(options.tracks.scene, scaling, options.tracks.data_dir);
   if (!options.tracks.camera.empty()) scene.camera = read_camera(options.tracks.camera).camera;
   const std::vector<std::string> paths = paths_of(options.tracks, scene);
-  input.in_picture = !options.picture.empty() && in_pixels(options, scene, paths.front());
+  const bool pixels = in_pixels(options, scene, paths.front());
+  if (pixels && options.picture.empty() && !scene.camera)
+    throw UsageError("scene edit: tracks in pixels need --picture FILE, on which the camera is set, or --camera FILE");
+  input.in_picture = pixels && !options.picture.empty();
   const double scale = input.in_picture && !scene.camera ? kCleaningScale : 1.0;
   TrackOptions reading = options.tracks;
   if (scale != 1.0) {

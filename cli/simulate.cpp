@@ -45,8 +45,11 @@ void write_beside(const std::filesystem::path& path, const Scene& scene) {
 
 void simulate_tracks(const SimulateOptions& options) {
   Config config = configured(options.common);
-  if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
-  if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
+  config = of_options([&] {
+    if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
+    if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
+    return config;
+  });
   require_folder_of(options.out);
   const Simulation simulation = simulate(config.simulate);
   write_beside(scene_path(options.out), scene_of(simulation, options.out));
@@ -62,10 +65,8 @@ void add_simulate(CLI::App& app) {
                                         {"simulate", "Make tracks of pedestrians at a simulated intersection.",
                                          "sila simulate --layout four-way --tracks 989 --seed 1 --out tracks.csv"},
                                         Shared::configuration, simulate_tracks);
-  verb->add_option("--layout", options->layout, "four-way, t-junction, acute or obtuse [four-way]")
-      ->check(CLI::IsMember({"four-way", "t-junction", "acute", "obtuse"}))
-      ->type_name("NAME");
-  verb->add_option("--tracks", options->tracks, "number of tracks [989]")->check(CLI::Range(1, 1000000));
+  verb->add_option("--layout", options->layout, "four-way, t-junction, acute or obtuse [four-way]")->type_name("NAME");
+  verb->add_option("--tracks", options->tracks, "number of tracks [989]");
   verb->add_option("--out", options->out, "track file to write; its scene file is written beside it")
       ->required()
       ->type_name("FILE");

@@ -194,6 +194,8 @@ def as_tracks(
     transform of the `scene`; everything else is in metres, in its frame. `frames_per_second` is for files with frame numbers.
     """
     scene = None if scene is None else as_scene(scene)
+    if isinstance(tracks, Iterator):
+        tracks = list(tracks)
     if frames_per_second is not None and not _are_files(tracks):
         raise ValueError("frames_per_second: expected files, which may have frame numbers; other tracks have seconds")
     if isinstance(tracks, Tracks):

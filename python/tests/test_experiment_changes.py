@@ -20,7 +20,8 @@ def test_the_skill_is_that_of_the_definition():
     assert found.low < found.skill < found.high
     # 15 windows of 0.9 that all happened, 15 of 0.2 of which none did, 10 of 0.4 of which half did
     assert found.calibration_error == pytest.approx((15 * 0.1 + 15 * 0.2 + 10 * 0.1) / 40)
-    assert skill_of([[(0.5, True)] * 9, [(0.5, False)] * 100], 500, 1) is None
+    assert skill_of([[(0.5, True)]] * 9 + [[(0.5, False)]] * 100, 500, 1) is None
+    assert skill_of([[(0.5, True)]] * 10 + [[(0.5, False)]] * 100, 500, 1) is not None
 
 
 def test_forecasts_are_of_people_at_the_last_horizon_within_the_limit():

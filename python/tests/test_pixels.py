@@ -60,7 +60,8 @@ def test_a_file_with_frame_numbers_needs_a_rate_and_its_boxes_are_pixels(model, 
     )
     learnt = sila.learn(boxes, units="pixels", frames_per_second=10)
     assert learnt.config["metres_per_pixel"] == pytest.approx(model.config["metres_per_pixel"])
-    assert len(sila.predict(learnt, [boxes], frames_per_second=10, at_end=True)) == len(walks())
+    for files in ([boxes], iter([boxes])):
+        assert len(sila.predict(learnt, files, frames_per_second=10, at_end=True)) == len(walks())
     short = {"predict": {"horizon_s": 3}}
     assert sila.evaluate(learnt, boxes, frames_per_second=10, config=short).groups["all"]["windows"] > 0
     with pytest.raises(ValueError, match="frames_per_second"):

@@ -242,13 +242,14 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
     if (extent_m(track) >= kOnArm_m) moving.push_back(&track);
   }
   if (moving.size() < kParts)
-    throw std::invalid_argument("a corner: expected at least " + std::to_string(kParts) +
+    throw std::invalid_argument("no corner found: expected at least " + std::to_string(kParts) +
                                 " tracks that move 3 m or more, found " + std::to_string(moving.size()));
   auto result = proposed(moving, scaling);
   if (!result)
     throw std::invalid_argument(
-        "a corner: people walk in one direction only; it needs a second one, 25 "
-        "degrees or more from the first");
+        "no corner found: all people walk along one line; a corner needs a second direction, 25 degrees or more from "
+        "the "
+        "first");
   const std::vector<CornerProposal> parts = proposed_without_parts(moving, scaling);
   const auto error = [&](const auto& distance) {  // of a jackknife, about the full estimate
     double sum = 0.0;

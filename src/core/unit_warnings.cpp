@@ -12,7 +12,8 @@ namespace {
 constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a place moves faster
 constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr double kDegreesPlace = 0.01;  ///< a place of 1 km in degrees; in metres the noise of any tracker is larger
-constexpr const char* kRemedy = "give a camera (--camera), metres_per_unit (--metres-per-unit) or --units pixels";
+constexpr const char* kRemedy =
+    "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels";
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
 constexpr double kSlowWalk_mps = 0.25;  ///< people who walk are faster, also in a dense crowd
 
@@ -107,8 +108,9 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   std::vector<std::string> warnings;
   if (seen.rows < kFewRows) return warnings;
   if (seen.interval_s > max_gap_s)
-    warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
-                                   " s apart; are the stamps frames or milliseconds? Name their column frame or t_ms"));
+    warnings.push_back(
+        concatenate("the samples of a track are ", seen.interval_s,
+                    " s apart; are the stamps frames or milliseconds? In a CSV file, name their column frame or t_ms"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(

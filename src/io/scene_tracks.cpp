@@ -85,9 +85,10 @@ Detections in_scene(Detections detections, const SimilarityTransform& to_scene) 
 
 void require_metres(bool pixels, const TrackSource& source) {
   if (!pixels || source.options.camera || source.options.metres_per_unit) return;
-  throw FormatError(source.path.string(), 0, "positions in metres",
-                    "pixels; give --camera FILE, --metres-per-unit N (1 if they are metres) or, to learn a new model "
-                    "without a camera, --units pixels");
+  throw FormatError(
+      source.path.string(), 0, "positions in metres",
+      "pixels; give --camera FILE (camera), --metres-per-unit N (metres_per_unit; 1 if they are metres) or, to "
+      "learn a new model without a camera, --units pixels (units)");
 }
 
 Detections rows_of(const TrackSource& source) {

@@ -33,8 +33,8 @@ class FlowFieldIndex {
   /// The trained site of this frame; null at an untrained site.
   std::optional<int> site(const CurbFrame& frame) const;
   /// Transitions whose field may cover the current position, in order. If sites are apart: those of this site; at an
-  /// untrained site none. Where more than `max_shortlisted` overlap, those whose
-  /// flow in the middle of the bucket best matches the current velocity.
+  /// untrained site none. Where more than `max_shortlisted` overlap, those whose flow in the middle of the bucket best
+  /// matches the current velocity.
   std::span<const int> near(const CurbTrajectory& observed, std::optional<int> site, Scratch& scratch) const;
   /// Transitions that leave a primitive, in order.
   std::span<const int> leaving(int primitive) const { return leaving_[static_cast<std::size_t>(primitive)]; }

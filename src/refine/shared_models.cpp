@@ -26,8 +26,7 @@ Model make_prior(std::span<const Model> models) {
   if (!(windows_in(prior.prior.density) > 0.0))
     throw std::invalid_argument(
         "prior: the models have no error statistics; learn them with error_statistics.enabled = true, from tracks "
-        "longer "
-        "than predict.observe_s");
+        "longer than predict.observe_s");
   forget_positions(prior.prior);
   return prior;
 }
@@ -42,7 +41,7 @@ Model k_anonymous(Model model, int min_people) {
   for (const Transition& transition : model.transitions)
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
   detail::remove_transitions(model, kept);
-  // The sums of the path correction depend on positions, also on those where only one person was.
+  // The sums of the path correction and of the places of hazards depend on positions, also where only one person was.
   for (Site& site : model.sites) forget_positions(site.error_statistics);
   return model;
 }

@@ -97,6 +97,7 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
     "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
   for (const char* verb : {"learn mot.txt --fps 10 --model n.sila", "replay mot.txt --fps 10"})
     expect_rejected(verb, {"mot.txt: expected positions in metres, found pixels", "--camera", "--units pixels"}, 1);
+  expect_rejected("scene edit mot.txt --fps 10", {"--picture"}, 2);
   EXPECT_EQ(run("learn mot.txt --fps 10 --model o.sila --metres-per-unit 0.02").code, 0);
   const std::string with = "mot.txt --fps 10 --camera camera.json --model m.sila";
   ASSERT_EQ(run("learn " + with).code, 0);

@@ -76,6 +76,7 @@ TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
   fs::copy(folder_ / "m.sila", folder_ / "copy.sila");
   write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
   write(folder_ / "wrong.json", R"({"fuse": {"similarity_threshold": 7}})");
+  write(folder_ / "off.json", R"({"error_statistics": {"enabled": false}})");
   for (const char* wrong_command : {"",
                                     "lern",
                                     "--foo",
@@ -112,7 +113,8 @@ TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
         "scene make two.csv", "config --config wrong.json", "config --config nowhere.json",
         "learn tracks.csv --scene tracks.scene.json --model m.sila --set sampling.interval_s=0.1",
         "predict tracks.csv --scene tracks.scene.json --model m.sila --observe 30", "prior make m.sila --out copy.sila",
-        "evaluate two.csv --model m.sila --predictions two.csv", "serve --token-file no.txt --model m.sila"})
+        "evaluate two.csv --model m.sila --predictions two.csv", "serve --token-file no.txt --model m.sila",
+        "prior make --config off.json --out p.sila"})
     expect_rejected(bad_input, {"sila: "}, 1);
   EXPECT_NE(run("--help").out.find("Exit codes: 0 done; 1 bad input"), std::string::npos);
 }

@@ -88,7 +88,7 @@ def changes_table(results: Sequence[Mapping[str, Any]], split: str, bootstraps: 
         return ""
     titles = ["", "method", "windows", "people", "share that did", "skill", "95 % interval", "ECE"]
     return (
-        f"## Starting and stopping\n\nWithin {LONGEST_S} s, or the last full second before. Skill: how much lower the Brier score is than "
-        "that of the share that did, as a fraction of the latter. All trials together; places where fewer than "
+        f"## Starting and stopping\n\nWithin {LONGEST_S} s, or the last full second before. Skill: 1 - B / B0, with the Brier "
+        "score B of the probability and B0 of the share that did. All trials together; places where fewer than "
         f"{LEAST_PEOPLE} people did, or did not, are left out.\n\n{table_text('place', titles, lines)}"
     )
