@@ -35,8 +35,8 @@ def test_forecasts_are_of_people_at_the_last_horizon_within_the_limit():
 
 
 def test_an_experiment_has_them_in_its_table(tmp_path):
-    scene = {"name": "four-way", "simulate": {"tracks": 60, "seed": 3}}
-    experiment = {"trials": 1, "test_share": 0.3, "batch": 20, "bootstraps": 100, "scenes": [scene], "methods": ["sila"]}
+    scene = {"name": "four-way", "simulate": {"tracks": 150, "seed": 3}}
+    experiment = {"trials": 1, "test_share": 0.5, "batch": 40, "bootstraps": 100, "scenes": [scene], "methods": ["sila"]}
     (tmp_path / "e.json").write_text(json.dumps(experiment))
     assert run([str(tmp_path / "e.json"), "--out", str(tmp_path / "out"), "--threads", "1"]) == 0
     table = (tmp_path / "out/table.md").read_text()
