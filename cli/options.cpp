@@ -260,7 +260,7 @@ void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory>
     learnt = std::max(learnt, of_this_size);
   }
   if (learnt > 0)
-    std::cerr << "warning: the model has learnt " << learnt << " of these " << counted(tracks.size(), "track")
+    std::cerr << "warning: the model has learnt at least " << learnt << " of these " << counted(tracks.size(), "track")
               << ", so the errors are too small; use other tracks, or --hold-out in `sila learn` and here\n";
 }
 

@@ -143,7 +143,7 @@ TEST_F(Program, NamesTheSettingThatDoesNotFitAModel) {
 TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
   learn();
   const std::string with = " tracks.csv --scene tracks.scene.json";
-  const std::string learnt = "warning: the model has learnt 60 of these 60 tracks";
+  const std::string learnt = "warning: the model has learnt at least 60 of these 60 tracks";
   for (const std::string& verb : {"evaluate --model m.sila" + with, "report m.sila" + with})
     EXPECT_NE(run(verb).err.find(learnt), std::string::npos) << verb;
   ASSERT_EQ(run("learn --model part.sila --hold-out 0.3" + with).code, 0);
