@@ -65,6 +65,11 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
   return a == b || std::filesystem::equivalent(a, b, error);
 }
 
+void require_valid(const Config& config) {
+  validate_fields("config", config);
+  validate(config.episode);
+}
+
 bool is_database(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return false;  // reading would wait for a pipe
@@ -197,16 +202,14 @@ Config configured(const CommonOptions& common, Config base) {
     nlohmann::json file = read_json(common.config_file);
     if (!common.profile.empty() && file.is_object()) file.erase("profile");
     config = read_config(config, file, common.config_file);
-    validate_fields("config", config);
-    validate(config.episode);
+    require_valid(config);
   }
-  return of_options([&] {
+  of_options([&] {
     for (const std::string& assignment : common.sets) config = set_field(config, assignment);
     if (common.seed) config.simulate.seed = *common.seed;
-    validate_fields("config", config);
-    validate(config.episode);
-    return config;
+    require_valid(config);
   });
+  return config;
 }
 
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path) {

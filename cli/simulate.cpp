@@ -45,10 +45,9 @@ void write_beside(const std::filesystem::path& path, const Scene& scene) {
 
 void simulate_tracks(const SimulateOptions& options) {
   Config config = configured(options.common);
-  config = of_options([&] {
+  of_options([&] {
     if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
     if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
-    return config;
   });
   require_folder_of(options.out);
   const Simulation simulation = simulate(config.simulate);

@@ -106,10 +106,11 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
 
 void forget_positions(ErrorStatistics& error_statistics) {
   if (error_statistics.empty()) return;
-  ErrorStatistics zero =
-      zero_error_statistics(error_statistics.steps, error_statistics.interval_s, error_statistics.observe_s);
-  error_statistics.correction = std::move(zero.correction);
-  error_statistics.correction_share = std::move(zero.correction_share);
+  for (RegressionMoments* moments : {&error_statistics.correction, &error_statistics.correction_share}) {
+    moments->weight = 0.0;
+    moments->features.setZero();
+    moments->products.setZero();
+  }
   for (RegressionMoments& change : error_statistics.changes) {
     change.features.bottomRows(kHazardPlaceFeatures).setZero();
     change.products.bottomRows(kHazardPlaceFeatures).setZero();
