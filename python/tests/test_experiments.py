@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("scipy")
 import sila
-from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment
+from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment, runner
 from sila.experiments.experiment import Overrides
 from sila.experiments.measures import NOMINAL, measures_of, modes_of, reliability_of
 from sila.experiments.methods.cliff import fit_mixture
@@ -87,6 +87,24 @@ def test_workers_give_the_same_numbers(tmp_path):
     tables = [pd.read_csv(folder / "results.csv").drop(columns=times) for folder in (one, two)]
     pd.testing.assert_frame_equal(*tables, rtol=1e-12)
     assert set(tables[0]["split"]) == {"time", "track"}
+
+
+def test_energy_is_in_the_table_where_the_machine_tells_it(tmp_path, monkeypatch):
+    zone = tmp_path / "intel-rapl:0"
+    zone.mkdir()
+    (zone / "max_energy_range_uj").write_text("9999999\n")
+    (zone / "energy_uj").write_text("9000000\n")
+    monkeypatch.setattr(runner, "ENERGY_COUNTERS", tmp_path)
+    before = runner.energy_counters()
+    (zone / "energy_uj").write_text("500000\n")  # it began again
+    assert runner.joules_since(before) == 1.5
+    path = written(tmp_path, methods=["linear"])
+    assert run([str(path), "--out", str(tmp_path / "with")]) == 0
+    assert "training [J]" in (tmp_path / "with" / "table.md").read_text()
+    (zone / "energy_uj").unlink()
+    assert runner.energy_counters() == []
+    assert run([str(path), "--out", str(tmp_path / "without")]) == 0
+    assert "training [J]" not in (tmp_path / "without" / "table.md").read_text()
 
 
 def test_a_split_larger_than_the_data_takes_fewer_if_allowed(tmp_path):

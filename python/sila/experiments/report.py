@@ -46,6 +46,7 @@ BRIEF = {
     "reliability_average": "reliability",
     "reliability_least": "least",
     "training_s": "training [s of CPU]",
+    "training_j": "training [J]",
     "bytes": "bytes",
     "us_per_prediction": "µs a prediction",
 }
@@ -59,7 +60,7 @@ BY_PLACE = {
     "equal_area_95_m2": "area of the regions that hold 95 % [m²]",
 }
 LARGER_IS_BETTER = ("reliability_average", "reliability_least")
-GEOMETRIC = ("size", "training_s", "bytes", "us_per_prediction")  # places differ by orders of magnitude
+GEOMETRIC = ("size", "training_s", "training_j", "bytes", "us_per_prediction")  # places differ by orders of magnitude
 #: Means over places leave out places with fewer such windows in all trials.
 LEAST_WINDOWS = 50
 
@@ -192,7 +193,7 @@ def _cell(row: Any, name: str) -> str:
 
 
 def _table(heading: str, first: str, rows: Sequence[tuple[str, Any]]) -> str:
-    shown = [column for column in COLUMNS if column.title]
+    shown = [column for column in COLUMNS if column.title and any(row[column.name, "count"] > 0 for _, row in rows)]
     titles = [column.title for column in shown] + [title for _, title in POOLED]
     cells = [
         (name, [_cell(row, c.name) for c in shown] + [number_text(row[p, "mean"], 3) for p, _ in POOLED])
@@ -216,9 +217,9 @@ def _over_places(rows: pd.DataFrame, name: str) -> tuple[float, float]:
 
 
 def _means(summary: pd.DataFrame) -> str:
-    shown = [column for column in COLUMNS if column.title]
-    lines = []
     own = summary[summary.index.get_level_values("place") != ALL]
+    shown = [column for column in COLUMNS if column.title and own[column.name, "mean"].notna().any()]
+    lines = []
     for method in own.index.get_level_values("method").unique():
         rows = own.xs(method, level="method")
         cells = []
@@ -246,6 +247,8 @@ def _brief(experiment: Experiment, summary: pd.DataFrame) -> str:
     cells: list[list[str]] = [[] for _ in methods]
     titles = []
     for name, title in BRIEF.items():
+        if own[name, "mean"].isna().all():
+            continue
         for split in splits:
             rows = own.loc[split]
             values = [_over_places(rows.xs(method, level="method"), name)[0] for method in methods]

@@ -31,6 +31,8 @@ from .scores import person_of, sums_of
 
 Json = dict[str, Any]
 NOTHING_ELSE = Overrides()
+#: The kernel's energy counters (Linux; many machines let only root read them).
+ENERGY_COUNTERS = Path("/sys/class/powercap")
 
 
 def do_run(experiment: Experiment, run: Run) -> Json:
@@ -67,6 +69,20 @@ def method_and_batches(experiment: Experiment, run: Run, protocol: Protocol) -> 
     return method, [whole]
 
 
+def energy_counters() -> list[tuple[int, int]]:
+    """Of each processor package: its counter [µJ], and the value after which it begins again. None if not readable."""
+    zones = sorted(ENERGY_COUNTERS.glob("intel-rapl:?"))
+    try:
+        return [(int((z / "energy_uj").read_text()), int((z / "max_energy_range_uj").read_text())) for z in zones]
+    except OSError:
+        return []
+
+
+def joules_since(before: Sequence[tuple[int, int]]) -> float:
+    """What the processor packages used since then, for this and all other programs."""
+    return sum((now - then) % (most + 1) for (then, most), (now, _) in zip(before, energy_counters())) / 1e6
+
+
 def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Json], Json]:
     """The checkpoints of a method that begins with nothing, and its scores after the last of them."""
     settings, config = experiment.settings, experiment.methods[run.method_index].configs[run.scene_index]
@@ -77,10 +93,12 @@ def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Js
     batches = batches or protocol.training  # of no tracks: what the method says before it learns
     for episode, batch in enumerate(batches, 1):
         tracks += len(batch)
-        started = time.process_time()
+        started, counters = time.process_time(), energy_counters()
         method.fit(batch) if method.at_once else method.partial_fit(batch)
         seconds = time.process_time() - started
         checkpoint: Json = {"episode": episode, "tracks": tracks, "size": method.size, "seconds": seconds}
+        if counters:
+            checkpoint["joules"] = joules_since(counters)
         last = episode == len(batches)
         for site in protocol.test_sites if last or settings.every_episode else ():
             scores, brief = score(method, site, config, with_measures=last)

@@ -99,6 +99,7 @@ COLUMNS = [
     Column("size", "size", 0, None),  # type: ignore[arg-type]
     Column("seconds_per_episode", "s per episode", 3, None),  # type: ignore[arg-type]
     Column("training_s", "training [s of CPU]", 2, None),  # type: ignore[arg-type]
+    Column("training_j", "training [J]", 1, None),  # type: ignore[arg-type]
     Column("bytes", "bytes", 0, None),  # type: ignore[arg-type]
     Column("us_per_prediction", "µs per prediction", 1, None),  # type: ignore[arg-type]
     Column("people", "", 0, None),  # type: ignore[arg-type]
@@ -137,6 +138,7 @@ def rows_of(results: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
             row |= {"size": result["checkpoints"][-1]["size"], "seconds_per_episode": seconds}
             row |= {
                 "training_s": np.nan if result["published"] else sum(c["seconds"] for c in result["checkpoints"]),
+                "training_j": np.nan if result["published"] else sum(c.get("joules", np.nan) for c in result["checkpoints"]),
                 "bytes": result["checkpoints"][-1].get("bytes", np.nan),
                 "us_per_prediction": 1e6 * site.get("seconds_per_prediction", np.nan),
                 "people": len(site["people"]),
