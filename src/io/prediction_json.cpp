@@ -76,6 +76,26 @@ Mode mode_of(const json& object) {
   return mode;
 }
 
+/// The probabilities of `starts` or `stops` at each time: linear between the times of `within_s`, from 0 at t0.
+/// Throws: std::invalid_argument if they are no probabilities at ascending times.
+std::vector<double> at_each_time(const json& changes, const std::vector<double>& times_s) {
+  const auto within_s = changes.at("within_s").get<std::vector<double>>();
+  const auto known = changes.at("probability").get<std::vector<double>>();
+  const auto is_probability = [](double p) { return p >= 0.0 && p <= 1.0; };
+  if (within_s.empty() || within_s.size() != known.size() || !(within_s.front() > 0.0) ||
+      !std::ranges::is_sorted(within_s) || !std::ranges::all_of(known, is_probability))
+    throw std::invalid_argument("starts or stops with a probability for each of within_s");
+  std::vector<double> result;
+  std::size_t next = 0;
+  for (const double t : times_s) {
+    while (next + 1 < within_s.size() && within_s[next] < t) ++next;
+    const double from_s = next == 0 ? 0.0 : within_s[next - 1], from = next == 0 ? 0.0 : known[next - 1];
+    result.push_back(t >= within_s[next] ? known[next]
+                                         : from + (known[next] - from) * (t - from_s) / (within_s[next] - from_s));
+  }
+  return result;
+}
+
 Prediction prediction_of(const json& object) {
   Prediction prediction;
   prediction.t0_s = object.at("t0").get<double>();
@@ -83,9 +103,9 @@ Prediction prediction_of(const json& object) {
   prediction.fallback = object.at("fallback").get<bool>();
   prediction.novelty = object.at("novelty").get<double>();
   prediction.observed_s = object.value("observed_s", 0.0);
-  prediction.standing = object.contains("p_start");
-  const char* change = prediction.standing ? "p_start" : "p_stop";
-  if (object.contains(change)) prediction.change_probabilities = object.at(change).get<std::vector<double>>();
+  prediction.standing = object.contains("starts");
+  const char* change = prediction.standing ? "starts" : "stops";
+  if (object.contains(change)) prediction.change_probabilities = at_each_time(object.at(change), prediction.times_s);
   for (const json& mode : object.at("modes")) prediction.modes.push_back(mode_of(mode));
   if (object.contains("outcomes")) {
     const json& outcomes = object.at("outcomes");
@@ -217,9 +237,21 @@ void add_mode(std::string& text, const Mode& mode, double weight, const double* 
   close(text, '}');
 }
 
+void add_within(std::string& text, const Prediction& prediction, std::span<const std::size_t> steps, int digits) {
+  add_list(text, "within_s", steps.size(), [&](std::size_t i) { add(text, prediction.times_s[steps[i]], digits); });
+}
+
+/// Appends the probabilities of having started or stopped.
+void add_changes(std::string& text, const Prediction& prediction, std::span<const std::size_t> steps, int digits) {
+  text += prediction.standing ? "\"starts\":{" : "\"stops\":{";
+  add_within(text, prediction, steps, digits);
+  add_list(text, "probability", steps.size(),
+           [&](std::size_t i) { add(text, prediction.change_probabilities[steps[i]], digits + 1); });
+  close(text, '}');
+}
+
 /// Appends the probabilities of outcomes, and what they refer to.
-void add_outcomes(std::string& text, const Prediction& prediction, int digits) {
-  const std::vector<std::size_t> steps = outcome_steps(prediction);
+void add_outcomes(std::string& text, const Prediction& prediction, std::span<const std::size_t> steps, int digits) {
   std::vector<OutcomeProbabilities> outcomes;
   for (const std::size_t step : steps) outcomes.push_back(outcome_probabilities(prediction, step));
   const auto add_vector = [&](const char* key, const Vector2& v, int decimals) {
@@ -228,7 +260,7 @@ void add_outcomes(std::string& text, const Prediction& prediction, int digits) {
   text += prediction.standing ? "\"outcomes\":{\"standing\":true," : "\"outcomes\":{\"standing\":false,";
   add_vector("position", prediction.start_m, digits);
   add_vector("heading", prediction.heading, digits + 1);
-  add_list(text, "within_s", steps.size(), [&](std::size_t i) { add(text, prediction.times_s[steps[i]], digits); });
+  add_within(text, prediction, steps, digits);
   for (std::size_t k = 0; k < kOutcomeCount; ++k)
     add_list(text, kOutcomes[k], steps.size(), [&](std::size_t i) { add(text, outcomes[i][k], digits + 1); });
   close(text, '}');
@@ -251,11 +283,9 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
   add(text += "\"novelty\":", prediction.novelty, digits + 1);
   if (!format.v1) add_times(text, prediction.times_s, digits);
-  if (!format.v1 && !prediction.change_probabilities.empty()) {
-    add_list(text, prediction.standing ? "p_start" : "p_stop", prediction.change_probabilities.size(),
-             [&](std::size_t j) { add(text, prediction.change_probabilities[j], digits + 1); });
-  }
-  if (format.outcomes && !prediction.heading.isZero()) add_outcomes(text, prediction, digits);
+  const std::vector<std::size_t> steps = outcome_steps(prediction);
+  if (!format.v1 && !prediction.change_probabilities.empty()) add_changes(text, prediction, steps, digits);
+  if (format.outcomes && !prediction.heading.isZero()) add_outcomes(text, prediction, steps, digits);
   const std::vector<double> weights = rounded_weights(prediction.modes, digits + 1);
   const std::vector<double> nearest = format.outcomes ? nearest_probabilities(prediction) : std::vector<double>{};
   add_list(text, "modes", weights.size(), [&](std::size_t m) {
@@ -290,14 +320,10 @@ RecordedPredictions read_predictions(const std::filesystem::path& path) {
       const auto as_long = [&](const Mode& mode) { return mode.path_m.size() == prediction.times_s.size(); };
       if (prediction.modes.empty() || !std::ranges::all_of(prediction.modes, as_long))
         throw FormatError(path.string(), number, "modes with a position for each time", line.substr(0, 80));
-      const std::vector<double>& changes = prediction.change_probabilities;
-      const auto is_probability = [](double p) { return p >= 0.0 && p <= 1.0; };
-      if ((!changes.empty() && changes.size() != prediction.times_s.size()) ||
-          !std::ranges::all_of(changes, is_probability))
-        throw FormatError(path.string(), number, "p_start or p_stop with a probability for each time",
-                          line.substr(0, 80));
       const double t0_s = prediction.t0_s;
       recorded[{object.at("track").get<std::string>(), t0_s}] = std::move(prediction);
+    } catch (const std::invalid_argument& error) {
+      throw FormatError(path.string(), number, error.what(), line.substr(0, 80));
     } catch (const json::exception& error) {
       const std::string reason = error.what();  // "[json.exception.NAME.NUMBER] key 'track' not found"
       throw FormatError(path.string(), number, "a prediction",

@@ -79,18 +79,28 @@ TEST(PredictionLine, HasTheTimesOnceAndRoundedNumbers) {
       R"("primitives":[],"variant":"slower"}],"regions":[{"probability":0.9,"level":[2.3026,0]}]})");
 }
 
-TEST(PredictionLine, HasTheProbabilityToStartOrToStopByEachTime) {
-  Prediction prediction = two_modes();
-  prediction.change_probabilities = {0.1, 1.0 / 3.0};
+TEST(PredictionLine, HasTheProbabilityToStartOrToStopUntilEachWholeSecond) {
+  Prediction prediction;
+  prediction.modes.resize(1);
+  prediction.modes[0].weight = 1.0;
+  for (int step = 1; step <= 12; ++step) {
+    prediction.times_s.push_back(0.2 * step);
+    prediction.change_probabilities.push_back(0.05 * step);
+    prediction.modes[0].path_m.push_back({0.0, 0.0});
+    prediction.modes[0].covariances_m2.push_back(Matrix2::Identity());
+  }
   const std::string walks = prediction_line("1", prediction);
-  EXPECT_EQ(json::parse(walks).at("p_stop"), json::parse("[0.1,0.3333]"));
+  EXPECT_EQ(json::parse(walks).at("stops"), json::parse(R"({"within_s":[1,2,2.4],"probability":[0.25,0.5,0.6]})"));
   prediction.standing = true;
   const std::string stands = prediction_line("1", prediction);
-  EXPECT_FALSE(json::parse(stands).contains("p_stop"));
+  EXPECT_FALSE(json::parse(stands).contains("stops"));
   EXPECT_FALSE(read_back(walks).standing);
-  EXPECT_TRUE(read_back(stands).standing);
-  EXPECT_EQ(read_back(stands).change_probabilities, (std::vector<double>{0.1, 0.3333}));
-  EXPECT_FALSE(json::parse(prediction_line("1", prediction, nullptr, nullptr, {.v1 = true})).contains("p_start"));
+  const Prediction read = read_back(stands);
+  EXPECT_TRUE(read.standing);
+  ASSERT_EQ(read.change_probabilities.size(), 12u);
+  for (std::size_t j = 0; j < 12; ++j)
+    EXPECT_NEAR(read.change_probabilities[j], prediction.change_probabilities[j], 1e-12) << j;
+  EXPECT_FALSE(json::parse(prediction_line("1", prediction, nullptr, nullptr, {.v1 = true})).contains("starts"));
 }
 
 TEST(PredictionLine, OfTheFirstFormHasTheTimesInEachModeAndEveryNumberInFull) {
@@ -173,10 +183,9 @@ TEST(PredictionLine, RefusesDigitsThatADoubleHasNot) {
     EXPECT_THROW(prediction_line("1", two_modes(), nullptr, nullptr, {.digits = digits}), std::invalid_argument);
 }
 
-/// A line of two times.
-std::string with_changes(const std::vector<double>& p_stop) {
+std::string with_changes(const std::vector<double>& within_s, const std::vector<double>& probability) {
   json line = json::parse(prediction_line("1", two_modes()));
-  line["p_stop"] = p_stop;
+  line["stops"] = {{"within_s", within_s}, {"probability", probability}};
   return line.dump();
 }
 
@@ -185,7 +194,8 @@ TEST(ReadPredictions, RefusesModesWithoutAPositionForEachTime) {
   json line = json::parse(prediction_line("1", two_modes()));
   line["modes"][0]["t"].push_back(0.8);
   for (const std::string& wrong :
-       {line.dump(), with_changes({0.5}), with_changes({0.5, 1e300}), std::string("track_id,t,x,y"),
+       {line.dump(), with_changes({1.0, 2.0}, {0.5}), with_changes({1.0, 2.0}, {0.5, 1e300}),
+        with_changes({2.0, 1.0}, {0.1, 0.2}), with_changes({}, {}), std::string("track_id,t,x,y"),
         std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
     try {
       read_predictions(folder.write("lines.ndjson", prediction_line("1", two_modes()) + "\n" + wrong + "\n"));

@@ -7,7 +7,8 @@ import { deflateSync, inflateSync } from "node:zlib";
 import { readData } from "../src/data";
 import { Predictor } from "../src/predictor";
 
-interface Line { track: string; t0: number; novelty: number; p_start?: number[]; p_stop?: number[]; modes: { weight: number; t?: number[]; x: number[]; y: number[]; cov: number[][]; primitives: number[] }[]; regions?: { level: number[] }[] }
+interface Changes { within_s: number[]; probability: number[] }
+interface Line { track: string; t0: number; novelty: number; starts?: Changes; stops?: Changes; modes: { weight: number; t?: number[]; x: number[]; y: number[]; cov: number[][]; primitives: number[] }[]; regions?: { level: number[] }[] }
 
 const [report, tracks, predictions, other] = await Promise.all(process.argv.slice(2).map((path) => readFile(path, "utf8")));
 const packed = readData(/<script id="data"[^>]*>(.*?)<\/script>/s.exec(report!)![1]!).predictor;
@@ -37,8 +38,9 @@ for (const text of predictions!.trim().split("\n")) {
   const began = performance.now();
   const found = predictor.predict(seen);
   milliseconds += performance.now() - began;
-  const expected = [line.novelty, ...line.modes[0]!.t!, ...line.p_start ?? line.p_stop ?? [], ...line.modes.flatMap((m) => [m.weight, ...m.x, ...m.y, ...m.cov.flat(), ...m.primitives]), ...(line.regions ?? []).flatMap((r) => r.level)];
-  const given = [found.novelty, ...found.t, ...found.changes, ...found.modes.flatMap((m) => [m.weight, ...m.path.map((p) => p[0]), ...m.path.map((p) => p[1]), ...m.covariances.flat(), ...m.primitives]), ...found.regions.flatMap((r) => r.levels)];
+  const changes = line.starts ?? line.stops;
+  const expected = [line.novelty, ...line.modes[0]!.t!, ...changes?.probability ?? [], ...line.modes.flatMap((m) => [m.weight, ...m.x, ...m.y, ...m.cov.flat(), ...m.primitives]), ...(line.regions ?? []).flatMap((r) => r.level)];
+  const given = [found.novelty, ...found.t, ...found.changes.filter((_, i) => changes?.within_s.includes(found.t[i]!)), ...found.modes.flatMap((m) => [m.weight, ...m.path.map((p) => p[0]), ...m.path.map((p) => p[1]), ...m.covariances.flat(), ...m.primitives]), ...found.regions.flatMap((r) => r.levels)];
   assert.equal(given.length, expected.length, `track ${line.track} at ${line.t0}: another shape`);
   expected.forEach((number, i) => { worst = Math.max(worst, Math.abs(number - given[i]!) / Math.max(1, Math.abs(number))); });
   [numbers, lines] = [numbers + expected.length, lines + 1];

@@ -23,9 +23,9 @@ using OutcomeProbabilities = std::array<double, kOutcomeCount>;
 Outcome outcome_of(const Prediction& prediction, const Vector2& position_m);
 
 /// The probability of each outcome at a time of the prediction: the mass of the modes' density in it, by numerical
-/// integration with an absolute error below 0.01. If the person stands and p_start is known, `stays` is 1 - p_start,
-/// and the other outcomes are scaled to a sum of p_start. Throws: std::invalid_argument for a step that the prediction
-/// does not have, or without a heading. Source: none in the paper; docs/decisions/0126-outcomes.md.
+/// integration with an absolute error below 0.01. If the person stands and the probability p of having started is
+/// known, `stays` is 1 - p, and the other outcomes are scaled to a sum of p. Throws: std::invalid_argument for a step
+/// that the prediction does not have, or without a heading. Source: none in the paper; docs/decisions/0126-outcomes.md.
 OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step);
 
 /// For each mode, the probability that no other path of the prediction comes nearer to the true path, by the density of
