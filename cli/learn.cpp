@@ -71,7 +71,11 @@ class Batches {
     if (options.tracks.hold_out > 0.0) {  // the tracks held back are drawn from all
       ReadTracks input = read_clean(options.tracks, config);
       given = std::move(input.scene);
-      waiting_ = held_out(without_frames(std::move(input.tracks.trajectories)), options.tracks, options.common).train;
+      const std::size_t tracks = input.tracks.trajectories.size();
+      Split split = held_out(without_frames(std::move(input.tracks.trajectories)), options.tracks, options.common);
+      waiting_ = std::move(split.train);
+      std::cerr << "--hold-out: " << counted(split.test.size(), "track") << " held back, "
+                << tracks - split.test.size() - waiting_.size() << " left out because they were there at that time\n";
     } else {
       OpenedTracks opened = open_tracks(options.tracks, config);
       given = std::move(opened.scene);

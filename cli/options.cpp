@@ -270,7 +270,7 @@ void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory>
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {
   if (path.empty()) return {};
   if (!scene.camera)
-    throw UsageError(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
+    throw std::invalid_argument(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
   return picture_url(path);
 }
 

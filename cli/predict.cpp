@@ -36,10 +36,10 @@ Config predict_config(const PredictOptions& options, const StoredModel& stored) 
   return config;
 }
 
-/// The lines of a track and how many they are.
+/// The lines of a track, how many they are, and how many of them are fallbacks.
 struct TrackLines {
   std::string text;
-  std::size_t count = 0;
+  std::size_t count = 0, fallbacks = 0;
 };
 
 /// Writes the lines of tracks in their order, each as soon as those before it are written: only a few are in memory.
@@ -72,6 +72,7 @@ TrackLines lines_of(const FramedTrajectory& placed, const std::string& input_id,
     lines.text += prediction_line(input_id, prediction, explanation ? &*explanation : nullptr, camera, options.lines);
     lines.text += '\n';
     ++lines.count;
+    lines.fallbacks += prediction.fallback ? 1 : 0;
   }
   return lines;
 }
@@ -82,7 +83,7 @@ void predict_tracks(const PredictOptions& options) {
   const Config config = predict_config(options, stored);
   const SceneTracks input = read_placed(options.tracks, config, stored.model);
   if (options.image && !input.scene.camera)
-    throw UsageError("predict: --image needs --camera, or a scene file with a camera");
+    throw std::invalid_argument("predict: --image needs --camera, or a scene file with a camera");
   const bool pixels = config.metres_per_pixel > 0.0;
   const Camera* const camera = options.image || pixels ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);
@@ -90,17 +91,19 @@ void predict_tracks(const PredictOptions& options) {
   std::optional<OutputFile> file;
   if (!options.out.empty()) file.emplace(options.out);
   std::ostream& out = file ? file->stream() : std::cout;
-  std::size_t count = 0, too_short = 0;
+  std::size_t count = 0, fallbacks = 0, too_short = 0;
   const auto lines_of_track = [&](std::size_t i) {
     return lines_of(input.tracks[i], input.input_ids[i], present, predictor, config, options, camera);
   };
   write_in_order(input.tracks.size(), lines_of_track, [&](const TrackLines& lines) {
     out << lines.text;
     count += lines.count;
+    fallbacks += lines.fallbacks;
     too_short += lines.count == 0 ? 1 : 0;
   });
   if (file) file->commit();
   std::cerr << counted(count, "prediction") << " for " << counted(input.tracks.size() - too_short, "track");
+  if (fallbacks > 0) std::cerr << "; " << fallbacks << " of them without flow fields (fallback)";
   if (too_short > 0) std::cerr << "; " << too_short << " shorter than " << config.episode.predict.min_observe_s << " s";
   if (pixels) std::cerr << "; x and y are metres of " << 1.0 / config.metres_per_pixel << " pixels, u and v are pixels";
   std::cerr << '\n';

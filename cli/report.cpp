@@ -46,13 +46,9 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.picture = picture_in("report", options.picture, read.scene);
   input.scene = std::move(read.scene);
   input.rows = std::move(read.report);
-  input.input_ids = std::move(read.input_ids);
   input.tracks = std::move(read.tracks);
-  if (options.tracks.hold_out > 0.0) {
+  if (options.tracks.hold_out > 0.0)
     input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
-    input.input_ids.clear();
-    for (const FramedTrajectory& placed : input.tracks) input.input_ids.push_back(placed.track.id);
-  }
   warn_of_learnt(input.stored, input.tracks);
   return report_data(input);
 }

@@ -68,8 +68,8 @@ Scene scene_in(const ServeVerb& options, const OpenModel& open) {
   const bool given = !options.camera.empty() && options.camera != kNoCamera;
   if (const auto camera = pixel_camera(open.config, given)) scene.camera = camera;
   if (scene.camera && options.camera.empty() && !pixel_camera(open.config))
-    throw UsageError("serve: " + options.scene + " has a camera: expected --camera " + options.scene +
-                     " if detections are image points, or --camera off if they are metres");
+    throw std::invalid_argument("serve: " + options.scene + " has a camera: expected --camera " + options.scene +
+                                " if detections are image points, or --camera off if they are metres");
   if (!given) return scene;
   const CameraFile read = read_camera(options.camera);
   for (const std::string& warning : read.warnings) print_message("warning: " + warning);

@@ -244,7 +244,7 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   std::vector<std::string> ids = ids_of(tracklets, prefix);
   std::vector<CleanedTrack> result;
   for (std::size_t i = 0; i < tracklets.size(); ++i) {
-    result.push_back({trajectory_of(std::move(ids[i]), tracklets[i].samples), tracklets[i].track->id});
+    result.push_back({trajectory_of(std::move(ids[i]), tracklets[i].samples), prefix + tracklets[i].track->id});
   }
   return result;
 }

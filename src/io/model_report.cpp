@@ -364,9 +364,9 @@ std::string describe(const ModelComparison& difference, std::span<const HorizonD
                   difference.transitions_of_a.size(), difference.transitions_of_b.size())
        << list("changed (of A)", difference.changed_transitions,
                [&](const TransitionPair& pair) { return edge(pair.a); })
-       << list("only in A", difference.transitions_of_a, edge) << list("only in B", difference.transitions_of_b, edge)
-       << "predictions  mean paths on " << counted(windows, "window") << " are apart by\n"
-       << std::fixed;
+       << list("only in A", difference.transitions_of_a, edge) << list("only in B", difference.transitions_of_b, edge);
+  if (windows == 0) return std::move(text).str() + "predictions  not compared: no window to predict\n";
+  text << "predictions  mean paths on " << counted(windows, "window") << " are apart by\n" << std::fixed;
   for (const HorizonDifference& horizon : predictions) {
     text << "  at " << std::setprecision(1) << horizon.horizon_s << std::setprecision(3) << " s: " << horizon.mean_m
          << " m on average, " << horizon.max_m << " m at most\n";

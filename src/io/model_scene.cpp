@@ -15,11 +15,10 @@ Scene scene_of(const CurbFrame& frame) {
   return scene;
 }
 
-/// A scene beside a frame that was made from tracks would put later tracks into other cells than the earlier ones.
+/// Another scene beside a frame that was made from tracks would put later tracks into other cells than the earlier
+/// ones.
 void require_same_frame(const Scene& given, const Model& model) {
-  const std::optional<CurbFrame> frame = frame_from_tracks(model);
-  if (!frame) return;
-  if (same_site(given.corners.at(given.primary).frame, *frame)) return;
+  if (!frame_from_tracks(model) || find_site(model.sites, given.corners.at(given.primary).frame)) return;
   throw std::invalid_argument("scene = " + (given.path.empty() ? "\"" + given.name + "\"" : given.path.string()) +
                               " is not the frame that the model made from its first tracks; leave the scene out, give "
                               "the one that `sila scene show` prints, or learn a new model with this scene");

@@ -1,6 +1,7 @@
 #include "read_rows.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "core/dropped_rows.hpp"
 #include "sila/core/errors.hpp"
@@ -8,6 +9,8 @@
 
 namespace sila {
 namespace {
+
+constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
 
 struct Fault {
   DropReason reason;
@@ -17,9 +20,11 @@ struct Fault {
 /// Reads the cells of one row; keeps the first fault instead of throwing.
 class RowReader {
  public:
-  RowReader(const std::vector<std::string_view>& cells, const TrackColumns& columns)
+  /// `named`: the number of cells of the header.
+  RowReader(const std::vector<std::string_view>& cells, const TrackColumns& columns, std::size_t named)
       : cells_(cells), columns_(columns) {
     if (cells.size() < columns.cells) fault_ = Fault{DropReason::missing_cells, {}};
+    if (cells.size() > named && !cells.back().empty()) fault_ = Fault{DropReason::extra_cells, {}};
   }
 
   double number(std::size_t column) {
@@ -90,15 +95,18 @@ void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::
   if (entry.rows++ > 0) return;
   entry.first = path + ":" + std::to_string(line);
   if (!found.empty()) entry.first += ", found " + excerpt(found);
+  if (reason == DropReason::not_a_number && found.find(',') != std::string_view::npos)
+    entry.first += "; numbers need a decimal point";
 }
 
 Detections read_rows(const TextTable& table, const TrackColumns& columns, const std::string& only_track) {
   Detections result{table.path, {}};
   result.rows.reserve(table.rows.size());
+  const std::size_t named = columns.header ? cells_of(table.rows.front().text, columns.separator).size() : kAnyNumber;
   for (std::size_t i = columns.header ? 1 : 0; i < table.rows.size(); ++i) {
     const TextLine& line = table.rows[i];
     const auto cells = cells_of(line.text, columns.separator);
-    RowReader row(cells, columns);
+    RowReader row(cells, columns, named);
     Detection detection;
     detection.track = row.track(only_track);
     detection.t_s = row.stamp();

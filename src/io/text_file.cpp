@@ -78,6 +78,10 @@ void reject_binary(const std::string& path, std::string_view bytes) {
   if (bytes.starts_with("\x1f\x8b")) reject_truncated(path);  // a gzip header too short for zlib to see as one
   if (bytes.starts_with("BZh") && bytes.find("1AY&SY") == 4)
     throw FormatError(path, 0, "a text file", "a bzip2 file; unpack it with bunzip2 first");
+  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+    throw FormatError(path, 0, "a text file in UTF-8", "one in UTF-16; save it as UTF-8");
+  if (bytes.find('\r') != std::string_view::npos && bytes.find('\n') == std::string_view::npos)
+    throw FormatError(path, 0, "lines that end with LF or CRLF", "line ends of CR alone; save it with others");
   const std::size_t zero = bytes.find('\0');
   if (zero == std::string_view::npos) return;
   throw FormatError(path, 0, "a text file", "binary data (a zero byte at offset " + std::to_string(zero) + ")");

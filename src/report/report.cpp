@@ -99,7 +99,7 @@ ordered_json played_json(const ReportInput& input, std::span<const ScoredPredict
   ordered_json list = ordered_json::array();
   for (const std::size_t track : played) {
     const Trajectory& path = input.tracks[track].track;
-    ordered_json entry{{"track", input.input_ids[track]}, {"t", ordered_json::array()}, {"xy", ordered_json::array()}};
+    ordered_json entry{{"track", path.id}, {"t", ordered_json::array()}, {"xy", ordered_json::array()}};
     double due_s = path.times_s.front();
     for (std::size_t k = 0; k < path.times_s.size(); ++k) {
       if (path.times_s[k] < due_s - 1e-9) continue;
@@ -122,7 +122,7 @@ ordered_json worst_json(const ReportInput& input, std::span<const ScoredPredicti
   ordered_json list = ordered_json::array();
   for (std::size_t k = 0; k < std::min(worst.size(), most); ++k) {
     const ScoredPrediction& prediction = scored[worst[k]];
-    list.push_back({{"track", input.input_ids[prediction.track]},
+    list.push_back({{"track", input.tracks[prediction.track].track.id},
                     {"t0", rounded(prediction.prediction.t0_s, 3)},
                     {"mhd_m", rounded(prediction.model.weighted_mhd_m, 3)},
                     {"constant_mhd_m", rounded(prediction.constant.weighted_mhd_m, 3)},
@@ -188,11 +188,6 @@ ordered_json predictor_json(const ReportInput& input, std::size_t most_bytes) {
 }  // namespace
 
 ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
-  if (input.input_ids.size() != input.tracks.size()) {
-    throw std::invalid_argument("report_data: input_ids = " + std::to_string(input.input_ids.size()) +
-                                " of them, there must be one for each of the " + std::to_string(input.tracks.size()) +
-                                " tracks");
-  }
   if (!input.picture.empty() && !input.scene.camera)
     throw std::invalid_argument(
         "report_data: picture is given, but the scene has no camera, by which metres become pixels");

@@ -1,14 +1,26 @@
 #include "connection.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "lines.hpp"
 
 namespace sila::detail {
 
-LineReceiver::LineReceiver(ConnectionRegistry& registry, StreamId stream)
-    : registry_(registry), stream_(stream), allowance_(registry.config.max_rate_hz), refilled_s_(monotonic_s()) {}
+void ReportAnnouncer::announce(const ConnectionRegistry& registry, const std::string& line, const char* input,
+                               const char* output) {
+  const auto report = nlohmann::json::parse(line);
+  if (known_.insert(report.value("rejected", "dropped")).second)
+    registry.announce(std::string(input) + ": " + line + "; further reports of this kind are in " + output + " alone");
+}
+
+LineReceiver::LineReceiver(ConnectionRegistry& registry, StreamId stream, std::function<void(double t_s)> before)
+    : registry_(registry),
+      stream_(stream),
+      before_(std::move(before)),
+      allowance_(registry.config.max_rate_hz),
+      refilled_s_(monotonic_s()) {}
 
 LineReceiver::~LineReceiver() {
   if (registry_.engine != nullptr) registry_.engine->offer({stream_, std::nullopt, monotonic_s()});
@@ -26,25 +38,23 @@ std::optional<Rejection> LineReceiver::check(std::string_view line) {
   return std::nullopt;
 }
 
-std::optional<double> LineReceiver::receive(std::string_view line) {
+void LineReceiver::receive(std::string_view line) {
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  if (line.empty()) return std::nullopt;
+  if (line.empty()) return;
   ParsedLine parsed;
   if (const std::optional<Rejection> rejection = check(line)) {
     parsed.rejections = {*rejection};
   } else {
     parsed = parse_line(line, registry_.options.read, registry_.has_camera);
     // A token is accepted where none is needed.
-    if (!parsed.rejections.empty() && parse_token(line)) return std::nullopt;
+    if (!parsed.rejections.empty() && parse_token(line)) return;
   }
   ++registry_.lines;
   for (const Rejection rejection : parsed.rejections) registry_.engine->reject(stream_, rejection);
-  std::optional<double> t_s;
   for (Detection& row : parsed.detections) {
-    t_s = row.t_s;
+    if (before_) before_(row.t_s);
     registry_.engine->offer({stream_, std::move(row), monotonic_s()});
   }
-  return t_s;
 }
 
 }  // namespace sila::detail

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -43,6 +44,16 @@ struct ConnectionRegistry {
   std::size_t max_send_bytes() const { return static_cast<std::size_t>(config.max_send_queue_mb * 1e6); }
 };
 
+/// Announces the first report of each kind to a stream whose output people may not see.
+class ReportAnnouncer {
+ public:
+  /// `line`: a report for the client; `input`, `output`: where its lines come from and go to.
+  void announce(const ConnectionRegistry& registry, const std::string& line, const char* input, const char* output);
+
+ private:
+  std::set<std::string> known_;
+};
+
 /// Counts an open socket during its lifetime.
 class OpenSocket {
  public:
@@ -58,19 +69,21 @@ class OpenSocket {
 /// Checks the lines of one stream and offers them to the engine. Ends the stream when it is destroyed.
 class LineReceiver {
  public:
-  LineReceiver(ConnectionRegistry& registry, StreamId stream);
+  /// `before`, if given, is called with the time of each detection before the engine gets it.
+  LineReceiver(ConnectionRegistry& registry, StreamId stream, std::function<void(double t_s)> before = {});
   ~LineReceiver();
   LineReceiver(const LineReceiver&) = delete;
   LineReceiver& operator=(const LineReceiver&) = delete;
 
-  /// Accepts or rejects one line without its end; the time of its last detection that was accepted.
-  std::optional<double> receive(std::string_view line);
+  /// Accepts or rejects one line without its end.
+  void receive(std::string_view line);
 
  private:
   std::optional<Rejection> check(std::string_view line);
 
   ConnectionRegistry& registry_;
   StreamId stream_;
+  std::function<void(double t_s)> before_;
   double allowance_;  ///< lines that may still come in this second
   double refilled_s_;
 };

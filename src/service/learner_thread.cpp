@@ -74,6 +74,7 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
     return std::move(stored.model);
   };
   storage.learning_curve = [=](const Model& model) { return describe_learning(model, recorded->points); };
+  storage.failed = std::move(message);
   return storage;
 }
 
@@ -189,10 +190,14 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
     status_.learnt_tracks += batch.size();
     status_.last_episode_s = episode->report.seconds;
   } catch (const std::exception& error) {  // a bad batch or a full disk must not end predictions
-    const std::lock_guard lock(mutex_);
-    ++status_.failed_episodes;
-    status_.discarded_tracks += batch.size();
-    status_.last_error = error.what();
+    {
+      const std::lock_guard lock(mutex_);
+      ++status_.failed_episodes;
+      status_.discarded_tracks += batch.size();
+      status_.last_error = error.what();
+    }
+    if (storage_.failed)
+      storage_.failed("an episode failed, and " + counted(batch.size(), "track") + " are lost: " + error.what());
   }
 }
 

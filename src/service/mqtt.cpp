@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <regex>
 #include <stdexcept>
 #include <utility>
@@ -132,11 +131,7 @@ void MqttConnection::start() {
 
 void MqttConnection::send(std::string line, bool droppable) {
   const std::lock_guard lock(mutex_);
-  if (!droppable) {
-    const auto report = nlohmann::json::parse(line);
-    if (reported_.insert(report.value("rejected", "dropped")).second)
-      registry_.announce("mqtt: " + line + "; further reports of this kind are in the topic of --mqtt-out alone");
-  }
+  if (!droppable) announcer_.announce(registry_, line, "mqtt", "the topic of --mqtt-out");
   registry_.slow_reader_dropped += queue_.push(std::move(line), droppable);
   publish();
 }
@@ -214,7 +209,7 @@ void MqttConnection::acknowledged(int reason) {
   --unacknowledged_;
   if (reason >= kFailure) {
     ++registry_.slow_reader_dropped;
-    if (reported_.insert("publish").second)
+    if (!std::exchange(told_of_broker_, true))
       registry_.announce("mqtt: the broker rejects messages to " + registry_.options.mqtt_out + " (" +
                          mosquitto_reason_string(reason) + ")");
   }

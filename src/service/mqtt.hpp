@@ -4,7 +4,6 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <string>
 #include <thread>
 
@@ -62,7 +61,8 @@ class MqttConnection : public Connection, public std::enable_shared_from_this<Mq
   SendQueue queue_;
   std::size_t unacknowledged_ = 0;
   bool connected_ = false;
-  std::set<std::string> reported_;  ///< kinds of reports that were announced
+  ReportAnnouncer announcer_;
+  bool told_of_broker_ = false;  ///< that it rejects messages
   std::atomic<bool> stopping_ = false;
   std::thread thread_;
 };

@@ -57,6 +57,7 @@ void StandardIo::start() {
 void StandardIo::send(std::string line, bool droppable) {
   {
     const std::lock_guard lock(mutex_);
+    if (!droppable) announcer_.announce(registry_, line, "standard input", "standard output");
     registry_.slow_reader_dropped += queue_.push(std::move(line), droppable);
   }
   changed_.notify_all();
@@ -90,23 +91,22 @@ void StandardIo::read() {
 }
 
 void StandardIo::read_lines() {
-  LineReceiver receiver(registry_, id_);
+  std::optional<double> last_s;
+  LineReceiver receiver(registry_, id_, [&](double t_s) {
+    if (registry_.options.wait && last_s && t_s != *last_s) drain();
+    last_s = t_s;
+  });
   std::string block(kBlock, '\0');
   while (!stopping_) {
     const ssize_t size = read_some(block.data(), block.size());
     if (size == 0) break;
     if (size < 0) continue;
     lines_.append(std::string_view(block).substr(0, static_cast<std::size_t>(size)));
-    while (const auto line = stopping_ ? std::nullopt : lines_.next()) receive(receiver, *line);
+    while (const auto line = stopping_ ? std::nullopt : lines_.next()) receiver.receive(*line);
   }
   if (stopping_) return;
-  if (const auto line = lines_.last()) receive(receiver, *line);
+  if (const auto line = lines_.last()) receiver.receive(*line);
   drain();
-}
-
-void StandardIo::receive(LineReceiver& receiver, const std::string& line) {
-  const std::optional<double> t_s = receiver.receive(line);
-  if (registry_.options.wait && t_s && t_s != std::exchange(last_s_, t_s)) drain();
 }
 
 void StandardIo::write() {

@@ -29,7 +29,6 @@ class StandardIo : public Connection, public std::enable_shared_from_this<Standa
  private:
   void read();
   void read_lines();
-  void receive(LineReceiver& receiver, const std::string& line);
   void write();
   void drain();
 
@@ -37,10 +36,10 @@ class StandardIo : public Connection, public std::enable_shared_from_this<Standa
   StreamId id_;
   std::function<void()> ended_;
   LineBuffer lines_;
-  std::optional<double> last_s_;  ///< time of the last detection
-  std::mutex mutex_;              // guards the queue and the flags of writing
+  std::mutex mutex_;  // guards the queue and the flags of writing
   std::condition_variable changed_;
   SendQueue queue_;
+  ReportAnnouncer announcer_;
   bool writing_ = false, closing_ = false;
   std::atomic<bool> stopping_ = false;
   std::thread reader_, writer_;

@@ -146,7 +146,9 @@ TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
   const std::string learnt = "warning: the model has learnt at least 60 of these 60 tracks";
   for (const std::string& verb : {"evaluate --model m.sila" + with, "report m.sila" + with})
     EXPECT_NE(run(verb).err.find(learnt), std::string::npos) << verb;
-  ASSERT_EQ(run("learn --model part.sila --hold-out 0.3" + with).code, 0);
+  const Outcome part = run("learn --model part.sila --hold-out 0.3" + with);
+  ASSERT_EQ(part.code, 0);
+  EXPECT_NE(part.err.find("--hold-out: 18 tracks held back, "), std::string::npos) << part.err;
   EXPECT_EQ(run("evaluate --model part.sila --hold-out 0.3" + with).err.find("warning"), std::string::npos);
   write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
   EXPECT_NE(run("learn two.csv --model t.sila").err.find("warning: no motion was learnt"), std::string::npos);
@@ -172,6 +174,8 @@ TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
     if (answer.contains("rejected")) rejected[answer.at("rejected")] += answer.at("count").get<int>();
   }
   EXPECT_EQ(rejected, (std::map<std::string, int>{{"not_json", 30}, {"not_usable", 1}}));
+  EXPECT_NE(outcome.err.find("standard input: {\"rejected\":\"not_json\""), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("not_json"), outcome.err.rfind("not_json")) << "only the first report of a kind";
 }
 
 TEST_F(Program, RejectsOptionsWithoutEffect) {
@@ -204,6 +208,42 @@ TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
   const Outcome some = run(evaluate + "some.ndjson");
   EXPECT_EQ(some.code, 0) << some.err;
   EXPECT_NE(some.err.find("warning: some.ndjson: 1 of "), std::string::npos) << some.err;
+}
+
+TEST_F(Program, TellsThePeopleOfSeveralFilesApart) {
+  learn();
+  fs::create_directories(folder_ / "other");
+  fs::copy_file(folder_ / "tracks.csv", folder_ / "other/tracks.csv");
+  const std::string with = " tracks.csv other/tracks.csv --scene tracks.scene.json --model m.sila ";
+  const Outcome predicted = run("predict" + with + "--out p.ndjson");
+  ASSERT_EQ(predicted.code, 0) << predicted.err;
+  EXPECT_NE(read(folder_ / "p.ndjson").find(R"("track":"other/tracks:)"), std::string::npos);
+  const Outcome scored = run("evaluate" + with + "--predictions p.ndjson");
+  EXPECT_EQ(scored.code, 0) << scored.err;
+  EXPECT_EQ(scored.err.find("without a sample"), std::string::npos) << scored.err;
+}
+
+TEST_F(Program, SaysHowManyPredictionsAreFallbacks) {
+  learn();
+  write(folder_ / "far.csv", "track_id,t,x,y\n1,0,900,900\n1,0.5,900,900.6\n1,1,900,901.2\n");
+  const Outcome far = run("predict far.csv --scene tracks.scene.json --model m.sila --every 0.5");
+  EXPECT_NE(far.err.find("2 predictions for 1 track; 2 of them without flow fields (fallback)"), std::string::npos)
+      << far.err;
+}
+
+TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
+  std::string lines;
+  for (int k = 0; k < 20; ++k) {  // who comes first changes from one time stamp to the next
+    for (int i = 0; i < 2; ++i) {
+      const int id = (k + i) % 2;
+      lines +=
+          nlohmann::json{{"t", 0.1 * k}, {"id", std::to_string(id)}, {"x", 0.1 * k}, {"y", 5.0 * id}}.dump() + "\n";
+    }
+  }
+  write(folder_ / "lines.ndjson", lines);
+  const Outcome served = run("serve --stdin --wait --http off --model s.sila < lines.ndjson");
+  ASSERT_EQ(served.code, 0) << served.err;
+  EXPECT_EQ(served.out.find("dropped"), std::string::npos) << served.out;
 }
 
 TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {

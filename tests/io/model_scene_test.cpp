@@ -52,6 +52,16 @@ TEST(ModelScene, AGivenSceneMustBeTheFrameThatTheModelBeganWith) {
   EXPECT_EQ(rejection(other, model_at(same.corners[0].frame)), "");  // a model of scene files may have several
 }
 
+TEST(ModelScene, OfAFusedModelMayBeThatOfAnyOfItsSites) {
+  Model model = model_at(frame_of_tracks(walk(5), kMetres));
+  CurbFrame second = frame_of_tracks(walk(500), kMetres);
+  second.from_tracks = false;
+  find_or_add_site(model.sites, second);
+  EXPECT_EQ(rejection(scene_of(model_at(second)), model), "");
+  second.origin_m.x() += 20.0;
+  EXPECT_TRUE(contains(rejection(scene_of(model_at(second)), model), "leave the scene out"));
+}
+
 TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
   Model model = model_at(frame_of_tracks(walk(5), kMetres));
   find_or_add_site(model.sites, frame_of_tracks(walk(500), kMetres));

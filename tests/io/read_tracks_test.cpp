@@ -7,6 +7,7 @@
 #include "io/rows.hpp"
 #include "sila/core/clean.hpp"
 #include "sila/io/track_files.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -73,13 +74,34 @@ TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
   const auto file = read_detections(
       folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n1,oops,1,2\n1,1\n1,1,,2\n,1,1,2\n1,2,nan,2\n1,3,1,2,9\n"));
   EXPECT_EQ(file.detections.rows_read, 7U);
-  EXPECT_EQ(file.detections.rows.size(), 3U);  // NaN is a number to the reader; `clean` rejects it
+  EXPECT_EQ(file.detections.rows.size(), 2U);  // NaN is a number to the reader; `clean` rejects it
   EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 2U);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 2U);
+  EXPECT_EQ(rows_of(file.detections, DropReason::extra_cells), 1U);
   for (const DroppedRows& entry : file.detections.dropped) {
-    const char* line = entry.reason == DropReason::not_a_number ? ":3" : ":4";
+    const char* line = entry.reason == DropReason::not_a_number    ? ":3"
+                       : entry.reason == DropReason::missing_cells ? ":4"
+                                                                   : ":8";
     EXPECT_TRUE(contains(entry.first, line)) << entry.first;
   }
+}
+
+TEST(GenericCsv, DropsRowsWithMoreCellsThanNamesButNotWithASeparatorAtTheirEnd) {
+  const TempFolder folder;
+  const auto commas = read_detections(folder.write("a.csv", "track_id,t,x,y\n1,10,6,-6,16\n1,10,7,-6,17\n1,9,1,2\n"));
+  EXPECT_EQ(rows_of(commas.detections, DropReason::extra_cells), 2U);
+  EXPECT_EQ(read_detections(folder.write("b.csv", "track_id,t,x,y\n1,10,6,-6,\n")).detections.rows.size(), 1U);
+  const auto semicolons = read_detections(folder.write("c.csv", "track_id;t;x;y\n1;10,6;1;2\n1;10;1;2\n"));
+  EXPECT_TRUE(contains(semicolons.detections.dropped.at(0).first, "\"10,6\"; numbers need a decimal point"));
+}
+
+TEST(GenericCsv, NamesTheRemedyForOtherEncodingsAndLineEnds) {
+  const TempFolder folder;
+  const auto rejection = [&](const std::string& text) {
+    return message_of<FormatError>([&] { read_detections(folder.write("a.csv", text)); });
+  };
+  EXPECT_TRUE(contains(rejection(std::string("\xff\xfet\0,\0x\0", 8)), "save it as UTF-8"));
+  EXPECT_TRUE(contains(rejection("track_id,t,x,y\r1,0,1,2\r1,1,1,2\r"), "line ends of CR alone"));
 }
 
 TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {

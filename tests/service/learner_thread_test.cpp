@@ -107,13 +107,20 @@ TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
 
 TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {
   int calls = 0;
-  LearnerThread learner = started(small_batches(10), [&](const Episode&) {
-    if (++calls == 1) throw std::runtime_error("the disk is full");
-  });
+  std::string message;
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10),
+                        {.commit =
+                             [&](const Model&, const Episode&, const OnlineCalibration&) {
+                               if (++calls == 1) throw std::runtime_error("the disk is full");
+                             },
+                         .reload = {},
+                         .learning_curve = {},
+                         .failed = [&](const std::string& why) { message = why; }});
   learner.add(corner_walks(10, 1), {});
   learner.drain();
   EXPECT_EQ(learner.status().failed_episodes, 1u);
   EXPECT_EQ(learner.status().last_error, "the disk is full");
+  EXPECT_EQ(message, "an episode failed, and 10 tracks are lost: the disk is full");
   EXPECT_TRUE(learner.snapshot()->model.empty());
   learner.add(corner_walks(10, 2), {});
   learner.drain();

@@ -96,7 +96,7 @@ export class PrimitiveGraph {
     const lit = this.selected === undefined || this.selected === from || this.selected === to;
     const width = 0.6 + 4.5 * Math.sqrt(n / most);
     const node = this.nodes[from]!;
-    const title = s("title", {}, `${from} → ${to}: ${count(n)} times`);
+    const title = s("title", {}, `${from} → ${to}: ${count(n)} ${n === 1 ? "track" : "tracks"}`);
     const style = { class: lit ? "edge" : "edge off", stroke: node.colour, "stroke-width": width.toFixed(2), fill: "none",
                     opacity: !lit ? 0.06 : this.selected === undefined ? (0.16 + 0.6 * Math.sqrt(n / most)).toFixed(2) : 0.9 };
     if (from === to) {

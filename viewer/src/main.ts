@@ -15,11 +15,11 @@ function tiles(data: ReportData): HTMLElement {
   if (moving && moving.windows > 0) {
     const { horizon_s, model, constant_velocity } = moving.horizons.at(-1)!;
     const gain = 1 - model.weighted_mhd_m / constant_velocity.weighted_mhd_m;
-    list.push([`${number(model.weighted_mhd_m)} m`, `weighted MHD, ${count(horizon_s)} s ahead`, `${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`]);
+    list.push([`${number(model.weighted_mhd_m)} m`, `weighted MHD of moving pedestrians, ${count(horizon_s)} s ahead`, `${gain >= 0 ? percent(gain) + " less" : percent(-gain) + " more"} than constant velocity`]);
   }
   const regions = data.calibration?.at(-1);
   const ninety = regions?.nominal.findIndex((p) => Math.abs(p - 0.9) < 1e-9) ?? -1;
-  if (regions && ninety >= 0) list.push([percent(regions.observed[ninety]!), "of the truths", "in the nominal 90 % regions"]);
+  if (regions && ninety >= 0) list.push([percent(regions.observed[ninety]!), "of all true positions", "in the nominal 90 % regions"]);
   if (data.model) {
     list.push([count(data.model.size), "model size", `${plural(data.model.primitives.length, "primitive")}, ${plural(data.model.transitions.length, "transition")}`]);
     list.push([count(data.model.tracks), "tracks learnt", `in ${plural(data.model.episodes, "episode")}`]);

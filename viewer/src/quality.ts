@@ -164,7 +164,7 @@ export function calibrationWords(data: ReportData): string {
     return i >= 0 ? percent(last!.observed[i]!) : "?";
   };
   if (!last) return "No prediction had its whole future on record.";
-  return `${plural(scored, "prediction")} of ${plural(data.tracks_scored ?? 0, "pedestrian")} with their whole future recorded. ${count(last.horizon_s)} s ahead, the 50 % region held ${of(0.5)} of the truths and the 90 % region ${of(0.9)}.`;
+  return `${plural(scored, "prediction")} of ${plural(data.tracks_scored ?? 0, "pedestrian")} with their whole future recorded. ${count(last.horizon_s)} s ahead, the 50 % region held ${of(0.5)} of the true positions and the 90 % region ${of(0.9)}.`;
 }
 
 export function worstSection(data: ReportData, show: ((track: string, t0: number) => void) | undefined): HTMLElement | undefined {

@@ -51,7 +51,8 @@ struct TrackReport {
 /// The result of cleaning.
 struct CleanTracks {
   std::vector<Trajectory> trajectories;  ///< by source, then start time, then id; ids are unique
-  std::vector<std::string> input_ids;    ///< for each trajectory the id that its rows had in the input
+  std::vector<std::string>
+      input_ids;  ///< of each trajectory the id of its rows, behind the name of the source if there are several
   TrackReport report;
 };
 

@@ -25,6 +25,7 @@ struct Detection {
 /// Why a row of the input is in no trajectory.
 enum class DropReason {
   missing_cells,  ///< fewer columns than the format has
+  extra_cells,    ///< more cells than the header names: which is which is not known
   not_a_number,   ///< a cell that should be a number is not
   not_json,       ///< a line that is not the JSON of the format
   not_finite,     ///< NaN or infinite
@@ -49,8 +50,9 @@ struct DropReasonText {
 };
 
 /// Every reason once, in the order of the enumeration.
-inline constexpr std::array<DropReasonText, 15> kDropReasons{{
+inline constexpr std::array<DropReasonText, 16> kDropReasons{{
     {DropReason::missing_cells, "missing_cells", "have too few columns"},
+    {DropReason::extra_cells, "extra_cells", "have more cells than the header names"},
     {DropReason::not_a_number, "not_a_number", "have a cell that is not a number"},
     {DropReason::not_json, "not_json", "are not the JSON of the format"},
     {DropReason::not_finite, "not_finite", "are not finite"},
@@ -66,6 +68,8 @@ inline constexpr std::array<DropReasonText, 15> kDropReasons{{
     {DropReason::outlier, "outlier", "lie far off a path that goes on without them"},
     {DropReason::single_sample, "single_sample", "stand alone (a path needs two samples)"},
 }};
+static_assert(kDropReasons.back().reason == DropReason::single_sample &&
+              kDropReasons.size() == static_cast<std::size_t>(DropReason::single_sample) + 1);
 
 /// The name of a reason in JSON.
 std::string_view name_of(DropReason reason);

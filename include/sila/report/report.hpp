@@ -32,7 +32,6 @@ struct ReportInput {
   std::string name;  ///< for the title
   Scene scene;       ///< no corner: none is known
   std::vector<FramedTrajectory> tracks;
-  std::vector<std::string> input_ids;  ///< of each track
   TrackReport rows;
   EpisodeConfig episode;
   EvaluateConfig evaluate;
@@ -41,8 +40,7 @@ struct ReportInput {
 };
 
 /// The data of a report on a model (docs/viewer.md has its keys), metres in the world frame, rounded to centimetres.
-/// Throws: std::invalid_argument for a configuration out of range, input_ids of another length than tracks, and a
-/// picture of a scene without a camera.
+/// Throws: std::invalid_argument for a configuration out of range, and a picture of a scene without a camera.
 nlohmann::ordered_json report_data(const ReportInput& input, const ReportLimits& limits = {});
 
 /// A scene to be edited by hand, and the tracks and the picture under it.

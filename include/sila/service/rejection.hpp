@@ -44,7 +44,8 @@ inline constexpr std::array<RejectionText, 13> kRejections{{
     {Rejection::overloaded, "overloaded", "service.max_queued_lines are queued, more than a fair share by this client"},
     {Rejection::too_many_connections, "too_many_connections", "service.max_connections are open"},
     {Rejection::no_token, "no_token", "the token of the service is missing or wrong"},
-    {Rejection::other_camera, "other_camera", "the event is not of the camera that --frigate-camera names"},
+    {Rejection::other_camera, "other_camera",
+     "the event is of another camera than --frigate-camera names, or that option is missing"},
     {Rejection::no_camera, "no_camera", "boxes are image points, which need a camera file (--camera)"},
 }};
 
