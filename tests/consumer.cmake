@@ -11,11 +11,20 @@ endfunction()
 set(prefix ${BUILD}/consumer/installed)
 file(REMOVE_RECURSE ${BUILD}/consumer)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix} --component development)
-run(${CMAKE_COMMAND} -S ${EXAMPLE} -B ${BUILD}/consumer/build -G Ninja -DCMAKE_PREFIX_PATH=${prefix}
-  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
-  -DCMAKE_TOOLCHAIN_FILE=${TOOLCHAIN})
+set(options -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS}
+  -DCMAKE_BUILD_TYPE=${BUILD_TYPE} -DCMAKE_TOOLCHAIN_FILE=${TOOLCHAIN})
+run(${CMAKE_COMMAND} -S ${EXAMPLE} -B ${BUILD}/consumer/build -G Ninja ${options})
 run(${CMAKE_COMMAND} --build ${BUILD}/consumer/build)
 run(${EMULATOR} ${BUILD}/consumer/build/consumer)
 if(NOT output MATCHES "after 5.0 s at 11.[0-9] m, 0.[0-9] m: [0-9]+ modes")
   message(FATAL_ERROR "the consumer said: ${output}")
 endif()
+
+# To configure it for another component finds all that this one needs.
+foreach(part IN ITEMS io service)
+  file(READ ${EXAMPLE}/CMakeLists.txt project)
+  string(REPLACE core ${part} project "${project}")
+  file(WRITE ${BUILD}/consumer/${part}/CMakeLists.txt "${project}")
+  file(COPY ${EXAMPLE}/main.cpp DESTINATION ${BUILD}/consumer/${part})
+  run(${CMAKE_COMMAND} -S ${BUILD}/consumer/${part} -B ${BUILD}/consumer/${part}/build -G Ninja ${options})
+endforeach()
