@@ -192,7 +192,7 @@ void learn_tracks(const LearnOptions& options) {
   StoredModel stored;
   if (!file.empty()) stored = file.read();
   const Config config = in_units(options, configured(options.common, stored, options.model), stored);
-  const int before = static_cast<int>(stored.episodes.size());
+  const int before = last_episode(stored);
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
   Removed removed;

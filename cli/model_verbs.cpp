@@ -38,7 +38,7 @@ void roll_back(const ModelOptions& options) {
   if (options.to) file.rollback(*options.to);
   if (options.keep) file.keep_undo(*options.keep);
   const StoredModel stored = file.read();
-  const int last = stored.episodes.empty() ? 0 : stored.episodes.back().number, oldest = file.oldest_rollback();
+  const int last = last_episode(stored), oldest = file.oldest_rollback();
   print(options.common, {{"model", options.model}, {"last", last}, {"oldest", oldest}, {"size", size(stored.model)}},
         options.model + ": as it was after episode " + std::to_string(last) + ", " +
             counted(stored.model.primitives.size(), "primitive") + ", " +

@@ -41,7 +41,7 @@ void learn(const std::filesystem::path& tracks_path, const std::filesystem::path
   const sila::StoredModel stored = file.empty() ? sila::StoredModel{} : file.read();
   const sila::Config config = sila::config_of(stored);
   const std::vector<sila::FramedTrajectory> tracks = read(tracks_path, stored.model, config);
-  int number = static_cast<int>(stored.episodes.size());
+  int number = sila::last_episode(stored);
   const auto store = [&](int, const sila::Model& previous, const sila::Episode& episode) {
     file.commit(episode.model, sila::record_of(++number, previous, episode), sila::to_json(config).dump());
     std::printf("%ld tracks: %zu primitives, %zu transitions\n", episode.model.tracks, episode.model.primitives.size(),

@@ -70,6 +70,7 @@ void LiveStream::State::start_learner() {
   core.online_calibration = calibration_in(stored);
   LearnerThread::Storage storage;
   if (file) {
+    if (file->empty() && !stored.episodes.empty()) file->replace(stored);  // later episodes follow its records
     storage = storage_in(*file, stored, [](const auto&) {});
   } else {
     storage.commit = [this](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
@@ -106,7 +107,7 @@ void LiveStream::State::learn_finished() {
 void LiveStream::State::keep(const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
   const std::lock_guard lock(stored_mutex);
   stored.model = episode.model;
-  stored.episodes.push_back(record_of(static_cast<int>(stored.episodes.size()) + 1, previous, episode, calibration));
+  stored.episodes.push_back(record_of(last_episode(stored) + 1, previous, episode, calibration));
 }
 
 LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}

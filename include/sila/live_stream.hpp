@@ -19,8 +19,8 @@ namespace sila {
 
 /// Model, configuration, scene and camera of a new LiveStream.
 struct LiveStreamOptions {
-  /// Model file that is continued, or created with the first episode; each episode is stored in it. Unset: the model
-  /// is kept in memory only.
+  /// Model file that is continued, or created with the first episode (at once if `start` has records); each episode is
+  /// stored in it. Unset: the model is kept in memory only.
   std::optional<std::filesystem::path> file = {};
   /// The model at the beginning, if there is no file or the file has no episode; may be empty.
   StoredModel start = {};

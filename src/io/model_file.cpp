@@ -77,17 +77,13 @@ std::vector<EpisodeRecord> shortened(std::vector<EpisodeRecord> episodes, int un
   return episodes;
 }
 
-int last_of(const std::vector<EpisodeRecord>& episodes) {
-  return episodes.empty() ? 0 : episodes.back().number;
-}
-
 /// The present model of a database that has one.
 StoredModel stored_in(sqlite::Database& database) {
   tables::require_intact(database);
   StoredModel stored;
   stored.sila_version = tables::read_meta(database).sila_version;
   stored.episodes = tables::read_episodes(database);
-  const int last = last_of(stored.episodes);
+  const int last = last_episode(stored);
   stored.episodes = shortened(std::move(stored.episodes), last - kDetailsKept);  // a rollback may need more details
   ModelContent content = tables::read_model(database, last);
   stored.model = std::move(content.model);
@@ -99,7 +95,7 @@ StoredModel stored_in(sqlite::Database& database) {
 
 /// Writes all of a model but its earlier ones.
 void write_stored(sqlite::Database& database, const StoredModel& stored) {
-  const int last = last_of(stored.episodes);
+  const int last = last_episode(stored);
   for (const EpisodeRecord& episode : shortened(stored.episodes, last - kDetailsKept))
     tables::write_episode(database, episode);
   tables::write_model(database, last, parts_of(stored.model, stored.configuration));
@@ -123,6 +119,10 @@ sqlite::Database open_database(const fs::path& path, int flags) {
 }
 
 }  // namespace
+
+int last_episode(const StoredModel& stored) {
+  return stored.episodes.empty() ? 0 : stored.episodes.back().number;
+}
 
 struct ModelFile::State {
   fs::path path;

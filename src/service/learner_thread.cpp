@@ -54,8 +54,7 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
     int last;
     std::vector<LearningPoint> points;
   };
-  const auto recorded =
-      std::make_shared<Recorded>(Recorded{static_cast<int>(start.episodes.size()), learning_points(start)});
+  const auto recorded = std::make_shared<Recorded>(Recorded{last_episode(start), learning_points(start)});
   const std::string configuration = start.configuration;
   LearnerThread::Storage storage;
   storage.commit = [=, &file](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
@@ -69,7 +68,7 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
   storage.reload = [=, &file]() -> std::optional<Model> {
     if (!file.changed_elsewhere()) return std::nullopt;
     StoredModel stored = file.read();
-    *recorded = {static_cast<int>(stored.episodes.size()), learning_points(stored)};
+    *recorded = {last_episode(stored), learning_points(stored)};
     message("changed by another process; continuing with its " + counted(recorded->last, "episode"));
     return std::move(stored.model);
   };

@@ -57,6 +57,28 @@ TEST(LiveStream, ContinuesItsModelFileWithTheConfigurationOfTheModel) {
   EXPECT_NEAR(predictions.back().prediction.times_s.back(), 3.0, 1e-9);
 }
 
+TEST(LiveStream, EpisodesFollowTheLastRecordOfItsStart) {
+  const tests::ScratchFolder folder;
+  const auto numbers = [](const StoredModel& stored) {
+    std::vector<int> result;
+    for (const EpisodeRecord& episode : stored.episodes) result.push_back(episode.number);
+    return result;
+  };
+  const auto continued = [&](LiveStreamOptions options, unsigned seed) {
+    LiveStream stream(std::move(options));
+    feed(stream, corner_walks(10, seed));
+    stream.close();
+    EXPECT_EQ(stream.metrics().learner.last_error, "");
+    return stream.model();
+  };
+  StoredModel start = continued({.start = continued({.config = small_batches()}, 5)}, 6);
+  start.episodes.erase(start.episodes.begin());
+  ASSERT_EQ(numbers(start), (std::vector{2}));
+  EXPECT_EQ(numbers(continued({.start = start}, 7)), (std::vector{2, 3}));
+  EXPECT_EQ(numbers(continued({.file = folder / "m.sila", .start = start}, 7)), (std::vector{2, 3}));
+  EXPECT_EQ(numbers(continued({.file = folder / "m.sila"}, 8)), (std::vector{2, 3, 4}));
+}
+
 TEST(LiveStream, RejectsFaultyDetectionsAndCountsThem) {
   LiveStream stream({});
   const Detection good{"a", 1.0, {0.0, 0.0}};

@@ -32,6 +32,9 @@ struct StoredModel {
   std::uintmax_t bytes = 0;             ///< of the file; set when read
 };
 
+/// The number of the last recorded episode, which the next one follows; 0 without records.
+int last_episode(const StoredModel& stored);
+
 /// Number of the last episodes that a rollback can remove, by default.
 inline constexpr int kUndoKept = 20;
 /// Number of the last episodes whose details (`change` of their statistics) a file keeps.
