@@ -63,7 +63,10 @@ Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<cons
 }
 
 PresentPeople::PresentPeople(std::span<const FramedTrajectory> tracks) {
-  for (const FramedTrajectory& placed : tracks) people_.push_back({&placed.track, placed.track.times_s.back()});
+  for (const FramedTrajectory& placed : tracks) {
+    validate(placed.track);
+    people_.push_back({&placed.track, placed.track.times_s.back()});
+  }
   std::ranges::stable_sort(people_, {}, [](const Person& person) { return begin_of(*person.track); });
   for (std::size_t i = 1; i < people_.size(); ++i) {
     if (people_[i - 1].track->recording == people_[i].track->recording)

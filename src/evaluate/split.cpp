@@ -32,6 +32,7 @@ void shuffle(std::vector<T>& items, std::mt19937_64& random) {
 std::vector<Person> people_of(std::vector<FramedTrajectory> tracks) {
   std::map<std::string, Person> people;
   for (FramedTrajectory& placed : tracks) {
+    validate(placed.track);
     const std::vector<double>& times_s = placed.track.times_s;
     Person& person = people[person_of(placed.track.id)];
     const bool first = person.tracklets.empty();

@@ -5,9 +5,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "sila/evaluate/evaluate.hpp"
+#include "sila/evaluate/training_support.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "support/hostile_tracks.hpp"
+#include "support/message_of.hpp"
 #include "support/sanitized.hpp"
 #include "support/sound.hpp"
 
@@ -124,6 +127,18 @@ TEST(Hostile, NumbersOfAnySizeArePredictedOrRejected) {
   CurbTrajectory absurd = random_window(hostile);
   absurd.velocities.front().x() = 1e200;
   EXPECT_THROW(predictor.predict(absurd), std::invalid_argument);
+}
+
+TEST(Hostile, TracksWithoutSamplesAreRejected) {
+  const std::vector<FramedTrajectory> tracks(2, {{"a", {}, {}}, testing::square_frame()});
+  const auto expect_rejected = [](auto&& action) {
+    EXPECT_TRUE(says(message_of(action), "trajectory 'a', sample 0: there is no sample"));
+  };
+  expect_rejected([&] { PresentPeople{tracks}; });
+  expect_rejected([&] { windows_of(tracks, {}, {}, 1.0); });
+  expect_rejected([&] { run_episode({}, tracks, kConfig); });
+  expect_rejected([&] { evaluate(Model{}, tracks, kConfig, {}); });
+  expect_rejected([&] { split_tracks(tracks, 0.5, 1, SplitBy::time); });
 }
 
 TEST(Hostile, TracksThatLastForeverOrAreNowhereAreRejectedAtOnce) {

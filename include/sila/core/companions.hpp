@@ -26,7 +26,8 @@ Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<cons
 /// The people of recordings by time. For live tracks, which grow, use sila::companions_mps.
 class PresentPeople {
  public:
-  /// The tracks must outlive this object and not change.
+  /// The tracks must outlive this object and not change. Throws: std::invalid_argument for a track that breaks its
+  /// invariant.
   explicit PresentPeople(std::span<const FramedTrajectory> tracks);
 
   /// As sila::companions_mps, for `track` at its sample `last`: other people are the tracks of the same recording with

@@ -88,8 +88,8 @@ TrainingSupport training_support(std::span<const FramedTrajectory> train, const 
 
 /// Scores a forecast on tracks, beside the references on the same windows. A window needs its whole future. The true
 /// path is the raw track. The references are those of `support`; without it they are constant velocity and "stays",
-/// with Gaussian errors fitted to these same windows. Throws: std::invalid_argument for a configuration out of range,
-/// or a forecast shorter than the horizon.
+/// with Gaussian errors fitted to these same windows. Throws: std::invalid_argument for a configuration out of range, a
+/// track that breaks its invariant, or a forecast shorter than the horizon.
 Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTrajectory> tracks,
                              const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                              const TrainingSupport* support = nullptr);

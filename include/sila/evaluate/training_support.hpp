@@ -38,8 +38,8 @@ struct Split {
 /// back. Their block ends a typical stay (75 % quantile) after the last of them came; their tracks are cut there. Other
 /// people are learnt from if they were not present within the embargo of a block, in the order of recording and begin.
 /// By track: people are drawn in an order by the seed. The same seed gives the same split on every machine. Throws:
-/// std::invalid_argument for a share outside [0, 1), and by time for a single recording without a clock: all of its
-/// tracks begin at one instant.
+/// std::invalid_argument for a share outside [0, 1), a track that breaks its invariant, and by time for a single
+/// recording without a clock: all of its tracks begin at one instant.
 Split split_tracks(std::vector<FramedTrajectory> tracks, double test_share, std::uint64_t seed, SplitBy by);
 
 /// The same with a number of people to hold back.

@@ -75,7 +75,7 @@ Update retrain_update(const EpisodeConfig& config);
 /// The windows of tracks that are observed for predict.observe_s, `stride_s` apart: the observed part until t0, and
 /// the future until the track ends. `observed_s`: window i keeps only the last observed_s[i modulo size] seconds
 /// before t0, as if the person had appeared then; if it is empty, every window is whole. `present`: the people who may
-/// be companions; those of `tracks` if null.
+/// be companions; those of `tracks` if null. Throws: std::invalid_argument for a track that breaks its invariant.
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
                                const RefineConfig& predict, double stride_s, std::span<const double> observed_s = {},
                                const PresentPeople* present = nullptr);
@@ -91,10 +91,10 @@ std::vector<Site> error_statistics_on(const Model& model, std::span<const Framed
 
 /// One episode: predict the batch and add the errors to the error statistics, learn the batch, and apply the budget
 /// (only if there is one). A batch that the model has learnt before leaves it as it is.
-/// Throws: std::invalid_argument for a configuration out of range, for settings other than the model's, and for a
-/// budget in which no transition fits. `update`: sila_update if it is empty. `of_previous`: the predictor of `previous`
-/// with `config.predict`; null: it is made when needed.
-/// Source: SILA paper, Alg. 1. Differs: the error statistics; docs/decisions/0005-stacking.md.
+/// Throws: std::invalid_argument for a configuration out of range, for settings other than the model's, for a track
+/// that breaks its invariant, and for a budget in which no transition fits. `update`: sila_update if it is empty.
+/// `of_previous`: the predictor of `previous` with `config.predict`; null: it is made when needed. Source: SILA paper,
+/// Alg. 1. Differs: the error statistics; docs/decisions/0005-stacking.md.
 Episode run_episode(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                     const Update& update = {}, const Predictor* of_previous = nullptr);
 
