@@ -64,17 +64,20 @@ double quantile(const std::vector<double>& shares, double probability) {
   return 2.0 * kEdges[kScoreBins - 2];
 }
 
-void require_step(const Prediction& prediction, std::size_t step) {
+void require_point(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
   const std::size_t steps = prediction.modes.empty() ? 0 : prediction.modes.front().path_m.size();
   if (step >= steps)
     throw std::invalid_argument(
         concatenate("prediction: step = ", step, ", must be below ", steps, ", the number of steps"));
+  if (!point_m.allFinite())
+    throw std::invalid_argument(
+        concatenate("prediction: point_m = (", point_m.x(), ", ", point_m.y(), "), must be finite"));
 }
 
 }  // namespace
 
 double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
-  require_step(prediction, step);
+  require_point(prediction, step, point_m);
   double sum = 0.0;
   for (const Mode& mode : prediction.modes) {
     const Matrix2& covariance = mode.covariances_m2[step];
@@ -85,7 +88,7 @@ double unnormalised_density(const Prediction& prediction, std::size_t step, cons
 }
 
 double nonconformity(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
-  require_step(prediction, step);
+  require_point(prediction, step, point_m);
   double peak = 0.0;
   for (const Mode& mode : prediction.modes)
     peak = std::max(peak, unnormalised_density(prediction, step, mode.path_m[step]));

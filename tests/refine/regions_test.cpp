@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "refine/mode_variants.hpp"
 #include "refine/stacking.hpp"
 #include "sila/refine/predictor.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -30,6 +32,11 @@ TEST(Nonconformity, OfOneModeIsHalfTheSquaredMahalanobisDistance) {
   EXPECT_EQ(nonconformity(prediction, 0, {3.0, -1.0}), 0.0);
   EXPECT_TRUE(std::isfinite(nonconformity(prediction, 0, {1e6, 1e6})));
   EXPECT_THROW(nonconformity(prediction, prediction.times_s.size(), {3.0, -1.0}), std::invalid_argument);
+  for (const double far : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_TRUE(says(message_of([&] { nonconformity(prediction, 0, {1.0, far}); }), "point_m = (1, "));
+    EXPECT_THROW(unnormalised_density(prediction, 0, {far, 1.0}), std::invalid_argument);
+    EXPECT_THROW(inside(prediction, {0.25, {1.0}}, 0, {1.0, far}), std::invalid_argument);
+  }
 }
 
 constexpr std::size_t kHalf = 1, kNineTenths = 3;

@@ -96,7 +96,8 @@ struct Explanation {
 /// Explains `predictor.predict(observed)`. Units and Throws: as there.
 Explanation explain(const Predictor& predictor, const CurbTrajectory& observed);
 
-// These throw std::invalid_argument for a step, counted from 0, that the prediction does not have.
+// These throw std::invalid_argument for a step, counted from 0, that the prediction does not have, and for a point that
+// is not finite.
 
 /// 2 pi times the density of a prediction at a point [1/m²], at least 1e-300, so that its logarithm is finite.
 double unnormalised_density(const Prediction& prediction, std::size_t step, const Vector2& point_m);
