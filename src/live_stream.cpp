@@ -49,7 +49,7 @@ LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored
   validate_fields("LiveStream", config);
   validate(config.episode);
   const Model& model = stored.model;
-  if (!model.sites.empty()) settings_for(model, model.sites.front().frame, config.episode);  // rejects contradictions
+  settings_for(model, model.sites.empty() ? CurbFrame{} : model.sites.front().frame, config.episode);  // contradictions
   scene = std::move(options.scene);
   if (!scene.corners.empty() || !model.sites.empty())
     scene = scene_for(scene, model, {}, config.episode.scaling, config.corners);

@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "core/concatenate.hpp"
 #include "refine/refine.hpp"
+#include "sila/core/sampling.hpp"
 #include "sila/train/config.hpp"
 #include "sila/train/episode.hpp"
 
@@ -20,6 +22,19 @@ void require_kept(const char* setting, const auto& given, const auto& kept) {
                                             "; keep it, or learn a new model"));
 }
 
+/// Throws: std::invalid_argument unless new errors can be added to the error statistics of the model.
+void require_kept_statistics(const Model& model, const EpisodeConfig& config) {
+  if (!config.error_statistics.enabled) return;
+  const auto fitted =
+      std::ranges::find_if(model.sites, [](const Site& site) { return !site.error_statistics.empty(); });
+  const ErrorStatistics& kept = fitted == model.sites.end() ? model.prior : fitted->error_statistics;
+  if (kept.empty()) return;
+  require_kept("sampling.interval_s", config.sampling.interval_s, kept.interval_s);
+  require_kept("predict.observe_s", config.predict.observe_s, kept.observe_s);
+  const int steps = steps_in(config.predict.horizon_s, kept.interval_s);
+  require_kept("predict.horizon_s in whole steps", kept.interval_s * steps, kept.interval_s * kept.steps);
+}
+
 }  // namespace
 
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
@@ -34,6 +49,7 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   const ModelSettings fresh = with_residuals(
       begin_settings(metres ? 1.0 : width_m, config.scaling, config.sampling.interval_s, config.learn.grid),
       config.predict.horizon_s, config.residual);
+  require_kept_statistics(previous, config);
   if (previous.episodes == 0) return fresh;
   const ModelSettings& kept = previous.settings;
   const auto name_of = [](CurbScaling scaling) {

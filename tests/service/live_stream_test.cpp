@@ -105,6 +105,9 @@ TEST(LiveStream, RejectsAConfigurationThatContradictsTheModel) {
   Config shorter = small_batches();
   shorter.episode.predict.horizon_s = 3.0;
   EXPECT_TRUE(says(message_of([&] { LiveStream({.start = model, .config = shorter}); }), "predict.horizon_s"));
+  Config brief = small_batches();
+  brief.episode.predict.observe_s = 2.0;
+  EXPECT_TRUE(says(message_of([&] { LiveStream({.start = model, .config = brief}); }), "predict.observe_s = 2"));
   Config none = small_batches();
   none.service.batch = 0;
   EXPECT_TRUE(says(message_of([&] { LiveStream({.config = none}); }), "service.batch"));

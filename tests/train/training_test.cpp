@@ -8,6 +8,7 @@
 #include "sila/evaluate/training_support.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "support/message_of.hpp"
 #include "support/walks.hpp"
 
 namespace sila {
@@ -91,6 +92,29 @@ TEST(Episode, TheFirstBatchHasStatisticsOfModelsOfItsParts) {
   const Model few = run_episode({}, std::span(tracks).first(7), kConfig).model;
   for (const std::vector<double>& bins : few.sites.at(0).error_statistics.scores)
     EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0.0), 0.0);
+}
+
+TEST(Episode, RejectsAnotherObservedTimeOrHorizonThanTheErrorStatistics) {
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 8);
+  EpisodeConfig kept = kConfig;
+  kept.residual.enabled = false;  // whose horizon is compared, too
+  const Model model = run_episode({}, tracks, kept).model;
+  Model prior;
+  prior.prior = model.sites.front().error_statistics;
+  EpisodeConfig shorter = kept, nearer = kept;
+  shorter.predict.observe_s = 2.0;
+  nearer.predict.horizon_s = 3.0;
+  const auto why = [&](const Model& previous, const EpisodeConfig& config) {
+    return message_of([&] { settings_for(previous, tracks.front().frame, config); });
+  };
+  for (const Model& previous : {model, prior}) {
+    EXPECT_TRUE(says(why(previous, shorter), "predict.observe_s = 2, but the model began with 3.2"));
+    EXPECT_TRUE(says(why(previous, nearer), "predict.horizon_s in whole steps = 3, but the model began with 5"));
+    EXPECT_EQ(why(previous, kept), "");
+    shorter.error_statistics.enabled = false;
+    EXPECT_EQ(why(previous, shorter), "");
+    shorter.error_statistics.enabled = true;
+  }
 }
 
 TEST(Episode, RejectsAnotherGridOrIntervalThanTheModels) {

@@ -81,7 +81,8 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
                                const PresentPeople* present = nullptr);
 
 /// The settings under which a batch at this corner is learnt: the model's, or for an empty model those of the
-/// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model.
+/// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model, or its error
+/// statistics (those of its prior while it has no site).
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
 
 /// The error statistics of a model on tracks that it has not learnt, for each site of the tracks. The sites of the
