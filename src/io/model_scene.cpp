@@ -18,7 +18,7 @@ Scene scene_of(const CurbFrame& frame) {
 /// Another scene beside a frame that was made from tracks would put later tracks into other cells than the earlier
 /// ones.
 void require_same_frame(const Scene& given, const Model& model) {
-  if (!frame_from_tracks(model) || find_site(model.sites, given.corners.at(given.primary).frame)) return;
+  if (!frame_from_tracks(model) || find_site(model.sites, given.corners[given.primary].frame)) return;
   throw std::invalid_argument("scene = " + (given.path.empty() ? "\"" + given.name + "\"" : given.path.string()) +
                               " is not the frame that the model made from its first tracks; leave the scene out, give "
                               "the one that `sila scene show` prints, or learn a new model with this scene");
@@ -53,6 +53,7 @@ CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& t
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
                 CurbScaling scaling, CornerChoice corners) {
   if (!given.corners.empty()) {
+    validate(given);
     require_same_frame(given, model);
     return given;
   }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
 #include "core/track_frame.hpp"
 #include "json_file.hpp"
@@ -179,8 +180,16 @@ Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& jso
   return scene;
 }
 
+void validate(const Scene& scene) {
+  if (scene.corners.empty()) throw std::invalid_argument("scene: corners = [], at least one is needed");
+  if (scene.primary >= scene.corners.size())
+    throw std::invalid_argument(concatenate("scene: primary = ", scene.primary, ", must be below ",
+                                            scene.corners.size(), ", the number of corners"));
+  for (const Corner& corner : scene.corners) validate(corner.frame);
+}
+
 std::string to_text(const Scene& scene) {
-  if (scene.primary >= scene.corners.size()) throw std::invalid_argument("scene: primary is not an index into corners");
+  validate(scene);
   nlohmann::json json = corner_json(scene.corners[scene.primary]);
   json["name"] = scene.name;
   json["y_axis"] = scene.y_axis == YAxis::up ? "up" : "down";
@@ -219,7 +228,8 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
 }
 
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners) {
-  return scene.corners.at(corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary).frame;
+  validate(scene);
+  return scene.corners[corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary].frame;
 }
 
 }  // namespace sila

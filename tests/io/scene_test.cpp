@@ -6,6 +6,7 @@
 
 #include "io/files.hpp"
 #include "sila/io/scene_tracks.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -237,6 +238,24 @@ TEST(NearestCorner, GoesByTheMedianPosition) {
   track.positions_m[0] = Vector2(8, 1);
   EXPECT_EQ(nearest_corner(scene, track), 1U);
   EXPECT_THROW(nearest_corner(Scene{}, track), std::invalid_argument);
+}
+
+TEST(Scene, ThatBreaksItsInvariantIsRejected) {
+  const Trajectory track{"a", {0.0}, {{0.0, 0.0}}};
+  const auto why = [&](const Scene& scene) {
+    return message_of([&] { frame_for(scene, track, CornerChoice::primary); });
+  };
+  Scene scene;
+  EXPECT_TRUE(says(why(scene), "scene: corners = []"));
+  scene.corners.push_back({"a", CurbFrame{}, {}});
+  EXPECT_EQ(why(scene), "");
+  scene.primary = 3;
+  EXPECT_TRUE(says(why(scene), "scene: primary = 3, must be below 1"));
+  EXPECT_THROW(to_text(scene), std::invalid_argument);
+  scene.primary = 0;
+  scene.corners.front().frame.axis_1 = Vector2::Zero();
+  EXPECT_TRUE(says(why(scene), "axis_1"));
+  EXPECT_THROW(scene_for(scene, {}, {}, CurbScaling::metres, CornerChoice::primary), std::invalid_argument);
 }
 
 TEST(WriteScene, WritesWhatReadSceneReads) {

@@ -113,6 +113,13 @@ TEST(LiveStream, RejectsAConfigurationThatContradictsTheModel) {
   EXPECT_TRUE(says(message_of([&] { LiveStream({.config = none}); }), "service.batch"));
 }
 
+TEST(LiveStream, RejectsASceneThatBreaksItsInvariant) {
+  Scene scene;
+  scene.corners.push_back({"a", CurbFrame{}, {}});
+  scene.primary = 3;
+  EXPECT_TRUE(says(message_of([&] { LiveStream({.scene = scene}); }), "scene: primary = 3"));
+}
+
 TEST(LiveStream, UsesTheFrameOfAModelThatBeganWithAScene) {
   const EpisodeConfig config;
   StoredModel start;

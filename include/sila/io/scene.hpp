@@ -79,7 +79,10 @@ struct CameraFile {
 /// Throws: FormatError naming the file for a camera that is missing, malformed or degenerate.
 CameraFile read_camera(const std::filesystem::path& path);
 
-/// A scene file: the text that `read_scene` reads. Throws: std::invalid_argument if `primary` is no corner.
+/// Throws: std::invalid_argument if the invariant does not hold.
+void validate(const Scene& scene);
+
+/// A scene file: the text that `read_scene` reads. Throws: as validate.
 std::string to_text(const Scene& scene);
 
 /// Writes it. Throws: FormatError if the path cannot be written.
@@ -89,7 +92,7 @@ void write_scene(const std::filesystem::path& path, const Scene& scene);
 /// or sample.
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 
-/// The frame that a track gets. Throws: as nearest_corner.
+/// The frame that a track gets. Throws: as validate and nearest_corner.
 const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
 
 /// The sites of a model as the corners of a scene, the first one primary. Throws: std::invalid_argument for a model
@@ -106,16 +109,16 @@ CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& t
 
 /// The scene that gives tracks their frames, for every verb that takes a model: `given` if it has a corner, else that
 /// of the model, else (for an empty model) one whose frame is made from `first_batch`; the model then keeps it for its
-/// life. The camera of `given` is kept in any case. Throws: std::invalid_argument for a given scene with another frame
-/// than that which a model made from its first batch; for a model of several sites without a given scene, unless
-/// `corners` is nearest; if model, scene and batch are all empty.
+/// life. The camera of `given` is kept in any case. Throws: std::invalid_argument for a given scene that breaks its
+/// invariant or has another frame than that which a model made from its first batch; for a model of several sites
+/// without a given scene, unless `corners` is nearest; if model, scene and batch are all empty.
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
                 CurbScaling scaling, CornerChoice corners);
 
 /// Tracks with the default frame, for `place`.
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks);
 
-/// Gives each track the frame of its corner. Throws: as nearest_corner.
+/// Gives each track the frame of its corner. Throws: as frame_for.
 void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners);
 
 }  // namespace sila
