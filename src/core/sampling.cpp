@@ -130,6 +130,20 @@ Vector2 raw_position_m(const Trajectory& track, double time_s) {
   return (1.0 - share) * track.positions_m[next - 1] + share * track.positions_m[next];
 }
 
+/// Throws: std::invalid_argument, naming the function of the caller, unless there are times to observe.
+void require_window(const char* function, const Trajectory& track, std::size_t last, double observe_s,
+                    double interval_s) {
+  require_sample(function, track, last);
+  if (!(observe_s > 0.0 && interval_s > 0.0 && std::isfinite(observe_s / interval_s)))
+    throw std::invalid_argument(concatenate(function, ": observe_s = ", observe_s, " and interval_s = ", interval_s,
+                                            ", must be positive and finite"));
+  const double length_s = track.times_s[last] - track.times_s.front();
+  if (!(length_s >= 0.0 && std::isfinite(length_s)))
+    throw std::invalid_argument(concatenate("trajectory '", track.id, "', sample ", last,
+                                            ": time = ", track.times_s[last], ", the first one is ",
+                                            track.times_s.front(), "; times must be finite and increase"));
+}
+
 /// The times of `observe`, the last one exactly that of sample `last`.
 std::vector<double> observed_times_s(const Trajectory& track, std::size_t last, double observe_s, double interval_s) {
   const double t0_s = track.times_s.at(last);
@@ -166,7 +180,8 @@ CurbTrajectory in_frame(const Trajectory& track, const CurbFrame& frame, std::ve
 /// States at the given times from the first `known` samples alone; later samples never change the result. The states
 /// are those of a cubic smoothing spline. Its stiffness follows from the noise of the tracker, which is estimated from
 /// second differences of these samples: clean tracks are interpolated, noisy ones filtered. Precondition: `known` is at
-/// least 1 and at most the length of the track. Throws: std::invalid_argument for times that do not increase.
+/// least 1 and at most the length of the track. Throws: std::invalid_argument for times that do not increase and
+/// positions that are not finite, among the samples that it uses.
 /// Source: Wahba 1978; docs/decisions/0108-tracker-noise.md.
 std::vector<MotionState> smooth(const Trajectory& track, std::span<const double> times_s, std::size_t known,
                                 const SamplingConfig& config) {
@@ -175,10 +190,11 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
   const auto from = static_cast<std::size_t>(
       std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), times_s.front() - kRunIn_s) - begin);
   const auto seen_s = std::span(track.times_s).subspan(from, known - from);
-  for (std::size_t i = 1; i < seen_s.size(); ++i) {
-    if (!(seen_s[i] > seen_s[i - 1]))
-      throw std::invalid_argument(
-          concatenate("trajectory '", track.id, "', sample ", from + i, ": times do not increase"));
+  for (std::size_t i = 0; i < seen_s.size(); ++i) {
+    const bool increases = i == 0 || seen_s[i] > seen_s[i - 1];
+    if (increases && track.positions_m[from + i].allFinite()) continue;
+    throw std::invalid_argument(concatenate("trajectory '", track.id, "', sample ", from + i, ": ",
+                                            increases ? "position is not finite" : "times do not increase"));
   }
   const auto at_samples =
       smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from), config.acceleration_density);
@@ -192,7 +208,7 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
 
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config) {
-  require_sample("observe", track, last);
+  require_window("observe", track, last, observe_s, config.interval_s);
   std::vector<double> times_s = observed_times_s(track, last, observe_s, config.interval_s);
   const std::vector<MotionState> states = smooth(track, times_s, last + 1, config);
   CurbTrajectory observed = in_frame(track, frame, std::move(times_s), states);
@@ -212,6 +228,7 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
 }
 
 std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config) {
+  require_window("past", track, last, observe_s, config.interval_s);
   std::vector<Vector2> path_m;
   for (const double time_s : observed_times_s(track, last, observe_s, config.interval_s))
     path_m.push_back(raw_position_m(track, time_s));

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <span>
+#include <string>
 
 #include "sila/core/companions.hpp"
 #include "support/message_of.hpp"
@@ -155,6 +157,36 @@ TEST(Sampling, RejectsTracksThatBreakTheirInvariantAndMissingSamples) {
   EXPECT_TRUE(says(why(repeated, 60), "sample 50: times do not increase"));
   EXPECT_EQ(why(repeated, 40), "") << "later samples are not used";
   EXPECT_THROW(companions_mps(track, 101, {}), std::invalid_argument);
+}
+
+TEST(Sampling, RejectsAWindowWithoutTimes) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const Trajectory track = walk("a", {{0, 0}, {10, 0}}, 1.0);
+  const auto expect_rejected = [](const Trajectory& of, double observe_s, double interval_s, const std::string& part) {
+    const SamplingConfig config{.interval_s = interval_s};
+    EXPECT_TRUE(says(message_of([&] { observe(of, 60, square_frame(), observe_s, config); }), part));
+    EXPECT_TRUE(says(message_of([&] { past(of, 60, observe_s, config); }), part));
+  };
+  for (const double observe_s : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()})
+    expect_rejected(track, observe_s, 0.2, ": observe_s = ");
+  expect_rejected(track, 3.2, 0.0, "interval_s = 0, must be positive");
+  for (const double time_s : {nan, -5.0, std::numeric_limits<double>::infinity()}) {
+    Trajectory wrong = track;
+    wrong.times_s[60] = time_s;
+    expect_rejected(wrong, 3.2, 0.2, "trajectory 'a', sample 60: time = ");
+  }
+  Trajectory without_begin = track;
+  without_begin.times_s.front() = nan;
+  expect_rejected(without_begin, 3.2, 0.2, "the first one is nan");
+  EXPECT_THROW(past(track, 101, 3.2, {}), std::invalid_argument);
+}
+
+TEST(Sampling, NamesTheSampleWhosePositionIsNotFinite) {
+  Trajectory track = walk("a", {{0, 0}, {10, 0}}, 1.0);
+  track.positions_m[50].y() = std::numeric_limits<double>::quiet_NaN();
+  const auto why = [&](std::size_t last) { return message_of([&] { observe(track, last, square_frame(), 3.2, {}); }); };
+  EXPECT_TRUE(says(why(60), "sample 50: position is not finite"));
+  EXPECT_EQ(why(40), "");
 }
 
 TEST(Sampling, AOneSampleTrackStandsStill) {

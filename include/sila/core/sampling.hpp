@@ -34,7 +34,8 @@ struct MotionState {
 /// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
 /// Later samples of the track are ignored, so a live program may keep one growing Trajectory for each person.
 /// Units: curb units of `frame`, and curb units/s. `observe_s` and `config` are those of the model's configuration.
-/// Throws: std::invalid_argument if there is no sample `last`, and for times that do not increase.
+/// Throws: std::invalid_argument if there is no sample `last`, for an observe_s or interval that is not positive, and
+/// for times that do not increase or positions that are not finite, in the window or in the second before it.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 
@@ -43,6 +44,8 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
 
 /// The path until sample `last` as it was measured [m]: on straight lines between raw samples, at the times of
 /// `observe`. Baselines predict from it, so that smoothing neither helps nor harms them.
+/// Throws: std::invalid_argument if there is no sample `last`, its time is before that of the first sample or not
+/// finite, or observe_s or the interval is not positive.
 std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config);
 
 /// The true path after sample `last` as it was measured [m]: on straight lines between raw samples, at the `steps`
