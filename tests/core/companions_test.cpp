@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "sila/train/episode.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -41,6 +42,14 @@ TEST(Companions, MotionNeedsTwoRecentSamples) {
   EXPECT_FALSE(motion_at(track, 6.6));
   const Trajectory slow{"b", {0.0, 1.0}, {{0, 0}, {2, 0}}, 0};  // a tracker of 1 Hz
   EXPECT_TRUE(motion_at(slow, 1.0)->velocity_mps.isApprox(Vector2(2, 0)));
+}
+
+TEST(Companions, WithFewerPositionsThanTimesAreRejected) {
+  const Trajectory track = walk("a", {0, 0}, {1, 0});
+  Trajectory other = walk("b", {0, 1}, {1, 0});
+  other.positions_m.pop_back();
+  const Trajectory* const others[] = {&other};
+  EXPECT_TRUE(says(message_of([&] { companions_mps(track, 20, others); }), "track 'b' has 60 positions"));
 }
 
 TEST(Companions, CountByDistanceAndVelocity) {

@@ -12,6 +12,7 @@ namespace sila {
 
 /// Position of a person at `time_s`, and the mean velocity over the 0.8 s before it (less for a shorter track). Only
 /// raw samples until `time_s` are used; null if the last of them is more than 0.5 s earlier, or there is only one.
+/// Throws: std::invalid_argument unless there are as many positions as times.
 std::optional<MotionState> motion_at(const Trajectory& track, double time_s);
 
 /// Mean velocity of a person's companions relative to the person's own [m/s], world frame. `others`: all other people
@@ -20,7 +21,7 @@ std::optional<MotionState> motion_at(const Trajectory& track, double time_s);
 Vector2 companions_mps(const MotionState& own, std::span<const MotionState> others);
 
 /// The same for a track at its sample `last`; later samples of it and of `others` are not used. `others` must not have
-/// the track itself. Throws: std::invalid_argument if there is no such sample.
+/// the track itself. Throws: std::invalid_argument if there is no such sample; as motion_at.
 Vector2 companions_mps(const Trajectory& track, std::size_t last, std::span<const Trajectory* const> others);
 
 /// The people of recordings by time. For live tracks, which grow, use sila::companions_mps.
