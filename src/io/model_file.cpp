@@ -219,6 +219,8 @@ StoredModel ModelFile::read() {
 }
 
 void ModelFile::commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration) {
+  if (episode.number < 1)
+    throw std::invalid_argument("commit: episode.number = " + std::to_string(episode.number) + ", must be at least 1");
   check(model);
   require_objects(configuration, std::span(&episode, 1));
   const ModelParts parts = parts_of(model, configuration);

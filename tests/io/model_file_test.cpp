@@ -164,6 +164,13 @@ TEST(ModelFile, RejectsTextsThatAreNoJsonObjectAndKeepsTheFile) {
   }
 }
 
+TEST(ModelFile, RejectsAnEpisodeWithoutANumber) {
+  const ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  EXPECT_TRUE(
+      says(message_of([&] { file.commit(random_model(1), EpisodeRecord{}, "{}"); }), "episode.number = 0, must"));
+}
+
 TEST(ModelFile, RejectsAnEpisodeTwice) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");

@@ -57,7 +57,8 @@ class ModelFile {
   /// schema, or damaged.
   static ModelFile open_or_create(const std::filesystem::path& path);
 
-  /// For reading repeatedly while another process learns. The file must exist and may be write-protected.
+  /// For reading repeatedly while another process learns. The file must exist and may be write-protected; if it is not,
+  /// `commit` and the other changes work, too.
   static ModelFile open(const std::filesystem::path& path);
 
   ModelFile(ModelFile&&) noexcept;
@@ -78,7 +79,8 @@ class ModelFile {
   /// models.
   /// Throws: FormatError if it cannot be written, or if another process committed since this object last read or
   /// committed, whose episode would be lost, or if the record's number is not above that of the last episode;
-  /// std::invalid_argument if check(model) does, or if the configuration or the statistics are no JSON object.
+  /// std::invalid_argument if check(model) does, if the number is below 1, or if the configuration or the statistics
+  /// are no JSON object.
   void commit(const Model& model, const EpisodeRecord& episode, const std::string& configuration);
 
   /// Replaces the whole content of the file, for a model that does not continue the stored one, such as that of
