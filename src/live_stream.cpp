@@ -80,7 +80,8 @@ void LiveStream::State::start_learner() {
   learner.emplace(stored.model, core.online_calibration, config.episode, config.service, std::move(storage));
 }
 
-/// Without detections the clock of the stream stands still; the time of the caller then ends the tracks.
+/// Without a detection that is not rejected the clock of the stream stands still; the time of the caller then ends the
+/// tracks.
 void LiveStream::State::end_if_silent(double now_s) {
   const auto stream = core.streams.find(kStream);
   if (stream == core.streams.end() || !stream->second.clock.now_s) return;
@@ -117,11 +118,13 @@ LiveStream::~LiveStream() = default;
 std::vector<LivePrediction> LiveStream::update(double now_s, std::span<const Detection> detections) {
   const std::lock_guard lock(state_->mutex);
   if (state_->closed) throw std::invalid_argument("LiveStream.update: the stream is closed");
-  if (detections.empty()) state_->end_if_silent(now_s);
+  bool silent = true;
   for (const Detection& row : detections) {
-    if (const auto rejection = ingest(state_->core, kStream, row, 0.0, state_->settings).rejection)
-      ++state_->rejected[static_cast<std::size_t>(*rejection)];
+    const auto rejection = ingest(state_->core, kStream, row, 0.0, state_->settings).rejection;
+    silent = silent && rejection && rejection != Rejection::off_clock;  // a wrong stamp is no silence
+    if (rejection) ++state_->rejected[static_cast<std::size_t>(*rejection)];
   }
+  if (silent) state_->end_if_silent(now_s);
   std::vector<LivePrediction> predictions = state_->predict_due();
   score_due(state_->core, std::numeric_limits<std::size_t>::max(), state_->settings);
   state_->learn_finished();

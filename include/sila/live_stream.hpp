@@ -55,9 +55,9 @@ class LiveStream {
 
   /// Adds the detections of one moment and returns the predictions that are due: at most one for each pedestrian, from
   /// the newest detection. Faulty detections are data, not errors: they are rejected and counted (`metrics`; the rules
-  /// are in docs/service.md). Call it for moments without detections, too: `now_s`, on the clock of the detections,
-  /// then ends all tracks 5 s after the last detection.
-  /// Units: seconds on any clock; metres, or pixels with a camera. Throws: std::invalid_argument after `close`.
+  /// are in docs/service.md). Call it for moments without detections, too: if all are rejected, none of them off the
+  /// clock, `now_s`, on the clock of the detections, ends all tracks 5 s after the last one that was not. Units:
+  /// seconds on any clock; metres, or pixels with a camera. Throws: std::invalid_argument after `close`.
   std::vector<LivePrediction> update(double now_s, std::span<const Detection> detections);
 
   /// Ends all tracks and learns them, the last in a smaller batch; returns when it is done.

@@ -138,6 +138,12 @@ TEST(LiveStream, EndsAllTracksAfterSilence) {
   EXPECT_EQ(stream.metrics().pedestrians, 1u);
   stream.update(6.2, {});
   EXPECT_EQ(stream.metrics().pedestrians, 0u);
+  stream.update(7.1, std::vector<Detection>{{"b", 7.0, {0.0, 0.0}}, {"b", 7.1, {0.1, 0.0}}});
+  const Detection off_clock{"b", 60.0, {0.2, 0.0}}, car{"c", 12.2, {0.0, 0.0}, "Car"};
+  stream.update(60.0, std::span(&off_clock, 1));
+  EXPECT_EQ(stream.metrics().pedestrians, 1u);
+  stream.update(12.2, std::span(&car, 1));
+  EXPECT_EQ(stream.metrics().pedestrians, 0u) << "a detection that is rejected is silence, too";
 }
 
 TEST(LiveStream, ServesSeveralThreads) {
