@@ -54,10 +54,11 @@ class LiveStream {
   LiveStream& operator=(const LiveStream&) = delete;
 
   /// Adds the detections of one moment and returns the predictions that are due: at most one for each pedestrian, from
-  /// the newest detection. Faulty detections are data, not errors: they are rejected and counted (`metrics`; the rules
-  /// are in docs/service.md). Call it for moments without detections, too: if all are rejected, none of them off the
-  /// clock, `now_s`, on the clock of the detections, ends all tracks 5 s after the last one that was not. Units:
-  /// seconds on any clock; metres, or pixels with a camera. Throws: std::invalid_argument after `close`.
+  /// the newest detection. All earlier predictions whose future is known are scored before it returns. Faulty
+  /// detections are data, not errors: they are rejected and counted (`metrics`; the rules are in docs/service.md). Call
+  /// it for moments without detections, too: if all are rejected, none of them off the clock, `now_s`, on the clock of
+  /// the detections, ends all tracks 5 s after the last one that was not. Units: seconds on any clock; metres, or
+  /// pixels with a camera. Throws: std::invalid_argument after `close`.
   std::vector<LivePrediction> update(double now_s, std::span<const Detection> detections);
 
   /// Ends all tracks and learns them, the last in a smaller batch; returns when it is done.
@@ -71,7 +72,8 @@ class LiveStream {
   StoredModel model() const;
 
   /// Counts of detections, rejections and episodes; errors and coverage of recent pedestrians. An episode that failed,
-  /// for instance because the disk is full, is in `learner.failed_episodes` and `learner.last_error`.
+  /// for instance because the disk is full, is in `learner.failed_episodes` and `learner.last_error`. Those of lines
+  /// and connections are zero, and so is `latency`.
   ServiceMetrics metrics() const;
 
   /// The camera in use: that of the options, or that of a model in pixels; null for detections in metres.

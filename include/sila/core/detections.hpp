@@ -17,9 +17,9 @@ inline constexpr std::size_t kMaxIdBytes = 64;
 struct Detection {
   std::string track;  ///< id as in the input; unique only inside one file
   double t_s = 0.0;
-  Vector2 position_m = Vector2::Zero();
-  std::string label = {};  ///< class as in the input, such as "Pedestrian"; empty when the input has none
-  std::size_t line = 0;    ///< 1-based line of the input, 0 if it has no lines; for messages only
+  Vector2 position_m = Vector2::Zero();  ///< [m]; an image point [pixels] where a camera is used
+  std::string label = {};                ///< class as in the input, such as "Pedestrian"; empty when the input has none
+  std::size_t line = 0;                  ///< 1-based line of the input, 0 if it has no lines; for messages only
 };
 
 /// Why a row of the input is in no trajectory.

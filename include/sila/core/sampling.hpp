@@ -61,8 +61,8 @@ std::optional<double> next_due_s(double due_s, double time_s, double stride_s);
 /// first at or after each further `stride_s`, to the end of the track.
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s);
 
-/// How many steps of an interval a horizon has: none beyond the horizon, and at least one. Prediction and evaluation
-/// must agree on it, also where the horizon is no multiple of the interval (5 s at 0.3 s: 16 steps).
+/// How many steps of an interval a horizon has: none beyond it, but one if it is shorter than the interval. Prediction
+/// and evaluation must agree on it, also where the horizon is no multiple of the interval (5 s at 0.3 s: 16 steps).
 /// Precondition: both are positive.
 inline int steps_in(double horizon_s, double interval_s) {
   constexpr double rounding = 1e-9;  // 2.4 / 0.2 must not be 11

@@ -126,7 +126,8 @@ struct LearnResult {
 };
 
 /// Learns the model of one batch, M'(n), from its tracks alone. With sites apart each site is learnt by itself, without
-/// transitions between sites.
+/// transitions between sites. `sharing` must be the FuseConfig::sites of the fusion that follows, whose default is
+/// `apart`: shared sites are laid over each other.
 /// Units: tracks in curb units, sampled by the interval of the settings.
 /// Throws: std::invalid_argument for a configuration out of range or a track that breaks its invariant.
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).

@@ -20,7 +20,8 @@ struct Snapshot;
 class Predictor {
  public:
   /// `config`: `predict` of the EpisodeConfig by which the model was learnt; for a model file
-  /// `config_of(stored).episode.predict` (sila/config.hpp).
+  /// `config_of(stored).episode.predict` (sila/config.hpp). Precondition: `check(model)`, as every model that was read
+  /// or learnt passes.
   /// Throws: std::invalid_argument for a configuration out of range, and for a longer observe_s than the model's.
   Predictor(const Model& model, const RefineConfig& config);
 

@@ -7,7 +7,7 @@
 namespace sila {
 
 /// The live service: when tracks and episodes end, which detections are rejected, how predictions are scored, and the
-/// limits of connections.
+/// limits of connections. A member that is not a setting is not validated: it must be positive.
 struct ServiceConfig {
   int batch = 20;
   double stride_s = 0.0;

@@ -125,7 +125,7 @@ void retain(StreamCore& core, const PredictionRequest& request, const Prediction
             const ServiceSettings& settings);
 
 /// Scores the predictions of at most `count` pedestrians whose future is known and final. Separate from `ingest`, so
-/// that scoring never delays predictions.
+/// that the caller can predict first.
 void score_due(StreamCore& core, std::size_t count, const ServiceSettings& settings);
 
 /// Ends every open track of a stream; the stream itself stays.

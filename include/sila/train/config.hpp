@@ -8,7 +8,8 @@
 
 namespace sila {
 
-/// Statistics of the errors of predictions made before a batch is learnt.
+/// Statistics of the errors of predictions made before a batch is learnt. The numbers are not validated: they must be
+/// positive.
 struct ErrorStatisticsConfig {
   bool enabled = true;
   /// Time between two windows of a track [s].
