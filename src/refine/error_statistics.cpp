@@ -85,9 +85,9 @@ PrequentialError path_error(const Prediction& prediction, const Window& window, 
 Example example_of(const Predictor& predictor, const Window& window, int steps, Workspace& workspace) {
   workspace.scratch.reset();
   const double interval_s = predictor.interval_s();
-  const MergedRollouts merged = predictor.prepared().merged_rollouts(window.observed, steps, workspace.scratch);
-  const Prediction& prediction = predictor.prepared().predict(window.observed, merged, workspace);
-  const Stacking& stacking = predictor.prepared().stacking(merged.seen.site);
+  const MergedRollouts merged = prepared_in(predictor).merged_rollouts(window.observed, steps, workspace.scratch);
+  const Prediction& prediction = prepared_in(predictor).predict(window.observed, merged, workspace);
+  const Stacking& stacking = prepared_in(predictor).stacking(merged.seen.site);
   const ObservedFeatures& seen = merged.seen;
   Example example;
   example.person = seen.person;
@@ -193,7 +193,7 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   // In the order of the windows, so that rounding does not depend on the threads.
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Stacking& stacking =
-        predictor.prepared().stacking(predictor.prepared().fields().site(windows[i].observed.frame));
+        prepared_in(predictor).stacking(prepared_in(predictor).fields().site(windows[i].observed.frame));
     add(sum.statistics, each[i], windows[i].observed, stacking.fitted() ? stacking : unfitted);
     sum.path += each[i].path;
   }

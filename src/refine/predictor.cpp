@@ -12,6 +12,10 @@ Predictor::Predictor(const Model& model, const RefineConfig& config)
 
 Predictor::Predictor(std::shared_ptr<const PreparedModel> prepared) : prepared_(std::move(prepared)) {}
 
+const PreparedModel& prepared_in(const Predictor& predictor) {
+  return *predictor.prepared_;
+}
+
 const RefineConfig& Predictor::config() const {
   return prepared_->config();
 }

@@ -64,4 +64,7 @@ class PreparedModel {
   std::vector<Fitted> by_site_;  ///< by those of each site, shrunk to the others
 };
 
+/// The steps towards a prediction, for error statistics and explanations.
+const PreparedModel& prepared_in(const Predictor& predictor);
+
 }  // namespace sila

@@ -37,11 +37,10 @@ class Predictor {
   const RefineConfig& config() const;
   /// Time between the steps of a prediction, which is the sampling interval of the model.
   double interval_s() const;
-  /// The steps towards a prediction, for error statistics and explanations.
-  const PreparedModel& prepared() const { return *prepared_; }
 
  private:
   friend struct Snapshot;
+  friend const PreparedModel& prepared_in(const Predictor& predictor);
   explicit Predictor(std::shared_ptr<const PreparedModel> prepared);
 
   std::shared_ptr<const PreparedModel> prepared_;
