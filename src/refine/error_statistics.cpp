@@ -11,6 +11,7 @@
 #include "model/parts.hpp"
 #include "predict/constant_velocity.hpp"
 #include "refine/prepared_model.hpp"
+#include "refine/regions.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {

@@ -6,6 +6,7 @@
 
 #include "predict/flow_field_index.hpp"
 #include "predict/predict.hpp"
+#include "refine/regions.hpp"
 #include "refine/stacking.hpp"
 #include "sila/model/model.hpp"
 #include "sila/refine/config.hpp"

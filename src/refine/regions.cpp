@@ -1,3 +1,5 @@
+#include "refine/regions.hpp"
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>

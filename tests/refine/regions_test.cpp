@@ -1,3 +1,5 @@
+#include "refine/regions.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>

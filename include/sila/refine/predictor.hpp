@@ -1,11 +1,9 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
-#include "sila/model/error_statistics.hpp"
 #include "sila/model/model.hpp"
 #include "sila/predict/prediction.hpp"
 #include "sila/refine/config.hpp"
@@ -108,29 +106,5 @@ double nonconformity(const Prediction& prediction, std::size_t step, const Vecto
 
 /// Whether a point lies in a nominal region: where the nonconformity score is at most its level.
 bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m);
-
-/// The bin of kScoreBins, from 0; the last one has all scores beyond the last edge.
-int score_bin(double nonconformity);
-
-/// The bin of kNoveltyBins of a raw novelty in [0, 1].
-int novelty_bin(double raw_novelty);
-
-/// The level of the region of each probability: a quantile of the nonconformity scores of windows that the model had
-/// not learnt. A speed class with few windows is shrunk to the others; without any window a Gaussian is assumed.
-/// Source: none in the paper; docs/decisions/0071-regions.md.
-class Calibration {
- public:
-  explicit Calibration(const ErrorStatistics& error_statistics);
-
-  /// Level of the region whose probability is kRegionProbabilities[region].
-  double level(std::size_t step, std::size_t score_class, std::size_t region) const;
-  /// Share of the people scored so far with a smaller raw novelty; the raw novelty itself until a track was scored.
-  double novelty(double raw_novelty) const;
-
- private:
-  int steps_ = 0;
-  std::vector<std::array<double, kRegionProbabilities.size()>> levels_;  ///< per cell (step, class)
-  std::vector<double> known_better_;                                     ///< share of novelties in lower bins
-};
 
 }  // namespace sila
