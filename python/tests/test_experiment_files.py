@@ -51,6 +51,25 @@ def test_an_option_without_effect_on_the_field_protocol_is_rejected(tmp_path, op
     assert f"{option[0]}: has no effect" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scenes": [{"name": "a"}]}, ["scene 1", '"files"']),
+        ({"scenes": [{"name": "a", "scene": "x.json"}]}, ["scene 1", "scene", "files"]),
+        ({"methods": [{"name": "sila", "method": "sila"}]}, ["method 1", '"learnt"']),
+        ({"methods": ["sila"]}, ["method 1 to be an object"]),
+        ({"kind": "fields"}, ["one_place, places, transfer, field"]),
+    ],
+)
+def test_mistakes_in_files_of_the_field_protocol_are_one_sentence(tmp_path, changes, words, capsys):
+    path = tmp_path / "e.json"
+    methods = [{"name": "sila", "method": "sila", "learnt": "in_place"}]
+    path.write_text(json.dumps({"kind": "field", "methods": methods, "scenes": [], **changes}))
+    assert run([str(path), "--out", str(tmp_path / "out"), "--data-dir", str(tmp_path)]) == 1
+    said = capsys.readouterr().err
+    assert all(word in said for word in words) and len(said.splitlines()) == 1, said
+
+
 METHOD_FILES = {
     "broken.py": "class Broken(:\n",
     "unfinished.py": "from sila.experiments import Method\n\n\nclass Own(Method):\n    {}\n",

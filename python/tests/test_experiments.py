@@ -211,6 +211,73 @@ def test_the_new_baseline_of_the_page_runs(tmp_path):
     assert "gone (not run here)" in (tmp_path / "out/table.md").read_text()
 
 
+WRONG = """
+from dataclasses import replace
+
+import numpy as np
+from sila.experiments import Method
+from sila.experiments.method import constant_fallback
+
+
+class Wrong(Method):
+    parameters = {"how": ""}
+
+    def partial_fit(self, tracks): ...
+
+    def predict(self, windows):
+        found = constant_fallback(windows)
+        paths, covariances = found.paths_m, found.covariances_m2
+        return {
+            "single": lambda: replace(found, weights=np.float32([[0.3, 0.6, 0.1]] * len(paths)),
+                                      paths_m=paths.repeat(3, 1), covariances_m2=np.float32(covariances.repeat(3, 1))),
+            "steps": lambda: replace(found, weights=np.repeat([[[0.2], [0.8]]], windows.steps, 2).repeat(len(paths), 0),
+                                     paths_m=paths.repeat(2, 1), covariances_m2=covariances.repeat(2, 1)),
+            "unused": lambda: replace(found, weights=np.repeat([[1.0, 0.0]], len(paths), 0),
+                                      paths_m=np.concatenate([paths, np.nan * paths], 1),
+                                      covariances_m2=np.concatenate([covariances, 0 * covariances], 1)),
+            "tenth": lambda: replace(found, weights=0.1 * found.weights),
+            "negative": lambda: replace(found, weights=np.repeat([[1.5, -0.5]], len(paths), 0),
+                                        paths_m=paths.repeat(2, 1), covariances_m2=covariances.repeat(2, 1)),
+            "none": lambda: None,
+            "short": lambda: replace(found, paths_m=paths[:, :, :-1]),
+            "nan": lambda: replace(found, paths_m=np.nan * paths),
+            "flat": lambda: replace(found, covariances_m2=0 * covariances),
+            "skew": lambda: replace(found, covariances_m2=covariances + [[0, 9], [-9, 0]]),
+            "raises": lambda: windows.nothing,
+        }[self.how]()
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ("tenth", ["weights: expected the sum 1, found 0.1 in window 0 (track "]),
+        ("negative", ["weights: expected at least 0, found -0.5"]),
+        ("none", ["expected a Forecast, found NoneType"]),
+        ("short", ["paths_m: expected numbers of shape (", ", 1, 25, 2), found float64 of (", ", 1, 24, 2)"]),
+        ("nan", ["paths_m: expected finite numbers, found [nan, nan] in window 0"]),
+        ("flat", ["covariances_m2: expected positive definite, found [[0.0, 0.0], [0.0, 0.0]]"]),
+        ("skew", ["covariances_m2: expected positive definite"]),
+        ("raises", ["no attribute 'nothing'", 'own.py", line 33', "lambda: windows.nothing"]),
+    ],
+)
+def test_a_wrong_forecast_is_rejected_with_the_method_and_the_window(tmp_path, how, words, capsys):
+    (tmp_path / "own.py").write_text(WRONG)
+    path = written(tmp_path, methods=[{"name": "own", "method": "own.py:Wrong", "parameters": {"how": how}}])
+    assert run([str(path), "--out", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert all(word in said for word in ["trial 1, four-way, own: ", *words]), said
+    assert how == "raises" or "Wrong.predict: " in said
+
+
+@pytest.mark.parametrize("how", ["single", "steps", "unused"])
+def test_a_forecast_in_any_form_that_fits_is_scored(tmp_path, how):
+    (tmp_path / "own.py").write_text(WRONG)
+    path = written(tmp_path, methods=[{"name": "own", "method": "own.py:Wrong", "parameters": {"how": how}}])
+    run_experiment(read_experiment(path), tmp_path / "out")
+    assert pd.read_csv(tmp_path / "out/results.csv")["ratio"][0] == pytest.approx(1)
+
+
 def test_a_batch_whose_tracks_are_too_short_teaches_knn_nothing(tmp_path):
     path = written(tmp_path, methods=["knn"], config={"predict": {"observe_s": 6.0, "horizon_s": 9.0}}, batch=1)
     run_experiment(read_experiment(path), tmp_path / "out")

@@ -22,9 +22,10 @@ from .field_measures import collides, drawn_paths, mahalanobis_measures, path_me
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
 from .markdown import build_hash, hash_of, write_text
 from .measures import modes_of
-from .method import Array, Method
+from .method import Array, Method, checked
 from .methods import load_method
 from .neighbours import inputs_of
+from .read import _list, _require_keys, _text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler
 from .scores import person_of
 from .trajnet import write_trajnet
@@ -38,7 +39,7 @@ CONFIG = {
     }
 }
 FOLDS = 5
-_KEYS = {"about", "kind", "scenes", "methods", "reference", "seed", "bootstraps", "config"}
+_KEYS = ["about", "kind", "scenes", "methods", "reference", "seed", "bootstraps", "config"]
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: A
             yield group, samples.mean(1), samples
         return
     windows = tracks.windows(method.config, STEP_S, scene.tracks)
-    modes = modes_of(method.predict(*inputs_of(method, windows, scene.tracks)))
+    modes = modes_of(checked(method.predict(*inputs_of(method, windows, scene.tracks)), windows, method))
     held = round(STEP_S / windows.interval_s)
     weights_of, paths, covariances = (part[:, :, held - 1 :: held] for part in modes)
     random = np.random.default_rng(seed)
@@ -185,18 +186,15 @@ def mixture_scores(samples_m: Array, truth_m: Array) -> tuple[float | None, floa
 def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[FieldScene], list[dict[str, Any]]]:
     """Settings, scenes and methods of an experiment file of the kind `field`."""
     whole = json.loads(_sila.config_from_file(file))
-    unknown = sorted(set(whole) - _KEYS)
-    if unknown:
-        raise FormatError(file, 0, f"keys of a field experiment ({', '.join(sorted(_KEYS))})", unknown[0])
+    _require_keys(file, whole, "the experiment", _KEYS)
     if data_dir is None:
         raise ValueError("experiment: this one needs --data-dir, the folder of the recorded tracks")
     config = merged(merged("{}", CONFIG), whole.get("config", {}))
-    scenes = []
-    for item in whole["scenes"]:
-        print(f"reading {item['name']}", file=sys.stderr)
-        scenes.append(read_scene(item["name"], item["files"], Path(data_dir), config))
     methods = []
-    for item in whole["methods"]:
+    for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1):
+        _require_keys(file, item, f"method {n}", ["name", "method", "learnt", "parameters"])
+        for key in ("name", "method", "learnt"):
+            _text(file, item, f"method {n}", key)
         if item["learnt"] not in LEARNT:
             raise FormatError(file, 0, f"learnt to be one of {', '.join(LEARNT)}", item["learnt"])
         entry = {"cls": None, "missing": "", "parameters": {}, "config": config, **item}
@@ -205,6 +203,12 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
         except (ImportError, FileNotFoundError) as error:
             entry["missing"] = str(error)
         methods.append(entry)
+    scenes = []
+    for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1):
+        _require_keys(file, item, f"scene {n}", ["name", "files"])
+        name, files = _text(file, item, f"scene {n}", "name"), _list(file, item, f"scene {n}", "files")
+        print(f"reading {name}", file=sys.stderr)
+        scenes.append(read_scene(name, files, Path(data_dir), config))
     return whole, scenes, methods
 
 

@@ -24,7 +24,7 @@ CONSTANT_VELOCITY_S, FALLBACK_GROWTH_MPS = 0.8, 0.3
 class Forecast:
     """Predictions of n windows as k Gaussian modes over t steps. A mode of weight 0 is left out."""
 
-    weights: Array  #: (n, k), or (n, k, t) of a mixture whose weights change from step to step
+    weights: Array  #: (n, k) with the sum 1, or (n, k, t) of a mixture whose weights change from step to step
     paths_m: Array  #: (n, k, t, 2)
     covariances_m2: Array  #: (n, k, t, 2, 2)
     fallback: bool = False  #: nothing was learnt yet
@@ -119,6 +119,42 @@ def stored_bytes(value: Any) -> int:
         return len(pickle.dumps(value))
     except (TypeError, AttributeError, pickle.PicklingError):
         return 0
+
+
+def checked(found: Any, windows: WindowSet, method: Method) -> Forecast | Sequence[Prediction]:
+    """What a method has predicted, if it fits the windows.
+
+    Raises TypeError for what is neither a Forecast nor the library's predictions; ValueError for wrong shapes, weights
+    that are negative or do not sum to 1, and paths that are not finite or covariances that are not positive definite in
+    modes with a weight.
+    """
+    name = f"{type(method).__name__}.predict"
+    if not isinstance(found, Forecast):
+        if isinstance(found, Sequence) and all(isinstance(prediction, Prediction) for prediction in found):
+            return found
+        raise TypeError(f"{name}: expected a Forecast, found {type(found).__name__}")
+    parts = {part: np.asarray(getattr(found, part)) for part in ("weights", "paths_m", "covariances_m2")}
+    weights, paths, covariances = parts.values()
+    n, t, k = len(windows), windows.steps, weights.shape[1] if weights.ndim > 1 else 1
+    shapes = ((n, k, t) if weights.ndim == 3 else (n, k), (n, k, t, 2), (n, k, t, 2, 2))
+    for (part, array), shape in zip(parts.items(), shapes):
+        if array.shape != shape or array.dtype.kind not in "fiu":
+            raise ValueError(f"{name}: {part}: expected numbers of shape {shape}, found {array.dtype} of {array.shape}")
+
+    def require(fits: Any, values: Array, expected: str) -> None:
+        for window, *at in np.argwhere(~fits)[:1]:
+            of = f"window {window} (track {windows.track_ids[window]}, t0 = {windows.t0_s[window]:g} s)"
+            raise ValueError(f"{name}: {expected}, found {values[(window, *at)].tolist()} in {of}")
+
+    used = np.asarray(weights.any(2) if weights.ndim == 3 else weights != 0)[..., None]
+    (a, b), (c, d) = np.moveaxis(covariances, (3, 4), (0, 1))
+    definite = np.isfinite(covariances).all((3, 4)) & (a > 0) & (a * d > np.maximum(b * b, c * c))
+    sums = weights.sum(1, keepdims=True)
+    require(weights >= 0, weights, "weights: expected at least 0")
+    require(np.abs(sums - 1) <= 1e-5, sums, "weights: expected the sum 1")
+    require(np.isfinite(paths).all(3) | ~used, paths, "paths_m: expected finite numbers")
+    require(definite | ~used, covariances, "covariances_m2: expected positive definite")
+    return Forecast(weights, paths, covariances, found.fallback)
 
 
 def modes_sorted(forecast: Forecast) -> Forecast:

@@ -88,11 +88,12 @@ def _settings(file: str, given: dict[str, Any], overrides: Overrides) -> Setting
         low, high = RANGES.get(name, (None, None))
         if low is not None and high is not None and not low <= value <= high:
             raise FormatError(file, 0, f"{name} from {low:g} to {high:g}", json.dumps(value))
-    for name, known in (("kind", KINDS), ("split", SPLITS)):
+    for name, known, others in (("kind", KINDS, ["field"]), ("split", SPLITS, [])):
         if given.get(name, known[0]) not in known:
-            nearest = _nearest(given[name], list(known))
+            names = [*known, *others]
+            nearest = _nearest(given[name], names)
             raise FormatError(
-                file, 0, f"{name} to be one of {', '.join(known)} (the nearest is {nearest})", given[name]
+                file, 0, f"{name} to be one of {', '.join(names)} (the nearest is {nearest})", given[name]
             )
     return replace(Settings(), **given)
 

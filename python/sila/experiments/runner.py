@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import time
+import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
@@ -22,7 +23,7 @@ from .curves import point_of
 from .experiment import Experiment, ExperimentMethod, Overrides
 from .markdown import build_hash, hash_of, write_text
 from .measures import measures_of, modes_measures, modes_of, stepwise_measures
-from .method import Forecast, Method
+from .method import Forecast, Method, checked
 from .neighbours import inputs_of
 from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
 from .read import read_experiment
@@ -120,6 +121,7 @@ def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -
     started = time.process_time()
     found = method.predict(*inputs)
     seconds = time.process_time() - started
+    found = checked(found, windows, method)
     predictions = predictions_of(windows, found) if isinstance(found, Forecast) else found
     evaluation_json, windows_json = _sila.scores_of(predictions, site.test, site.support, config)
     evaluation, scored = json.loads(evaluation_json), json.loads(windows_json)
@@ -264,6 +266,9 @@ def _named(experiment: Experiment, run: Run) -> Json:
     try:
         return do_run(experiment, run)
     except Exception as error:
+        file = experiment.methods[run.method_index].kind.partition(":")[0]
+        if any(Path(frame.filename).name == Path(file).name for frame in traceback.extract_tb(error.__traceback__)):
+            traceback.print_exception(error)  # a mistake in a method of one's own
         where = f"trial {run.trial}, {run.scene}, {run.method}"
         raise RuntimeError(f"experiment: {where}: {str(error) or type(error).__name__}; what was finished is kept") from error
 
