@@ -1,6 +1,5 @@
 #include "options.hpp"
 
-#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
+#include "sila/io/reports.hpp"
 #include "sila/report/report.hpp"
 
 namespace sila::cli {
@@ -251,20 +251,8 @@ void require_no_records(const std::string& option, const std::string& path, bool
 }
 
 void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
-  std::set<std::size_t> sizes;  // of batches
-  for (const EpisodeRecord& episode : stored.episodes) sizes.insert(static_cast<std::size_t>(episode.tracks));
-  std::size_t learnt = 0;
-  for (const std::size_t size : sizes) {
-    std::size_t of_this_size = 0;
-    for (std::size_t first = 0; size > 0 && first < tracks.size(); first += size) {
-      const auto batch = tracks.subspan(first, std::min(size, tracks.size() - first));
-      if (std::ranges::binary_search(stored.model.episode_ids, episode_id(batch))) of_this_size += batch.size();
-    }
-    learnt = std::max(learnt, of_this_size);
-  }
-  if (learnt > 0)
-    std::cerr << "warning: the model has learnt at least " << learnt << " of these " << counted(tracks.size(), "track")
-              << ", so the errors are too small; use other tracks, or --hold-out in `sila learn` and here\n";
+  if (const std::string warning = warning_of_learnt(stored, tracks); !warning.empty())
+    std::cerr << "warning: " << warning << "\n";
 }
 
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {

@@ -1,8 +1,12 @@
 #include "sila/evaluate/evaluate.hpp"
 
+#include <array>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "arrays.hpp"
+#include "experiments.hpp"
 #include "sila/config.hpp"
 #include "sila/evaluate/metrics.hpp"
 #include "sila/io/model_file.hpp"
@@ -11,14 +15,14 @@
 namespace sila::python {
 namespace {
 
-/// The numbers as JSON, and the text for people.
-std::pair<std::string, std::string> evaluate_stored(const StoredModel& stored, const std::vector<Track>& tracks,
-                                                    const ScaledScene& scene, const std::string& config_json,
-                                                    int threads) {
+/// The numbers as JSON, those of every window as JSON, the text for people, and a warning if tracks were learnt.
+std::array<std::string, 4> evaluate_stored(const StoredModel& stored, const std::vector<Track>& tracks,
+                                           const ScaledScene& scene, const std::string& config_json, int threads) {
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
-  const Evaluation evaluation = evaluate(stored.model, placed(tracks, scene, config), config.episode, config.evaluate);
-  return {to_json(evaluation).dump(), to_text(evaluation)};
+  const std::vector<FramedTrajectory> framed = placed(tracks, scene, config);
+  const Evaluation evaluation = evaluate(stored.model, framed, config.episode, config.evaluate);
+  return {to_json(evaluation).dump(), windows_json(evaluation), to_text(evaluation), warning_of_learnt(stored, framed)};
 }
 
 }  // namespace

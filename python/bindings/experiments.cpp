@@ -233,9 +233,7 @@ std::pair<std::string, std::string> scores_of(const std::vector<TrackPrediction>
   };
   const Config config = config_of(config_json);
   const Evaluation evaluation = evaluate_forecast(forecast, test.tracks, config.episode, config.evaluate, &support);
-  nlohmann::ordered_json windows = nlohmann::ordered_json::array();
-  for (const WindowScore& window : evaluation.windows) windows.push_back(to_json(window));
-  return {sila::to_json(evaluation).dump(), windows.dump()};
+  return {sila::to_json(evaluation).dump(), windows_json(evaluation)};
 }
 
 /// Orders of `sites` things as indices, the listed one first; 0 of `orders` means every order, at most 5040.
@@ -344,6 +342,12 @@ void bind_window_set(nb::module_& module) {
 }
 
 }  // namespace
+
+std::string windows_json(const Evaluation& evaluation) {
+  nlohmann::ordered_json windows = nlohmann::ordered_json::array();
+  for (const WindowScore& window : evaluation.windows) windows.push_back(to_json(window));
+  return windows.dump();
+}
 
 void bind_experiments(nb::module_& module) {
   bind_framed_tracks(module);

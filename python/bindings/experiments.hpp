@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "bindings.hpp"
@@ -19,6 +20,9 @@ struct WindowSet {
   double interval_s = 0.0;
   std::size_t steps = 0;
 };
+
+/// Every window by itself as JSON; metrics at the whole horizon.
+std::string windows_json(const Evaluation& evaluation);
 
 void bind_model_learner(nb::module_& module);
 

@@ -20,6 +20,10 @@ class Evaluation:
     skipped: dict[str, int]
     #: By "start" and "stop" a row a horizon: windows, rate, brier, base_brier and calibration_error.
     changes: dict[str, Any]
+    #: By "standing" and "walking" a row a horizon: windows, mean stated probabilities, rates and their errors.
+    outcomes: dict[str, Any]
+    #: One a window: track, t0_s, its groups, and the metrics of model, constant_velocity and stays at the whole horizon.
+    windows: list[dict[str, Any]]
     text: str
 
     @property

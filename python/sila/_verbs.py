@@ -15,6 +15,7 @@ from ._config import ConfigLike, merged
 from ._evaluation import Evaluation
 from ._predictions import Predictions
 from ._progress import bar
+from ._rows import warn
 from ._sila import Model, Scene, Track
 from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean
 
@@ -195,12 +196,14 @@ def evaluate(
     config: ConfigLike = None,
     threads: int = 0,
 ) -> Evaluation:
-    """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. The tracks should be
-    ones that the model has not learnt."""
+    """Scores predictions beside constant velocity on the same windows, as `sila evaluate` does. Tracks that the model has
+    learnt are a UserWarning: errors on them are too small."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
-    numbers, text = _sila.evaluate(model, given, place, settings, _threads(threads))
+    numbers, windows, text, warning = _sila.evaluate(model, given, place, settings, _threads(threads))
+    warn({"warnings": [warning] if warning else []})
     found = json.loads(numbers)
-    return Evaluation(found["groups"], found["skipped"], found["changes"], text)
+    means = found["groups"], found["skipped"], found["changes"], found["outcomes"]
+    return Evaluation(*means, json.loads(windows), text)
 
 
 @dataclass(frozen=True)

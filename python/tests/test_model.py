@@ -2,6 +2,7 @@ import copy
 import pickle
 import threading
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -157,6 +158,25 @@ def test_bad_arguments_are_named(place, model):
         sila.predict(model, place.tracks, scene=place.scene, stride_s=0.0)
     with pytest.raises(ValueError, match="grid"):
         sila.learn(place.tracks, scene=place.scene, model=model, config={"learn": {"grid": {"cell_m": 2.0}}})
+
+
+def test_an_evaluation_of_learnt_tracks_warns_as_the_program_does(model, place, unseen):
+    with pytest.warns(UserWarning, match=r"has learnt at least (\d+) of these \1 tracks") as caught:
+        sila.evaluate(model, place.tracks, scene=place.scene)
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sila.evaluate(model, unseen.tracks, scene=unseen.scene)
+
+
+def test_the_errors_of_windows_average_to_those_of_their_group(model, unseen):
+    found = sila.evaluate(model, unseen.tracks, scene=unseen.scene)
+    moving = [window for window in found.windows if window["moving"]]
+    assert len(found.windows) == found.groups["all"]["windows"] > len(moving) > 0
+    for of in ("model", "constant_velocity"):
+        ade_m = np.mean([window[of]["ade_m"] for window in moving])
+        assert ade_m == pytest.approx(found.metric("ade_m", of=of))
+    assert {window["track"] for window in found.windows} <= {track.id for track in unseen.tracks}
 
 
 def test_evaluation_is_a_table(model, unseen):

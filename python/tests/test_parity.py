@@ -96,6 +96,7 @@ def test_evaluation(case):
     ours = sila.evaluate(sila.Model.load(folder / "m.sila"), folder / "unseen.csv", scene=folder / "unseen.scene.json")
     assert ours.groups == printed["groups"]
     assert ours.skipped == printed["skipped"]
+    assert ours.outcomes == printed["outcomes"] and ours.changes == printed["changes"]
 
 
 def test_fusion(case):

@@ -1,7 +1,11 @@
+#include <algorithm>
 #include <cstdio>
+#include <set>
+#include <span>
 
 #include "sila/core/counted.hpp"
 #include "sila/io/reports.hpp"
+#include "sila/model/model.hpp"
 
 namespace sila {
 namespace {
@@ -141,6 +145,24 @@ std::string to_text(const Evaluation& evaluation) {
   for (const SkippedTracks& skipped : evaluation.skipped)
     text += counted(skipped.tracks, "track") + " gave no window: " + skipped.reason + "\n";
   return text;
+}
+
+std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
+  std::set<std::size_t> sizes;  // of batches
+  for (const EpisodeRecord& episode : stored.episodes) sizes.insert(static_cast<std::size_t>(episode.tracks));
+  std::size_t learnt = 0;
+  for (const std::size_t size : sizes) {
+    std::size_t of_this_size = 0;
+    for (std::size_t first = 0; size > 0 && first < tracks.size(); first += size) {
+      const auto batch = tracks.subspan(first, std::min(size, tracks.size() - first));
+      if (std::ranges::binary_search(stored.model.episode_ids, episode_id(batch))) of_this_size += batch.size();
+    }
+    learnt = std::max(learnt, of_this_size);
+  }
+  if (learnt == 0) return {};
+  return "the model has learnt at least " + std::to_string(learnt) + " of these " + counted(tracks.size(), "track") +
+         ", so the errors are too small; use other tracks, or hold some back (--hold-out in `sila learn` and here; in "
+         "Python sila.split_tracks)";
 }
 
 }  // namespace sila
