@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,8 @@ def ellipse(mean: Any, covariance: Any, coverage: float, points: int = 48) -> ND
 
     Returns (points, 2). In two dimensions the squared radius in standard deviations is -2 log(1 - coverage).
     """
-    if not 0.0 < coverage < 1.0:
-        raise ValueError(f"coverage: expected a number between 0 and 1, found {coverage}")
+    if not isinstance(coverage, Real) or not 0.0 < coverage < 1.0:
+        raise ValueError(f"coverage: expected a number between 0 and 1, found {coverage!r}")
     variances, directions = np.linalg.eigh(np.asarray(covariance, dtype=float))
     angle = np.linspace(0.0, 2.0 * math.pi, points, endpoint=False)
     circle = np.column_stack([np.cos(angle), np.sin(angle)]) * math.sqrt(-2.0 * math.log1p(-coverage))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Predictions(Sequence[Prediction]):
-    """Predictions in the order of their tracks and times."""
+    """Predictions in the order of their tracks and times. A slice, a mask or a list of indices gives Predictions."""
 
     def __init__(self, predictions: Iterable[Prediction] = ()) -> None:
         self._predictions = list(predictions)
@@ -33,7 +33,11 @@ class Predictions(Sequence[Prediction]):
     @overload
     def __getitem__(self, index: slice) -> Predictions: ...
     def __getitem__(self, index: Any) -> Any:
-        return Predictions(self._predictions[index]) if isinstance(index, slice) else self._predictions[index]
+        if isinstance(index, slice):
+            return Predictions(self._predictions[index])
+        if np.ndim(index) == 0:
+            return self._predictions[index]
+        return Predictions(self._predictions[i] for i in np.arange(len(self))[np.asarray(index)])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Predictions) and self._predictions == other._predictions

@@ -165,7 +165,7 @@ def predictions(
     tracks: TracksLike | None = None,
     scene: SceneLike | None = None,
     coverage: float | Sequence[float] = 0.9,
-    at_s: Sequence[float] | None = None,
+    at_s: float | Sequence[float] | None = None,
     image: Any = None,
     camera: str | os.PathLike[str] | None = None,
     ax: Axes | None = None,
@@ -180,6 +180,7 @@ def predictions(
     Points that the camera cannot see are left out.
     """
     shares = [coverage] if isinstance(coverage, (int, float)) else sorted(coverage, reverse=True)
+    at_s = [at_s] if isinstance(at_s, (int, float)) else at_s
     drawn: Callable[[Any], Any] = np.asarray
     some = Predictions([given] if isinstance(given, Prediction) else given)
     if image is None:
@@ -258,7 +259,7 @@ def _draw_truth(ax: Axes, prediction: Prediction, track: Any, drawn: Callable[[A
     before, after = t <= 1e-6, (t >= -1e-6) & (t <= prediction.times_s[-1] + 1e-6)
     ax.plot(*xy[before].T, color="black", linewidth=2.0, zorder=5)
     ax.plot(*xy[after].T, color="black", linewidth=1.6, linestyle=":", zorder=5)
-    ax.plot(*xy[before][-1], "o", color="black", markersize=5, zorder=5)
+    ax.plot(*xy[before][-1:].T, "o", color="black", markersize=5, zorder=5)
     _include(ax, xy[before | after])
 
 

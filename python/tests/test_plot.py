@@ -53,6 +53,14 @@ def test_predictions_are_labelled_with_their_coverage(predictions):
     assert any(re.fullmatch(r"mode 1( \(.+\))?: \d+ %", label) for label in labels)
 
 
+def test_a_track_without_a_sample_before_t0_is_drawn_after_it(predictions, unseen):
+    last = predictions[-1]
+    track = next(track for track in unseen.tracks if track.id == last.tracklet)
+    after = track.times_s > last.t0_s
+    rest = sila.Track(track.id, track.times_s[after], track.positions_m[after])
+    assert len(plot.predictions(last, tracks=[rest], at_s=2).lines) > 0
+
+
 def test_the_label_says_which_seconds_the_ellipses_are_of(predictions):
     ax = plot.predictions(predictions[:2], coverage=(0.9, 0.5), at_s=(1, 3))
     assert "at 1, 3 s: 50 %, 90 % coverage" in [text.get_text() for text in ax.get_legend().get_texts()]

@@ -42,6 +42,12 @@ def test_the_line_of_json_is_rounded_to_the_digits_asked_for(predictions):
         predictions[0].to_json(18)
 
 
+def test_predictions_are_chosen_by_a_mask_or_a_list(predictions):
+    chosen = predictions[np.arange(len(predictions)) < 3]
+    assert isinstance(chosen, sila.Predictions) and chosen == predictions[[0, 1, 2]] == predictions[:3]
+    assert predictions[np.int64(-1)] == list(predictions)[-1]
+
+
 def test_a_frame_has_a_row_a_mode_and_time(predictions):
     prediction = next(p for p in predictions if len(p.modes) > 1)
     frame = prediction.to_frame()
