@@ -70,13 +70,17 @@ def merged(base: str, changes: ConfigLike) -> str:
     if changes is None:
         text = "{}"
     elif isinstance(changes, Mapping):
-        text = json.dumps(_plain(changes), allow_nan=False)
+        text = json.dumps(_plain(changes), allow_nan=False, default=_no_value)
     elif isinstance(changes, (str, os.PathLike)):
         source = os.fspath(changes)
         text = _sila.config_from_file(source)
     else:
         raise TypeError(f"config: expected a dictionary or the path of a JSON file, found {type(changes).__name__}")
     return _sila.merged_config(base, text, source)
+
+
+def _no_value(value: Any) -> Any:
+    raise TypeError(f"config: expected numbers, texts, lists and dictionaries, found {value!r}")
 
 
 def _plain(value: Any) -> Any:

@@ -1,10 +1,14 @@
-"""Cells of tables as the readers of files take them."""
+"""Cells of tables as the readers of files take them, and numbers as arguments."""
 
 from __future__ import annotations
 
+import operator
+import os
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,20 +20,24 @@ _COLUMNS = ("track_id", "t", "x", "y")
 Rows = tuple[list[str], NDArray[np.float64], NDArray[np.float64], list[str]]
 
 
-def rows_of_frame(frame: Any) -> Rows:
-    missing = [column for column in _COLUMNS if column not in frame.columns]
+def rows_of_frame(frame: Any, track_id: Any = None) -> Rows:
+    """The rows of a data frame, which without a `track_id` has a column of them."""
+    columns = _COLUMNS if track_id is None else _COLUMNS[1:]
+    missing = [column for column in columns if column not in frame.columns]
     if missing:
         raise ValueError(
-            f"tracks: expected a data frame with the columns {', '.join(_COLUMNS)}; "
+            f"tracks: expected a data frame with the columns {', '.join(columns)}; "
             f"{', '.join(missing)} missing in {', '.join(map(str, frame.columns))}"
         )
-    labels = [] if "label" not in frame.columns else [text_of(label).strip() for label in frame["label"]]
+    labels = [] if "label" not in frame.columns else [text_of(label) for label in frame["label"]]
     try:
         xy = np.column_stack([np.asarray(frame[column], dtype=np.float64) for column in ("x", "y")])
         t = _seconds_of(frame["t"])
     except (TypeError, ValueError) as error:
-        raise ValueError(f"tracks: expected numbers in the columns t, x, y, or dates in t; {error}") from None
-    return [text_of(key) for key in frame["track_id"]], t, xy, labels
+        found = str(error).partition("\n")[0].removesuffix(" You might want to try:")
+        raise ValueError(f"tracks: expected numbers in the columns t, x, y, or dates in t; {found}") from None
+    ids = frame["track_id"] if track_id is None else [track_id] * len(t)
+    return [text_of(key) for key in ids], t, xy, labels
 
 
 def _seconds_of(column: Any) -> NDArray[np.float64]:
@@ -50,6 +58,28 @@ def _seconds_of(column: Any) -> NDArray[np.float64]:
     return np.asarray(seconds + (values - whole) / np.timedelta64(1, "s"))
 
 
+def whole(argument: str, value: Any, least: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if isinstance(value, bool) or number < least:
+        raise ValueError(f"{argument}: expected a whole number of at least {least}, found {value!r}")
+    return number
+
+
+def number(argument: str, value: Any, expected: str = "a number") -> float:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError(f"{argument}: expected {expected}, found {value!r}")
+    return float(value)
+
+
+def file_named(argument: str, value: Any) -> Path:
+    if not isinstance(value, (str, os.PathLike)):
+        raise TypeError(f"{argument}: expected the path of a file, found {value!r}")
+    return Path(value)
+
+
 def counted(number: int, noun: str) -> str:
     """A number with its noun, as in "1 track" or "2 tracks"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
@@ -60,12 +90,21 @@ def text_of(key: Any) -> str:
     if isinstance(key, (float, np.floating)) and float(key).is_integer():
         return str(int(key))
     missing = key is None or (not isinstance(key, str) and str(key) in ("nan", "NaT", "<NA>"))
-    return "" if missing or not str(key).strip() else str(key)
+    return "" if missing else str(key).strip()
 
 
 def names_of(person_classes: Any) -> list[str]:
     """One class, or several, as texts."""
+    if not isinstance(person_classes, (int, Iterable)):
+        raise TypeError(f"person_classes: expected names or numbers of classes, found {person_classes!r}")
     return [str(name) for name in ([person_classes] if isinstance(person_classes, (str, int)) else person_classes)]
+
+
+def label_for(label: str, person_classes: Iterable[str]) -> str:
+    """The label as the rules for pedestrians take it; with `person_classes` by these alone."""
+    if not person_classes or not label:
+        return label
+    return "person" if label.lower() in (name.lower() for name in person_classes) else "not asked for"
 
 
 def warn(report: Mapping[str, Any]) -> None:

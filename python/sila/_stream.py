@@ -13,10 +13,10 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import counted, names_of, text_of
+from ._rows import counted, file_named, label_for, names_of, number, text_of
 from ._sila import Model
 from ._tracks import SceneLike
-from ._verbs import _model, _place, _seconds, _settings
+from ._verbs import _model, _place, _settings
 
 #: Ids, positions of shape (n, 2) and labels, one entry a detection.
 _Rows = tuple[list[str], Any, list[str]]
@@ -55,8 +55,8 @@ class Stream:
             start = Model() if model is None else _model("model", model)
         service = {name: value for name, value in (("stride_s", stride_s), ("batch", batch)) if value is not None}
         settings = merged(_settings("model", start, config), {"service": service})
-        self._person_classes = {name.lower() for name in names_of(person_classes)}
-        camera_file = Path(camera) if camera else None
+        self._person_classes = names_of(person_classes)
+        camera_file = None if camera is None or camera is False else file_named("camera", camera)
         place = _place(scene, start, [], settings)
         self._live = _sila.LiveStream(start, file, place, camera_file, camera is False, settings)
 
@@ -70,9 +70,10 @@ class Stream:
         What the service would reject is rejected here and counted by reason: `counts["rejected"]`. Raises ValueError or
         TypeError for what is no detection at all, and ValueError after `close`.
         """
-        t_s = _seconds("t", t)
+        t_s = number("t", t, "seconds")
         ids, points, labels = _rows(detections)
-        return Predictions(self._live.update(t_s, ids, points, [self._label(label) for label in labels]))
+        labels = [label_for(label, self._person_classes) for label in labels]
+        return Predictions(self._live.update(t_s, ids, points, labels))
 
     def close(self) -> None:
         """Ends all tracks and learns them, the last in a smaller batch; returns when it is done. `model` and `counts`
@@ -114,11 +115,6 @@ class Stream:
         counts = ", ".join(counted(self.counts[f"{noun}s"], noun) for noun in ("detection", "prediction"))
         return f"Stream({counts}, {self.model!r})"
 
-    def _label(self, label: str) -> str:
-        if not self._person_classes or not label:
-            return label
-        return "person" if label.lower() in self._person_classes else "not asked for"
-
 
 def _rows(detections: Any) -> _Rows:
     if hasattr(detections, "xyxy"):
@@ -129,12 +125,13 @@ def _rows(detections: Any) -> _Rows:
         if detections.ndim != 2 or detections.shape[1] != 3:
             raise ValueError(f"detections: expected shape (n, 3) with the columns id, x, y; found {detections.shape}")
         return [text_of(key) for key in detections[:, 0]], _points(detections[:, 1:]), [""] * len(detections)
-    if isinstance(detections, Mapping):
-        entries: list[Any] = [(key, *position) for key, position in detections.items()]
-    elif isinstance(detections, Iterable) and not isinstance(detections, (str, bytes)):
-        entries = [tuple(entry) for entry in detections]
-    else:
-        raise TypeError(f"detections: expected (id, x, y) tuples, found {type(detections).__name__}")
+    several: Any = None if isinstance(detections, (str, bytes)) else detections
+    try:
+        if isinstance(detections, Mapping):
+            several = [(key, *position) for key, position in detections.items()]
+        entries: list[Any] = [tuple(entry) for entry in several]
+    except TypeError:
+        raise TypeError(f"detections: expected (id, x, y) tuples, found {detections!r:.80}") from None
     for entry in entries:
         if len(entry) not in (3, 4):
             raise ValueError(f"detections: expected (id, x, y) or (id, x, y, label), found {entry!r}")

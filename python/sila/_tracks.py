@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _sila
 from ._config import ConfigLike, merged
-from ._rows import Rows, counted, names_of, rows_of_frame, text_of, warn
+from ._rows import Rows, counted, file_named, label_for, names_of, number, rows_of_frame, text_of, warn, whole
 from ._sila import Scene, Track
 from .errors import FormatError
 
@@ -97,7 +97,7 @@ def read_tracks(
     config: ConfigLike = None,
 ) -> Tracks:
     """Reads track files or folders; without `paths`, the files that `scene` names. Formats are recognised by content. A data
-    frame is taken as by `as_tracks`: seconds and metres, without the options of files and without the scene's.
+    frame is taken as by `as_tracks`: seconds and metres; of the options `person_classes` and `config` apply to it.
 
     `camera`: a file with the camera by which pixels become metres, instead of that of the scene. `person_classes`: the
     class names or numbers that are pedestrians (or one), instead of the usual ones (docs/formats.md). Files that the scene
@@ -105,24 +105,25 @@ def read_tracks(
     Units that look wrong are a UserWarning, and in the `report`.
     Raises FormatError for a file that is missing, damaged, of no known format or without a usable track.
     """
+    place = None if scene is None else as_scene(scene)
     if hasattr(paths, "columns"):
         given: dict[str, Any] = {"format": format, "frames_per_second": frames_per_second, "camera": camera}
-        given |= {"metres_per_unit": metres_per_unit, "person_classes": person_classes or None}
-        unused = [name for name, value in given.items() if value is not None]
+        unused = [name for name, value in (given | {"metres_per_unit": metres_per_unit}).items() if value is not None]
         if unused:
             raise ValueError(f"read_tracks: {', '.join(unused)}: for files; a data frame has seconds and metres")
-        return as_tracks(paths, scene=scene, config=config)
+        ids, t, xy, labels = rows_of_frame(paths)
+        labels = [label_for(label, names_of(person_classes)) for label in labels]
+        return clean_rows(ids, t, xy, labels, "data frame", merged("{}", config))
     if paths is None and scene is None:
         raise ValueError("read_tracks: expected paths, or a scene that names its files; found neither")
     files = _files(paths)
-    place = None if scene is None else as_scene(scene)
     tracks, text = _sila.read_files(
         files,
         place,
-        format,
-        frames_per_second,
-        metres_per_unit,
-        None if camera is None else Path(camera),
+        None if format is None else str(format),
+        None if frames_per_second is None else number("frames_per_second", frames_per_second),
+        None if metres_per_unit is None else number("metres_per_unit", metres_per_unit),
+        None if camera is None else file_named("camera", camera),
         names_of(person_classes),
         merged("{}", config),
     )
@@ -157,6 +158,7 @@ def split_tracks(
     no common clock.
     """
     given = list(as_tracks(tracks))
+    seed, test_share = whole("split_tracks: seed", seed, 0), number("split_tracks: test_share", test_share)
     train, test = _sila.split_tracks(given, test_share, seed, by)
     if not train or not test:
         raise ValueError(
@@ -186,8 +188,8 @@ def as_tracks(
 
     - `Tracks`, a `Track`, or any sequence of `Track`;
     - a pandas data frame with the columns track_id, t [s, or dates], x, y [m] (and label, if there is one);
-    - a dictionary from id to an array of shape (n, 3) with the columns t, x, y, or a sequence of such arrays, whose
-      ids are then their numbers from 0;
+    - a dictionary from id to an array of shape (n, 3) with the columns t, x, y, or to a data frame with columns of these
+      names; or a sequence of such arrays or frames, whose ids are then their numbers from 0;
     - the path of a track file, or several.
 
     Rows are cleaned as those of a file are; `config`: the group `clean` is used. Files get the camera, the units and the
@@ -202,10 +204,8 @@ def as_tracks(
         return tracks
     if isinstance(tracks, Track):
         return Tracks([tracks])
-    if isinstance(tracks, (str, os.PathLike)):
+    if isinstance(tracks, (str, os.PathLike)) or hasattr(tracks, "columns"):
         return read_tracks(tracks, scene=scene, frames_per_second=frames_per_second, config=config)
-    if hasattr(tracks, "columns"):
-        return clean_rows(*rows_of_frame(tracks), "data frame", merged("{}", config))
     if isinstance(tracks, Mapping):
         return clean_rows(*_rows_of_arrays(list(tracks.items())), "arrays", merged("{}", config))
     if isinstance(tracks, np.ndarray) and tracks.dtype != object and tracks.ndim != 3:
@@ -251,7 +251,8 @@ def clean_rows(
         report["rows_read"] += len(nameless)
         report["dropped"]["missing_cells"] = {"rows": len(nameless), "first": f"{source}, row {nameless[0]} (from 0)"}
     if report["rows_read"] and not tracks:
-        raise FormatError(source, 0, "at least one track of two samples", _reasons(report["dropped"]))
+        found = "; ".join([_reasons(report["dropped"]), *report["warnings"]])
+        raise FormatError(source, 0, "at least one track of two samples", found)
     warn(report)
     return Tracks(tracks, report=report)
 
@@ -264,7 +265,14 @@ def _reasons(dropped: Mapping[str, Any]) -> str:
 def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:
     rows: list[NDArray[np.float64]] = [np.empty((0, 3))]
     ids: list[str] = []
+    labels: list[str] = []
     for key, value in entries:
+        classes: list[str] = []
+        if hasattr(value, "columns"):
+            if "track_id" in value and len(set(value["track_id"])) > 1:
+                raise ValueError(f"tracks[{key!r}]: expected one track, found several track_id; give one table of all")
+            _, t, xy, classes = rows_of_frame(value, key)
+            value = np.column_stack([t, xy])
         try:
             array = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):
@@ -275,8 +283,9 @@ def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:
             raise ValueError(f"tracks[{key!r}]: expected shape (n, 3) with the columns t, x, y; found {array.shape}")
         rows.append(array)
         ids += [text_of(key)] * len(array)
+        labels += classes or [""] * len(array)
     table = np.concatenate(rows)
-    return ids, table[:, 0], table[:, 1:], []
+    return ids, table[:, 0], table[:, 1:], labels
 
 
 def _stacked(arrays: list[Any], dimensions: int) -> NDArray[np.float64]:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import operator
 import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 from . import _sila
@@ -15,7 +13,7 @@ from ._config import ConfigLike, merged
 from ._evaluation import Evaluation
 from ._predictions import Predictions
 from ._progress import bar
-from ._rows import warn
+from ._rows import number, warn, whole
 from ._sila import Model, Scene, Track
 from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean
 
@@ -56,7 +54,7 @@ def learn(
         tracks = list(tracks)
     if units == "pixels":
         settings = _in_pixels(tracks, scene, start, settings, frames_per_second)
-    batch = _whole("learn: batch", batch, 1)
+    batch = whole("learn: batch", batch, 1)
     scene = None if scene is None else as_scene(scene)
     given = _some("learn", tracks, scene, settings, frames_per_second)
     with bar(progress, -(-len(given) // batch), "learning", "episode") as moving:
@@ -157,7 +155,8 @@ def predict(
     {"predict": {"horizon_s": 3}}. `frames_per_second`: of files with frame numbers.
     """
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
-    stride_s = _seconds("stride_s", stride_s)
+    stride_s = number("stride_s", stride_s, "seconds")
+    _require_flag("at_end", at_end)
     ready = _sila.ReadyPredictor(model, settings)
     found: list[_sila.Prediction] = []
     with bar(progress, len(given), "predicting", "track") as moving:
@@ -183,7 +182,8 @@ def explain(
     the primitives, transitions and terms behind its modes."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     ready = _sila.ReadyPredictor(model, settings)
-    lines = ready.explain(given, place, _seconds("stride_s", stride_s), at_end, _threads(threads))
+    _require_flag("at_end", at_end)
+    lines = ready.explain(given, place, number("stride_s", stride_s, "seconds"), at_end, _threads(threads))
     return [json.loads(line) for line in lines]
 
 
@@ -257,32 +257,27 @@ def _model(argument: str, given: Any) -> Model:
 
 
 def _settings(argument: str, model: Any, config: ConfigLike) -> str:
-    """The configuration of a model with changes, which cannot change the scale that it was learnt at."""
+    """The configuration of a model with changes, which cannot change the scale and the interval that it was learnt at."""
     settings = merged(_model(argument, model).config_json, config)
     if model.episodes == 0:
         return settings
-    scale, learnt_at = (json.loads(text)["metres_per_pixel"] for text in (settings, merged(model.config_json, None)))
+    now, then = (json.loads(text) for text in (settings, merged(model.config_json, None)))
+    scale, learnt_at = now["metres_per_pixel"], then["metres_per_pixel"]
     if scale != learnt_at:
         units = f"at metres_per_pixel = {learnt_at:g}" if learnt_at > 0 else "in metres"
         raise ValueError(f"config: metres_per_pixel = {scale:g}, but the model was learnt {units}; learn a new one")
+    given, kept = now["sampling"]["interval_s"], then["sampling"]["interval_s"]
+    if given != kept:
+        raise ValueError(
+            f"config: sampling.interval_s = {given:g}, but the model began with {kept:g}; keep it, or learn a new model"
+        )
     return settings
 
 
-def _whole(argument: str, value: Any, least: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = least - 1
-    if isinstance(value, bool) or number < least:
-        raise ValueError(f"{argument}: expected a whole number of at least {least}, found {value!r}")
-    return number
-
-
-def _seconds(argument: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise TypeError(f"{argument}: expected seconds, found {value!r}")
-    return float(value)
+def _require_flag(argument: str, value: Any) -> None:
+    if not isinstance(value, bool):
+        raise TypeError(f"{argument}: expected True or False, found {value!r}")
 
 
 def _threads(threads: Any) -> int:
-    return _whole("threads (0: all)", threads, 0)
+    return whole("threads (0: all)", threads, 0)

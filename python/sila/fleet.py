@@ -24,7 +24,8 @@ from ._progress import bar
 from ._rows import counted
 from ._sila import Model, Scene
 from ._tracks import SceneLike, as_scene, read_tracks
-from ._verbs import _settings, _whole
+from ._rows import whole
+from ._verbs import _settings
 from .errors import FormatError
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def learn(
     """
     start = Model() if model is None else model
     asked = _settings("model", start, config)
-    batch, partition = _whole("learn: batch", batch, 1), _whole("learn: partition", partition, 1)
+    batch, partition = whole("learn: batch", batch, 1), whole("learn: partition", partition, 1)
     began = time.monotonic()
     found, unread = _found(sources, scene, start, asked, batch)
     settings = _agreed(asked, start, found)

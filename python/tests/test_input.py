@@ -105,7 +105,7 @@ def test_suspicious_units_are_a_warning_once_a_call(tmp_path, model):
         lambda: sila.learn(rows, config=config),
         lambda: sila.predict(model, tmp_path / "pixels.csv", config=config),
     ):
-        with pytest.warns(UserWarning, match="these look like pixels") as caught:
+        with pytest.warns(UserWarning, match=r'these look like pixels.*units="pixels"') as caught:
             call()
         assert [warning.filename for warning in caught] == [__file__]
     with warnings.catch_warnings():
@@ -119,6 +119,27 @@ def test_one_class_may_be_given_as_a_text(tmp_path):
     with sila.Stream(person_classes="walker 2") as stream:
         stream.update(0.0, [("a", 0.0, 0.0, "walker 2")])
         assert stream.counts["rejected"] == {}
+
+
+def test_classes_of_a_data_frame_may_be_named():
+    rows = pandas.concat([frame(label=0), frame(label=1, track_id="b")])
+    assert [track.id for track in sila.read_tracks(rows, person_classes=[1])] == ["b"]
+    assert sila.read_tracks(rows, person_classes=[1]).report["dropped"]["other_label"]["rows"] == 48
+
+
+def test_frames_in_a_dictionary_or_a_list_are_read_by_their_columns():
+    rows = pandas.concat([frame(), frame(track_id="b", label="car"), frame(track_id="c")])
+    shuffled = {key: group[["y", "label", "x", "t"]] for key, group in rows.groupby("track_id")}
+    assert sila.as_tracks(shuffled) == sila.as_tracks(rows) == sila.as_tracks(dict(list(rows.groupby("track_id"))))
+    assert sila.as_tracks([frame(), WALK]) == sila.as_tracks([WALK, WALK])
+    with pytest.raises(ValueError, match="columns t, x, y; t missing in x, y"):
+        sila.as_tracks([frame()[["x", "y"]]])
+
+
+def test_blanks_around_an_id_do_not_make_another_person(tmp_path):
+    rows = frame(track_id=[" a", "a", "a ", "a"] * 12)
+    rows.to_csv(tmp_path / "t.csv", index=False)
+    assert sila.as_tracks(rows) == sila.read_tracks(tmp_path / "t.csv") and len(sila.as_tracks(rows)) == 1
 
 
 def test_one_row_is_said_as_the_program_says_it():
@@ -144,6 +165,33 @@ MISTAKES = {
         "metres_per_pixel = 0.02, but the model was learnt in metres",
         lambda model: sila.Stream(model, config={"metres_per_pixel": 0.02}),
     ),
+    "seed": (ValueError, "seed: expected a whole .* found 1.5", lambda model: sila.split_tracks({"a": WALK}, seed=1.5)),
+    "share": (TypeError, "test_share: .* found '1'", lambda model: sila.split_tracks({"a": WALK}, test_share="1")),
+    "format": (ValueError, 'format = "3" is not one of csv', lambda model: sila.read_tracks("t.csv", format=3)),
+    "unit": (TypeError, "metres_per_unit: .* '2'", lambda model: sila.read_tracks("t.csv", metres_per_unit="2")),
+    "rate": (TypeError, "frames_per_second: .* '2'", lambda model: sila.predict(model, "t.csv", frames_per_second="2")),
+    "camera": (TypeError, "camera: .* found {}", lambda model: sila.read_tracks("t.csv", camera={})),
+    "camera of a stream": (TypeError, "camera: .* found True", lambda model: sila.Stream(camera=True)),
+    "classes": (TypeError, "person_classes: .* 0.5", lambda model: sila.read_tracks("t.csv", person_classes=0.5)),
+    "flag": (TypeError, "at_end: .* 'no'", lambda model: sila.predict(model, {"a": WALK}, at_end="no")),
+    "flag of explain": (TypeError, "at_end: .* 'no'", lambda model: sila.explain(model, {"a": WALK}, at_end="no")),
+    "no detections": (TypeError, r"detections: .* found \[1, 2\]", lambda model: sila.Stream().update(0.0, [1, 2])),
+    "no positions": (TypeError, "detections: .* found {1: 3}", lambda model: sila.Stream().update(0.0, {1: 3})),
+    "no configuration": (TypeError, "config: .* found {1}", lambda model: sila.config({"predict.horizon_s": {1}})),
+    "coverage": (ValueError, "coverage: .* found 'a'", lambda model: draw(model, coverage="a")),
+    "interval": (ValueError, "interval_s = 0.1, but the model began with 0.2; keep it", lambda model: at_100_ms(model)),
+    "text in a table": (ValueError, "could not convert string to float: 'n/a'$", lambda model: sila.as_tracks(frame(x="n/a"))),
+    "text as a date": (ValueError, "dates in t; .* ISO8601 format.$", lambda model: sila.as_tracks(frame(t="soon"))),
+    "milliseconds": (
+        sila.FormatError,
+        "stand alone .*: 96; .* 250 s apart; are the stamps frames or milliseconds",
+        lambda model: sila.as_tracks({name: WALK * [1000, 1, 1] for name in "ab"}),
+    ),
+    "tables in a list": (
+        ValueError,
+        r"tracks\[0\]: expected one track, found several track_id",
+        lambda model: sila.as_tracks([frame(track_id=range(48))]),
+    ),
     "path without numbers": (
         ValueError,
         "path_m: expected finite numbers, found another in row 1",
@@ -154,6 +202,14 @@ MISTAKES = {
 
 def split_one():
     return sila.split_tracks({"a": WALK}, by="track")
+
+
+def draw(model, **options):
+    return sila.plot.predictions(sila.predict(model, {"a": WALK}), **options)
+
+
+def at_100_ms(model):
+    return sila.predict(model, {"a": WALK}, config={"sampling.interval_s": 0.1})
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)

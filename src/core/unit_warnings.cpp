@@ -13,7 +13,8 @@ constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a 
 constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr double kDegreesPlace = 0.01;  ///< a place of 1 km in degrees; in metres the noise of any tracker is larger
 constexpr const char* kRemedy =
-    "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels";
+    "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels "
+    "(units=\"pixels\")";
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
 constexpr double kSlowWalk_mps = 0.25;  ///< people who walk are faster, also in a dense crowd
 
