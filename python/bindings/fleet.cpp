@@ -73,8 +73,8 @@ FleetValue without_file(PythonValue value) {
 StoredModel recorded(Model model, const StoredModel& start, const Config& config) {
   StoredModel stored{std::move(model), to_json(config).dump(), start.episodes, {}, 0};
   const nlohmann::ordered_json statistics{{"fleet_episodes", stored.model.episodes - start.model.episodes}};
-  stored.episodes.push_back({static_cast<int>(start.episodes.size()) + 1, stored.model.tracks - start.model.tracks, 0.0,
-                             size(start.model), size(stored.model), statistics.dump()});
+  stored.episodes.push_back({last_episode(start) + 1, stored.model.tracks - start.model.tracks, 0.0, size(start.model),
+                             size(stored.model), statistics.dump()});
   return stored;
 }
 

@@ -23,7 +23,7 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
   result.configuration = to_json(config).dump();
   const auto episodes = batch == 0 ? 0 : (input.size() + batch - 1) / batch;
   const auto observe = [&](int number, const Model& previous, const Episode& episode) {
-    result.episodes.push_back(record_of(static_cast<int>(start.episodes.size()) + number, previous, episode));
+    result.episodes.push_back(record_of(last_episode(start) + number, previous, episode));
     const nb::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
     if (on_episode) (*on_episode)(number, episodes, episode.report.tracks, episode.report.size_after);
