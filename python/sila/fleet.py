@@ -21,10 +21,9 @@ from typing import TYPE_CHECKING, Any, Union
 from . import _sila
 from ._config import ConfigLike, merged
 from ._progress import bar
-from ._rows import counted
+from ._rows import counted, whole
 from ._sila import Model, Scene
 from ._tracks import SceneLike, as_scene, read_tracks
-from ._rows import whole
 from ._verbs import _settings
 from .errors import FormatError
 

@@ -11,9 +11,7 @@ import pytest
 pytest.importorskip("scipy")
 import sila
 from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment, runner
-from sila.experiments.experiment import Overrides
 from sila.experiments.measures import NOMINAL, measures_of, modes_of, reliability_of
-from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.program import run
 from sila.experiments.protocol import first_tracks, protocol_of, runs_of
 from sila.experiments.tables import compare
@@ -188,102 +186,6 @@ def test_a_learning_curve_of_places_goes_on_at_the_next_place(tmp_path):
     assert found[["tracks", "place"]].values.tolist() == [[n, place] for n in (30, 40, 60) for place in "ab"]
 
 
-CHECKED = """
-
-class Checked(Damped):
-    def predict(self, windows):
-        assert windows.future_m.shape[1] == 0  # hidden
-        return super().predict(windows)
-"""
-
-
-def test_the_new_baseline_of_the_page_runs(tmp_path):
-    page = (Path(__file__).parents[2] / "docs/experiments.md").read_text()
-    (tmp_path / "damped.py").write_text(page.split("```python\n")[1].split("```")[0] + CHECKED)
-    (tmp_path / "gone.py").write_text("import no_such_package\n")
-    own = {"name": "own", "method": "damped.py:Checked", "parameters": {"ridge_m2": 0.5}}
-    path = written(tmp_path, methods=["sila", own, {"name": "gone", "method": "gone.py:Gone"}])
-    written_results = run_experiment(read_experiment(path), tmp_path / "out")
-    table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
-    assert 0.5 < table.loc["own", "ratio"] < 1.05
-    assert table.loc["own", "nll"] < table.loc["own", "constant_nll"]
-    assert "no_such_package" in written_results["not_run_here"]["gone"]
-    assert "gone (not run here)" in (tmp_path / "out/table.md").read_text()
-
-
-WRONG = """
-from dataclasses import replace
-
-import numpy as np
-from sila.experiments import Method
-from sila.experiments.method import constant_fallback
-
-
-class Wrong(Method):
-    parameters = {"how": ""}
-
-    def partial_fit(self, tracks): ...
-
-    def predict(self, windows):
-        found = constant_fallback(windows)
-        paths, covariances = found.paths_m, found.covariances_m2
-        return {
-            "single": lambda: replace(found, weights=np.float32([[0.3, 0.6, 0.1]] * len(paths)),
-                                      paths_m=paths.repeat(3, 1), covariances_m2=np.float32(covariances.repeat(3, 1))),
-            "steps": lambda: replace(found, weights=np.repeat([[[0.2], [0.8]]], windows.steps, 2).repeat(len(paths), 0),
-                                     paths_m=paths.repeat(2, 1), covariances_m2=covariances.repeat(2, 1)),
-            "unused": lambda: replace(found, weights=np.repeat([[1.0, 0.0]], len(paths), 0),
-                                      paths_m=np.concatenate([paths, np.nan * paths], 1),
-                                      covariances_m2=np.concatenate([covariances, 0 * covariances], 1)),
-            "tenth": lambda: replace(found, weights=0.1 * found.weights),
-            "negative": lambda: replace(found, weights=np.repeat([[1.5, -0.5]], len(paths), 0),
-                                        paths_m=paths.repeat(2, 1), covariances_m2=covariances.repeat(2, 1)),
-            "none": lambda: None,
-            "short": lambda: replace(found, paths_m=paths[:, :, :-1]),
-            "nan": lambda: replace(found, paths_m=np.nan * paths),
-            "flat": lambda: replace(found, covariances_m2=0 * covariances),
-            "skew": lambda: replace(found, covariances_m2=covariances + [[0, 9], [-9, 0]]),
-            "raises": lambda: windows.nothing,
-        }[self.how]()
-"""
-
-
-@pytest.mark.parametrize(
-    ("how", "words"),
-    [
-        ("tenth", ["weights: expected the sum 1, found 0.1 in window 0 (track "]),
-        ("negative", ["weights: expected at least 0, found -0.5"]),
-        ("none", ["expected a Forecast, found NoneType"]),
-        ("short", ["paths_m: expected numbers of shape (", ", 1, 25, 2), found float64 of (", ", 1, 24, 2)"]),
-        ("nan", ["paths_m: expected finite numbers, found [nan, nan] in window 0"]),
-        ("flat", ["covariances_m2: expected positive definite, found [[0.0, 0.0], [0.0, 0.0]]"]),
-        ("skew", ["covariances_m2: expected positive definite"]),
-        ("raises", ["no attribute 'nothing'", 'own.py", line 33', "lambda: windows.nothing"]),
-    ],
-)
-def test_a_wrong_forecast_is_rejected_with_the_method_and_the_window(tmp_path, how, words, capsys):
-    (tmp_path / "own.py").write_text(WRONG)
-    path = written(tmp_path, methods=[{"name": "own", "method": "own.py:Wrong", "parameters": {"how": how}}])
-    assert run([str(path), "--out", str(tmp_path / "out")]) == 1
-    said = capsys.readouterr().err
-    assert all(word in said for word in ["trial 1, four-way, own: ", *words]), said
-    assert how == "raises" or "Wrong.predict: " in said
-
-
-@pytest.mark.parametrize("how", ["single", "steps", "unused"])
-def test_a_forecast_in_any_form_that_fits_is_scored(tmp_path, how):
-    (tmp_path / "own.py").write_text(WRONG)
-    path = written(tmp_path, methods=[{"name": "own", "method": "own.py:Wrong", "parameters": {"how": how}}])
-    run_experiment(read_experiment(path), tmp_path / "out")
-    assert pd.read_csv(tmp_path / "out/results.csv")["ratio"][0] == pytest.approx(1)
-
-
-def test_a_batch_whose_tracks_are_too_short_teaches_knn_nothing(tmp_path):
-    path = written(tmp_path, methods=["knn"], config={"predict": {"observe_s": 6.0, "horizon_s": 9.0}}, batch=1)
-    run_experiment(read_experiment(path), tmp_path / "out")
-    assert pd.read_csv(tmp_path / "out/results.csv")["size"].max() > 0  # of the longer ones
-
-
 def gaussians(windows, deviation_m, steps=5):
     paths = np.zeros((windows, 1, steps, 2))
     return Forecast(np.ones((windows, 1)), paths, np.tile(deviation_m**2 * np.eye(2), (windows, 1, steps, 1, 1)))
@@ -326,33 +228,6 @@ def test_the_kernel_of_samples_grows_with_their_spread():
     forecast = kernel_forecast(np.ones((1, 20)), paths, 0.2)
     assert forecast.weights.sum() == pytest.approx(1.0)
     assert (np.diff(np.linalg.det(forecast.covariances_m2[0, 0])) > 0).all()
-
-
-def test_cliff_finds_two_streams_one_of_them_across_the_cut():
-    random = np.random.default_rng(7)
-    west = np.arange(300) % 3 == 0
-    direction = np.where(west, np.pi, 0) + 0.15 * random.normal(size=300)
-    samples = np.stack(
-        [(direction + np.pi) % (2 * np.pi) - np.pi, np.where(west, 0.8, 1.5) + 0.1 * random.normal(size=300)], -1
-    )
-    weights, means, _ = fit_mixture(samples)
-    assert len(weights) == 2
-    east = weights.argmax()
-    assert weights[east] == pytest.approx(2 / 3, abs=0.01)
-    assert means[east] == pytest.approx([0, 1.5], abs=0.05)
-    assert abs(means[1 - east][0]) == pytest.approx(np.pi, abs=0.05)
-
-
-def test_cliff_follows_a_stream_round_a_corner(tmp_path):
-    experiment = read_experiment(written(tmp_path, methods=["cliff"]), Overrides())
-    protocol = protocol_of(experiment, runs_of(experiment)[0])
-    method: Method = experiment.methods[0].cls(experiment.methods[0].configs[0], beta=0.1)
-    method.fit(protocol.training[0])
-    windows = protocol.test_sites[0].test.windows(experiment.methods[0].configs[0], 1.6)
-    again = [method.predict(windows.without_future()).paths_m for _ in range(2)]
-    np.testing.assert_array_equal(*again)
-    assert method.size > 10
-    assert np.isfinite(again[0]).all()
 
 
 def result(method, trial, error, people=30):
@@ -407,21 +282,6 @@ def test_a_clone_at_another_commit_is_refused(tmp_path, monkeypatch, head):
             made_with([Own])
 
 
-def test_peers_without_their_code_are_not_run_here(tmp_path, monkeypatch):
-    monkeypatch.setenv("PEERS", str(tmp_path))
-    methods = [f"{PEERS / 'trajevo.py'}:TrajEvo", f"{PEERS / 'constant_velocity.py'}:ConstantVelocity"]
-    entries = [{"name": name, "method": method} for name, method in zip(("trajevo", "cv"), methods)]
-    (tmp_path / "trajevo/ctrv").mkdir(parents=True)
-    (tmp_path / "trajevo/ctrv/model.py").write_text("import no_such_package\n")
-    entries.append({"name": "baseline", "method": methods[0], "parameters": {"baseline": "ctrv"}})
-    results = run_experiment(read_experiment(written(tmp_path, methods=["sila", *entries])), tmp_path / "out")
-    assert "no zara2.py" in results["not_run_here"]["trajevo"]
-    assert "no_such_package" in results["not_run_here"]["baseline"]
-    table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
-    assert table.loc["cv", "ade_ratio"] == pytest.approx(1.0, abs=1e-12)
-    assert (table["bytes"] > 0).all()
-
-
 def test_kernel_density_is_that_of_scipy():
     from scipy.stats import gaussian_kde
     from sila.experiments.field_measures import kde_log_density
@@ -464,10 +324,3 @@ def test_trajnet_files_are_as_documented_and_read_by_its_tool(tmp_path):
     first = [row for row in found[0] if row.prediction_number == 0]
     assert len(of_truth[0]) == 20
     assert tools.metrics.average_l2(of_truth[0], first) == pytest.approx(0.5 * 2**0.5)
-
-
-def test_a_method_with_neighbours_runs_in_an_experiment(tmp_path):
-    entry = {"name": "social force", "method": f"{PEERS / 'social_force.py'}:SocialForce"}
-    run_experiment(read_experiment(written(tmp_path, methods=["sila", entry])), tmp_path / "out")
-    table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
-    assert 0.9 < table.loc["social force", "ade_ratio"] < 2

@@ -80,7 +80,7 @@ void reject_binary(const std::string& path, std::string_view bytes) {
     throw FormatError(path, 0, "a text file", "a bzip2 file; unpack it with bunzip2 first");
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
     throw FormatError(path, 0, "a text file in UTF-8", "one in UTF-16; save it as UTF-8");
-  if (bytes.find('\r') != std::string_view::npos && bytes.find('\n') == std::string_view::npos)
+  if (bytes.find('\n') == std::string_view::npos && bytes.find('\r') != std::string_view::npos)
     throw FormatError(path, 0, "lines that end with LF or CRLF", "line ends of CR alone; save it with others");
   const std::size_t zero = bytes.find('\0');
   if (zero == std::string_view::npos) return;
