@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("scipy")
 import sila
 from sila.experiments import Forecast, Method, kernel_forecast, read_experiment, run_experiment, runner
+from sila.experiments.curves import growth_table
 from sila.experiments.measures import NOMINAL, measures_of, modes_of, reliability_of
 from sila.experiments.program import run
 from sila.experiments.protocol import first_tracks, protocol_of, runs_of
@@ -189,6 +190,13 @@ def test_a_learning_curve_of_places_goes_on_at_the_next_place(tmp_path):
 def gaussians(windows, deviation_m, steps=5):
     paths = np.zeros((windows, 1, steps, 2))
     return Forecast(np.ones((windows, 1)), paths, np.tile(deviation_m**2 * np.eye(2), (windows, 1, steps, 1, 1)))
+
+
+def test_the_size_after_a_share_of_the_episodes_is_known_for_any_number_of_them():
+    for episodes in range(2, 60):
+        checkpoints = [{"episode": n, "size": n, "tracks": n, "seconds": 1.0} for n in range(1, episodes + 1)]
+        table = growth_table([{"scene": "a", "method": "sila", "checkpoints": checkpoints}])
+        assert "nan" not in table and f"| {episodes} | 1.00 |" in table
 
 
 def test_measures_of_a_gaussian_are_those_of_the_textbook():
