@@ -144,9 +144,8 @@ FusionPlan reindex(int primitives, std::vector<FusionComponent> components) {
       plan.splits.push_back(*decision.split);
     }
   }
-  std::sort(plan.fusion_set.begin(), plan.fusion_set.end());
-  std::sort(plan.splits.begin(), plan.splits.end(),
-            [](const PrimitiveSplit& a, const PrimitiveSplit& b) { return a.primitive < b.primitive; });
+  std::ranges::sort(plan.fusion_set);
+  std::ranges::sort(plan.splits, {}, &PrimitiveSplit::primitive);
   plan.components = std::move(components);
   return plan;
 }
@@ -172,8 +171,7 @@ Pair mapped(const TransitionCount& edge, const FusionPlan& plan, const FusionRul
 std::vector<TransitionGroup> group_transitions(const FusionProblem& problem, const FusionPlan& plan,
                                                const FusionRules& rules) {
   std::vector<TransitionCount> transitions = problem.transitions;
-  std::sort(transitions.begin(), transitions.end(),
-            [](const TransitionCount& a, const TransitionCount& b) { return Pair(a.from, a.to) < Pair(b.from, b.to); });
+  std::ranges::sort(transitions, {}, [](const TransitionCount& edge) { return Pair(edge.from, edge.to); });
   std::map<Pair, TransitionGroup> groups;
   for (const TransitionCount& edge : transitions) {
     const Pair target = mapped(edge, plan, rules);

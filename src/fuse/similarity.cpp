@@ -51,9 +51,7 @@ std::vector<OwnedArrow> arrows_by_cell(const Model& model) {
   for (std::size_t p = 0; p < model.primitives.size(); ++p) {
     for (const CellVelocity& arrow : model.primitives[p].cells) arrows.push_back({arrow.cell, p, arrow.velocity});
   }
-  std::sort(arrows.begin(), arrows.end(), [](const OwnedArrow& a, const OwnedArrow& b) {
-    return std::pair(a.cell, a.primitive) < std::pair(b.cell, b.primitive);
-  });
+  std::ranges::sort(arrows, {}, [](const OwnedArrow& arrow) { return std::pair(arrow.cell, arrow.primitive); });
   return arrows;
 }
 
@@ -67,8 +65,7 @@ std::vector<double> lengths_of(const Model& model) {
 std::map<std::size_t, double> products_with(const std::vector<OwnedArrow>& arrows, const MotionPrimitive& primitive) {
   std::map<std::size_t, double> products;
   for (const CellVelocity& mine : primitive.cells) {
-    auto theirs = std::lower_bound(arrows.begin(), arrows.end(), mine.cell,
-                                   [](const OwnedArrow& arrow, const CellKey& cell) { return arrow.cell < cell; });
+    auto theirs = std::ranges::lower_bound(arrows, mine.cell, {}, &OwnedArrow::cell);
     for (; theirs != arrows.end() && theirs->cell == mine.cell; ++theirs) {
       products[theirs->primitive] += theirs->velocity.dot(mine.velocity);
     }
@@ -89,7 +86,7 @@ std::vector<std::pair<int, int>> siblings(const SimilarityEdges& edges) {
       for (std::size_t b = a + 1; b < leaves.size(); ++b) pairs.emplace_back(std::minmax(leaves[a], leaves[b]));
     }
   }
-  std::sort(pairs.begin(), pairs.end());
+  std::ranges::sort(pairs);
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
 }
@@ -101,9 +98,7 @@ double similarity(const MotionPrimitive& a, const MotionPrimitive& b) {
 }
 
 SimilarityEdges sorted(SimilarityEdges edges) {
-  std::sort(edges.begin(), edges.end(), [](const Similarity& a, const Similarity& b) {
-    return std::pair(a.first, a.second) < std::pair(b.first, b.second);
-  });
+  std::ranges::sort(edges, {}, [](const Similarity& edge) { return std::pair(edge.first, edge.second); });
   return edges;
 }
 

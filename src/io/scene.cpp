@@ -222,8 +222,7 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
   if (track.positions_m.empty()) throw std::invalid_argument("nearest_corner: track '" + track.id + "' has no sample");
   const Vector2 middle = median_position(track.positions_m);
   const auto distance = [&](const Corner& corner) { return (corner.frame.origin_m - middle).norm(); };
-  const auto nearest = std::min_element(scene.corners.begin(), scene.corners.end(),
-                                        [&](const Corner& a, const Corner& b) { return distance(a) < distance(b); });
+  const auto nearest = std::ranges::min_element(scene.corners, {}, distance);
   return static_cast<std::size_t>(nearest - scene.corners.begin());
 }
 

@@ -1,7 +1,6 @@
 #include "coding_state.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <set>
 
@@ -193,8 +192,7 @@ std::vector<CellArrow> residual(const CodingProblem& problem, const CodingState&
   for (const Coefficient& used : state.codes[track]) {
     const std::vector<CellArrow>& primitive = state.primitives[static_cast<std::size_t>(used.primitive)];
     for (CellArrow& left : rest) {
-      const auto place = std::lower_bound(primitive.begin(), primitive.end(), left.cell,
-                                          [](const CellArrow& arrow, int cell) { return arrow.cell < cell; });
+      const auto place = std::ranges::lower_bound(primitive, left.cell, {}, &CellArrow::cell);
       if (place != primitive.end() && place->cell == left.cell) left.value -= used.value * place->value;
     }
   }
@@ -211,9 +209,7 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
   Removal removal;
   Touched touched(state);
   for (std::size_t i = 0; i < state.codes.size(); ++i) {
-    const bool uses = std::any_of(state.codes[i].begin(), state.codes[i].end(),
-                                  [&](const Coefficient& used) { return used.primitive == primitive; });
-    if (!uses) continue;
+    if (std::ranges::find(state.codes[i], primitive, &Coefficient::primitive) == state.codes[i].end()) continue;
     TrackLasso lasso = track_lasso(problem, state, overlap, i, touched);
     const LassoSolution present{lasso.start, gram_times(TrackGram{overlap, lasso.primitives}, lasso.start)};
     const auto place =

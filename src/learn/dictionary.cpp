@@ -110,8 +110,7 @@ std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const Codin
     const auto stretch = std::span(rest).subspan(top.begin, top.end - top.begin);
     best.emplace_back(top, std::vector<CellArrow>(stretch.begin(), stretch.end()));
   }
-  std::stable_sort(best.begin(), best.end(),
-                   [](const auto& a, const auto& b) { return a.first.energy > b.first.energy; });
+  std::ranges::stable_sort(best, std::ranges::greater(), [](const auto& seed) { return seed.first.energy; });
   const std::size_t room = static_cast<std::size_t>(config.max_primitives) - state.primitives.size();
   const std::size_t most = std::min(room, std::max<std::size_t>(1, problem.tracks.size() / 10));
   std::vector<std::pair<Section, std::vector<CellArrow>>> seeds;

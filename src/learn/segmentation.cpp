@@ -14,8 +14,7 @@ constexpr double kSwitchPenalty = 1.5;
 constexpr std::size_t kMinRunSamples = 3;
 
 Vector2 arrow_at(const MotionPrimitive& primitive, const CellKey& cell) {
-  const auto place = std::lower_bound(primitive.cells.begin(), primitive.cells.end(), cell,
-                                      [](const CellVelocity& arrow, const CellKey& key) { return arrow.cell < key; });
+  const auto place = std::ranges::lower_bound(primitive.cells, cell, {}, &CellVelocity::cell);
   return place != primitive.cells.end() && place->cell == cell ? place->velocity : Vector2(Vector2::Zero());
 }
 

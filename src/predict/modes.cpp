@@ -13,14 +13,13 @@ double mean_distance_m(const Rollout& a, const Rollout& b, const Matrix2& world_
 }
 
 /// The mean of the members' paths, each with its share of the weight.
-template <class Path>
-std::span<const Vector2> mean_path(std::span<const Rollout> rollouts, RolloutGroup group, double weight, Path path,
+std::span<const Vector2> mean_path(std::span<const Rollout> rollouts, RolloutGroup group, double weight,
                                    Scratch& scratch) {
-  const auto mean = scratch.array<Vector2>((rollouts[group.front()].*path).size());
+  const auto mean = scratch.array<Vector2>(rollouts[group.front()].path.size());
   std::fill(mean.begin(), mean.end(), Vector2::Zero());
   for (const std::size_t member : group) {
     const double share = rollouts[member].weight / weight;
-    for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += share * (rollouts[member].*path)[j];
+    for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += share * rollouts[member].path[j];
   }
   return mean;
 }
@@ -35,7 +34,7 @@ Rollout weighted_mean(std::span<const Rollout> rollouts, RolloutGroup group, Scr
   Rollout mean = rollouts[group.front()];
   if (group.size() == 1) return mean;
   mean.weight = weight_of(rollouts, group);
-  mean.path = mean_path(rollouts, group, mean.weight, &Rollout::path, scratch);
+  mean.path = mean_path(rollouts, group, mean.weight, scratch);
   const auto covariances = scratch.array<Matrix2>(mean.covariances.size());
   std::fill(covariances.begin(), covariances.end(), Matrix2::Zero());
   for (const std::size_t index : group) {
@@ -74,9 +73,7 @@ std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, 
       std::clamp<std::size_t>(static_cast<std::size_t>(decision_steps), 1, rollouts.front().path.size());
   const auto order = scratch.array<std::size_t>(rollouts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return rollouts[a].weight != rollouts[b].weight ? rollouts[a].weight > rollouts[b].weight : a < b;
-  });
+  std::ranges::sort(order, {}, [&](std::size_t i) { return std::pair(-rollouts[i].weight, i); });
   const auto group_of = scratch.array<std::size_t>(rollouts.size());
   const auto firsts = scratch.array<std::size_t>(rollouts.size());  // the first member, the heaviest, of each group
   std::size_t count = 0;
@@ -90,10 +87,8 @@ std::span<const RolloutGroup> group_rollouts(std::span<const Rollout> rollouts, 
     group_of[index] = group;
   }
   const std::span<RolloutGroup> groups = collect(order, group_of, count, scratch);
-  std::sort(groups.begin(), groups.end(), [&](RolloutGroup a, RolloutGroup b) {
-    const double first = weight_of(rollouts, a), second = weight_of(rollouts, b);
-    return first != second ? first > second : a.front() < b.front();
-  });
+  std::ranges::sort(groups, {},
+                    [&](RolloutGroup group) { return std::pair(-weight_of(rollouts, group), group.front()); });
   return groups.first(std::min(count, static_cast<std::size_t>(config.max_modes)));
 }
 

@@ -31,7 +31,7 @@ struct Branch {
   Vector2 position, velocity;           ///< [curb units], [curb units/s]
   Matrix2 covariance = Matrix2::Zero();
   FieldLinearisation here;   ///< of the field that it follows, at `position`
-  bool left_fields = false;  ///< left the last field: keeps its velocity
+  bool left_fields = false;  ///< left the last field: keeps its velocity; covariances still grow by that field
   std::size_t number = 0;    ///< breaks ties
 };
 
@@ -58,9 +58,7 @@ std::span<const Successor> successors(const FlowFieldIndex& fields, int transiti
   const auto known = list.first(count);
   for (Successor& successor : known) successor.probability /= total;
   if (may_branch || count < 2) return known;
-  std::iter_swap(known.begin(), std::max_element(known.begin(), known.end(), [](const auto& a, const auto& b) {
-                   return a.probability < b.probability;
-                 }));
+  std::iter_swap(known.begin(), std::ranges::max_element(known, {}, &Successor::probability));
   known.front().probability = 1.0;
   return known.first(1);
 }
@@ -205,9 +203,7 @@ class Roller {
 /// Removes the lightest branches: those beyond the limit, and those below the least weight.
 std::span<Branch> prune(std::span<Branch> branches, const PredictConfig& config) {
   for (std::size_t b = 0; b < branches.size(); ++b) branches[b].number = b;
-  std::sort(branches.begin(), branches.end(), [](const Branch& a, const Branch& b) {
-    return a.weight != b.weight ? a.weight > b.weight : a.number < b.number;
-  });
+  std::ranges::sort(branches, {}, [](const Branch& branch) { return std::pair(-branch.weight, branch.number); });
   const double least = config.min_relative_weight * branches.front().weight;
   std::size_t kept = std::min(branches.size(), static_cast<std::size_t>(config.max_branches));
   while (branches[kept - 1].weight < least) --kept;

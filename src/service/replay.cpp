@@ -139,7 +139,7 @@ std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s) {
       lines.push_back({t_s, track.id, t_s, json.dump()});
     }
   }
-  std::stable_sort(lines.begin(), lines.end(), [](const TimedLine& a, const TimedLine& b) { return a.t_s < b.t_s; });
+  std::ranges::stable_sort(lines, {}, &TimedLine::t_s);
   const double first_s = lines.empty() ? 0.0 : lines.front().t_s;
   for (TimedLine& line : lines) line.at_s = line.t_s - first_s;
   return lines;
