@@ -28,7 +28,7 @@ GpData pooled_fields(const std::vector<const TransitionSamples*>& samples, Part 
 
 SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config, Part part) {
   if (sources.fresh.empty()) return fuse_gps(gps_of(sources.stored, part), {}, config);
-  const Hyperparameters of_data = common_hyperparameters(gps_of(sources.fresh, part), config);
+  const Hyperparameters of_data = fused_hyperparameters(gps_of(sources.fresh, part));
   const GpData data = pooled_fields(sources.samples, part);
   if (sources.stored.empty()) return fit_sparse_gp(data, of_data, config);
   return fuse_gps(gps_of(sources.stored, part), data, config, of_data);
@@ -37,10 +37,9 @@ SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config, Part 
 }  // namespace
 
 const Transition& transition_at(const Model& model, std::pair<int, int> edge) {
-  return *std::lower_bound(model.transitions.begin(), model.transitions.end(), edge,
-                           [](const Transition& transition, const std::pair<int, int>& wanted) {
-                             return std::pair(transition.from, transition.to) < wanted;
-                           });
+  return *std::ranges::lower_bound(model.transitions, edge, {}, [](const Transition& transition) {
+    return std::pair(transition.from, transition.to);
+  });
 }
 
 FieldSources sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming) {
@@ -75,16 +74,6 @@ GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::Matri
     filled += count;
   }
   return data;
-}
-
-Hyperparameters common_hyperparameters(const std::vector<const SparseGp*>& gps, const GpConfig& config) {
-  const SparseGp& first = *gps.front();
-  const bool agree = std::all_of(gps.begin(), gps.end(), [&first](const SparseGp* gp) {
-    return gp->kernel == first.kernel && gp->noise_variance == first.noise_variance;
-  });
-  if (agree) return {first.kernel, first.noise_variance};
-  const SparseGp fused = fuse_gps(gps, {}, config);
-  return {fused.kernel, fused.noise_variance};
 }
 
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config) {

@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "gp/fit.hpp"
 #include "sila/gp/sparse_gp.hpp"
 #include "sila/model/fusion_problem.hpp"
 #include "sila/model/increment.hpp"
@@ -31,9 +30,5 @@ FieldSources sources_of(const TransitionGroup& group, const Model& previous, con
 /// Columns of `inputs` and rows of `outputs` of all samples.
 GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::MatrixXd TransitionSamples::*inputs,
               Eigen::MatrixXd TransitionSamples::*outputs);
-
-/// Kernel and noise for the fusion of GPs: those of the GPs if all are equal, else the weighted mean (docs/gp.md,
-/// section 8).
-Hyperparameters common_hyperparameters(const std::vector<const SparseGp*>& gps, const GpConfig& config);
 
 }  // namespace sila

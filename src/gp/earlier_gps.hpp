@@ -11,11 +11,11 @@ namespace sila {
 /// object.
 class EarlierGps {
  public:
-  void add(const SparseGp& gp, int index) { by_mark_.emplace(mark_of(gp), Entry{&gp, index}); }
+  void add(const SparseGp& gp, int index) { by_hash_.emplace(hash_of(gp), Entry{&gp, index}); }
 
   /// The index of an equal GP.
   std::optional<int> find(const SparseGp& gp) const {
-    const auto [first, last] = by_mark_.equal_range(mark_of(gp));
+    const auto [first, last] = by_hash_.equal_range(hash_of(gp));
     for (auto entry = first; entry != last; ++entry) {
       if (*entry->second.gp == gp) return entry->second.index;
     }
@@ -29,9 +29,9 @@ class EarlierGps {
   };
 
   /// GPs that differ hardly ever have the same.
-  static double mark_of(const SparseGp& gp) { return gp.points + gp.mean_response.sum(); }
+  static double hash_of(const SparseGp& gp) { return gp.points + gp.mean_response.sum(); }
 
-  std::unordered_multimap<double, Entry> by_mark_;
+  std::unordered_multimap<double, Entry> by_hash_;
 };
 
 }  // namespace sila

@@ -2,17 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "minimise.hpp"
 #include "statistics.hpp"
 
 namespace sila {
 namespace {
-
-GpData about_mean(const GpData& data) {
-  return {data.inputs, data.outputs.rowwise() - data.outputs.colwise().mean()};
-}
 
 Eigen::MatrixXd greedy_pseudo_inputs(const GpData& data, const Kernel& kernel, const GpConfig& config) {
   const Eigen::MatrixXd candidates = detail::candidates_for(kernel, data.inputs);
@@ -97,7 +92,7 @@ Fit optimise(const GpData& centred, const Hyperparameters& start, const GpConfig
     result.gradient << gradient.pseudo_inputs.reshaped(), gradient_of_vector(gradient);
     return result;
   };
-  return unpack(detail::minimise_in_box(objective, box, {.max_iterations = config.max_iterations}));
+  return unpack(detail::minimise_in_box(objective, box, config.max_iterations));
 }
 
 /// Greedy Z and theta as given. The factor of k(Z, Z) is known from the selection.
@@ -131,7 +126,7 @@ SparseGp fit_sparse_gp(const GpData& data, const Hyperparameters& start, const G
   }
   const bool optimised = config.pseudo_inputs == PseudoInputChoice::optimised;
   if (!optimised || points < config.min_points_to_optimise) return greedy_fit(data, start, mean, config);
-  const Fit fit = optimise(about_mean(data), start, config);
+  const Fit fit = optimise({data.inputs, data.outputs.rowwise() - data.outputs.colwise().mean()}, start, config);
   return condition(prior_gp(fit.theta.kernel, fit.theta.noise_variance, fit.pseudo_inputs, mean), data.inputs,
                    data.outputs);
 }

@@ -34,28 +34,18 @@ FlowPosterior::FlowPosterior(const SparseGp& gp, const SparseGp* gp_y)
   if (gp_y) second_.emplace(with_zero_output(checked(*gp_y, 1), 1));
 }
 
-FieldPrediction FlowPosterior::with_second(const FlowPrediction& first, const Eigen::Vector2d& x) const {
-  const FlowPrediction second = second_->predict_flow(x);
-  return {first.mean + second.mean, {first.variance, second.variance}};
-}
-
 FieldLinearisation FlowPosterior::linearise(const Eigen::Vector2d& x) const {
-  const FlowLinearisation first = first_.linearise_flow(x);
-  if (!second_) return {{first.flow.mean, Eigen::Vector2d::Constant(first.flow.variance)}, first.jacobian};
-  const FlowLinearisation second = second_->linearise_flow(x);
-  return {{first.flow.mean + second.flow.mean, {first.flow.variance, second.flow.variance}},
-          first.jacobian + second.jacobian};
+  const FieldLinearisation first = first_.linearise_flow(x);
+  if (!second_) return first;
+  const FieldLinearisation second = second_->linearise_flow(x);
+  return {sum(first.flow, second.flow), first.jacobian + second.jacobian};
 }
 
-std::vector<FlowPrediction> FlowPosterior::bounds(std::span<const double> xs, std::span<const double> ys,
-                                                  std::span<const RasterIndex> points) const {
-  std::vector<FlowPrediction> flows = first_.bound_flows(xs, ys, points);
+std::vector<FieldPrediction> FlowPosterior::bounds(std::span<const double> xs, std::span<const double> ys,
+                                                   std::span<const RasterIndex> points) const {
+  std::vector<FieldPrediction> flows = first_.bound_flows(xs, ys, points);
   if (!second_) return flows;
-  const std::vector<FlowPrediction> along_y = second_->bound_flows(xs, ys, points);
-  for (std::size_t i = 0; i < flows.size(); ++i) {
-    flows[i].mean += along_y[i].mean;
-    flows[i].variance = std::max(flows[i].variance, along_y[i].variance);
-  }
+  std::ranges::transform(flows, second_->bound_flows(xs, ys, points), flows.begin(), &FlowPosterior::sum);
   return flows;
 }
 

@@ -10,18 +10,6 @@
 
 namespace sila {
 
-/// Velocity at one point, and the variance of f for each of its two components.
-struct FieldPrediction {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  Eigen::Vector2d variance = Eigen::Vector2d::Zero();
-};
-
-/// A field prediction with d mean / d x: column d is the change with input d.
-struct FieldLinearisation {
-  FieldPrediction flow;
-  Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
-};
-
 /// A velocity field prepared for many predictions: one GP whose two outputs share pseudo-inputs and theta, or one GP
 /// for each component of the velocity. Immutable; may be used from many threads. Source: SILA paper (GP_x, GP_y).
 class FlowPosterior {
@@ -41,18 +29,19 @@ class FlowPosterior {
 
   /// None of these allocates up to Posterior::max_stack_pseudo_inputs. Throws: std::invalid_argument for NaN.
   FieldPrediction predict(const Eigen::Vector2d& x) const {
-    const FlowPrediction first = first_.predict_flow(x);
-    if (second_) return with_second(first, x);
-    return {first.mean, Eigen::Vector2d::Constant(first.variance)};
+    const FieldPrediction first = first_.predict_flow(x);
+    return second_ ? sum(first, second_->predict_flow(x)) : first;
   }
   FieldLinearisation linearise(const Eigen::Vector2d& x) const;
-  /// As Posterior::bound_flows, with the larger variance of the two components.
-  std::vector<FlowPrediction> bounds(std::span<const double> xs, std::span<const double> ys,
-                                     std::span<const RasterIndex> points) const;
+  /// As Posterior::bound_flows.
+  std::vector<FieldPrediction> bounds(std::span<const double> xs, std::span<const double> ys,
+                                      std::span<const RasterIndex> points) const;
 
  private:
-  /// The sum of the first GP's prediction and the second one's.
-  FieldPrediction with_second(const FlowPrediction& first, const Eigen::Vector2d& x) const;
+  /// The prediction of both components by the first GP's and the second one's.
+  static FieldPrediction sum(const FieldPrediction& first, const FieldPrediction& second) {
+    return {first.mean + second.mean, {first.variance.x(), second.variance.y()}};
+  }
 
   Posterior first_;                  ///< of both components, or of the one along x and a zero
   std::optional<Posterior> second_;  ///< of a zero and the component along y

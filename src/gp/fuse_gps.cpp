@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "gp/fit.hpp"
 #include "gp/posterior.hpp"
 #include "statistics.hpp"
 
@@ -56,8 +55,10 @@ class LogMean {
   bool same_ = true;
 };
 
-Hyperparameters fused_hyperparameters(const Parts& parts, const std::optional<Hyperparameters>& of_data,
-                                      double data_points) {
+}  // namespace
+
+Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
+                                      const std::optional<Hyperparameters>& of_data, double data_points) {
   const Eigen::Index dimensions =
       parts.empty() ? of_data->kernel.length_scales.size() : parts.front()->kernel.length_scales.size();
   LogMean signal;
@@ -80,6 +81,8 @@ Hyperparameters fused_hyperparameters(const Parts& parts, const std::optional<Hy
   }
   return fused;
 }
+
+namespace {
 
 Eigen::VectorXd fused_mean(const Parts& parts, const GpData& data, ConstantMean choice) {
   if (choice == ConstantMean::zero)
@@ -194,8 +197,11 @@ detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& 
   const Eigen::Index size = part.pseudo_inputs.cols();
   const Posterior posterior(part);
   Eigen::MatrixXd residuals(size, part.mean.size());
+  Eigen::VectorXd mean(part.mean.size());
   for (Eigen::Index m = 0; m < size; ++m) {
-    residuals.row(m) = (posterior.predict(part.pseudo_inputs.col(m)).mean - into.mean).transpose();
+    posterior.predict(std::span(part.pseudo_inputs.col(m).data(), posterior.inputs()),
+                      std::span(mean.data(), posterior.outputs()));
+    residuals.row(m) = (mean - into.mean).transpose();
   }
   const double times = part.points / static_cast<double>(size);
   return detail::statistics_of(detail::whitened(lower, covariance(into.kernel, part.pseudo_inputs, into.pseudo_inputs)),

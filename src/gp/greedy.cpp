@@ -3,7 +3,6 @@
 #include <set>
 #include <vector>
 
-#include "posterior_simd.hpp"
 #include "statistics.hpp"
 
 namespace sila {
@@ -19,33 +18,6 @@ Eigen::Index first_largest(const Eigen::ArrayXd& variances, double signal_varian
   while (variances(first) < bar) ++first;
   return first;
 }
-
-/// Computes single columns of the covariance.
-class CovarianceColumns {
- public:
-  CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)
-      : points_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(padded(static_cast<std::size_t>(points.cols()))),
-                                      points.rows())),
-        column_(points_.rows()),
-        inverse_(kernel.length_scales.cwiseInverse()),
-        signal_variance_(kernel.signal_variance) {
-    points_.topRows(points.cols()) = points.transpose();
-  }
-
-  /// k(points, point), padded.
-  const Eigen::VectorXd& at(const Eigen::VectorXd& point) {
-    kernel_vector({static_cast<std::size_t>(inverse_.size()), static_cast<std::size_t>(points_.rows()), points_.data(),
-                   inverse_.data(), signal_variance_},
-                  point.data(), column_.data());
-    return column_;
-  }
-
- private:
-  Eigen::MatrixXd points_;  // one a row
-  Eigen::VectorXd column_;
-  Eigen::VectorXd inverse_;
-  double signal_variance_;
-};
 
 /// Every k-th column, k the smallest that leaves at most `max_count`.
 Eigen::MatrixXd subsample(const Eigen::MatrixXd& points, Eigen::Index max_count) {
@@ -77,7 +49,7 @@ Selection select_greedily(const Kernel& kernel, const Eigen::MatrixXd& candidate
     selection.lower.row(m).head(m) = features.row(pivot).head(m);
     selection.lower(m, m) = root;
     auto column = features.col(m);
-    column = columns.at(candidates.col(pivot)).head(count);
+    column = columns.at(candidates.col(pivot).data()).head(count);
     column.noalias() -= features.leftCols(m) * features.row(pivot).head(m).transpose();
     column /= root;
     variances = (variances - column.array().square()).max(0.0);

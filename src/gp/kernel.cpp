@@ -4,6 +4,7 @@
 #include "core/concatenate.hpp"
 #include "posterior_simd.hpp"
 #include "sila/gp/sparse_gp.hpp"
+#include "statistics.hpp"
 
 namespace sila {
 namespace {
@@ -30,21 +31,32 @@ Eigen::MatrixXd covariance(const Kernel& kernel, const Eigen::MatrixXd& a, const
   validate(kernel);
   require_dimension("a", a.rows(), kernel.length_scales.size());
   require_dimension("b", b.rows(), kernel.length_scales.size());
-  // The loops take differences before they scale, so that k(x, x) is exactly the signal variance.
-  const std::size_t rows = detail::padded(static_cast<std::size_t>(a.cols()));
-  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows), a.rows());
-  points.topRows(a.cols()) = a.transpose();
-  const Eigen::VectorXd inverse = kernel.length_scales.cwiseInverse();
-  const detail::KernelView view{static_cast<std::size_t>(a.rows()), rows, points.data(), inverse.data(),
-                                kernel.signal_variance};
-  Eigen::VectorXd column(points.rows());
+  detail::CovarianceColumns columns(kernel, a);
   Eigen::MatrixXd result(a.cols(), b.cols());
-  for (Eigen::Index j = 0; j < b.cols(); ++j) {
-    detail::kernel_vector(view, b.col(j).data(), column.data());
-    result.col(j) = column.head(a.cols());
-  }
+  for (Eigen::Index j = 0; j < b.cols(); ++j) result.col(j) = columns.at(b.col(j).data()).head(a.cols());
   return result;
 }
+
+namespace detail {
+
+CovarianceColumns::CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)
+    : points_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(padded(static_cast<std::size_t>(points.cols()))),
+                                    points.rows())),
+      column_(points_.rows()),
+      inverse_(kernel.length_scales.cwiseInverse()),
+      signal_variance_(kernel.signal_variance) {
+  points_.topRows(points.cols()) = points.transpose();
+}
+
+const Eigen::VectorXd& CovarianceColumns::at(const double* point) {
+  // The loops take differences before they scale, so that k(x, x) is exactly the signal variance.
+  kernel_vector({static_cast<std::size_t>(inverse_.size()), static_cast<std::size_t>(points_.rows()), points_.data(),
+                 inverse_.data(), signal_variance_},
+                point, column_.data());
+  return column_;
+}
+
+}  // namespace detail
 
 void validate(const Kernel& kernel) {
   require_positive("signal_variance", kernel.signal_variance);

@@ -33,8 +33,7 @@ Factors factorise(const GpData& data, const Hyperparameters& hyperparameters, co
   f.lower = factor.lower;
   f.jitter = factor.jitter;
   f.cross = covariance(kernel, data.inputs, pseudo_inputs);
-  f.features = f.cross;
-  f.lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(f.features);
+  f.features = detail::whitened(f.lower, f.cross);
   f.lambda =
       (kernel.signal_variance - f.features.rowwise().squaredNorm().array()).max(0.0) + hyperparameters.noise_variance;
   const Eigen::MatrixXd scaled = f.lambda.rsqrt().matrix().asDiagonal() * f.features;

@@ -14,6 +14,11 @@
 namespace sila::detail {
 namespace {
 
+/// Change of the objective by a typical step of any number, to first order, at which the search ends.
+constexpr double kGradientTolerance = 1e-4;
+/// Decrease in one iteration, relative to the value, at which it ends.
+constexpr double kRelativeTolerance = 1e-6;
+
 using Column = dlib::matrix<double, 0, 1>;
 
 Column to_dlib(const Eigen::VectorXd& v) {
@@ -57,8 +62,8 @@ class Memo {
 /// box.
 class StopRule {
  public:
-  StopRule(const Stopping& stopping, const Column& lower, const Column& upper)
-      : stopping_(stopping), lower_(lower), upper_(upper) {}
+  StopRule(int max_iterations, const Column& lower, const Column& upper)
+      : max_iterations_(max_iterations), lower_(lower), upper_(upper) {}
 
   template <class Vector>
   bool should_continue_search(const Vector& x, double value, const Vector& gradient) {
@@ -68,14 +73,13 @@ class StopRule {
       if (!blocked) largest = std::max(largest, std::abs(gradient(i)));
     }
     const bool first = iterations_ == 0;
-    const bool stalled =
-        !first && previous_ - value <= stopping_.relative_tolerance * std::max(1.0, std::abs(previous_));
+    const bool stalled = !first && previous_ - value <= kRelativeTolerance * std::max(1.0, std::abs(previous_));
     previous_ = value;
-    return largest > stopping_.gradient_tolerance && !stalled && iterations_++ < stopping_.max_iterations;
+    return largest > kGradientTolerance && !stalled && iterations_++ < max_iterations_;
   }
 
  private:
-  Stopping stopping_;
+  int max_iterations_;
   Column lower_;
   Column upper_;
   double previous_ = 0.0;
@@ -85,14 +89,14 @@ class StopRule {
 }  // namespace
 
 Eigen::VectorXd minimise_in_box(const std::function<ValueAndGradient(const Eigen::VectorXd&)>& objective,
-                                const SearchBox& box, const Stopping& stopping) {
+                                const SearchBox& box, int max_iterations) {
   Memo memo(objective, box);
   const auto in_steps = [&](const Eigen::VectorXd& x) { return to_dlib(x.cwiseQuotient(box.typical_step)); };
   const Column lower = in_steps(box.lower), upper = in_steps(box.upper);
   Column x = in_steps(box.start.cwiseMax(box.lower).cwiseMin(box.upper));
   constexpr int remembered_steps = 10;
   dlib::find_min_box_constrained(
-      dlib::lbfgs_search_strategy(remembered_steps), StopRule(stopping, lower, upper),
+      dlib::lbfgs_search_strategy(remembered_steps), StopRule(max_iterations, lower, upper),
       [&memo](const Column& at) { return memo.at(at).value; },
       [&memo](const Column& at) { return to_dlib(memo.at(at).gradient); }, x, lower, upper);
   return memo.best();

@@ -79,18 +79,6 @@ Eigen::MatrixXd weights_of(const SparseGp& gp, const Eigen::MatrixXd& lower, con
   return lower.triangularView<Eigen::Lower>().transpose().solve(reversed.colwise().reverse());
 }
 
-/// The index of the double that each table begins with.
-struct TableOffsets {
-  std::size_t mean, points, weights, reduction, end;
-
-  TableOffsets(std::size_t inputs, std::size_t outputs, std::size_t columns)
-      : mean(detail::padded(inputs)),
-        points(mean + detail::padded(outputs)),
-        weights(points + inputs * columns),
-        reduction(weights + (outputs + 1) * columns),
-        end(reduction + numbers_in_panels(columns)) {}
-};
-
 /// k(Z, x), on the stack up to max_stack_pseudo_inputs.
 class KernelVector {
  public:
@@ -104,12 +92,6 @@ class KernelVector {
   alignas(64) std::array<double, Posterior::max_stack_pseudo_inputs> stack_;
   std::vector<double> heap_;
 };
-
-Eigen::Vector2d flow_at(const detail::PosteriorView& view, const double* k) {
-  Eigen::Vector2d flow;
-  detail::means(view, k, flow.data());
-  return flow;
-}
 
 Eigen::Matrix2d jacobian_at(const detail::PosteriorView& view, const Eigen::Vector2d& x, const double* k) {
   Eigen::Matrix<double, 2, 2, Eigen::RowMajor> jacobian;
@@ -149,17 +131,18 @@ double variance_left(const detail::PosteriorView& view, const double* k) {
   return std::max(0.0, view.signal_variance - detail::explained_variance(view, k));
 }
 
+FieldPrediction flow_at(const detail::PosteriorView& view, const double* k) {
+  FieldPrediction flow;
+  detail::means(view, k, flow.mean.data());
+  flow.variance.setConstant(variance_left(view, k));
+  return flow;
+}
+
 void require_input(const Posterior& posterior, std::span<const double> x) {
   if (x.size() == posterior.inputs() && std::all_of(x.begin(), x.end(), [](double v) { return std::isfinite(v); }))
     return;
   throw std::invalid_argument(
       concatenate("posterior: x has ", x.size(), " entries, must have ", posterior.inputs(), " finite ones"));
-}
-
-void require_output(const Posterior& posterior, std::span<double> mean) {
-  if (mean.size() == posterior.outputs()) return;
-  throw std::invalid_argument(
-      concatenate("posterior: mean has size ", mean.size(), ", must have ", posterior.outputs()));
 }
 
 void require_flow(const Posterior& posterior, const Eigen::Vector2d& x) {
@@ -185,19 +168,20 @@ struct PosteriorTables {
     const auto inputs = static_cast<std::size_t>(gp.pseudo_inputs.rows());
     const auto outputs = static_cast<std::size_t>(gp.mean.size());
     const std::size_t columns = padded(static_cast<std::size_t>(gp.pseudo_inputs.cols()));
-    const TableOffsets layout(inputs, outputs, columns);
-    lines.resize(layout.end / kColumnPadding);
-    double* const first = lines.front().numbers;
-    copy_padded(gp.kernel.length_scales.cwiseInverse(), first, layout.mean);
-    copy_padded(gp.mean, first + layout.mean, layout.points - layout.mean);
-    copy_padded(gp.pseudo_inputs.transpose(), first + layout.points, columns);
-    copy_padded(weights_and_norms, first + layout.weights, columns);
-    copy_in_panels(reduction, first + layout.reduction, columns);
-    view = {{inputs, columns, first + layout.points, first, gp.kernel.signal_variance},
-            outputs,
-            first + layout.mean,
-            first + layout.weights,
-            first + layout.reduction};
+    lines.resize((padded(inputs) + padded(outputs) + (inputs + outputs + 1) * columns + numbers_in_panels(columns)) /
+                 kColumnPadding);
+    double* const inverse_length_scales = lines.front().numbers;
+    double* const mean = inverse_length_scales + padded(inputs);
+    double* const points = mean + padded(outputs);
+    double* const weights = points + inputs * columns;
+    double* const panels = weights + (outputs + 1) * columns;
+    copy_padded(gp.kernel.length_scales.cwiseInverse(), inverse_length_scales, padded(inputs));
+    copy_padded(gp.mean, mean, padded(outputs));
+    copy_padded(gp.pseudo_inputs.transpose(), points, columns);
+    copy_padded(weights_and_norms, weights, columns);
+    copy_in_panels(reduction, panels, columns);
+    view = {
+        {inputs, columns, points, inverse_length_scales, gp.kernel.signal_variance}, outputs, mean, weights, panels};
   }
   PosteriorTables(const PosteriorTables&) = delete;  // the view points into the lines
 
@@ -222,47 +206,33 @@ Posterior::Posterior(const SparseGp& gp)
   tables_ = std::make_shared<const detail::PosteriorTables>(gp, weights_and_norms, reduction);
 }
 
-double Posterior::predict(std::span<const double> x, std::span<double> mean) const {
+std::optional<double> Posterior::predict(std::span<const double> x, std::span<double> mean, double least_share) const {
   require_input(*this, x);
-  require_output(*this, mean);
-  KernelVector k(tables_->view, x.data());
-  detail::means(tables_->view, k.data(), mean.data());
-  return variance_left(tables_->view, k.data());
-}
-
-std::optional<double> Posterior::predict_if_explained(std::span<const double> x, std::span<double> mean,
-                                                      double share) const {
-  require_input(*this, x);
-  require_output(*this, mean);
+  if (mean.size() != outputs())
+    throw std::invalid_argument(concatenate("posterior: mean has size ", mean.size(), ", must have ", outputs()));
   const detail::PosteriorView& view = tables_->view;
   KernelVector k(view, x.data());
-  if (explained_share_bound(view, detail::sum_of_norms(view, k.data())) < kRoundingMargin * share) return std::nullopt;
+  if (explained_share_bound(view, detail::sum_of_norms(view, k.data())) < kRoundingMargin * least_share)
+    return std::nullopt;
   detail::means(view, k.data(), mean.data());
   return variance_left(view, k.data());
 }
 
-GpPrediction Posterior::predict(const Eigen::VectorXd& x) const {
-  GpPrediction prediction{Eigen::VectorXd(static_cast<Eigen::Index>(outputs())), 0.0};
-  prediction.variance =
-      predict(std::span(x.data(), static_cast<std::size_t>(x.size())), std::span(prediction.mean.data(), outputs()));
-  return prediction;
-}
-
-FlowPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
+FieldPrediction Posterior::predict_flow(const Eigen::Vector2d& x) const {
   require_flow(*this, x);
   KernelVector k(tables_->view, x.data());
-  return {flow_at(tables_->view, k.data()), variance_left(tables_->view, k.data())};
+  return flow_at(tables_->view, k.data());
 }
 
-FlowLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
+FieldLinearisation Posterior::linearise_flow(const Eigen::Vector2d& x) const {
   require_flow(*this, x);
   const detail::PosteriorView& view = tables_->view;
   KernelVector k(view, x.data());
-  return {{flow_at(view, k.data()), variance_left(view, k.data())}, jacobian_at(view, x, k.data())};
+  return {flow_at(view, k.data()), jacobian_at(view, x, k.data())};
 }
 
-std::vector<FlowPrediction> Posterior::bound_flows(std::span<const double> xs, std::span<const double> ys,
-                                                   std::span<const RasterIndex> points) const {
+std::vector<FieldPrediction> Posterior::bound_flows(std::span<const double> xs, std::span<const double> ys,
+                                                    std::span<const RasterIndex> points) const {
   if (points.empty()) return {};
   const auto [first_x, count_x] = used<&RasterIndex::column>(points);
   const auto [first_y, count_y] = used<&RasterIndex::row>(points);
@@ -274,13 +244,13 @@ std::vector<FlowPrediction> Posterior::bound_flows(std::span<const double> xs, s
   const detail::PosteriorView& view = tables_->view;
   const KernelFactors along_x(view, 0, signal_variance_, xs.subspan(first_x, count_x), first_x);
   const KernelFactors along_y(view, 1, 1.0, ys.subspan(first_y, count_y), first_y);
-  std::vector<FlowPrediction> flows;
+  std::vector<FieldPrediction> flows;
   flows.reserve(points.size());
   for (const RasterIndex& point : points) {
     std::array<double, 3> sums;
     detail::means_and_norms_of_product(view, along_x.at(point.column), along_y.at(point.row), sums.data());
     const double unexplained = std::max(0.0, 1.0 - explained_share_bound(view, sums[2]));
-    flows.push_back({{sums[0], sums[1]}, signal_variance_ * unexplained});
+    flows.push_back({{sums[0], sums[1]}, Eigen::Vector2d::Constant(signal_variance_ * unexplained)});
   }
   return flows;
 }

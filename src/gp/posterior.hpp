@@ -14,15 +14,15 @@ namespace detail {
 struct PosteriorTables;
 }
 
-/// Mean and variance of a flow (2 inputs, 2 outputs) at one point; the variance is of f, common to both outputs.
-struct FlowPrediction {
+/// Velocity at one point, and the variance of f for each of its two components.
+struct FieldPrediction {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  double variance = 0.0;
+  Eigen::Vector2d variance = Eigen::Vector2d::Zero();
 };
 
-/// A flow prediction with d mean / d x: column d is the change with input d.
-struct FlowLinearisation {
-  FlowPrediction flow;
+/// A field prediction with d mean / d x: column d is the change with input d.
+struct FieldLinearisation {
+  FieldPrediction flow;
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
 };
 
@@ -43,23 +43,21 @@ class Posterior {
   /// Throws: std::invalid_argument if gp is not valid; NumericalError.
   explicit Posterior(const SparseGp& gp);
 
-  /// Shapes: x is D. Throws: std::invalid_argument for a wrong shape or NaN.
-  GpPrediction predict(const Eigen::VectorXd& x) const;
-  /// The same without allocation: the mean is written, the variance returned. Shapes: x is D, mean is P. Throws: as
-  /// `predict`.
-  double predict(std::span<const double> x, std::span<double> mean) const;
-  /// As `predict`, but empty where an upper bound of the explained share of the signal variance is below `share`. The
-  /// bound, |T k| <= sum over m of |column m of T| k_m, costs less than the variance.
-  std::optional<double> predict_if_explained(std::span<const double> x, std::span<double> mean, double share) const;
+  /// Writes the mean and returns the variance of f, common to the outputs; empty where an upper bound of the explained
+  /// share of the signal variance is below `least_share`, so never by default. The bound, |T k| <= sum over m of
+  /// |column m of T| k_m, costs less than the variance. Shapes: x is D, mean is P. Throws: std::invalid_argument for a
+  /// wrong shape or NaN.
+  std::optional<double> predict(std::span<const double> x, std::span<double> mean, double least_share = 0.0) const;
 
-  /// For D = 2, P = 2. Throws: std::invalid_argument if the GP is of another shape.
-  FlowPrediction predict_flow(const Eigen::Vector2d& x) const;
-  FlowLinearisation linearise_flow(const Eigen::Vector2d& x) const;
+  /// For D = 2, P = 2: both components of the velocity have the same variance. Throws: std::invalid_argument if the GP
+  /// is of another shape.
+  FieldPrediction predict_flow(const Eigen::Vector2d& x) const;
+  FieldLinearisation linearise_flow(const Eigen::Vector2d& x) const;
   /// The mean and a lower bound of the variance at points of a raster. k is a product over the inputs, so exponentials
   /// are found once for each column and row between the first and the last of the points. Throws: as `predict_flow`, or
   /// if a point is outside the raster.
-  std::vector<FlowPrediction> bound_flows(std::span<const double> xs, std::span<const double> ys,
-                                          std::span<const RasterIndex> points) const;
+  std::vector<FieldPrediction> bound_flows(std::span<const double> xs, std::span<const double> ys,
+                                           std::span<const RasterIndex> points) const;
 
   double signal_variance() const { return signal_variance_; }
   double noise_variance() const { return noise_variance_; }

@@ -102,10 +102,6 @@ void validate(const char* function, const GpData& data, Eigen::Index input_dimen
   require_finite(function, "outputs", data.outputs);
 }
 
-bool operator==(const Hyperparameters& a, const Hyperparameters& b) {
-  return a.kernel == b.kernel && a.noise_variance == b.noise_variance;
-}
-
 void validate(const Hyperparameters& hyperparameters) {
   validate(hyperparameters.kernel);
   const double noise = hyperparameters.noise_variance;
@@ -116,16 +112,13 @@ void validate(const Hyperparameters& hyperparameters) {
 
 void validate(const GpConfig& config) {
   const Range share{0.0, 1.0}, positive{.min = 0.0, .open_min = true};
-  const auto require = [](const char* name, double value, const Range& range) {
-    require_in_range("gp", name, value, range);
-  };
-  require("max_pseudo_inputs", config.max_pseudo_inputs, {1, 1000});
-  require("selection_stop", config.selection_stop, share);
-  require("max_iterations", config.max_iterations, {1, 1e6});
-  require("min_length_scale", config.min_length_scale, positive);
-  require("min_noise_variance", config.min_noise_variance, positive);
-  require("max_fused_pseudo_inputs", config.max_fused_pseudo_inputs, {1, 1000});
-  require("keep_pseudo_inputs_share", config.keep_pseudo_inputs_share, share);
+  require_in_range("gp", "max_pseudo_inputs", config.max_pseudo_inputs, {1, 1000});
+  require_in_range("gp", "selection_stop", config.selection_stop, share);
+  require_in_range("gp", "max_iterations", config.max_iterations, {1, 1e6});
+  require_in_range("gp", "min_length_scale", config.min_length_scale, positive);
+  require_in_range("gp", "min_noise_variance", config.min_noise_variance, positive);
+  require_in_range("gp", "max_fused_pseudo_inputs", config.max_fused_pseudo_inputs, {1, 1000});
+  require_in_range("gp", "keep_pseudo_inputs_share", config.keep_pseudo_inputs_share, share);
 }
 
 }  // namespace sila

@@ -8,6 +8,21 @@
 /// Shared by the sources of this folder.
 namespace sila::detail {
 
+/// Single columns of a covariance matrix.
+class CovarianceColumns {
+ public:
+  CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points);
+
+  /// k(points, point), padded. Shapes: point is D.
+  const Eigen::VectorXd& at(const double* point);
+
+ private:
+  Eigen::MatrixXd points_;  ///< one a row
+  Eigen::VectorXd column_;
+  Eigen::VectorXd inverse_;
+  double signal_variance_;
+};
+
 /// chol(K + jitter * signal_variance * I) and the jitter that it took.
 struct KernelFactor {
   Eigen::MatrixXd lower;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -64,9 +64,7 @@ struct Ranked {
 /// Consecutive buckets of one column.
 struct Stretch {
   std::int64_t column, first_row, last_row;
-  bool operator<(const Stretch& other) const {
-    return column != other.column ? column < other.column : first_row < other.first_row;
-  }
+  auto operator<=>(const Stretch&) const = default;
 };
 
 /// Adds the buckets that have a point inside the ellipse with these half axes.
@@ -87,7 +85,7 @@ std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   std::vector<Stretch> stretches;
   for (Eigen::Index m = 0; m < gp.pseudo_inputs.cols(); ++m)
     add_stretches(gp.pseudo_inputs.col(m), reach, bucket_size, stretches);
-  std::sort(stretches.begin(), stretches.end());
+  std::ranges::sort(stretches);
   std::vector<std::int64_t> buckets;
   Stretch covered{std::numeric_limits<std::int64_t>::min(), 0, 0};
   for (const Stretch& stretch : stretches) {
@@ -97,34 +95,6 @@ std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
     covered = {stretch.column, stretch.first_row, std::max(stretch.last_row, next - 1)};
   }
   return buckets;
-}
-
-/// The fields of an earlier model, whose posteriors may be reused.
-class EarlierFields {
- public:
-  EarlierFields(const Model* earlier, const FlowFieldIndex* of_earlier) : earlier_(earlier), index_(of_earlier) {
-    if (!earlier) return;
-    for (std::size_t i = 0; i < earlier->transitions.size(); ++i)
-      gps_.add(earlier->transitions[i].field.gp, static_cast<int>(i));
-  }
-
-  FlowPosterior field(const FlowField& field) const {
-    const std::optional<int> index = gps_.find(field.gp);
-    if (index && earlier_->transitions[static_cast<std::size_t>(*index)].field.gp_y == field.gp_y)
-      return index_->field(*index).posterior;
-    return FlowPosterior(field.gp, field.second());
-  }
-
- private:
-  const Model* earlier_;
-  const FlowFieldIndex* index_;
-  EarlierGps gps_;
-};
-
-Entry entry_of(const Transition& transition, const EarlierFields& known, double leaving_count, double bucket_size) {
-  return {FlowFieldIndex::Field{transition.from, transition.to, transition.count, transition.count / leaving_count,
-                                known.field(transition.field)},
-          buckets_of(transition.field.gp, bucket_size)};
 }
 
 void sort_and_make_unique(std::vector<double>& values) {
@@ -140,19 +110,14 @@ std::size_t index_of(const std::vector<double>& sorted, double value) {
 struct CellSummaries {
   std::vector<RasterIndex> places;
   std::vector<FlowFieldIndex::CellSummary*> summaries;
-
-  void reserve(std::size_t size) {
-    places.reserve(size);
-    summaries.reserve(size);
-  }
 };
 
 void fill(const CellSummaries& summaries, const FlowFieldIndex::Field& field, const std::vector<double>& xs,
           const std::vector<double>& ys) {
   const double noise_variance = field.posterior.noise_variance().mean();
-  const std::vector<FlowPrediction> flows = field.posterior.bounds(xs, ys, summaries.places);
+  const std::vector<FieldPrediction> flows = field.posterior.bounds(xs, ys, summaries.places);
   for (std::size_t i = 0; i < flows.size(); ++i) {
-    const double variance = flows[i].variance + noise_variance;
+    const double variance = flows[i].variance.maxCoeff() + noise_variance;
     *summaries.summaries[i] = {flows[i].mean, 0.5 / variance, -std::log(variance)};
   }
 }
@@ -170,11 +135,21 @@ FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, 
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
     leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
-  const EarlierFields known(earlier, of_earlier);
+  EarlierGps earlier_gps;
+  for (std::size_t i = 0; earlier && i < earlier->transitions.size(); ++i)
+    earlier_gps.add(earlier->transitions[i].field.gp, static_cast<int>(i));
+  const auto posterior_of = [&](const FlowField& field) {
+    const std::optional<int> same = earlier_gps.find(field.gp);
+    if (same && earlier->transitions[static_cast<std::size_t>(*same)].field.gp_y == field.gp_y)
+      return of_earlier->field(*same).posterior;
+    return FlowPosterior(field.gp, field.second());
+  };
   std::vector<Entry> entries(model.transitions.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
-    const Transition& transition = model.transitions[i];
-    entries[i] = entry_of(transition, known, leaving_count[static_cast<std::size_t>(transition.from)], bucket_size_);
+    const Transition& t = model.transitions[i];
+    const double probability = t.count / leaving_count[static_cast<std::size_t>(t.from)];
+    entries[i] = {Field{t.from, t.to, t.count, probability, posterior_of(t.field)},
+                  buckets_of(t.field.gp, bucket_size_)};
   });
   fields_.reserve(entries.size());
   for (Entry& entry : entries) {
@@ -204,7 +179,7 @@ void FlowFieldIndex::add_wide_fields() {
       if (key == kEverywhere) continue;
       std::vector<int>& all = bucket.transitions;
       all.insert(all.end(), wide->second.transitions.begin(), wide->second.transitions.end());
-      std::sort(all.begin(), all.end());
+      std::ranges::sort(all);
     }
   }
 }
@@ -224,11 +199,6 @@ void FlowFieldIndex::add_summaries() {
   sort_and_make_unique(xs);
   sort_and_make_unique(ys);
   std::vector<CellSummaries> summaries(fields_.size());
-  std::vector<std::size_t> times_scored(fields_.size());
-  for (const auto& [middle, bucket] : crowded) {
-    for (const int transition : bucket->transitions) ++times_scored[static_cast<std::size_t>(transition)];
-  }
-  for (std::size_t i = 0; i < fields_.size(); ++i) summaries[i].reserve(times_scored[i]);
   for (const auto& [middle, bucket] : crowded) {
     const RasterIndex place{index_of(xs, middle.x()), index_of(ys, middle.y())};
     bucket->summaries.resize(bucket->transitions.size());
@@ -247,16 +217,9 @@ std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
   return static_cast<int>(found - site_frames_.begin());
 }
 
-std::optional<std::size_t> FlowFieldIndex::index_at(std::optional<int> site) const {
-  if (!apart_) return 0;
-  if (!site) return std::nullopt;
-  return static_cast<std::size_t>(*site);
-}
-
 const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position, std::optional<int> site) const {
-  const auto index = index_at(site);
-  if (!index || !(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return nullptr;
-  const Buckets& buckets = buckets_[*index];
+  if ((apart_ && !site) || !(position.cwiseAbs().maxCoeff() < 1e9 * bucket_size_)) return nullptr;
+  const Buckets& buckets = buckets_[apart_ ? static_cast<std::size_t>(*site) : 0];
   auto place = buckets.find(bucket_of(position, bucket_size_));
   if (place == buckets.end()) place = buckets.find(kEverywhere);
   return place == buckets.end() ? nullptr : &place->second;
@@ -273,10 +236,8 @@ std::span<const int> FlowFieldIndex::near(const CurbTrajectory& observed, std::o
     const double off = (observed.velocities.back() - summary.flow).squaredNorm();
     ranked[k] = {summary.log_scale - summary.half_precision * off, bucket->transitions[k]};
   }
-  std::nth_element(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(max_shortlisted_), ranked.end(),
-                   [](const Ranked& a, const Ranked& b) {
-                     return a.score != b.score ? a.score > b.score : a.transition < b.transition;
-                   });
+  std::ranges::nth_element(ranked, ranked.begin() + static_cast<std::ptrdiff_t>(max_shortlisted_), {},
+                           [](const Ranked& field) { return std::pair(-field.score, field.transition); });
   const auto most_likely = scratch.array<int>(max_shortlisted_);
   std::ranges::transform(ranked.first(max_shortlisted_), most_likely.begin(), &Ranked::transition);
   std::ranges::sort(most_likely);

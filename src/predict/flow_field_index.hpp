@@ -55,8 +55,7 @@ class FlowFieldIndex {
 
   using Buckets = std::unordered_map<std::int64_t, Bucket>;
 
-  /// The spatial index of the fields that predict at a site; none if no field does.
-  std::optional<std::size_t> index_at(std::optional<int> site) const;
+  /// Null if no field predicts there.
   const Bucket* bucket_at(const Vector2& position, std::optional<int> site) const;
   void add_transition(int index, std::span<const std::int64_t> buckets, const std::vector<SiteCount>& sites);
   void add_wide_fields();

@@ -27,7 +27,7 @@ SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
   if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
   if (fresh.empty()) return fuse_gps(stored, {}, config);
   return fuse_gps(stored, pooled(samples, &TransitionSamples::states, &TransitionSamples::residuals), config,
-                  common_hyperparameters(fresh, config));
+                  fused_hyperparameters(fresh));
 }
 
 namespace {

@@ -88,8 +88,7 @@ std::span<const ExpertPrediction> predict_experts(const ResidualIndex& index, st
     if (!expert || !expert->reach.contains(state)) continue;
     const Posterior& residual = expert->posterior;
     const auto mean = scratch.array<double>(residual.outputs());
-    const auto variance =
-        residual.predict_if_explained(std::span(state.data(), kResidualInputs), mean, kMinExplainedShare);
+    const auto variance = residual.predict(std::span(state.data(), kResidualInputs), mean, kMinExplainedShare);
     if (!variance) continue;
     const double relative = std::max(1e-9, *variance / residual.signal_variance());
     const double gain = 1.0 / relative - 1.0;

@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <initializer_list>
 #include <random>
+#include <span>
 
+#include "gp/posterior.hpp"
 #include "gp/statistics.hpp"
 #include "sila/gp/sparse_gp.hpp"
 
@@ -43,6 +45,20 @@ inline Eigen::MatrixXd select_pseudo_inputs(const Kernel& kernel, const Eigen::M
 }
 inline SparseGp condition(const SparseGp& gp, const GpData& data) {
   return sila::condition(gp, data.inputs, data.outputs);
+}
+
+/// Mean and variance of the latent function at one point.
+struct GpPrediction {
+  Eigen::VectorXd mean;
+  double variance = 0.0;
+};
+inline GpPrediction predict(const Posterior& posterior, const Eigen::VectorXd& x) {
+  GpPrediction prediction{Eigen::VectorXd(static_cast<Eigen::Index>(posterior.outputs()))};
+  prediction.variance = posterior
+                            .predict(std::span(x.data(), static_cast<std::size_t>(x.size())),
+                                     std::span(prediction.mean.data(), posterior.outputs()))
+                            .value();
+  return prediction;
 }
 
 /// Numbers for laws; the seed is printed by the test.

@@ -30,7 +30,7 @@ Eigen::MatrixXd symmetric(std::initializer_list<double> upper, Eigen::Index size
 }
 
 void expect_prediction(const SparseGp& gp, double x, double mean, double variance) {
-  const GpPrediction prediction = Posterior(gp).predict(vector({x}));
+  const GpPrediction prediction = predict(Posterior(gp), vector({x}));
   EXPECT_NEAR(prediction.mean(0), mean, 2e-10);
   EXPECT_NEAR(prediction.variance, variance, 2e-10);
 }

@@ -52,12 +52,6 @@ struct SparseGp {
 /// Exactly the same numbers.
 bool operator==(const SparseGp& a, const SparseGp& b);
 
-/// Mean (P) and variance of the latent function at one point; the variance is common to the outputs.
-struct GpPrediction {
-  Eigen::VectorXd mean;
-  double variance = 0.0;  ///< of f; add noise_variance for that of an observation
-};
-
 /// A GP without data. If k(Z, Z) has no Cholesky factor with `jitter`, jitter is multiplied by 10 up to 1e-2; the GP
 /// stores the value that worked. Shapes: pseudo_inputs D x M, mean P. Throws: std::invalid_argument for wrong shapes or
 /// numbers; NumericalError if no jitter is sufficient. Source: docs/gp.md, section 1.
@@ -82,7 +76,6 @@ struct Hyperparameters {
   double noise_variance = 0.1;
 };
 
-bool operator==(const Hyperparameters& a, const Hyperparameters& b);
 /// Throws: std::invalid_argument naming the first number that is not positive and finite.
 void validate(const Hyperparameters& hyperparameters);
 
