@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "sila/core/trajectory.hpp"
 
 namespace sila {
@@ -8,6 +10,9 @@ namespace sila {
 inline constexpr double kConstantVelocityWindow_s = 0.8;
 /// A person stands as long as the distance from one position is at most this [m].
 inline constexpr double kStandingReach_m = 0.5;
+
+/// Mean velocities of the last 0.4, 0.8, 1.6 and 3 s, one a column [m/s].
+using PastVelocities = Eigen::Matrix<double, 2, 4>;
 
 /// Throws: std::invalid_argument, naming the function of the caller, if the track has no sample `last`.
 void require_sample(const char* function, const Trajectory& track, std::size_t last);
@@ -30,6 +35,13 @@ inline Vector2 unit_along(const Vector2& v) {
 /// The vector turned to the left by a right angle.
 inline Vector2 left_of(const Vector2& direction) {
   return {-direction.y(), direction.x()};
+}
+
+/// Ahead and to the left, as columns.
+inline Matrix2 axes_along(const Vector2& ahead) {
+  Matrix2 axes;
+  axes << ahead, left_of(ahead);
+  return axes;
 }
 
 /// Mean velocity over the last `window_s` of the observed path, or over the whole path if it is shorter; of a single

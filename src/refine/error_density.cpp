@@ -40,8 +40,8 @@ double centred_log(double value, double offset, double centre, double spread) {
 
 }  // namespace
 
-ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
-                             const Vector2& predicted_mps, double local_support) {
+ScaleFeatures scale_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double local_support) {
+  const Vector2 v04 = past_mps.col(0), v08 = past_mps.col(1), v16 = past_mps.col(2), v_all = past_mps.col(3);
   ScaleFeatures features;
   features << 1.0, centred_log(v04.norm(), 0.1, 1.2, 0.4), centred_log(v_all.norm(), 0.1, 1.2, 0.4),
       centred_log((v04 - v08).norm(), 0.02, 0.1, 0.8), centred_log((v08 - v16).norm(), 0.02, 0.1, 0.8),

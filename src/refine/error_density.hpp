@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/kinematics.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
 
@@ -15,10 +16,9 @@ using ScaleFeatures = Eigen::Matrix<double, kScaleFeatures, 1>;
 inline constexpr double kLeastError_m = 1e-3;
 
 /// The features of the scale of errors of one prediction.
-/// Units: mean velocities of the last 0.4, 0.8 and 1.6 s and of the whole observed part [m/s], the predicted mean
-/// velocity until the horizon [m/s], and the effective number of samples of the residual GPs.
-ScaleFeatures scale_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
-                             const Vector2& predicted_mps, double local_support);
+/// Units: past velocities, the predicted mean velocity until the horizon [m/s], and the effective number of samples of
+/// the residual GPs.
+ScaleFeatures scale_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double local_support);
 
 /// Covariance with the given variances along and across a direction.
 Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2);
@@ -36,8 +36,7 @@ class ErrorDensity {
   double windows() const { return windows_; }
   /// Factors of the nominal variances along and across.
   Vector2 scale(const ScaleFeatures& features) const;
-  /// Share of the component, from 0 (narrow) to kMixtureComponents - 1 (wide).
-  double weight(std::size_t component) const { return weights_[component]; }
+  /// Share of each component, from 0 (narrow) to kMixtureComponents - 1 (wide).
   const std::array<double, kMixtureComponents>& weights() const { return weights_; }
   /// Variances [m^2] of a component along and across; beyond the fitted steps they grow with the square of time.
   Vector2 variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const;

@@ -114,9 +114,11 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
     example.errors_place_free_m.push_back(oriented(place_free_way, truth - place_free_way));
     example.nonconformities.push_back(nonconformity(prediction, j, window.future_m[j]));
   }
-  example.scale = scale_features(seen, seen.residuals, to_horizon);
-  example.scale_place_free = scale_features(seen, {}, place_free_mps(seen, last, interval_s));
-  example.hazard = hazard_features(seen, window.observed, to_horizon);
+  const PastVelocities past_mps = seen.kinematics.leftCols<4>();
+  example.scale = scale_features(past_mps, to_horizon, seen.residuals.effective_samples);
+  example.scale_place_free = scale_features(past_mps, place_free_mps(seen, last, interval_s), 0.0);
+  example.hazard = hazard_features(past_mps, to_horizon, mean_speed_mps(window.observed), window.observed.still_s,
+                                   position_at_corner_m(window.observed));
   example.change = change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s);
   if (seen.person.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
   return example;

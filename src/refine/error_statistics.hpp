@@ -21,10 +21,10 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
 /// predictions that depend on the site.
 ErrorStatistics pooled_error_statistics(const Model& model);
 
-/// The error statistics of one site, with nonconformity scores shrunk to those of the other sites, which count as a few
-/// windows (power prior), and with the prior of the model added. All other sums are those of the site alone, because
-/// regressions and variances of other sites made predictions worse. For a model of one site without prior the result is
-/// that of the site, bit for bit. Source: none in the paper; docs/decisions/0097-sites.md, 0127-prior.md.
+/// The error statistics of one site, with nonconformity scores shrunk to those of the other sites, which count as at
+/// most 20 windows (power prior), and with the prior of the model added. All other sums are those of the site alone,
+/// because regressions and variances of other sites made predictions worse. For a model of one site without prior the
+/// result is that of the site, bit for bit. Source: none in the paper; docs/decisions/0097-sites.md, 0127-prior.md.
 ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site);
 
 }  // namespace sila

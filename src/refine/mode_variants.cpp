@@ -78,14 +78,14 @@ ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step,
     const double tilt = 0.5 * (from + to);
     double sum = 0.0, within = 0.0;
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
-      sum += weights[c] = density.weight(c) * std::exp(tilt * inside[c]);
+      sum += weights[c] = density.weights()[c] * std::exp(tilt * inside[c]);
       within += weights[c] * inside[c];
     }
     for (double& weight : weights) weight /= sum;
     (within < wanted * sum ? from : to) = tilt;
   }
   for (std::size_t c = 0; c < kMixtureComponents; ++c)
-    weights[c] = std::lerp(density.weight(c), weights[c], kTiltedShare);
+    weights[c] = std::lerp(density.weights()[c], weights[c], kTiltedShare);
   return weights;
 }
 

@@ -39,9 +39,9 @@ double log_speed(double speed_mps) {
 
 }  // namespace
 
-HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
-                               const Vector2& predicted_mps, double mean_speed_mps, double still_s,
-                               const Vector2& position_m) {
+HazardFeatures hazard_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double mean_speed_mps,
+                               double still_s, const Vector2& position_m) {
+  const Vector2 v04 = past_mps.col(0), v08 = past_mps.col(1), v16 = past_mps.col(2), v_all = past_mps.col(3);
   static const FourierBasis<kHazardPlaceFeatures, 2> basis(0, 1.0);
   const double recent = log_speed(v04.norm()), predicted = log_speed(predicted_mps.norm());
   const Vector2 place = (position_m / kHazardLattice_m).array().round() * (kHazardLattice_m / kHazardPlaceScale_m);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "core/kinematics.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/model/error_statistics.hpp"
 
@@ -13,12 +14,10 @@ namespace sila {
 using HazardFeatures = Eigen::Matrix<double, kHazardFeatures, 1>;
 
 /// The features of the hazard of a change of motion, with zeros for those of the time ahead. The position is rounded to
-/// a lattice of 0.5 m. Units: mean velocities of the last 0.4, 0.8 and 1.6 s and of the whole observed part [m/s], the
-/// predicted mean velocity until the horizon [m/s], the mean observed speed, the time that the person has stayed in
-/// place [s], and the position from the corner of the site [m].
-HazardFeatures hazard_features(const Vector2& v04, const Vector2& v08, const Vector2& v16, const Vector2& v_all,
-                               const Vector2& predicted_mps, double mean_speed_mps, double still_s,
-                               const Vector2& position_m);
+/// a lattice of 0.5 m. Units: past velocities, the predicted mean velocity until the horizon and the mean observed
+/// speed [m/s], the time that the person has stayed in place [s], and the position from the corner of the site [m].
+HazardFeatures hazard_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double mean_speed_mps,
+                               double still_s, const Vector2& position_m);
 
 /// The step after t0, from 0, in which a person changes their motion; none if the recorded future has no change. A
 /// standing person starts in the first step that ends more than kStandingReach_m from the position at t0. A walking

@@ -44,14 +44,13 @@ MotionInput in_heading_frame(const Vector2& velocity_mps, const Velocities& scal
 
 }  // namespace
 
-MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& companions_mps) {
+MotionInput motion_input(const PastVelocities& past_mps, const Vector2& companions_mps) {
   Velocities velocities_mps;
   velocities_mps << past_mps, Vector2::Zero(), companions_mps;
   return in_heading_frame(past_mps.col(1), velocities_mps / kVelocityScale_mps);
 }
 
-MotionInput change_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
-                         const Vector2& companions_mps) {
+MotionInput change_input(const PastVelocities& past_mps, const Vector2& to_horizon_mps, const Vector2& companions_mps) {
   const Vector2 constant_mps = past_mps.col(1);
   Velocities scaled;
   scaled << constant_mps / kVelocityScale_mps,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <span>
 
+#include "core/kinematics.hpp"
 #include "refine/fourier_features.hpp"
 
 namespace sila {
@@ -17,13 +18,12 @@ struct MotionInput {
 
 /// The input for errors of constant velocity. `past_mps`: means of the last 0.4, 0.8, 1.6 and 3 s; the second gives the
 /// heading. `companions_mps`: mean velocity of companions relative to the person's own. All in the world frame.
-MotionInput motion_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& companions_mps);
+MotionInput motion_input(const PastVelocities& past_mps, const Vector2& companions_mps);
 
 /// The input for errors of stacked velocities: the velocity of the last 0.8 s, the differences between successive past
 /// means, and the difference between the predicted mean velocity until the horizon and that of the last 0.8 s.
 /// `past_mps`, `companions_mps`: as above.
-MotionInput change_input(const Eigen::Matrix<double, 2, 4>& past_mps, const Vector2& to_horizon_mps,
-                         const Vector2& companions_mps);
+MotionInput change_input(const PastVelocities& past_mps, const Vector2& to_horizon_mps, const Vector2& companions_mps);
 
 /// Predicts errors of mean velocities from the motion of a person, independent of the place: ridge regression on random
 /// Fourier features that are even (errors along the heading) or odd (errors to the left of it) under reflection, so

@@ -43,9 +43,7 @@ double tan_straight_of(const Prediction& prediction) {
 
 /// The rotation into the frame of the heading: its rows are the heading and the direction to the left of it.
 Matrix2 to_heading(const Prediction& prediction) {
-  Matrix2 rotation;
-  rotation << prediction.heading.transpose(), left_of(prediction.heading).transpose();
-  return rotation;
+  return axes_along(prediction.heading).transpose();
 }
 
 /// Sets the probability of `stays` and scales the others to the sum 1; they become equal if all were 0.

@@ -1,7 +1,5 @@
 #include "refine/path_correction.hpp"
 
-#include <cmath>
-
 #include "core/kinematics.hpp"
 #include "model/parts.hpp"
 
@@ -32,7 +30,7 @@ FourierFeatures fourier_features(const CorrectionInput& input) {
 
 CorrectionInput correction_input(const CurbTrajectory& observed, const Vector2& to_horizon_mps, double horizon_s) {
   const Vector2 position_m = position_at_corner_m(observed);
-  const Vector2 velocity_mps = axes_of(observed.frame).transpose() * to_horizon_mps;
+  const Vector2 velocity_mps = axes_along(observed.frame.axis_1).transpose() * to_horizon_mps;
   CorrectionInput input;
   input << position_m / kPlaceScale_m, (position_m + horizon_s * velocity_mps) / kPlaceScale_m,
       velocity_mps / kPlaceVelocityScale_mps;
@@ -41,15 +39,9 @@ CorrectionInput correction_input(const CurbTrajectory& observed, const Vector2& 
 
 }  // namespace
 
-Matrix2 axes_of(const CurbFrame& frame) {
-  Matrix2 axes;
-  axes << frame.axis_1, left_of(frame.axis_1);
-  return axes;
-}
-
 Vector2 position_at_corner_m(const CurbTrajectory& observed) {
   const CurbFrame& frame = observed.frame;
-  return axes_of(frame).transpose() * (to_world(frame, observed.positions.back()) - frame.origin_m);
+  return axes_along(frame.axis_1).transpose() * (to_world(frame, observed.positions.back()) - frame.origin_m);
 }
 
 PathCorrection::PathCorrection(const ErrorStatistics& error_statistics)
@@ -63,7 +55,7 @@ VelocityCorrection PathCorrection::correction(const CurbTrajectory& observed, co
   if (share_ == 0.0) return correction;
   const FourierFeatures features = fourier_features(correction_input(observed, to_horizon_mps, horizon_s));
   const Knots knots = coefficients_.lazyProduct(features);
-  const Matrix2 axes = share_ * axes_of(observed.frame);
+  const Matrix2 axes = share_ * axes_along(observed.frame.axis_1);
   for (int k = 0; k < kCorrectionKnots; ++k)
     correction.knots_mps[static_cast<std::size_t>(k)] = axes * knots.segment<2>(2 * k);
   return correction;
@@ -72,7 +64,7 @@ VelocityCorrection PathCorrection::correction(const CurbTrajectory& observed, co
 void PathCorrection::add_window(ErrorStatistics& error_statistics, const CurbTrajectory& observed,
                                 std::span<const Vector2> errors_mps, const Vector2& to_horizon_mps) const {
   const double horizon_s = static_cast<double>(errors_mps.size()) * error_statistics.interval_s;
-  const Matrix2 to_site = axes_of(observed.frame).transpose();
+  const Matrix2 to_site = axes_along(observed.frame.axis_1).transpose();
   const KnotErrors errors = knot_errors(errors_mps);
   Knots errors_at_site_mps;
   for (std::size_t k = 0; k < kCorrectionKnots; ++k)

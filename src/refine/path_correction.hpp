@@ -9,8 +9,6 @@
 
 namespace sila {
 
-/// The first curb and the direction to the left of it, as columns.
-Matrix2 axes_of(const CurbFrame& frame);
 /// The position at t0, from the corner: along the first curb and to the left of it [m].
 Vector2 position_at_corner_m(const CurbTrajectory& observed);
 

@@ -33,8 +33,9 @@ Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& 
   }
   const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
   return density.scale(
-      scale_features(seen, uses_site ? residuals : ResidualPrediction{},
-                     velocity_mps(stacking, seen, residuals, uses_site, stacking.last_step(), interval_s)));
+      scale_features(seen.kinematics.leftCols<4>(),
+                     velocity_mps(stacking, seen, residuals, uses_site, stacking.last_step(), interval_s),
+                     uses_site ? residuals.effective_samples : 0.0));
 }
 
 /// Transitions with which roll-outs of other modes begin, and no roll-out of this mode.
@@ -113,11 +114,11 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
       interval_s_(model.settings.sample_interval_s),
       fields_(model, config, earlier, of_earlier ? &of_earlier->fields_ : nullptr),
       residuals_(model, earlier, of_earlier ? &of_earlier->residuals_ : nullptr),
-      elsewhere_(fitted_to(pooled_error_statistics(model))) {
+      untrained_(fitted_to(pooled_error_statistics(model))) {
   validate_fields("predict", config);
-  if (config.observe_s > elsewhere_.stacking.observe_s() + 1e-9)
+  if (config.observe_s > untrained_.stacking.observe_s() + 1e-9)
     throw std::invalid_argument(concatenate("predict.observe_s = ", config.observe_s, ", the model uses at most ",
-                                            elsewhere_.stacking.observe_s(), " s"));
+                                            untrained_.stacking.observe_s(), " s"));
   by_site_.resize(model.sites.size(), fitted_to({}));
   tbb::parallel_for(std::size_t{0}, by_site_.size(),
                     [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model, site)); });
@@ -177,7 +178,8 @@ const Prediction& PreparedModel::predict(const CurbTrajectory& observed, const M
     }
     return prediction;
   }
-  const HazardFeatures hazard = hazard_features(seen, observed, to_horizon);
+  const HazardFeatures hazard = hazard_features(seen.kinematics.leftCols<4>(), to_horizon, mean_speed_mps(observed),
+                                                observed.still_s, position_at_corner_m(observed));
   add_stacked_modes(merged, prediction.fallback, uses_site, hazard, correction, workspace);
   sort_by_weight(prediction.modes);
   add_regions(prediction, calibration, seen.person.score());

@@ -50,7 +50,7 @@ class PreparedModel {
     Calibration calibration;
   };
   const Fitted& fitted(std::optional<int> site) const {
-    return site ? by_site_[static_cast<std::size_t>(*site)] : elsewhere_;
+    return site ? by_site_[static_cast<std::size_t>(*site)] : untrained_;
   }
   void add_stacked_modes(const MergedRollouts& merged, bool fallback, bool uses_site, const HazardFeatures& hazard,
                          const VelocityCorrection& correction, Workspace& workspace) const;
@@ -61,7 +61,7 @@ class PreparedModel {
   double interval_s_;
   FlowFieldIndex fields_;
   ResidualIndex residuals_;
-  Fitted elsewhere_;             ///< by the error statistics of all sites together
+  Fitted untrained_;             ///< for untrained sites: by the error statistics of all sites together
   std::vector<Fitted> by_site_;  ///< by those of each site, shrunk to the others
 };
 

@@ -167,8 +167,6 @@ ObservedFeatures observed_features(const ResidualIndex& index, std::optional<int
       {},
       site,
       {speed_class(observed), slow_class(observed), observed_class(observed, stacking.observe_s())},
-      mean_speed_mps(observed),
-      observed.still_s,
       !near.empty()};
   observation.global_motion = stacking.global_motion(observation, observed);
   observation.residuals = combine(index, observed, observation.experts, {}, scratch);
@@ -189,19 +187,6 @@ Features stacked_features(const ObservedFeatures& observation, const ResidualPre
   features.col(kGlobalMotionFeature) = place_free_mps(observation, step, interval_s);
   features.col(kResidualFeature) = constant + residuals.residual_mps(seconds);
   return features;
-}
-
-ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
-                             const Vector2& predicted_mps) {
-  const KinematicFeatures& v = observation.kinematics;
-  return scale_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, residuals.effective_samples);
-}
-
-HazardFeatures hazard_features(const ObservedFeatures& observation, const CurbTrajectory& observed,
-                               const Vector2& predicted_mps) {
-  const KinematicFeatures& v = observation.kinematics;
-  return hazard_features(v.col(0), v.col(1), v.col(2), v.col(3), predicted_mps, observation.mean_speed_mps,
-                         observation.still_s, position_at_corner_m(observed));
 }
 
 Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& config)

@@ -39,8 +39,6 @@ struct ObservedFeatures {
   ResidualPrediction residuals;  ///< all experts together
   std::optional<int> site;       ///< none: at an untrained one
   PersonClass person;
-  double mean_speed_mps = 0.0;
-  double still_s = 0.0;        ///< see CurbTrajectory
   bool fields_nearby = false;  ///< transitions are nearby
 };
 class Stacking;
@@ -55,16 +53,9 @@ Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, do
 /// Candidate mean velocities from t0 to `step`. Shape: 2 x kStackedFeatures.
 Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
                           double interval_s);
-/// The features of the scale of errors; `predicted_mps`: mean velocity until the horizon.
-ScaleFeatures scale_features(const ObservedFeatures& observation, const ResidualPrediction& residuals,
-                             const Vector2& predicted_mps);
 
 /// Whether a person walks, neither stands nor hardly moves.
 bool walks(const PersonClass& person);
-
-/// The features of the hazards of starting and of stopping.
-HazardFeatures hazard_features(const ObservedFeatures& observation, const CurbTrajectory& observed,
-                               const Vector2& predicted_mps);
 
 /// The corrections of the stacked velocities of one person, and the input of the motion correction.
 struct Corrections {

@@ -19,7 +19,9 @@ DensityMoments no_errors() {
 }
 
 ScaleFeatures features_at(double change_mps) {
-  return scale_features({1.2, change_mps}, {1.2, 0.0}, {1.2, 0.0}, {1.2, 0.0}, {1.2, 0.0}, 5.0);
+  PastVelocities past_mps = Vector2(1.2, 0.0).replicate<1, 4>();
+  past_mps(1, 0) = change_mps;
+  return scale_features(past_mps, {1.2, 0.0}, 5.0);
 }
 
 /// Errors of windows whose spread grows with the change of velocity; one in five is from a Gaussian 4 times as wide.
@@ -43,7 +45,7 @@ double density_of(const ErrorDensity& density, std::size_t step, const Vector2& 
   double sum = 0.0;
   for (std::size_t c = 0; c < kMixtureComponents; ++c) {
     const Vector2 variances = density.variances_m2(c, step, scale);
-    sum += density.weight(c) * std::exp(-0.5 * (error_m.array().square() / variances.array()).sum()) /
+    sum += density.weights()[c] * std::exp(-0.5 * (error_m.array().square() / variances.array()).sum()) /
            std::sqrt(variances.prod());
   }
   return sum / (2.0 * 3.14159265358979);

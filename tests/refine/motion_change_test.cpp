@@ -18,7 +18,7 @@ RegressionMoments no_moments() {
 /// Of a person whose velocities are all `speed_mps`.
 HazardFeatures steady(double speed_mps, double still_s = 3.0, const Vector2& position_m = Vector2::Zero()) {
   const Vector2 v(speed_mps, 0.0);
-  return hazard_features(v, v, v, v, v, speed_mps, still_s, position_m);
+  return hazard_features(v.replicate<1, 4>(), v, speed_mps, still_s, position_m);
 }
 
 std::vector<double> probabilities(const MotionChange& change, const HazardFeatures& features, std::size_t steps = 24) {
