@@ -18,20 +18,14 @@ namespace {
 constexpr double kShortestHeading_m = 0.2;
 constexpr double kHeadingPart_s = 0.8;
 
-struct TestWindow {
-  std::size_t track = 0;
-  Window window;
-};
-
 struct TestWindows {
-  std::vector<TestWindow> windows;
-  std::vector<SkippedTracks> skipped;
+  std::vector<Window> windows;
+  std::map<std::string, std::size_t> skipped;  ///< number of tracks without a window, by reason
 };
 
 TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                                 const EvaluateConfig& evaluate_config, std::size_t steps) {
   TestWindows found;
-  std::map<std::string, std::size_t> skipped;
   const PresentPeople present(tracks);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     std::vector<Window> windows =
@@ -39,14 +33,13 @@ TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const 
                    std::span(&evaluate_config.observed_s, 1), &present);
     const std::size_t before = found.windows.size();
     for (Window& window : windows) {
-      if (window.future_m.size() == steps) found.windows.push_back({i, std::move(window)});
+      if (window.future_m.size() == steps) found.windows.push_back(std::move(window));
     }
     if (windows.empty())
-      ++skipped["shorter than the observed window"];
+      ++found.skipped["shorter than the observed window"];
     else if (found.windows.size() == before)
-      ++skipped["ends before the horizon"];
+      ++found.skipped["ends before the horizon"];
   }
-  for (const auto& [reason, count] : skipped) found.skipped.push_back({reason, count});
   return found;
 }
 
@@ -56,13 +49,13 @@ std::vector<Vector2> whole_path(const Window& window) {
   return path;
 }
 
-std::vector<LinearReference> references_on(std::span<const TestWindow> windows, std::size_t steps, double interval_s,
-                                           auto belongs) {
+std::vector<LinearReference> references_on(std::span<const Window> windows, std::size_t steps, double interval_s,
+                                           auto belongs, std::size_t count = kReferenceCount) {
   std::vector<const Window*> chosen;
-  for (const TestWindow& test_window : windows) {
-    if (belongs(test_window.window)) chosen.push_back(&test_window.window);
+  for (const Window& window : windows) {
+    if (belongs(window)) chosen.push_back(&window);
   }
-  return fit_references(chosen, steps, interval_s);
+  return fit_references(chosen, steps, interval_s, count);
 }
 
 void add(std::vector<Metrics>& sums, const std::vector<Metrics>& more) {
@@ -92,6 +85,12 @@ GroupScore group(const std::string& name, std::span<const WindowScore> windows, 
 
 int steps_of(const EpisodeConfig& config) {
   return steps_in(config.predict.horizon_s, config.sampling.interval_s);
+}
+
+/// Whether a pedestrian moved while observed, by `moving_m`.
+bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config) {
+  const double share = std::min(1.0, evaluate_config.observed_s / config.predict.observe_s);
+  return (window.past_m.back() - window.past_m.front()).norm() >= share * evaluate_config.moving_m;
 }
 
 /// No mode: there was no forecast for this window.
@@ -150,11 +149,6 @@ void add_changes_and_outcomes(Evaluation& evaluation) {
 
 }  // namespace
 
-bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config) {
-  const double share = std::min(1.0, evaluate_config.observed_s / config.predict.observe_s);
-  return (window.past_m.back() - window.past_m.front()).norm() >= share * evaluate_config.moving_m;
-}
-
 WindowScore score_window(const Prediction& prediction, const Window& window,
                          std::span<const LinearReference> references, const EpisodeConfig& config,
                          const EvaluateConfig& evaluate_config) {
@@ -205,13 +199,13 @@ double heading_change_rad(std::span<const Vector2> path_m, double interval_s) {
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config) {
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const std::vector<TestWindow> windows = windows_with_future(train, config, evaluate_config, steps).windows;
+  const std::vector<Window> windows = windows_with_future(train, config, evaluate_config, steps).windows;
   const auto references = [&](bool moving) {
     return references_on(windows, steps, config.sampling.interval_s,
                          [&](const Window& window) { return is_moving(window, config, evaluate_config) == moving; });
   };
   std::vector<const Window*> all;
-  for (const TestWindow& test_window : windows) all.push_back(&test_window.window);
+  for (const Window& window : windows) all.push_back(&window);
   return {covered_area(train), references(true), references(false), passages_of(all, config.sampling.interval_s)};
 }
 
@@ -220,16 +214,16 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
                              const TrainingSupport* support) {
   validate_fields("evaluate", evaluate_config);
   const auto steps = static_cast<std::size_t>(steps_of(config));
-  const TestWindows found = windows_with_future(tracks, config, evaluate_config, steps);
-  std::vector<LinearReference> own =
-      references_on(found.windows, steps, config.sampling.interval_s, [](const Window&) { return true; });
-  own.resize(2);  // the paths of the others would be fitted to the windows that they are scored on
+  TestWindows found = windows_with_future(tracks, config, evaluate_config, steps);
+  // The paths of other references would be fitted to the windows that they are scored on.
+  const std::vector<LinearReference> own = references_on(
+      found.windows, steps, config.sampling.interval_s, [](const Window&) { return true; }, 2);
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);
-  evaluation.skipped = found.skipped;
+  evaluation.skipped = std::move(found.skipped);
   evaluation.windows.resize(found.windows.size());
   tbb::parallel_for(std::size_t{0}, found.windows.size(), [&](std::size_t i) {
-    evaluation.windows[i] = score_forecast(forecast, found.windows[i].window, own, config, evaluate_config, support);
+    evaluation.windows[i] = score_forecast(forecast, found.windows[i], own, config, evaluate_config, support);
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, support != nullptr);

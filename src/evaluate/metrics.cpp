@@ -49,11 +49,12 @@ double mean_nearest_m(std::span<const Vector2> from, std::span<const Vector2> to
   return sum / static_cast<double>(from.size());
 }
 
-}  // namespace
-
+/// -log density of the mixture at one step. Never infinite: densities below 1e-300 count as that.
 double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m) {
   return std::log(2.0 * std::numbers::pi) - std::log(unnormalised_density(prediction, step, truth_m));
 }
+
+}  // namespace
 
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
   if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() ||

@@ -19,10 +19,7 @@ constexpr double kLeastVariance_m2 = 1e-4;
 
 /// Ahead and to the left of the way from the first to the last position, as columns.
 Matrix2 heading_frame(std::span<const Vector2> past_m) {
-  const Vector2 ahead = unit_along(past_m.back() - past_m.front());
-  Matrix2 frame;
-  frame << ahead, left_of(ahead);
-  return frame;
+  return axes_along(unit_along(past_m.back() - past_m.front()));
 }
 
 /// The observed positions relative to the last one, ahead and to the left, and a constant.
@@ -187,9 +184,9 @@ LinearReference unfitted_reference(Reference kind, std::size_t steps, double int
 }
 
 std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,
-                                            double interval_s) {
+                                            double interval_s, std::size_t count) {
   std::vector<LinearReference> references;
-  for (std::size_t r = 0; r < kReferenceCount; ++r) {
+  for (std::size_t r = 0; r < count; ++r) {
     LinearReference reference = unfitted_reference(static_cast<Reference>(r), steps, interval_s);
     if (reference.kind == Reference::damped_velocity) reference.shares = damped_shares(windows, steps, interval_s);
     if (windows.empty())

@@ -115,8 +115,7 @@ nlohmann::ordered_json to_json(const Evaluation& evaluation) {
   json["outcomes"] = nlohmann::ordered_json::object();
   for (const OutcomeScore& score : evaluation.outcomes)
     json["outcomes"][score.motion_state == kStanding ? "standing" : "walking"].push_back(to_json(score));
-  json["skipped"] = nlohmann::ordered_json::object();
-  for (const SkippedTracks& skipped : evaluation.skipped) json["skipped"][skipped.reason] = skipped.tracks;
+  json["skipped"] = evaluation.skipped;
   return json;
 }
 
@@ -142,8 +141,8 @@ std::string to_text(const Evaluation& evaluation) {
   if (!evaluation.outcomes.empty())
     text += "outcome  windows  to s  stays straight left right back [% came/stated]   Brier  (base  rate)  ECE\n";
   for (const OutcomeScore& score : evaluation.outcomes) text += row(score);
-  for (const SkippedTracks& skipped : evaluation.skipped)
-    text += counted(skipped.tracks, "track") + " gave no window: " + skipped.reason + "\n";
+  for (const auto& [reason, tracks] : evaluation.skipped)
+    text += counted(tracks, "track") + " gave no window: " + reason + "\n";
   return text;
 }
 

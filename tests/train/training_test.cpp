@@ -153,7 +153,7 @@ TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
   std::set<std::string> scored;
   for (const WindowScore& window : evaluation.windows) scored.insert(window.track);
   std::size_t skipped = 0;
-  for (const SkippedTracks& reason : evaluation.skipped) skipped += reason.tracks;
+  for (const auto& [reason, count] : evaluation.skipped) skipped += count;
   EXPECT_EQ(scored.size() + skipped, tracks.size());
   EXPECT_EQ(evaluation.horizons_s, (std::vector<double>{1, 2, 3, 4, 5}));
   const GroupScore& turning = evaluation.groups[3];

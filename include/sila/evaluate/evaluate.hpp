@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <optional>
@@ -62,12 +63,6 @@ struct GroupScore {
   std::vector<Metrics> references;  ///< as in WindowScore
 };
 
-/// Number of tracks without a window, by reason.
-struct SkippedTracks {
-  std::string reason;
-  std::size_t tracks = 0;
-};
-
 /// The scores of a predictor on some tracks: each window, and means over groups of windows.
 struct Evaluation {
   std::vector<double> horizons_s;  ///< 1, 2, ... and the whole horizon
@@ -75,7 +70,7 @@ struct Evaluation {
   std::vector<ChangeScore> changes;    ///< of starting, then of stopping, at each horizon; none without such windows
   std::vector<OutcomeScore> outcomes;  ///< of people who stand, then of those who walk, at each horizon
   std::vector<WindowScore> windows;
-  std::vector<SkippedTracks> skipped;  ///< tracks that gave no window
+  std::map<std::string, std::size_t> skipped;  ///< number of tracks without a window, by reason
 };
 
 /// A predictor: a prepared model, a baseline, or recorded predictions. No mode means no prediction: such windows are
@@ -97,9 +92,6 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
 /// The same for a model.
 Evaluation evaluate(const Model& model, std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
                     const EvaluateConfig& evaluate_config);
-
-/// Whether a pedestrian moved while observed, by `moving_m`.
-bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config);
 
 /// Scores one prediction against the recorded future, beside references of which the first is constant velocity;
 /// without knowledge of a covered area. Throws: std::invalid_argument if the future or the prediction is shorter than

@@ -51,9 +51,6 @@ Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, 
 Metrics operator+(const Metrics& a, const Metrics& b);
 Metrics operator*(double factor, const Metrics& a);
 
-/// -log density of the mixture at one step. Never infinite: densities below 1e-300 count as that.
-double negative_log_likelihood(const Prediction& prediction, std::size_t step, const Vector2& truth_m);
-
 /// Modified Hausdorff distance: the larger of the two mean nearest distances [m].
 /// Throws: std::invalid_argument if a path is empty.
 /// Source: Dubuisson & Jain 1994. It ignores order and time: a reversed path scores 0.

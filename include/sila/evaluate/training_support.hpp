@@ -79,13 +79,13 @@ struct LinearReference {
 /// constant velocity. Shapes: `steps` steps of `interval_s`.
 LinearReference unfitted_reference(Reference kind, std::size_t steps, double interval_s);
 
-/// All references, fitted to windows with their whole future; without windows `unfitted_reference`. The ridge is the
-/// one with the least error over five folds of tracks, and the errors are those of the held-back folds. Shapes: as
-/// `unfitted_reference`.
-/// Source: Schoeller et al., "What the constant velocity model can teach us about pedestrian motion prediction", 2020,
-/// on why such baselines are needed; ridge regression: Hastie, Tibshirani, Friedman, section 3.4.
+/// The first `count` references, fitted to windows with their whole future; without windows `unfitted_reference`. The
+/// ridge is the one with the least error over five folds of tracks, and the errors are those of the held-back folds.
+/// Shapes: as `unfitted_reference`. Source: Schoeller et al., "What the constant velocity model can teach us about
+/// pedestrian motion prediction", 2020, on why such baselines are needed; ridge regression: Hastie, Tibshirani,
+/// Friedman, section 3.4.
 std::vector<LinearReference> fit_references(std::span<const Window* const> windows, std::size_t steps,
-                                            double interval_s);
+                                            double interval_s, std::size_t count = kReferenceCount);
 
 /// Position and velocity of a training window at t0, and its displacement after t0, in the world frame.
 struct Passage {
