@@ -12,7 +12,6 @@
 #include "options.hpp"
 #include "sila/config.hpp"
 #include "sila/core/counted.hpp"
-#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
@@ -196,7 +195,7 @@ void learn_tracks(const LearnOptions& options) {
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
   Removed removed;
-  const auto [model, learnt, known] = run_batches(
+  const auto [model, episodes, known] = run_batches(
       std::move(stored.model), [&] { return batches.next(); }, config.episode, sila_update(config.episode),
       [&](int number, const Model& previous, const Episode& episode) {
         file.commit(episode.model, record_of(before + number, previous, episode), configuration);
@@ -206,7 +205,7 @@ void learn_tracks(const LearnOptions& options) {
   if (batches.tracks() == 0)
     throw std::invalid_argument("learn: --hold-out holds back all tracks; give a smaller share");
   if (!options.share.empty()) write_k_anonymous(options, model, configuration);
-  print_result(options, model, learnt + known, known, batches.tracks(), removed);
+  print_result(options, model, static_cast<int>(episodes.size()) + known, known, batches.tracks(), removed);
 }
 
 }  // namespace

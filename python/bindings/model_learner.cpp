@@ -15,7 +15,10 @@ namespace {
 class ModelLearner {
  public:
   ModelLearner(const std::string& method, const std::string& config_json)
-      : config_(config_of(config_json).episode), at_once_(method == "batch"), update_(update_of(method)) {}
+      : config_(config_of(config_json).episode), at_once_(method == "batch") {
+    if (at_once_) config_.prune.enabled = false;
+    update_ = update_of(method);
+  }
 
   /// Begins with what other learners know of any place.
   void begin_with(const std::vector<const ModelLearner*>& others) {
@@ -29,9 +32,8 @@ class ModelLearner {
   /// One more episode; of "batch" the only one.
   void learn(const FramedTracks& batch) {
     if (batch.tracks.empty()) return;
-    Training run = at_once_ ? train_batch(batch.tracks, config_)
-                            : run_episodes(model_, batch.tracks, batch.tracks.size(), config_, update_);
-    model_ = std::move(run.model);
+    if (at_once_) model_ = {};
+    model_ = run_episodes(model_, batch.tracks, batch.tracks.size(), config_, update_).model;
   }
 
   /// As a fleet does: partitions of a site each, learnt by themselves and fused in a tree.

@@ -36,7 +36,10 @@ StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene
                       int threads) {
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
-  const Training run = train_batch(placed(tracks, scene, config), config.episode);
+  EpisodeConfig whole = config.episode;
+  whole.prune.enabled = false;
+  const std::vector<FramedTrajectory> input = placed(tracks, scene, config);
+  const Training run = run_episodes({}, input, input.size(), whole, sila_update(whole));
   StoredModel result;
   result.model = run.model;
   result.configuration = to_json(config).dump();

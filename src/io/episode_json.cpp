@@ -65,8 +65,8 @@ ordered_json to_json(const ModelChange& change, const Model& previous, const Mod
                              {"cells", cells_json(updated.primitives.at(static_cast<std::size_t>(fused.primitive)))}});
   }
   json["split"] = ordered_json::array();
-  for (const ReplacedPrimitive& split : change.split)
-    json["split"].push_back({split.previous, split.first, split.second});
+  for (const PrimitiveSplit& split : change.split)
+    json["split"].push_back({split.primitive, split.first, split.second});
   json["incoming_split"] = change.incoming_split;
   json["transitions"] = ordered_json::array();
   std::map<std::pair<int, int>, double> carried = carried_counts(change, previous);
@@ -83,15 +83,11 @@ ordered_json to_json(const ModelChange& change, const Model& previous, const Mod
 
 EpisodeRecord record_of(int number, const Model& previous, const Episode& episode) {
   const EpisodeReport& report = episode.report;
-  const nlohmann::ordered_json statistics{{"standing", report.learn.standing},
-                                          {"unexplained", report.learn.unexplained},
-                                          {"batch_primitives", report.learn.primitives},
-                                          {"batch_transitions", report.learn.transitions},
-                                          {"subsumed", report.prune.subsumed},
-
-                                          {"evicted", to_json(report.budget)},
-                                          {"prequential", to_json(report.prequential)},
-                                          {"change", to_json(report.change, previous, episode.model)}};
+  const nlohmann::ordered_json statistics{
+      {"standing", report.learn.standing},           {"unexplained", report.learn.unexplained},
+      {"batch_primitives", report.learn.primitives}, {"batch_transitions", report.learn.transitions},
+      {"subsumed", report.prune.subsumed},           {"evicted", to_json(report.budget)},
+      {"prequential", to_json(report.prequential)},  {"change", to_json(report.change, previous, episode.model)}};
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return {number,
           report.tracks,

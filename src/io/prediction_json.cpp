@@ -18,10 +18,10 @@ namespace {
 
 using nlohmann::json;
 
-nlohmann::ordered_json transitions_json(const std::vector<TransitionUse>& transitions) {
+nlohmann::ordered_json transitions_json(const std::vector<TransitionCount>& transitions) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const TransitionUse& use : transitions)
-    list.push_back({{"from", use.from}, {"to", use.to}, {"tracks", use.tracks}});
+  for (const TransitionCount& use : transitions)
+    list.push_back({{"from", use.from}, {"to", use.to}, {"tracks", use.count}});
   return list;
 }
 

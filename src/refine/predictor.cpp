@@ -41,11 +41,9 @@ Prediction predict(const Model& model, const CurbTrajectory& observed, const Ref
   return Predictor(model, config).predict(observed);
 }
 
-Snapshot::Snapshot(Model given, const RefineConfig& config) : model(std::move(given)), predictor(model, config) {}
-
-Snapshot::Snapshot(Model given, const RefineConfig& config, const Snapshot& earlier)
+Snapshot::Snapshot(Model given, const RefineConfig& config, const Snapshot* earlier)
     : model(std::move(given)),
-      predictor(
-          std::make_shared<const PreparedModel>(model, config, &earlier.model, earlier.predictor.prepared_.get())) {}
+      predictor(std::make_shared<const PreparedModel>(model, config, earlier ? &earlier->model : nullptr,
+                                                      earlier ? earlier->predictor.prepared_.get() : nullptr)) {}
 
 }  // namespace sila

@@ -97,10 +97,6 @@ double nonconformity(const Prediction& prediction, std::size_t step, const Vecto
   return std::max(0.0, std::log(peak / unnormalised_density(prediction, step, point_m)));
 }
 
-bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m) {
-  return nonconformity(prediction, step, point_m) <= region.levels[step];
-}
-
 int score_bin(double nonconformity) {
   return static_cast<int>(std::lower_bound(std::begin(kEdges), std::end(kEdges), nonconformity) - std::begin(kEdges));
 }

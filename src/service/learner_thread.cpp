@@ -180,7 +180,7 @@ void LearnerThread::learn_batch(const std::vector<FramedTrajectory>& batch) {
       ++status_.known_episodes;
       return;
     }
-    auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict, *snapshot());
+    auto next = std::make_shared<const Snapshot>(std::move(episode->model), episode_.predict, snapshot().get());
     std::string curve = learning_curve(next->model);
     const std::lock_guard lock(mutex_);
     snapshot_ = std::move(next);

@@ -66,9 +66,8 @@ ModelChange without_dropped(ModelChange change, const std::vector<int>& kept) {
   for (int& k : change.added) k = at(k);
   std::erase_if(change.fused, [&](const FusedPrimitive& fused) { return at(fused.primitive) < 0; });
   for (FusedPrimitive& fused : change.fused) fused.primitive = at(fused.primitive);
-  std::erase_if(change.split,
-                [&](const ReplacedPrimitive& split) { return at(split.first) < 0 || at(split.second) < 0; });
-  for (ReplacedPrimitive& split : change.split) {
+  std::erase_if(change.split, [&](const PrimitiveSplit& split) { return at(split.first) < 0 || at(split.second) < 0; });
+  for (PrimitiveSplit& split : change.split) {
     split.first = at(split.first);
     split.second = at(split.second);
   }

@@ -9,17 +9,16 @@
 
 namespace sila {
 
-BatchesResult run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
-                          const EpisodeObserver& observer) {
-  BatchesResult result;
+Training run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
+                     const EpisodeObserver& observer) {
+  Training result;
   std::optional<Model> model(std::move(start));  // none: it is in the snapshot
   std::unique_ptr<Snapshot> snapshot;
   for (std::span<const FramedTrajectory> batch = next_batch(); !batch.empty(); batch = next_batch()) {
     const auto started = std::chrono::steady_clock::now();
     if (model && config.error_statistics.enabled && model->episodes > 0) {  // error statistics need its predictor
       Model present = *std::exchange(model, std::nullopt);
-      snapshot = snapshot ? std::make_unique<Snapshot>(std::move(present), config.predict, *snapshot)
-                          : std::make_unique<Snapshot>(std::move(present), config.predict);
+      snapshot = std::make_unique<Snapshot>(std::move(present), config.predict, snapshot.get());
     }
     const std::chrono::duration<double> snapshot_time = std::chrono::steady_clock::now() - started;
     Episode episode = model ? run_episode(*model, batch, config, update)
@@ -29,8 +28,8 @@ BatchesResult run_batches(Model start, const BatchSource& next_batch, const Epis
       ++result.known;
       continue;
     }
-    ++result.learnt;
-    if (observer) observer(result.learnt, model ? *model : snapshot->model, episode);
+    result.episodes.push_back(episode.report);
+    if (observer) observer(static_cast<int>(result.episodes.size()), model ? *model : snapshot->model, episode);
     model = std::move(episode.model);
   }
   result.model = std::move(model ? *model : snapshot->model);
@@ -45,20 +44,7 @@ Training run_episodes(const Model& start, std::span<const FramedTrajectory> trac
     left = left.subspan(batch.size());
     return batch;
   };
-  std::vector<EpisodeReport> reports;
-  const auto keep = [&](int number, const Model& previous, const Episode& episode) {
-    reports.push_back(episode.report);
-    if (observer) observer(number, previous, episode);
-  };
-  BatchesResult run = run_batches(start, next_batch, config, update, keep);
-  return {std::move(run.model), std::move(reports), run.known};
-}
-
-Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config) {
-  EpisodeConfig whole = config;
-  whole.prune.enabled = false;
-  Episode episode = run_episode(Model{}, tracks, whole);
-  return {std::move(episode.model), {std::move(episode.report)}, 0};
+  return run_batches(start, next_batch, config, update, observer);
 }
 
 }  // namespace sila

@@ -36,7 +36,7 @@ TEST(Explanation, TermsGiveTheWeights) {
                        std::log(rollout.chain_probability));
         weights.push_back(rollout.weight);
         EXPECT_FALSE(rollout.transitions.empty());
-        for (const TransitionUse& use : rollout.transitions) EXPECT_GT(use.tracks, 0.0);
+        for (const TransitionCount& use : rollout.transitions) EXPECT_GT(use.count, 0.0);
       }
     }
     for (std::size_t i = 1; i < logs.size(); ++i, ++compared) {
@@ -72,8 +72,12 @@ TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
         index, fields.near(window.observed, fields.site(window.observed.frame), scratch), window.observed, scratch);
     const ResidualPrediction residual_prediction = combine(index, window.observed, experts, {}, scratch);
     if (!(residual_prediction.effective_samples > 0.0)) continue;
-    const GpPrediction said = Posterior(only.residual).predict(Eigen::VectorXd(residual_input(window.observed)));
-    const Vector2 last = velocity_to_world(window.observed.frame, said.mean.tail<2>());
+    const ResidualInput input = residual_input(window.observed);
+    Eigen::VectorXd mean(only.residual.mean.size());
+    Posterior(only.residual)
+        .predict(std::span(input.data(), kResidualInputs),
+                 std::span(mean.data(), static_cast<std::size_t>(mean.size())));
+    const Vector2 last = velocity_to_world(window.observed.frame, mean.tail<2>());
     EXPECT_LT((residual_prediction.residuals_mps.back() - last).norm(), 1e-9);
     EXPECT_EQ(residual_prediction.residual_mps(99.0), residual_prediction.residuals_mps.back());
     EXPECT_EQ(residual_prediction.residual_mps(0.1), residual_prediction.residuals_mps.front());
@@ -106,9 +110,10 @@ TEST(Predictor, StatedRegionsHoldWhatTheySayOnTracksThatWereNotLearnt) {
     if (window.future_m.size() < 15) continue;
     const Prediction prediction = predictor.predict(window.observed);
     ASSERT_EQ(prediction.regions.size(), kRegionProbabilities.size());
+    const double score = nonconformity(prediction, 14, window.future_m[14]);
     windows += 1.0;
-    inside_50 += inside(prediction, prediction.regions[1], 14, window.future_m[14]) ? 1.0 : 0.0;
-    inside_90 += inside(prediction, prediction.regions[3], 14, window.future_m[14]) ? 1.0 : 0.0;
+    inside_50 += score <= prediction.regions[1].levels[14] ? 1.0 : 0.0;
+    inside_90 += score <= prediction.regions[3].levels[14] ? 1.0 : 0.0;
   }
   ASSERT_GT(windows, 300.0);
   // Windows of a track are alike, so the standard error is that of some 150 people: 0.04 and 0.025; and the model is

@@ -216,7 +216,7 @@ TEST(Snapshot, OfALaterModelPredictsWhatOneMadeAnewPredicts) {
   std::swap(later.transitions.front(), later.transitions.back());
   later.transitions[1].field.gp.response *= 1.3;
   later.transitions[2].residual.response *= 0.7;
-  const Snapshot first(earlier, kConfig.predict), second(later, kConfig.predict, first);
+  const Snapshot first(earlier, kConfig.predict), second(later, kConfig.predict, &first);
   const Predictor anew(later, kConfig.predict);
   bool differs = false;
   for (const Window& window : windows_of(testing::corner_walks(20, 97), kConfig.sampling, kConfig.predict, 1.0)) {

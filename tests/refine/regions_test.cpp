@@ -37,7 +37,6 @@ TEST(Nonconformity, OfOneModeIsHalfTheSquaredMahalanobisDistance) {
   for (const double far : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_TRUE(says(message_of([&] { nonconformity(prediction, 0, {1.0, far}); }), "point_m = (1, "));
     EXPECT_THROW(unnormalised_density(prediction, 0, {far, 1.0}), std::invalid_argument);
-    EXPECT_THROW(inside(prediction, {0.25, {1.0}}, 0, {1.0, far}), std::invalid_argument);
   }
 }
 

@@ -83,8 +83,8 @@ int fused_as_recorded(const Update& update, unsigned seed) {
                  replayed = replayed_after(replayed, to_json(change, previous, episode.model));
                  EXPECT_EQ(cells_of(replayed), cells_of(episode.model));
                  EXPECT_EQ(replayed.transitions, edges_of(episode.model));
-                 for (const ReplacedPrimitive& split : change.split) {
-                   EXPECT_LT(split.previous, change.primitives_before);
+                 for (const PrimitiveSplit& split : change.split) {
+                   EXPECT_LT(split.primitive, change.primitives_before);
                    EXPECT_LT(split.first, change.primitives_after);
                    EXPECT_NE(split.first, split.second);
                  }
@@ -120,7 +120,7 @@ TEST(Change, OfOneFusionAndOneSplitIsWhatThePlanSays) {
   EXPECT_EQ(change.fused[0].previous, std::vector<int>{0});
   EXPECT_EQ(change.fused[0].incoming, 1);
   ASSERT_EQ(change.split.size(), 1u);
-  EXPECT_EQ(change.split[0].previous, 1);
+  EXPECT_EQ(change.split[0].primitive, 1);
   EXPECT_EQ(change.split[0].first, 1);
   EXPECT_EQ(change.split[0].second, 2);
 }

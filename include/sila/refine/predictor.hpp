@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
+#include "sila/model/fusion_problem.hpp"
 #include "sila/model/model.hpp"
 #include "sila/predict/prediction.hpp"
 #include "sila/refine/config.hpp"
@@ -52,16 +53,9 @@ struct Snapshot {
   Model model;
   Predictor predictor;
 
+  /// `earlier` saves work: posteriors of GPs that are equal in that model are not factorised again.
   /// Throws: std::invalid_argument for a configuration out of range.
-  Snapshot(Model model, const RefineConfig& config);
-  /// The same result with less work: posteriors of GPs that are equal in the earlier model are not factorised again.
-  Snapshot(Model model, const RefineConfig& config, const Snapshot& earlier);
-};
-
-/// A transition that a mode uses.
-struct TransitionUse {
-  int from = 0, to = 0;
-  double tracks = 0.0;  ///< that showed it, T(from, to)
+  Snapshot(Model model, const RefineConfig& config, const Snapshot* earlier = nullptr);
 };
 
 /// One roll-out of a mode, and the terms of its weight: exp(likelihood_power * log_likelihood + log_prior) *
@@ -70,8 +64,8 @@ struct RolloutExplanation {
   double weight = 0.0;  ///< relative to all roll-outs that were kept
   double log_likelihood = 0.0;
   double log_prior = 0.0;
-  double chain_probability = 1.0;  ///< product of P(k | j) where it branched
-  std::vector<TransitionUse> transitions;
+  double chain_probability = 1.0;            ///< product of P(k | j) where it branched
+  std::vector<TransitionCount> transitions;  ///< indices of the model
 };
 
 /// The roll-outs of a mode.
@@ -103,8 +97,5 @@ double unnormalised_density(const Prediction& prediction, std::size_t step, cons
 /// Nonconformity score of a point [m, world frame]: log(peak / density), where the peak is the largest density at the
 /// centre of a mode; at least 0, never infinite. For a single mode half of the squared Mahalanobis distance.
 double nonconformity(const Prediction& prediction, std::size_t step, const Vector2& point_m);
-
-/// Whether a point lies in a nominal region: where the nonconformity score is at most its level.
-bool inside(const Prediction& prediction, const Region& region, std::size_t step, const Vector2& point_m);
 
 }  // namespace sila

@@ -23,13 +23,6 @@ struct FusedPrimitive {
   int incoming = 0;           ///< number of primitives of the increment
 };
 
-/// A previous primitive that was replaced by two of the updated model, one after the other.
-struct ReplacedPrimitive {
-  int previous = 0;  ///< index in the previous model
-  int first = 0;     ///< indices in the updated model
-  int second = 0;
-};
-
 /// The changes of the primitives by one episode; together, the history of a model.
 /// Invariant: the previous primitives that are not in `gone` keep their order, those of the increment follow.
 struct ModelChange {
@@ -38,8 +31,8 @@ struct ModelChange {
   std::vector<int> gone;   ///< previous primitives that were removed: fused into another one, or split
   std::vector<int> added;  ///< updated primitives that come from the increment alone
   std::vector<FusedPrimitive> fused;
-  std::vector<ReplacedPrimitive> split;
-  int incoming_split = 0;  ///< primitives of the increment that were replaced by two
+  std::vector<PrimitiveSplit> split;  ///< a previous primitive, and the two updated ones that replace it
+  int incoming_split = 0;             ///< primitives of the increment that were replaced by two
 };
 
 /// Counts and durations of one episode.
@@ -118,21 +111,12 @@ using EpisodeObserver = std::function<void(int, const Model& previous, const Epi
 /// Gives the next batch; an empty one after the last. The tracks must stay valid until the next call.
 using BatchSource = std::function<std::span<const FramedTrajectory>()>;
 
-struct BatchesResult {
-  Model model;
-  int learnt = 0;  ///< batches
-  int known = 0;   ///< batches that the model had learnt before
-};
-
 /// Learns batch after batch. SILA and every baseline, files and tracks in memory use this one loop.
-BatchesResult run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
-                          const EpisodeObserver& observer = {});
+Training run_batches(Model start, const BatchSource& next_batch, const EpisodeConfig& config, const Update& update,
+                     const EpisodeObserver& observer = {});
 
 /// The same for tracks in memory, `batch_size` per batch.
 Training run_episodes(const Model& start, std::span<const FramedTrajectory> tracks, std::size_t batch_size,
                       const EpisodeConfig& config, const Update& update, const EpisodeObserver& observer = {});
-
-/// The batch-learning baseline: learns all tracks at once, without pruning.
-Training train_batch(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config);
 
 }  // namespace sila
