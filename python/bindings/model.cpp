@@ -66,11 +66,7 @@ std::vector<Vector2> velocities_of(const Primitive& primitive) {
 nlohmann::ordered_json history_of(const StoredModel& stored) {
   nlohmann::ordered_json history = nlohmann::ordered_json::array();
   for (const EpisodeRecord& e : stored.episodes) {
-    history.push_back({{"number", e.number},
-                       {"tracks", e.tracks},
-                       {"seconds", e.seconds},
-                       {"size_before", e.size_before},
-                       {"size_after", e.size_after}});
+    history.push_back(record_json(e));
     history.back().update(nlohmann::ordered_json::parse(e.statistics));
   }
   return history;

@@ -15,6 +15,8 @@
 /// Numbers as bytes, little endian on every machine.
 namespace sila::bytes {
 
+static_assert(std::endian::native == std::endian::little);
+
 template <std::unsigned_integral Word>
 void append(std::string& bytes, Word word) {
   for (std::size_t i = 0; i < sizeof(Word); ++i) bytes.push_back(static_cast<char>((word >> (8 * i)) & 0xffU));
@@ -34,12 +36,7 @@ inline void append_text(std::string& bytes, std::string_view text) {
 template <std::unsigned_integral Word>
 Word word_at(const char* bytes) {
   Word word = 0;
-  if constexpr (std::endian::native == std::endian::little) {
-    std::memcpy(&word, bytes, sizeof(Word));
-  } else {
-    for (std::size_t i = sizeof(Word); i-- > 0;)
-      word = static_cast<Word>(word << 8) | static_cast<unsigned char>(bytes[i]);
-  }
+  std::memcpy(&word, bytes, sizeof(Word));
   return word;
 }
 
@@ -57,13 +54,7 @@ std::vector<Number> words(std::string_view bytes) {
 }
 
 inline std::string of_numbers(std::span<const double> numbers) {
-  if constexpr (std::endian::native == std::endian::little) {
-    return {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()};
-  } else {
-    std::string bytes;
-    for (const double number : numbers) append(bytes, number);
-    return bytes;
-  }
+  return {reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes()};
 }
 
 /// Throws: std::invalid_argument unless the bytes are whole numbers of 8 bytes.

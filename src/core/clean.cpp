@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "core/dropped_rows.hpp"
+#include "core/lower.hpp"
 #include "core/track_frame.hpp"
 #include "core/unit_warnings.hpp"
 #include "sila/core/counted.hpp"
@@ -50,11 +51,7 @@ void drop(TrackReport& report, DropReason reason, const std::string& source, con
 bool is_pedestrian(std::string_view label) {
   static constexpr std::array<std::string_view, 8> names{"",       "ped",    "pedestrian", "pedestrians",
                                                          "person", "people", "walker",     "human"};
-  std::string lower(label);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return std::find(names.begin(), names.end(), lower) != names.end();
+  return std::ranges::find(names, lower(label)) != names.end();
 }
 
 std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& config) {
@@ -83,10 +80,7 @@ std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& co
     samples.push_back({row.t_s, row.position_m, row.line});
   }
   const auto key = [](const Sample& s) { return std::make_tuple(s.t_s, s.position_m.x(), s.position_m.y(), s.line); };
-  for (RawTrack& track : tracks) {
-    std::sort(track.samples.begin(), track.samples.end(),
-              [&](const Sample& a, const Sample& b) { return key(a) < key(b); });
-  }
+  for (RawTrack& track : tracks) std::ranges::sort(track.samples, {}, key);
   report.track_ids += tracks.size();
   return tracks;
 }

@@ -32,9 +32,9 @@ CellKey tile_of(const Grid& grid, const CellKey& cell) {
 }
 
 void validate(const Grid& grid) {
-  if (!(grid.cell > 0.0) || !std::isfinite(grid.cell)) throw std::invalid_argument("grid: cell must be positive");
   if (!grid.origin.allFinite()) throw std::invalid_argument("grid: origin must be finite");
-  if (!(grid.cell >= 1e-6 && grid.cell <= 1e6)) throw std::invalid_argument("grid: cell must be 1e-6 to 1e6 widths");
+  if (!(grid.cell >= 1e-6 && grid.cell <= 1e6))
+    throw std::invalid_argument("grid: cell must be 1e-6 to 1e6 curb units");
   if (!(grid.origin.cwiseAbs().maxCoeff() <= kFarthestCell * grid.cell))
     throw std::invalid_argument("grid: origin is over 1e9 cells away");
   if (grid.tile_cells < 1 || grid.tile_cells > 1'000'000)

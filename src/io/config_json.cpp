@@ -96,10 +96,7 @@ std::string text_of(const FieldValue& value) {
   if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
   if (const std::string* name = std::get_if<std::string>(&value)) return *name;
   if (const std::int64_t* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
-  char digits[32];
-  const auto end =
-      std::to_chars(digits, digits + sizeof digits, std::get<double>(value)).ptr;  // shortest that reads back
-  return std::string(digits, end);
+  return exact(std::get<double>(value));
 }
 
 std::string kind_of(const Field& field) {

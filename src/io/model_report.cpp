@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <iomanip>
@@ -88,11 +89,6 @@ std::string busiest_transitions(const Model& model, std::size_t how_many) {
   return order.empty() ? "none" : std::move(text).str();
 }
 
-/// How many primitives an episode changed.
-struct Changes {
-  std::size_t added = 0, fused = 0, split = 0, gone = 0;
-};
-
 std::size_t length_of(const ordered_json& object, const char* key) {
   const auto found = object.find(key);
   return found != object.end() && found->is_array() ? found->size() : 0;
@@ -104,13 +100,16 @@ ordered_json member_of(const EpisodeRecord& episode, const char* key) {
   return statistics.is_object() && statistics.contains(key) ? statistics[key] : ordered_json();
 }
 
-std::optional<Changes> changes_of(const EpisodeRecord& episode) {
+constexpr std::array kChanges = {"added", "fused", "split", "gone"};
+
+/// How many primitives an episode changed, by kChanges; empty if its record does not say.
+ordered_json changes_of(const EpisodeRecord& episode) {
   const ordered_json change = member_of(episode, "change");
-  if (!change.is_object()) return {};
-  Changes changes{length_of(change, "added"), length_of(change, "fused"), length_of(change, "split"),
-                  length_of(change, "gone")};
+  ordered_json changes = ordered_json::object();
+  if (!change.is_object()) return changes;
+  for (const char* kind : kChanges) changes[kind] = length_of(change, kind);
   if (change.contains("incoming_split") && change["incoming_split"].is_number_unsigned())
-    changes.split += change["incoming_split"].get<std::size_t>();
+    changes["split"] = length_of(change, "split") + change["incoming_split"].get<std::size_t>();
   return changes;
 }
 
@@ -134,7 +133,8 @@ double with_more(const Model& model) {
   return static_cast<double>(model.tracks) + static_cast<double>(more_tracks(model));
 }
 
-/// What both forms of reports have of an episode.
+}  // namespace
+
 ordered_json record_json(const EpisodeRecord& episode) {
   return {{"number", episode.number},
           {"tracks", episode.tracks},
@@ -142,6 +142,8 @@ ordered_json record_json(const EpisodeRecord& episode) {
           {"size_before", episode.size_before},
           {"size_after", episode.size_after}};
 }
+
+namespace {
 
 /// As ISO 8601, UTC; "-" if not known.
 std::string when(const EpisodeRecord& episode) {
@@ -311,14 +313,12 @@ std::string describe_log(const StoredModel& stored, int oldest) {
     column(8) << episode.tracks;
     column(10) << std::fixed << std::setprecision(3) << episode.seconds;
     column(6) << episode.size_before << " -> " << std::left << std::setw(6) << episode.size_after;
-    const std::optional<Changes> changes = changes_of(episode);
-    const auto number = [&](std::size_t Changes::*member) {
-      return changes ? std::to_string((*changes).*member) : std::string("-");
-    };
-    column(5) << number(&Changes::added);
-    column(7) << number(&Changes::fused);
-    column(7) << number(&Changes::split);
-    column(6) << number(&Changes::gone);
+    const ordered_json changes = changes_of(episode);
+    const auto number = [&](const char* kind) { return changes.empty() ? "-" : changes[kind].dump(); };
+    column(5) << number("added");
+    column(7) << number("fused");
+    column(7) << number("split");
+    column(6) << number("gone");
     const auto error = prequential_of(episode);
     std::ostringstream ratio;
     if (error) ratio << std::fixed << std::setprecision(3) << error->ratio();
@@ -337,12 +337,7 @@ ordered_json log_json(const StoredModel& stored, int oldest) {
   for (const EpisodeRecord& episode : stored.episodes) {
     ordered_json& entry = list.emplace_back(record_json(episode));
     entry["committed_s"] = episode.committed_s;
-    if (const auto changes = changes_of(episode)) {
-      entry["added"] = changes->added;
-      entry["fused"] = changes->fused;
-      entry["split"] = changes->split;
-      entry["gone"] = changes->gone;
-    }
+    entry.update(changes_of(episode));
     if (const auto error = prequential_of(episode)) entry["prequential"] = to_json(*error);
   }
   return {{"episodes", std::move(list)}, {"oldest_rollback", oldest}};

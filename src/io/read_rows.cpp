@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "core/dropped_rows.hpp"
-#include "sila/core/errors.hpp"
 #include "table_reader.hpp"
 
 namespace sila {

@@ -57,9 +57,6 @@ TrackFormat ndjson_format(const TextTable& table);
 /// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.
 std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced);
 
-/// The columns of a header line, or nothing if it does not name enough.
-std::optional<TrackColumns> header_columns(std::string_view header);
-
 /// As read_detections, for the text of a file. `path` is for messages and, in the format of inD,
 /// for the meta files beside it.
 TrackFile tracks_of_text(const std::string& path, std::string_view text, const ReadOptions& options,
@@ -114,10 +111,5 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
 /// Two columns of a CSV with header, by name in lower case. Throws: FormatError for a column or a cell that is missing.
 std::vector<std::pair<std::string, std::string>> two_columns(const std::string& path, const std::string& text,
                                                              const char* first, const char* second);
-
-/// The classes of an inD recording by track id. Throws: FormatError if the meta file is missing or wrong.
-std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path);
-/// The frame rate of an inD recording, if its meta file is there.
-std::optional<double> read_ind_frame_rate(const std::string& tracks_path);
 
 }  // namespace sila

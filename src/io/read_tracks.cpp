@@ -67,6 +67,7 @@ ReadOptions first_of(const ReadOptions& first, const ReadOptions& second) {
     result.camera = second.camera;
   }
   if (result.person_classes.empty()) result.person_classes = second.person_classes;
+  if (!result.frigate_camera) result.frigate_camera = second.frigate_camera;
   return result;
 }
 

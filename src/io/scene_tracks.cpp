@@ -29,7 +29,8 @@ bool same_settings(const SceneFile& a, const SceneFile& b) {
   return a.to_scene == b.to_scene && a.options.format == b.options.format &&
          a.options.frames_per_second == b.options.frames_per_second &&
          a.options.sample_interval_s == b.options.sample_interval_s &&
-         a.options.metres_per_unit == b.options.metres_per_unit && a.options.person_classes == b.options.person_classes;
+         a.options.metres_per_unit == b.options.metres_per_unit &&
+         a.options.person_classes == b.options.person_classes && a.options.frigate_camera == b.options.frigate_camera;
 }
 
 /// The camera of the scene, where nothing else says how positions become metres.
@@ -58,13 +59,13 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
   return ambiguous ? nullptr : best;
 }
 
-std::vector<TrackSource> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
-                                    const ReadOptions& options) {
+std::vector<SceneFile> sources_of(std::span<const std::filesystem::path> paths, const Scene& scene,
+                                  const ReadOptions& options) {
   if (paths.empty() && scene.files.empty())
     throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
-  std::vector<TrackSource> sources;
+  std::vector<SceneFile> sources;
   const auto add = [&](const std::filesystem::path& path, const SceneFile& entry) {
-    sources.push_back({path, with_camera(first_of(options, entry.options), scene), entry.to_scene});
+    sources.push_back({path.string(), path, with_camera(first_of(options, entry.options), scene), entry.to_scene});
   };
   for (const std::filesystem::path& path : paths) {
     const SceneFile* entry = matching_entry(scene, path);
@@ -83,16 +84,16 @@ Detections in_scene(Detections detections, const SimilarityTransform& to_scene) 
   return detections;
 }
 
-void require_metres(bool pixels, const TrackSource& source) {
+void require_metres(bool pixels, const SceneFile& source) {
   if (!pixels || source.options.camera || source.options.metres_per_unit) return;
   throw FormatError(
-      source.path.string(), 0, "positions in metres",
+      source.resolved.string(), 0, "positions in metres",
       "pixels; give --camera FILE (camera), --metres-per-unit N (metres_per_unit; 1 if they are metres) or, to "
       "learn a new model without a camera, --units pixels (units)");
 }
 
-Detections rows_of(const TrackSource& source) {
-  TrackFile file = read_detections(source.path, source.options);
+Detections rows_of(const SceneFile& source) {
+  TrackFile file = read_detections(source.resolved, source.options);
   require_metres(file.pixels, source);
   return in_scene(std::move(file.detections), source.to_scene);
 }
@@ -107,7 +108,7 @@ void require_tracks(const TrackReport& report, const std::string& source) {
 CleanTracks read_tracks(std::span<const std::filesystem::path> paths, const Scene& scene, const ReadOptions& options,
                         const CleanConfig& config) {
   std::vector<Detections> read;
-  for (const TrackSource& source : sources_of(paths, scene, options)) read.push_back(rows_of(source));
+  for (const SceneFile& source : sources_of(paths, scene, options)) read.push_back(rows_of(source));
   CleanTracks tracks = clean(read, config);
   require_tracks(tracks.report, (paths.empty() ? scene.path : paths.front()).string());
   return tracks;

@@ -40,6 +40,41 @@ double commented_metres_per_unit(const TextTable& table) {
   return centimetres ? 0.01 : 1.0;
 }
 
+/// The path of the meta file that belongs to XX_tracks.csv, gzipped or not; nothing if it is not there.
+std::optional<std::string> beside(const std::string& tracks_path, const std::string& suffix) {
+  const std::size_t at = tracks_path.rfind("_tracks.csv");
+  if (at == std::string::npos) return std::nullopt;
+  for (const char* end : {"", ".gz"}) {
+    const std::string path = tracks_path.substr(0, at) + suffix + end;
+    if (std::filesystem::exists(path)) return path;
+  }
+  return std::nullopt;
+}
+
+/// The classes of an inD recording by track id. Throws: FormatError if the meta file is missing or wrong.
+std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path) {
+  const auto path = beside(tracks_path, "_tracksMeta.csv");
+  if (!path) {
+    throw FormatError(tracks_path, 0, "a file NN_tracks.csv with NN_tracksMeta.csv beside it (it has the classes)",
+                      "none");
+  }
+  std::map<std::string, std::string> classes;
+  for (auto& [id, label] : two_columns(*path, read_text(*path), "trackid", "class"))
+    classes.insert_or_assign(std::move(id), std::move(label));
+  return classes;
+}
+
+/// The frame rate of an inD recording, if its meta file is there.
+std::optional<double> read_ind_frame_rate(const std::string& tracks_path) {
+  const auto path = beside(tracks_path, "_recordingMeta.csv");
+  if (!path) return std::nullopt;
+  const auto rows = two_columns(*path, read_text(*path), "recordingid", "framerate");
+  const auto rate = rows.empty() ? std::nullopt : number_of(rows.front().second);
+  if (!rate || !(*rate > 0.0))
+    throw FormatError(*path, 2, "frameRate > 0", rows.empty() ? "no row" : excerpt(rows.front().second));
+  return rate;
+}
+
 FrameClock format_clock(TrackFormat format, const TextTable& table) {
   switch (format) {
     case TrackFormat::obsmat:
@@ -153,17 +188,6 @@ std::optional<double> offset_s(std::string_view text) {
   return (text[0] == '-' ? -60.0 : 60.0) * (60 * hours + minutes);
 }
 
-/// The path of the meta file that belongs to XX_tracks.csv, gzipped or not; nothing if it is not there.
-std::optional<std::string> beside(const std::string& tracks_path, const std::string& suffix) {
-  const std::size_t at = tracks_path.rfind("_tracks.csv");
-  if (at == std::string::npos) return std::nullopt;
-  for (const char* end : {"", ".gz"}) {
-    const std::string path = tracks_path.substr(0, at) + suffix + end;
-    if (std::filesystem::exists(path)) return path;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format) {
@@ -254,28 +278,6 @@ std::vector<std::pair<std::string, std::string>> two_columns(const std::string& 
     rows.emplace_back(cells[a], cells[b]);
   }
   return rows;
-}
-
-std::map<std::string, std::string> read_ind_classes(const std::string& tracks_path) {
-  const auto path = beside(tracks_path, "_tracksMeta.csv");
-  if (!path) {
-    throw FormatError(tracks_path, 0, "a file NN_tracks.csv with NN_tracksMeta.csv beside it (it has the classes)",
-                      "none");
-  }
-  std::map<std::string, std::string> classes;
-  for (auto& [id, label] : two_columns(*path, read_text(*path), "trackid", "class"))
-    classes.insert_or_assign(std::move(id), std::move(label));
-  return classes;
-}
-
-std::optional<double> read_ind_frame_rate(const std::string& tracks_path) {
-  const auto path = beside(tracks_path, "_recordingMeta.csv");
-  if (!path) return std::nullopt;
-  const auto rows = two_columns(*path, read_text(*path), "recordingid", "framerate");
-  const auto rate = rows.empty() ? std::nullopt : number_of(rows.front().second);
-  if (!rate || !(*rate > 0.0))
-    throw FormatError(*path, 2, "frameRate > 0", rows.empty() ? "no row" : excerpt(rows.front().second));
-  return rate;
 }
 
 }  // namespace sila

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/lower.hpp"
+
 struct gzFile_s;  // of zlib
 
 namespace sila {
@@ -52,7 +54,6 @@ struct TextLine {
 std::vector<TextLine> lines_of(std::string_view text, std::size_t first_number = 1);
 
 std::string_view trimmed(std::string_view text);
-std::string lower(std::string_view text);
 
 /// Cells between separators, trimmed, without enclosing quotes. `separator` ' ' means runs of spaces, tabs and commas.
 /// A separator inside quotes does not separate.

@@ -206,8 +206,8 @@ Shape common_shape(const TextTable& table, bool with_commas) {
     const auto cells = cells_of(table.rows[i].text, with_commas ? ',' : ' ');
     ++counts[{cells.size(), leading_numbers(cells)}];
   }
-  const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
-  return counts.empty() ? Shape{} : std::max_element(counts.begin(), counts.end(), by_count)->first;
+  const auto count = &std::map<Shape, std::size_t>::value_type::second;
+  return counts.empty() ? Shape{} : std::ranges::max_element(counts, {}, count)->first;
 }
 
 bool comments_name_juelich(const TextTable& table) {
@@ -239,6 +239,33 @@ bool looks_like_ndjson(const TextTable& table) {
   const auto has = [&](std::string_view key) { return first.find(key) != std::string_view::npos; };
   return first.starts_with('{') && first.ends_with('}') &&
          (has("\"track\"") || has("\"scene\"") || (has("\"t\"") && has("\"id\"")));
+}
+
+/// The columns of a header line, or nothing if it does not name enough.
+std::optional<TrackColumns> header_columns(std::string_view header) {
+  TrackColumns columns;
+  columns.header = true;
+  columns.separator = separator_of(header);
+  std::vector<std::string> names;
+  for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
+  columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
+                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "id"});
+  find_time(columns, names);
+  columns.frame =
+      column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index", "frame_idx"});
+  columns.x =
+      column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
+  columns.y =
+      column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
+  columns.label = column(names, {"label", "class", "class_name", "agent_type", "agent_class", "object_type",
+                                 "object_class", "category", "class_id"});
+  if (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone) find_box(columns, names);
+  const bool timed = columns.time != TrackColumns::kNone ||
+                     (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
+  if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
+  columns.format = format_of_names(columns, names);
+  columns.cells = widest(columns);
+  return columns;
 }
 
 std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat format) {
@@ -313,32 +340,6 @@ TextTable table_of(const std::string& path, std::string_view text, std::size_t f
   if (lines.empty()) throw FormatError(path, 0, "a file with rows", "comments only");
   table.rows = std::move(lines);
   return table;
-}
-
-std::optional<TrackColumns> header_columns(std::string_view header) {
-  TrackColumns columns;
-  columns.header = true;
-  columns.separator = separator_of(header);
-  std::vector<std::string> names;
-  for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
-  columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
-                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "id"});
-  find_time(columns, names);
-  columns.frame =
-      column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index", "frame_idx"});
-  columns.x =
-      column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
-  columns.y =
-      column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
-  columns.label = column(names, {"label", "class", "class_name", "agent_type", "agent_class", "object_type",
-                                 "object_class", "category", "class_id"});
-  if (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone) find_box(columns, names);
-  const bool timed = columns.time != TrackColumns::kNone ||
-                     (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
-  if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
-  columns.format = format_of_names(columns, names);
-  columns.cells = widest(columns);
-  return columns;
 }
 
 std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced) {

@@ -83,15 +83,15 @@ struct TrackPlace {
 /// One file: a first pass finds its tracks, then it is read in parts of whole tracks.
 class LargeFile {
  public:
-  LargeFile(const TrackSource& source, TableReader reader, const StreamLimits& limits)
-      : name_(source.path.string()),
+  LargeFile(const SceneFile& source, TableReader reader, const StreamLimits& limits)
+      : name_(source.resolved.string()),
         to_scene_(source.to_scene),
         limits_(limits),
         reader_(std::move(reader)),
-        blocks_(source.path, limits.block_bytes) {
+        blocks_(source.resolved, limits.block_bytes) {
     headless_ = reader_;
     headless_.columns.header = false;
-    look_through();
+    find_tracks();
   }
 
   bool finished() const { return next_track_ == tracks_.size() && reported_; }
@@ -133,7 +133,7 @@ class LargeFile {
     return read_table(table, index == 0 ? reader_ : headless_, {}).detections;
   }
 
-  void look_through() {
+  void find_tracks() {
     std::unordered_map<std::string, std::size_t> index;
     dropped_.source = name_;
     for (;; ++block_count_) {
@@ -176,21 +176,21 @@ bool has_clock_of_rows(const TableReader& reader) {
 }
 
 /// How to read a file in parts; none if it must be read whole. Throws: FormatError if it is no track file.
-std::optional<TableReader> reader_in_parts(const TrackSource& source, const StreamLimits& limits) {
+std::optional<TableReader> reader_in_parts(const SceneFile& source, const StreamLimits& limits) {
   std::error_code unknown;
-  if (std::filesystem::is_directory(source.path, unknown)) return std::nullopt;
+  if (std::filesystem::is_directory(source.resolved, unknown)) return std::nullopt;
   validate(source.options);
   std::string start(4096, '\0');  // formats that are read whole may have one line longer than a block
-  start.resize(GzipFile(source.path.string()).read(start));
+  start.resize(GzipFile(source.resolved.string()).read(start));
   if (start.starts_with(kByteOrderMark)) start.erase(0, kByteOrderMark.size());
   if (source.options.format == TrackFormat::sumo_fcd || is_xml(start) || is_json_array(start) ||
       json_boxes_format(start, source.options.format))
     return std::nullopt;
-  const std::optional<TextBlock> head = TextBlocks(source.path, limits.block_bytes).read(0);
-  const std::string text = text_of_bytes(source.path.string(), head ? head->text : "");  // rejects an empty file
-  auto reader = table_reader(table_of(source.path.string(), text), source.options);
+  const std::optional<TextBlock> head = TextBlocks(source.resolved, limits.block_bytes).read(0);
+  const std::string text = text_of_bytes(source.resolved.string(), head ? head->text : "");  // rejects an empty file
+  auto reader = table_reader(table_of(source.resolved.string(), text), source.options);
   if (reader) require_metres(reader->columns.pixels, source);
-  const bool is_large = std::filesystem::file_size(source.path, unknown) > limits.whole_bytes && !unknown;
+  const bool is_large = std::filesystem::file_size(source.resolved, unknown) > limits.whole_bytes && !unknown;
   if (!reader || !is_large || reader->columns.id == TrackColumns::kNone || !has_clock_of_rows(*reader))
     return std::nullopt;
   return reader;
@@ -200,7 +200,7 @@ std::optional<TableReader> reader_in_parts(const TrackSource& source, const Stre
 
 struct TrackStream::State {
   std::string name;
-  std::vector<TrackSource> sources;
+  std::vector<SceneFile> sources;
   std::vector<std::optional<TableReader>> readers;
   std::vector<std::string> prefixes;
   CleanConfig config;
@@ -210,7 +210,7 @@ struct TrackStream::State {
   std::optional<LargeFile> large;
   TrackReport report;
 
-  void go_on() {
+  void begin_next_source() {
     ++source;
     first_recording = std::exchange(next_recording, next_recording + 1);
   }
@@ -237,8 +237,8 @@ TrackStream::TrackStream(std::span<const std::filesystem::path> paths, const Sce
   state.sources = sources_of(paths, scene, options);
   state.name = paths.empty() ? scene.path.string() : paths.front().string();
   std::vector<std::string> names;
-  for (const TrackSource& source : state.sources) {
-    names.push_back(source.path.string());
+  for (const SceneFile& source : state.sources) {
+    names.push_back(source.resolved.string());
     state.readers.push_back(reader_in_parts(source, limits));
   }
   state.prefixes = id_prefixes(names);
@@ -252,12 +252,12 @@ TrackStream::~TrackStream() = default;
 
 std::optional<CleanTracks> TrackStream::next() {
   State& state = *state_;
-  for (; state.source < state.sources.size(); state.go_on()) {
-    const TrackSource& source = state.sources[state.source];
+  for (; state.source < state.sources.size(); state.begin_next_source()) {
+    const SceneFile& source = state.sources[state.source];
     auto& reader = state.readers[state.source];
     if (!reader && !state.large) {
       CleanTracks tracks = state.cleaned(rows_of(source), true);
-      state.go_on();
+      state.begin_next_source();
       return tracks;
     }
     const bool begins = !state.large;

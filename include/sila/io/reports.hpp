@@ -30,6 +30,9 @@ nlohmann::ordered_json to_json(const ModelChange& change, const Model& previous,
 /// The record in the model file of an episode that began with `previous`; numbers count from 1. Its time is now.
 EpisodeRecord record_of(int number, const Model& previous, const Episode& episode);
 
+/// Number, tracks, duration and sizes of an episode.
+nlohmann::ordered_json record_json(const EpisodeRecord& episode);
+
 /// The episodes of both, renumbered in this order: those of a model that was fused from two.
 std::vector<EpisodeRecord> joined(std::vector<EpisodeRecord> first, const std::vector<EpisodeRecord>& second);
 
