@@ -186,14 +186,20 @@ int support_of(const TransitionGroup& group, const Model& previous, const Model&
 }
 
 /// R'': every group becomes a transition; the groups are independent of each other and are fused in parallel.
-std::vector<Transition> fused_transitions(const std::vector<FieldSources>& sources, const FusionPlan& plan,
-                                          const GpConfig& config) {
+/// `counts`: of each group by site.
+std::vector<Transition> fused_transitions(const Model& previous, const Increment& incoming, const FusionPlan& plan,
+                                          std::vector<std::vector<SiteCount>> counts, const GpConfig& config) {
   const std::vector<int> place = inverse_of(plan.kept, plan.in.size());  // final indices
   std::vector<Transition> result(plan.groups.size());
   tbb::parallel_for(std::size_t{0}, plan.groups.size(), [&](std::size_t g) {
     const TransitionGroup& group = plan.groups[g];
-    result[g] = {place[static_cast<std::size_t>(group.from)], place[static_cast<std::size_t>(group.to)], group.count,
-                 fuse_fields(sources[g], config)};
+    Transition& fused = result[g];
+    fused.from = place[static_cast<std::size_t>(group.from)];
+    fused.to = place[static_cast<std::size_t>(group.to)];
+    fused.count = group.count;
+    fused.field = fuse_fields(sources_of(group, previous, incoming), config);
+    fused.sites = std::move(counts[g]);
+    fused.support = support_of(group, previous, incoming.model);
   });
   return result;
 }
@@ -201,18 +207,12 @@ std::vector<Transition> fused_transitions(const std::vector<FieldSources>& sourc
 /// Alg. 2: the model that a plan describes.
 FuseResult carry_out(FusionProblem problem, FusionPlan plan, const Model& previous, const Increment& incoming,
                      JoinedSites joined, const FuseConfig& config) {
-  std::vector<FieldSources> sources;
-  for (const TransitionGroup& group : plan.groups) sources.push_back(sources_of(group, previous, incoming));
+  std::vector<std::vector<SiteCount>> counts =
+      counts_of_groups(problem, plan, all_counts(previous, incoming.model, joined), config.split_credit);
   Model model;
   model.settings = previous.empty() ? incoming.model.settings : previous.settings;
   model.primitives = fused_primitives(previous, incoming.model, plan, config);
-  model.transitions = fused_transitions(sources, plan, config.gp);
-  std::vector<std::vector<SiteCount>> counts =
-      counts_of_groups(problem, plan, all_counts(previous, incoming.model, joined), config.split_credit);
-  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
-    model.transitions[g].sites = std::move(counts[g]);
-    model.transitions[g].support = support_of(plan.groups[g], previous, incoming.model);
-  }
+  model.transitions = fused_transitions(previous, incoming, plan, std::move(counts), config.gp);
   model.sites = std::move(joined.sites);
   model.sharing = config.sites;
   model.episodes = previous.episodes + incoming.model.episodes;

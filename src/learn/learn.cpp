@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "gp/fit.hpp"
-#include "gp/fuse_gps.hpp"
 #include "learn/dictionary.hpp"
 #include "learn/transitions.hpp"
 
@@ -48,19 +47,16 @@ Eigen::AlignedBox2d box_of(const Eigen::MatrixXd& positions, const Eigen::Array2
   return {Vector2(step * (least / step).floor()), Vector2(step * (most / step).ceil())};
 }
 
-/// One GP a transition, fitted in parallel; the result does not depend on the number of threads.
-std::vector<SparseGp> fit_gps(const std::vector<GpData>& data, const Hyperparameters& start, const GpConfig& config) {
-  std::vector<SparseGp> gps(data.size());
-  tbb::parallel_for(std::size_t{0}, data.size(),
-                    [&](std::size_t i) { gps[i] = fit_sparse_gp(data[i], start, config); });
-  return gps;
-}
-
+/// The GPs are fitted in parallel; the result does not depend on the number of threads.
 std::vector<Transition> fit_transitions(const Observed& observed, const Hyperparameters& start, FieldOutputs outputs,
                                         const GpConfig& config) {
   const bool independent = outputs == FieldOutputs::independent;
   const auto fitted = [&](std::optional<Eigen::Index> component) {
-    return fit_gps(gp_data(observed, component), start, config);
+    const std::vector<GpData> data = gp_data(observed, component);
+    std::vector<SparseGp> gps(data.size());
+    tbb::parallel_for(std::size_t{0}, data.size(),
+                      [&](std::size_t i) { gps[i] = fit_sparse_gp(data[i], start, config); });
+    return gps;
   };
   std::vector<SparseGp> first = fitted(independent ? std::optional<Eigen::Index>(0) : std::nullopt), second;
   if (independent) second = fitted(1);

@@ -60,13 +60,10 @@ void check_gp(const std::string& name, const SparseGp& gp, Eigen::Index inputs, 
 
 void check_settings(const ModelSettings& settings) {
   validate(settings.grid);
-  const auto require = [](const char* name, double value, const Range& range) {
-    require_in_range("model", name, value, range);
-  };
-  require("sample_interval_s", settings.sample_interval_s, {1e-3, 60.0});
-  require("reference_width_m", settings.reference_width_m, {1e-3, 1e6});
-  require("residual_horizon_s", settings.residual_horizon_s, {0.0, 3600.0});
-  require("residual_knots", settings.residual_knots, {0, 1000});
+  require_in_range("model", "sample_interval_s", settings.sample_interval_s, {1e-3, 60.0});
+  require_in_range("model", "reference_width_m", settings.reference_width_m, {1e-3, 1e6});
+  require_in_range("model", "residual_horizon_s", settings.residual_horizon_s, {0.0, 3600.0});
+  require_in_range("model", "residual_knots", settings.residual_knots, {0, 1000});
   if ((settings.residual_knots > 0) != (settings.residual_horizon_s > 0.0))
     reject("residual GPs have knots without a horizon, or none until theirs");
 }

@@ -21,19 +21,12 @@ double log_normal(const Vector2& differences, const Vector2& variance) {
 }
 
 double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_here, WeightPrior prior) {
-  switch (prior) {
-    case WeightPrior::transition_probability:
-      return std::log(field.probability);
-    case WeightPrior::local_support: {
-      // The number of direct observations of the velocity at this point that would give the same variance.
-      const Vector2 samples = field.posterior.noise_variance().array() *
-                              (variance_here.cwiseInverse() - field.posterior.signal_variance().cwiseInverse()).array();
-      return std::log(std::max(samples.mean(), 1e-12));
-    }
-    case WeightPrior::none:
-      return 0.0;
-  }
-  return 0.0;
+  if (prior == WeightPrior::none) return 0.0;
+  if (prior == WeightPrior::transition_probability) return std::log(field.probability);
+  // The number of direct observations of the velocity at this point that would give the same variance.
+  const Vector2 samples = field.posterior.noise_variance().array() *
+                          (variance_here.cwiseInverse() - field.posterior.signal_variance().cwiseInverse()).array();
+  return std::log(std::max(samples.mean(), 1e-12));
 }
 
 /// The index of the first of those samples that lie in the last `seconds`.

@@ -83,16 +83,12 @@ int add_rounds(Plan& plan, std::span<const int> models, std::span<const std::siz
   return reduce(plan, FleetStep::add, all);
 }
 
-Model model_in(const FleetValue& value) {
-  if (const Model* model = std::get_if<Model>(&value)) return *model;
+/// A model or error statistics.
+template <class Value>
+Value value_in(const FleetValue& value) {
+  if (const Value* found = std::get_if<Value>(&value)) return *found;
   if (std::holds_alternative<std::monostate>(value)) return {};
-  throw std::invalid_argument("run_task: an input is error statistics where a model should be");
-}
-
-SiteErrorStatistics error_statistics_in(const FleetValue& value) {
-  if (const auto* error_statistics = std::get_if<SiteErrorStatistics>(&value)) return *error_statistics;
-  if (std::holds_alternative<std::monostate>(value)) return {};
-  throw std::invalid_argument("run_task: an input is a model where error statistics should be");
+  throw std::invalid_argument("run_task: an input is a model where error statistics should be, or the other way round");
 }
 
 std::vector<double> widths_of(std::span<const Partition> partitions) {
@@ -285,16 +281,19 @@ FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, c
     case FleetStep::learn:
       return learn_partition(partition, config);
     case FleetStep::fuse:
-      return fuse_two(model_in(input(0)), model_in(input(1)), config);
+      return fuse_two(value_in<Model>(input(0)), value_in<Model>(input(1)), config);
     case FleetStep::warm_up:
-      return calibrate(partition, model_in(input(0)), error_statistics_in(input(1)), warm_up_config(config));
+      return calibrate(partition, value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)),
+                       warm_up_config(config));
     case FleetStep::calibrate:
-      return calibrate(partition, model_in(input(0)), error_statistics_in(input(1)), config);
+      return calibrate(partition, value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)), config);
     case FleetStep::add:
       return SiteErrorStatistics{
-          join_sites(error_statistics_in(input(0)).sites, error_statistics_in(input(1)).sites).sites};
+          join_sites(value_in<SiteErrorStatistics>(input(0)).sites, value_in<SiteErrorStatistics>(input(1)).sites)
+              .sites};
     default:
-      return finalise(model_in(input(0)), error_statistics_in(input(1)), model_in(input(2)), config);
+      return finalise(value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)), value_in<Model>(input(2)),
+                      config);
   }
 }
 

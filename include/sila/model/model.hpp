@@ -64,11 +64,8 @@ struct Extent : Eigen::AlignedBox2d {
   using Eigen::AlignedBox2d::AlignedBox2d;
   Extent() = default;
   Extent(const Eigen::AlignedBox2d& box) : Eigen::AlignedBox2d(box) {}
-  Extent(const Extent& other) noexcept : Eigen::AlignedBox2d(other) {}
-  Extent& operator=(const Extent& other) noexcept {
-    Eigen::AlignedBox2d::operator=(other);
-    return *this;
-  }
+  Extent(const Extent&) noexcept = default;
+  Extent& operator=(const Extent&) noexcept = default;
 };
 
 /// Position -> velocity, both in curb coordinates: one sparse GP with two inputs and two outputs, or one for each
