@@ -216,7 +216,7 @@ void bind_prediction(nb::module_& module) {
           nb::rv_policy::reference_internal, "Shape (t,), seconds after t0.")
       .def_prop_ro(
           "fallback", [](const TrackPrediction& p) { return p.content.fallback; },
-          "No transition matched: kinematics alone.")
+          "No roll-outs: no transition matched, or nothing was learnt at this corner.")
       .def_prop_ro(
           "novelty", [](const TrackPrediction& p) { return p.content.novelty; },
           "In [0, 1]: share of the people seen so far whose path was better known than this one.")

@@ -78,8 +78,8 @@ struct SlowErrors {
 };
 
 /// Sums of the prediction errors of past episodes, gathered on tracks that the model had not learnt yet: for the
-/// stacking of velocities and residual GPs, and for the density of errors. Cell (step, speed class) of a table is at
-/// step * kSpeedClasses + class.
+/// stacking of velocities and residual GPs, the density of errors, regions, novelty, motion changes and corrections of
+/// paths. Cell (step, speed class) of a table is at step * kSpeedClasses + class.
 struct ErrorStatistics {
   int steps = 0;
   double interval_s = 0.2;                  ///< between steps

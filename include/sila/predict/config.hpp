@@ -60,7 +60,8 @@ void fields(MaybeConst<PredictConfig> auto& config, auto&& visit) {
   visit.number("merge_radius_m", config.merge_radius_m, Range{0.0, 1000.0}, "m",
                "modes with a smaller mean distance are merged");
   visit.flag("own_deviation", config.own_deviation,
-             "start a roll-out with the pedestrian's own deviation from the field, which decays over that time");
+             "start a roll-out with the pedestrian's own deviation from the field, which decays with a time constant "
+             "of 1.6 s");
 }
 
 }  // namespace sila

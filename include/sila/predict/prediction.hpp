@@ -43,7 +43,7 @@ struct Prediction {
   std::vector<double> times_s;  ///< of the steps, after t0
   std::vector<Mode> modes;
   std::vector<Region> regions;  ///< by rising probability
-  bool fallback = false;        ///< no transition matched: kinematics alone
+  bool fallback = false;        ///< no roll-outs: no transition matched, or nothing was learnt at this corner
   double novelty = 0.0;     ///< in [0, 1]: share of the people learnt so far whose path was better known than this one
   double observed_s = 0.0;  ///< time between the first and the last observed sample that was used
   bool standing = false;    ///< mean speed below 0.3 m/s while observed

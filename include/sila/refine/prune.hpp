@@ -93,7 +93,7 @@ struct BudgetResult {
 BudgetResult apply_budget(Model model, const ModelBudget& budget);
 
 /// A model for export: only transitions that at least `min_people` different tracks support, between primitives with
-/// the same support. Nothing else remains except sums over all tracks (error statistics without the path correction;
+/// the same support. Nothing else remains except sums over all tracks (error statistics without those of positions;
 /// docs/privacy.md). May be empty. Throws: std::invalid_argument if min_people is below 1.
 Model k_anonymous(Model model, int min_people);
 
