@@ -1,6 +1,3 @@
-#include <iostream>
-#include <memory>
-
 #include "options.hpp"
 #include "sila/io/config_json.hpp"
 #include "verbs.hpp"

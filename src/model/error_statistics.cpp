@@ -6,7 +6,6 @@
 #include <string>
 #include <tuple>
 #include <type_traits>
-#include <utility>
 
 #include "core/concatenate.hpp"
 #include "model/parts.hpp"

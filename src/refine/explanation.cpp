@@ -1,4 +1,3 @@
-
 #include "predict/rollout.hpp"
 #include "refine/prepared_model.hpp"
 #include "sila/refine/predictor.hpp"

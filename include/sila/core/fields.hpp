@@ -4,11 +4,9 @@
 #include <concepts>
 #include <limits>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <vector>
 
 namespace sila {
 
