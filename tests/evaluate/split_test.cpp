@@ -73,6 +73,7 @@ TEST(Split, APersonWhoStaysForEverDoesNotTakeAllOthers) {
 
 TEST(Split, ByTimeLearnsInTheOrderOfTime) {
   const Split split = split_tracks(pairs(60, 3.0, 3), 0.15, 5, SplitBy::time);
+  ASSERT_GT(split.train.size(), 30u);
   for (std::size_t i = 1; i < split.train.size(); ++i) {
     const Trajectory &before = split.train[i - 1].track, &now = split.train[i].track;
     if (before.recording != now.recording) continue;

@@ -44,9 +44,9 @@ void expect_valid(const Prediction& prediction) {
 
 TEST(Predictor, GivesWeightsThatSumToOneAndFiniteCovariancesEverywhere) {
   const Predictor predictor(corner_model(), kConfig.predict);
-  for (const Window& window : windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0)) {
-    expect_valid(predictor.predict(window.observed));
-  }
+  const auto windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
+  ASSERT_FALSE(windows.empty());
+  for (const Window& window : windows) expect_valid(predictor.predict(window.observed));
 }
 
 TEST(Predictor, PredictsATrackFromItsSecondSampleOn) {
@@ -141,7 +141,9 @@ TEST(Predictor, AShorterHorizonIsThePrefixOfALongerOne) {
   lengthy.horizon_s = 9.0;
   const Predictor predictor(corner_model(), kConfig.predict), brief_one(corner_model(), brief),
       lengthy_one(corner_model(), lengthy);
-  for (const Window& window : windows_of(testing::corner_walks(10, 98), kConfig.sampling, kConfig.predict, 1.0)) {
+  const auto windows = windows_of(testing::corner_walks(10, 98), kConfig.sampling, kConfig.predict, 1.0);
+  ASSERT_FALSE(windows.empty());
+  for (const Window& window : windows) {
     const Prediction a = brief_one.predict(window.observed), b = predictor.predict(window.observed),
                      c = lengthy_one.predict(window.observed);
     ASSERT_EQ(a.modes.size(), b.modes.size());

@@ -41,7 +41,7 @@ TEST(Hostile, AnyMixtureOfTracksIsLearntFusedAndPredicted) {
   expect_sound_lives(200, kConfig);
 }
 
-TEST(Hostile, SoItIsWithoutTheBlendAndWithLimits) {
+TEST(Hostile, SoItIsWithoutStackingAndWithABudget) {
   EpisodeConfig config;
   config.predict.stacking = false;
   config.budget.max_primitives = 10;
