@@ -36,14 +36,13 @@ struct SubsumptionTable {
 
 /// Adds the pseudo-inputs of `of` that `by` knows and agrees with.
 void add_overlap(SubsumptionTable& table, detail::OverlapIndex& index, const std::vector<Transition>& transitions,
-                 std::size_t of, std::size_t by, const detail::OverlapCriteria& criteria) {
+                 std::size_t of, std::size_t by, double agreement) {
   const Eigen::Matrix2Xd& own = index.own_means(of);
   const FlowPosterior& other = index.posterior(by);
   const Eigen::MatrixXd& places = transitions[of].field.gp.pseudo_inputs;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     const FieldPrediction predicted = other.predict(places.col(m));
-    if (other.unexplained_share(predicted) >= criteria.known_ratio) continue;
-    if ((predicted.mean - own.col(m)).norm() >= criteria.agreement) continue;
+    if (!detail::knows(other, predicted) || (predicted.mean - own.col(m)).norm() >= agreement) continue;
     ++table.subsumers[of][static_cast<std::size_t>(m)];
     table.subsumes[by].push_back({of, static_cast<std::size_t>(m)});
   }
@@ -59,13 +58,12 @@ SubsumptionTable subsumption_table(const Model& model) {
     table.subsumers.emplace_back(static_cast<std::size_t>(transition.field.gp.pseudo_inputs.cols()), 0);
     table.bytes.push_back(static_cast<double>(packed_bytes(transition)));
   }
-  const detail::OverlapCriteria criteria{PruneConfig::known_ratio,
-                                         PruneConfig::agreement_mps / model.settings.reference_width_m, 0.0};
+  const double agreement = PruneConfig::agreement_mps / model.settings.reference_width_m;
   detail::OverlapIndex index(transitions);
   for (std::size_t of = 0; of < transitions.size(); ++of) {
-    for (const std::size_t other : index.candidates(of, criteria.share, table.kept)) {
+    for (const std::size_t other : index.candidates(of, 0.0, table.kept)) {
       if (other == of || (apart && !share_a_site(transitions[of].sites, transitions[other].sites))) continue;
-      add_overlap(table, index, transitions, of, other, criteria);
+      add_overlap(table, index, transitions, of, other, agreement);
     }
   }
   return table;

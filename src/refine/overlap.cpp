@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sila/refine/prune.hpp"
+
 namespace sila::detail {
 namespace {
 
@@ -61,23 +63,27 @@ const Eigen::Matrix2Xd& OverlapIndex::own_means(std::size_t transition) {
   return *cached;
 }
 
-std::optional<double> OverlapIndex::difference(std::size_t of, std::size_t by, const OverlapCriteria& criteria) {
+bool knows(const FlowPosterior& field, const FieldPrediction& predicted) {
+  return field.unexplained_share(predicted) < PruneConfig::known_ratio;
+}
+
+std::optional<double> OverlapIndex::difference(std::size_t of, std::size_t by, double agreement) {
   const Eigen::MatrixXd& places = transitions_[of].field.gp.pseudo_inputs;
   const Eigen::Matrix2Xd& own = own_means(of);
   const FlowPosterior& other = posterior(by);
-  const double needed = criteria.share * static_cast<double>(places.cols());
+  const double needed = PruneConfig::agreement_share * static_cast<double>(places.cols());
   double squares = 0.0;
   double known = 0.0;
   for (Eigen::Index m = 0; m < places.cols(); ++m) {
     if (known + static_cast<double>(places.cols() - m) < needed) return std::nullopt;  // most fail early
     const FieldPrediction predicted = other.predict(places.col(m));
-    if (other.unexplained_share(predicted) >= criteria.known_ratio) continue;
+    if (!knows(other, predicted)) continue;
     known += 1.0;
     squares += (predicted.mean - own.col(m)).squaredNorm();
   }
   if (known == 0.0 || known < needed) return std::nullopt;
   const double difference = std::sqrt(squares / known);
-  return difference < criteria.agreement ? std::optional(difference) : std::nullopt;
+  return difference < agreement ? std::optional(difference) : std::nullopt;
 }
 
 std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept) {

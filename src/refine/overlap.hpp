@@ -8,12 +8,9 @@
 
 namespace sila::detail {
 
-/// The conditions under which a field represents another one. They are compared at the pseudo-inputs of the latter.
-struct OverlapCriteria {
-  double known_ratio = 0.4;  ///< a field knows a position if variance / signal variance is below this
-  double agreement = 0.3;    ///< velocities that differ by less agree [curb units/s]
-  double share = 0.8;        ///< of the pseudo-inputs of the other field, which it must know
-};
+/// Whether a field knows a position, by its prediction there: variance / signal variance is below
+/// PruneConfig::known_ratio.
+bool knows(const FlowPosterior& field, const FieldPrediction& predicted);
 
 /// Finds fields that overlap; posteriors are made when they are first needed. A removed transition is never found.
 class OverlapIndex {
@@ -28,8 +25,8 @@ class OverlapIndex {
   /// The means of a field at its own pseudo-inputs.
   const Eigen::Matrix2Xd& own_means(std::size_t transition);
   /// Root mean square difference of the fields of `by` and `of` at the pseudo-inputs of `of` that `by` knows
-  /// [curb units/s], if `by` meets the criteria.
-  std::optional<double> difference(std::size_t of, std::size_t by, const OverlapCriteria& criteria);
+  /// [curb units/s], if it is below `agreement` and `by` knows a share of PruneConfig::agreement_share of them.
+  std::optional<double> difference(std::size_t of, std::size_t by, double agreement);
   void remove(std::size_t transition);
   /// To be called when the field of a transition has changed.
   void replace(std::size_t transition);

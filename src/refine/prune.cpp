@@ -25,17 +25,17 @@ struct PruningState {
 /// The transition that subsumes `rare` with the least difference; none if none does. Its count is at least that of
 /// `rare`, with `more_often` greater.
 std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, const std::vector<bool>& compared,
-                                         const detail::OverlapCriteria& criteria, bool more_often) {
+                                         double agreement, bool more_often) {
   const Transition& own = state.transitions[rare];
   std::optional<std::size_t> best;
   double least = 0.0;
   std::vector<bool> eligible = compared[rare] ? state.kept : compared;
   eligible[rare] = false;
-  for (const std::size_t i : state.index.candidates(rare, criteria.share, eligible)) {
+  for (const std::size_t i : state.index.candidates(rare, PruneConfig::agreement_share, eligible)) {
     const Transition& other = state.transitions[i];
     if (other.count < own.count || (more_often && other.count == own.count)) continue;
     if (state.apart && !share_a_site(other.sites, own.sites)) continue;
-    const auto difference = state.index.difference(rare, i, criteria);
+    const auto difference = state.index.difference(rare, i, agreement);
     if (!difference || (best && *difference >= least)) continue;
     best = i;
     least = *difference;
@@ -66,8 +66,8 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
 
 /// Merges rare transitions into those that agree best, until no pair agrees: a transition that grew may agree with
 /// further ones. Returns the number of merged transitions.
-int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count,
-                 const detail::OverlapCriteria& criteria, const FuseConfig& fusing, const ResidualConfig& residual) {
+int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count, double agreement,
+                 const FuseConfig& fusing, const ResidualConfig& residual) {
   std::vector<std::size_t> order(state.transitions.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   int subsumed = 0;
@@ -76,7 +76,7 @@ int subsume_rare(PruningState& state, std::vector<bool> compared, double max_cou
     std::ranges::stable_sort(order, {}, [&](std::size_t i) { return state.transitions[i].count; });  // the rarest first
     for (const std::size_t rare : order) {
       if (!state.kept[rare] || state.transitions[rare].count > max_count) continue;
-      const auto subsumer = best_subsumer(state, rare, compared, criteria, false);
+      const auto subsumer = best_subsumer(state, rare, compared, agreement, false);
       if (!subsumer) continue;
       subsume(state, rare, *subsumer, fusing, residual);
       ++subsumed;
@@ -87,16 +87,16 @@ int subsume_rare(PruningState& state, std::vector<bool> compared, double max_cou
 
 /// Merges each transition without recent observations into the more frequent one that knows its place and differs
 /// least; returns how many.
-int subsume_old(PruningState& state, const PruneConfig& config, detail::OverlapCriteria criteria,
-                const FuseConfig& fusing, const ResidualConfig& residual) {
+int subsume_old(PruningState& state, const PruneConfig& config, const FuseConfig& fusing,
+                const ResidualConfig& residual) {
   int subsumed = 0;
-  criteria.agreement = std::numeric_limits<double>::infinity();
+  constexpr double any_difference = std::numeric_limits<double>::infinity();
   const std::vector<bool> all(state.transitions.size(), true);
   for (std::size_t i = 0; i < state.transitions.size(); ++i) {
     const Transition& old = state.transitions[i];
     if (!state.kept[i] || old.count > config.expire_count) continue;
     if (age_episodes(old.sites, state.sites) < config.expire_after_episodes) continue;
-    const auto subsumer = best_subsumer(state, i, all, criteria, true);
+    const auto subsumer = best_subsumer(state, i, all, any_difference, true);
     if (!subsumer) continue;
     subsume(state, i, *subsumer, fusing, residual);
     ++subsumed;
@@ -122,12 +122,11 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
                      detail::OverlapIndex(model.transitions),
                      std::vector<bool>(transitions, true),
                      std::vector<bool>(transitions, false)};
-  const detail::OverlapCriteria criteria{config.known_ratio, config.agreement_mps / model.settings.reference_width_m,
-                                         config.agreement_share};
+  const double agreement = PruneConfig::agreement_mps / model.settings.reference_width_m;
   std::vector<bool> compared(transitions, true);
   for (bool goes_on = true; goes_on;) {
-    result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, criteria, fusing, residual);
-    const int old = subsume_old(state, config, criteria, fusing, residual);
+    result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, agreement, fusing, residual);
+    const int old = subsume_old(state, config, fusing, residual);
     result.report.subsumed += old;
     compared = std::exchange(state.changed, std::vector<bool>(transitions, false));
     goes_on = old > 0;  // a transition that grew may agree with further ones
