@@ -42,7 +42,7 @@ void make_prior_file(const PriorOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel prior = prior_of(options);
   save_model(options.out, prior);
-  const double windows = windows_in(prior.model.prior.density);
+  const double windows = windows_in(prior.model.refinement.prior.density);
   print(options.common, {{"models", options.models.size()}, {"windows", windows}},
         options.out + ": a prior of " + counted(std::lround(windows), "window") + ", from " +
             (options.models.empty() ? "simulated pedestrians" : counted(options.models.size(), "model")) +

@@ -123,9 +123,9 @@ void bind_fleet(nb::module_& module) {
       .def("__getstate__",
            [](const SiteErrorStatistics& error_statistics) {
              std::vector<std::tuple<FrameState, nb::bytes>> sites;
-             for (const Site& site : error_statistics.sites) {
-               const std::vector<double> numbers = pack(site.error_statistics);
-               sites.emplace_back(state_of(site.frame),
+             for (const auto& [frame, statistics] : error_statistics.sites) {
+               const std::vector<double> numbers = pack(statistics);
+               sites.emplace_back(state_of(frame),
                                   nb::bytes(reinterpret_cast<const char*>(numbers.data()), 8 * numbers.size()));
              }
              return nb::make_tuple(sites);
@@ -136,7 +136,7 @@ void bind_fleet(nb::module_& module) {
              for (const auto& [frame, bytes] : nb::cast<std::vector<std::tuple<FrameState, nb::bytes>>>(state[0])) {
                std::vector<double> numbers(bytes.size() / 8);
                std::memcpy(numbers.data(), bytes.c_str(), 8 * numbers.size());
-               read.sites.push_back({frame_in(frame), 0, 0, unpack<ErrorStatistics>(numbers)});
+               read.sites.push_back({frame_in(frame), unpack<ErrorStatistics>(numbers)});
              }
              new (&error_statistics) SiteErrorStatistics(std::move(read));
            })

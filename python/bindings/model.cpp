@@ -17,13 +17,6 @@ struct Primitive {
   Grid grid;
 };
 
-/// Without the error statistics, which are not for users.
-std::vector<Site> sites_of(const StoredModel& stored) {
-  std::vector<Site> sites;
-  for (const Site& site : stored.model.sites) sites.push_back({site.frame, site.episodes, site.tracks, {}});
-  return sites;
-}
-
 std::vector<Primitive> primitives_of(const StoredModel& stored) {
   std::vector<Primitive> primitives;
   for (const MotionPrimitive& primitive : stored.model.primitives)
@@ -41,7 +34,7 @@ std::map<int, double> by_site(const Transition& transition) {
 std::vector<Transition> transitions_of(const StoredModel& stored) {
   std::vector<Transition> transitions;
   for (const Transition& t : stored.model.transitions)
-    transitions.push_back({t.from, t.to, t.count, {}, {}, t.sites, t.support});
+    transitions.push_back({t.from, t.to, t.count, {}, t.sites, t.support});
   return transitions;
 }
 
@@ -156,7 +149,7 @@ void bind_model(nb::module_& module) {
       .def_prop_ro(
           "episodes", [](const StoredModel& stored) { return stored.model.episodes; }, "Batches learnt.")
       .def_prop_ro(
-          "prior_windows", [](const StoredModel& stored) { return windows_in(stored.model.prior.density); },
+          "prior_windows", [](const StoredModel& stored) { return windows_in(stored.model.refinement.prior.density); },
           "Windows at other places that it began with (`make_prior`).")
       .def_prop_ro(
           "episode_ids", [](const StoredModel& stored) { return texts_of(stored.model.episode_ids); },
@@ -164,7 +157,8 @@ void bind_model(nb::module_& module) {
       .def_prop_ro(
           "reference_width_m", [](const StoredModel& stored) { return stored.model.settings.reference_width_m; },
           "Metres of one curb unit; models that are fused have one.")
-      .def_prop_ro("sites", &sites_of, "Where it was trained.")
+      .def_prop_ro(
+          "sites", [](const StoredModel& stored) { return stored.model.sites; }, "Where it was trained.")
       .def_prop_ro("primitives", &primitives_of)
       .def_prop_ro("transitions", &transitions_of)
       .def_prop_ro(

@@ -61,15 +61,18 @@ std::vector<PrimitivePair> add_similar(const Model& a, const Model& b, double th
   return pairs;
 }
 
-bool same_content(const Transition& a, const Transition& b) {
-  return a.count == b.count && pack(a.field) == pack(b.field) && pack(a.residual) == pack(b.residual);
+bool same_content(const Model& a, std::size_t i, const Model& b, std::size_t j) {
+  return a.transitions[i].count == b.transitions[j].count &&
+         pack(a.transitions[i].field) == pack(b.transitions[j].field) &&
+         pack(entry_of(a.refinement.residuals, i)) == pack(entry_of(b.refinement.residuals, j));
 }
 
 void compare_transitions(const Model& a, const Model& b, const std::vector<int>& partner_of,
                          ModelComparison& comparison) {
-  std::map<std::pair<int, int>, const Transition*> there;
-  for (const Transition& transition : b.transitions) there[{transition.from, transition.to}] = &transition;
-  for (const Transition& transition : a.transitions) {
+  std::map<std::pair<int, int>, std::size_t> there;
+  for (std::size_t j = 0; j < b.transitions.size(); ++j) there[{b.transitions[j].from, b.transitions[j].to}] = j;
+  for (std::size_t i = 0; i < a.transitions.size(); ++i) {
+    const Transition& transition = a.transitions[i];
     const auto found = there.find(
         {partner_of[static_cast<std::size_t>(transition.from)], partner_of[static_cast<std::size_t>(transition.to)]});
     const std::pair here(transition.from, transition.to);
@@ -77,10 +80,11 @@ void compare_transitions(const Model& a, const Model& b, const std::vector<int>&
       comparison.transitions_of_a.push_back(here);
       continue;
     }
-    if (same_content(transition, *found->second))
+    if (same_content(a, i, b, found->second))
       ++comparison.same_transitions;
     else
-      comparison.changed_transitions.push_back({here, found->first, transition.count, found->second->count});
+      comparison.changed_transitions.push_back(
+          {here, found->first, transition.count, b.transitions[found->second].count});
     there.erase(found);
   }
   for (const auto& [key, transition] : there) comparison.transitions_of_b.push_back(key);
@@ -103,10 +107,7 @@ CurbTrajectory straight_path(const Vector2& place, const Vector2& velocity, cons
 }  // namespace
 
 ModelComparison compare(const Model& a, const Model& b, double similarity_threshold) {
-  if (!(a.settings == b.settings)) {
-    throw std::invalid_argument("compare: the models have different settings: " + differences(a.settings, b.settings) +
-                                "; they must be equal");
-  }
+  require_same_settings("compare", a, b);
   ModelComparison comparison;
   std::vector<int> partner_of = equal_primitives(a, b);
   comparison.same_primitives =

@@ -17,12 +17,7 @@ namespace sila {
 namespace {
 
 void require_compatible(const std::string& function, const Model& previous, const Increment& incoming) {
-  const ModelSettings& ours = previous.settings;
-  const ModelSettings& theirs = incoming.model.settings;
-  if (!previous.empty() && !incoming.model.empty() && !(ours == theirs)) {
-    throw std::invalid_argument(function + ": the models have different settings: " + differences(ours, theirs) +
-                                "; they must be equal");
-  }
+  if (!previous.empty() && !incoming.model.empty()) require_same_settings(function, previous, incoming.model);
   if (!previous.transitions.empty() && !incoming.model.transitions.empty() &&
       previous.transitions.front().field.independent() != incoming.model.transitions.front().field.independent()) {
     throw std::invalid_argument(function +
@@ -174,13 +169,11 @@ std::vector<std::vector<SiteCount>> counts_of_groups(const FusionProblem& proble
 }
 
 int support_of(const TransitionGroup& group, const Model& previous, const Model& incoming) {
-  const int shift = static_cast<int>(previous.primitives.size());
   Support support;
-  for (const auto& [from, to] : group.sources) {
-    if (from < shift)
-      support.previous = std::max(support.previous, transition_at(previous, {from, to}).support);
-    else
-      support.incoming = std::max(support.incoming, transition_at(incoming, {from - shift, to - shift}).support);
+  for (const std::pair<int, int>& edge : group.sources) {
+    const auto [model, index] = source_of(edge, previous, incoming);
+    int& side = model == &previous ? support.previous : support.incoming;
+    side = std::max(side, model->transitions[index].support);
   }
   return support.sum();
 }

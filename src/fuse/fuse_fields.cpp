@@ -36,44 +36,26 @@ SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config, Part 
 
 }  // namespace
 
-const Transition& transition_at(const Model& model, std::pair<int, int> edge) {
-  return *std::ranges::lower_bound(model.transitions, edge, {}, [](const Transition& transition) {
-    return std::pair(transition.from, transition.to);
-  });
+std::pair<const Model*, std::size_t> source_of(std::pair<int, int> edge, const Model& previous, const Model& incoming) {
+  const int shift = static_cast<int>(previous.primitives.size());
+  const bool first = edge.first < shift;
+  if (!first) edge = {edge.first - shift, edge.second - shift};
+  const std::vector<Transition>& list = (first ? previous : incoming).transitions;
+  const auto key = [](const Transition& transition) { return std::pair(transition.from, transition.to); };
+  const auto found = std::ranges::lower_bound(list, edge, {}, key);
+  return {first ? &previous : &incoming, static_cast<std::size_t>(found - list.begin())};
 }
 
 FieldSources sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming) {
-  const int shift = static_cast<int>(previous.primitives.size());
   FieldSources sources;
-  for (const auto& [from, to] : group.sources) {
-    if (from < shift) {
-      sources.stored.push_back(&transition_at(previous, {from, to}));
-      continue;
-    }
-    const Transition& transition = transition_at(incoming.model, {from - shift, to - shift});
-    const auto index = static_cast<std::size_t>(&transition - incoming.model.transitions.data());
-    const bool has_samples = !incoming.samples.empty() && incoming.samples[index].positions.cols() > 0;
-    (has_samples ? sources.fresh : sources.stored).push_back(&transition);
+  for (const std::pair<int, int>& edge : group.sources) {
+    const auto [model, index] = source_of(edge, previous, incoming.model);
+    const bool has_samples =
+        model != &previous && !incoming.samples.empty() && incoming.samples[index].positions.cols() > 0;
+    (has_samples ? sources.fresh : sources.stored).push_back(&model->transitions[index]);
     if (has_samples) sources.samples.push_back(&incoming.samples[index]);
   }
   return sources;
-}
-
-GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::MatrixXd TransitionSamples::*inputs,
-              Eigen::MatrixXd TransitionSamples::*outputs) {
-  Eigen::Index points = 0;
-  for (const TransitionSamples* part : samples) points += (part->*inputs).cols();
-  if (samples.empty()) return {};
-  GpData data{Eigen::MatrixXd((samples.front()->*inputs).rows(), points),
-              Eigen::MatrixXd(points, (samples.front()->*outputs).cols())};
-  Eigen::Index filled = 0;
-  for (const TransitionSamples* part : samples) {
-    const Eigen::Index count = (part->*inputs).cols();
-    data.inputs.middleCols(filled, count) = part->*inputs;
-    data.outputs.middleRows(filled, count) = part->*outputs;
-    filled += count;
-  }
-  return data;
 }
 
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config) {

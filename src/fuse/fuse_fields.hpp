@@ -21,14 +21,29 @@ struct FieldSources {
 /// Differs: docs/decisions/0045.
 FlowField fuse_fields(const FieldSources& sources, const GpConfig& config);
 
-/// A transition of a model by its (from, to). Precondition: the model has it.
-const Transition& transition_at(const Model& model, std::pair<int, int> edge);
+/// The model and the index of a transition, by its (from, to) in joint indices. Precondition: one of the models has it.
+std::pair<const Model*, std::size_t> source_of(std::pair<int, int> edge, const Model& previous, const Model& incoming);
 
 /// The sources of a group of transitions.
 FieldSources sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming);
 
 /// Columns of `inputs` and rows of `outputs` of all samples.
-GpData pooled(const std::vector<const TransitionSamples*>& samples, Eigen::MatrixXd TransitionSamples::*inputs,
-              Eigen::MatrixXd TransitionSamples::*outputs);
+template <class Samples>
+GpData pooled(const std::vector<const Samples*>& samples, Eigen::MatrixXd Samples::*inputs,
+              Eigen::MatrixXd Samples::*outputs) {
+  Eigen::Index points = 0;
+  for (const Samples* part : samples) points += (part->*inputs).cols();
+  if (samples.empty()) return {};
+  GpData data{Eigen::MatrixXd((samples.front()->*inputs).rows(), points),
+              Eigen::MatrixXd(points, (samples.front()->*outputs).cols())};
+  Eigen::Index filled = 0;
+  for (const Samples* part : samples) {
+    const Eigen::Index count = (part->*inputs).cols();
+    data.inputs.middleCols(filled, count) = part->*inputs;
+    data.outputs.middleRows(filled, count) = part->*outputs;
+    filled += count;
+  }
+  return data;
+}
 
 }  // namespace sila

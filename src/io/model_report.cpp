@@ -36,8 +36,7 @@ Counts counts_of(const StoredModel& stored) {
   }
   counts.cells = covered.size();
   for (const Transition& transition : stored.model.transitions) {
-    counts.pseudo_inputs += transition.field.gp.pseudo_inputs.cols();
-    counts.pseudo_inputs += transition.field.gp_y.pseudo_inputs.cols();
+    counts.pseudo_inputs += transition.field.gp.pseudo_inputs.cols() + transition.field.gp_y.pseudo_inputs.cols();
     counts.points += transition.field.gp.points;
   }
   for (const EpisodeRecord& episode : stored.episodes) counts.seconds += episode.seconds;
@@ -65,7 +64,7 @@ ordered_json sites_json(const Model& model) {
   ordered_json sites = ordered_json::array();
   const auto pair = [](const Vector2& v) { return ordered_json{v.x(), v.y()}; };
   for (std::size_t i = 0; i < model.sites.size(); ++i) {
-    const auto& [frame, episodes, tracks, error_statistics] = model.sites[i];
+    const auto& [frame, episodes, tracks] = model.sites[i];
     sites.push_back({{"origin", pair(frame.origin_m)},
                      {"axis_1", pair(frame.axis_1)},
                      {"axis_2", pair(frame.axis_2)},
@@ -171,11 +170,12 @@ std::string list(const char* title, const List& items, Text&& text) {
 }
 
 std::string describe_site(const Model& model, std::size_t index) {
-  const Site& site = model.sites[index];
-  return "(" + std::to_string(std::llround(site.frame.origin_m.x())) + ", " +
-         std::to_string(std::llround(site.frame.origin_m.y())) + ") m: " + counted(site.tracks, "track") + " in " +
-         counted(site.episodes, "episode") + ", " + counted(transitions_of(model, index), "transition") + ", " +
-         (windows_in(site.error_statistics.density) > 0.0 ? "calibrated" : "not calibrated");
+  const auto& [frame, episodes, tracks] = model.sites[index];
+  const bool calibrated = windows_in(entry_of(model.refinement.error_statistics, index).density) > 0.0;
+  return "(" + std::to_string(std::llround(frame.origin_m.x())) + ", " +
+         std::to_string(std::llround(frame.origin_m.y())) + ") m: " + counted(tracks, "track") + " in " +
+         counted(episodes, "episode") + ", " + counted(transitions_of(model, index), "transition") +
+         (calibrated ? ", calibrated" : ", not calibrated");
 }
 
 }  // namespace
@@ -251,7 +251,7 @@ std::string describe(const StoredModel& stored) {
   const ordered_json configuration = ordered_json::parse(stored.configuration, nullptr, false);
   if (const double scale = configuration.value("metres_per_pixel", 0.0); scale > 0.0)
     line("units") << "pixels of " << scale << " m";
-  if (const double windows = windows_in(model.prior.density); windows > 0.0)
+  if (const double windows = windows_in(model.refinement.prior.density); windows > 0.0)
     line("prior") << "of " << counted(std::lround(windows), "window") << " at other places";
   line("samples") << "every " << model.settings.sample_interval_s << " s";
   line("time") << counts.seconds << " s in " << counted(stored.episodes.size(), "recorded episode");
@@ -296,7 +296,7 @@ ordered_json inspect_json(const StoredModel& stored) {
           {"scaling", kCurbScalings[static_cast<std::size_t>(model.settings.scaling)]},
           {"sharing", kSiteSharings[static_cast<std::size_t>(model.sharing)]},
           {"sites", sites_json(model)},
-          {"prior_windows", windows_in(model.prior.density)},
+          {"prior_windows", windows_in(model.refinement.prior.density)},
           {"sample_interval_s", model.settings.sample_interval_s},
           {"reference_width_m", model.settings.reference_width_m},
           {"configuration", ordered_json::parse(stored.configuration, nullptr, false)},

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "gp/fit.hpp"
@@ -79,25 +80,25 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
 
 /// The tracks of one site, and their numbers in the batch.
 struct SitePart {
-  Batch batch;
-  std::vector<std::size_t> tracks;
+  std::vector<CurbTrajectory> tracks;
+  std::vector<std::size_t> numbers;
 };
 
 /// The tracks of each site, in the order of the first tracks of the sites.
-std::vector<SitePart> by_site(const Batch& batch) {
+std::vector<SitePart> by_site(std::span<const CurbTrajectory> tracks) {
   std::vector<Site> sites;
   std::vector<SitePart> parts;
-  for (std::size_t i = 0; i < batch.tracks.size(); ++i) {
-    const auto site = static_cast<std::size_t>(find_or_add_site(sites, batch.tracks[i].frame));
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const auto site = static_cast<std::size_t>(find_or_add_site(sites, tracks[i].frame));
     if (site == parts.size()) parts.emplace_back();
-    parts[site].batch.tracks.push_back(batch.tracks[i]);
-    parts[site].tracks.push_back(i);
+    parts[site].tracks.push_back(tracks[i]);
+    parts[site].numbers.push_back(i);
   }
   return parts;
 }
 
 /// Adds the increment of a further site without fusing.
-void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& tracks) {
+void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& numbers) {
   Model& model = all.increment.model;
   const auto shift = static_cast<int>(model.primitives.size()), site = static_cast<int>(model.sites.size());
   for (Transition& transition : more.increment.model.transitions) {
@@ -106,9 +107,9 @@ void append(LearnResult& all, LearnResult more, const std::vector<std::size_t>& 
     for (SiteCount& part : transition.sites) part.site += site;
     model.transitions.push_back(std::move(transition));
   }
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
     for (Segment& run : more.segments[i]) run.primitive += shift;
-    all.segments[tracks[i]] = std::move(more.segments[i]);
+    all.segments[numbers[i]] = std::move(more.segments[i]);
   }
   std::ranges::move(more.increment.model.primitives, std::back_inserter(model.primitives));
   std::ranges::move(more.increment.model.sites, std::back_inserter(model.sites));
@@ -145,8 +146,8 @@ LearnReport report_of(std::span<const GridVector> vectors, std::span<const std::
 }
 
 /// Learns a batch whose sites share primitives and transitions.
-LearnResult learn_together(const Batch& batch, const ModelSettings& settings, const LearnConfig& config) {
-  const std::vector<CurbTrajectory>& tracks = batch.tracks;
+LearnResult learn_together(std::span<const CurbTrajectory> tracks, const ModelSettings& settings,
+                           const LearnConfig& config) {
   const double cell_m = settings.grid.cell * settings.reference_width_m;
   std::vector<GridVector> vectors;  // tr_i
   for (const CurbTrajectory& track : tracks) {
@@ -189,14 +190,15 @@ ModelSettings begin_settings(double reference_width_m, CurbScaling scaling, doub
   return settings;
 }
 
-LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config, SiteSharing sharing) {
+LearnResult learn(std::span<const CurbTrajectory> tracks, const ModelSettings& settings, const LearnConfig& config,
+                  SiteSharing sharing) {
   validate_fields("learn", config);
-  if (sharing == SiteSharing::shared) return learn_together(batch, settings, config);
+  if (sharing == SiteSharing::shared) return learn_together(tracks, settings, config);
   LearnResult all;
   all.increment.model.settings = settings;
   all.increment.model.episodes = 1;
-  all.segments.resize(batch.tracks.size());
-  for (const SitePart& part : by_site(batch)) append(all, learn_together(part.batch, settings, config), part.tracks);
+  all.segments.resize(tracks.size());
+  for (const SitePart& part : by_site(tracks)) append(all, learn_together(part.tracks, settings, config), part.numbers);
   return all;
 }
 

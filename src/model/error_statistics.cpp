@@ -132,6 +132,12 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
                               "; all models, and a model and its later episodes, need the same values");
 }
 
+void require_one_shape(const std::vector<ErrorStatistics>& list) {
+  for (const ErrorStatistics& a : list) {
+    for (const ErrorStatistics& b : list) require_like(a, b);
+  }
+}
+
 ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
                                      double memory_windows) {
   if (past.empty()) return recent;

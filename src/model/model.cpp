@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "sila/core/fields.hpp"
-#include "sila/model/increment.hpp"
 
 namespace sila {
 namespace {
@@ -62,10 +61,6 @@ void check_settings(const ModelSettings& settings) {
   validate(settings.grid);
   require_in_range("model", "sample_interval_s", settings.sample_interval_s, {1e-3, 60.0});
   require_in_range("model", "reference_width_m", settings.reference_width_m, {1e-3, 1e6});
-  require_in_range("model", "residual_horizon_s", settings.residual_horizon_s, {0.0, 3600.0});
-  require_in_range("model", "residual_knots", settings.residual_knots, {0, 1000});
-  if ((settings.residual_knots > 0) != (settings.residual_horizon_s > 0.0))
-    reject("residual GPs have knots without a horizon, or none until theirs");
 }
 
 void check_site_counts(const Model& model, const std::string& name, const Transition& transition) {
@@ -91,7 +86,6 @@ void check_site(const Model& model, std::size_t index) {
   validate(site.frame);
   if (site.episodes < 0 || site.tracks < 0)
     reject("site " + std::to_string(index) + " has fewer than no episodes or tracks");
-  validate(site.error_statistics);
 }
 
 void check_field(const std::string& name, const FlowField& field) {
@@ -120,8 +114,25 @@ void check_transition(const Model& model, std::size_t index) {
   if (transition.field.independent() != model.transitions.front().field.independent())
     reject(name + ": its outputs are independent or shared, unlike those of the first transition");
   check_extent(model.settings.grid, name, transition.field);
-  if (transition.residual.points != 0.0)
-    check_gp(name + ": the residual GP", transition.residual, kResidualInputs, 2 * model.settings.residual_knots);
+  const SparseGp& residual = entry_of(model.refinement.residuals, index);
+  if (residual.points != 0.0)
+    check_gp(name + ": the residual GP", residual, kResidualInputs, 2 * model.refinement.residual_settings.knots);
+}
+
+/// All but the residual GPs, which are checked with their transitions.
+void check_refinement(const Model& model) {
+  const auto& [residual_settings, residuals, error_statistics, prior] = model.refinement;
+  require_in_range("model", "residual_horizon_s", residual_settings.horizon_s, {0.0, 3600.0});
+  require_in_range("model", "residual_knots", residual_settings.knots, {0, 1000});
+  if ((residual_settings.knots > 0) != (residual_settings.horizon_s > 0.0))
+    reject("residual GPs have knots without a horizon, or none until theirs");
+  const auto fits = [](const auto& list, std::size_t size) { return list.empty() || list.size() == size; };
+  if (!fits(residuals, model.transitions.size()) || !fits(error_statistics, model.sites.size()))
+    reject("the refinement has not an entry for each transition or site");
+  for (const ErrorStatistics& statistics : error_statistics) validate(statistics);
+  require_one_shape(error_statistics);
+  validate(prior);
+  if (!error_statistics.empty()) require_like(prior, error_statistics.front());
 }
 
 }  // namespace
@@ -139,13 +150,11 @@ void require_separable(const std::string& function, const Model& model, SiteShar
 
 void check(const Model& model) {
   check_settings(model.settings);
+  check_refinement(model);
   if (model.episodes < 0 || model.tracks < 0) reject("it has fewer than no episodes or tracks");
   for (std::size_t i = 0; i < model.sites.size(); ++i) check_site(model, i);
-  require_one_shape(model.sites);
   for (std::size_t i = 0; i < model.primitives.size(); ++i) check_primitive(i, model.primitives[i]);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) check_transition(model, i);
-  validate(model.prior);
-  if (!model.sites.empty()) require_like(model.prior, model.sites.front().error_statistics);
   for (std::size_t i = 1; i < model.episode_ids.size(); ++i) {
     if (!(model.episode_ids[i - 1] < model.episode_ids[i])) reject("episode_ids are out of order or stand twice");
   }

@@ -5,6 +5,7 @@
 #include <concepts>
 #include <iterator>
 #include <stdexcept>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -84,8 +85,8 @@ void stored_members(auto& archive, MaybeConst<MotionPrimitive> auto& primitive) 
   });
 }
 
-void stored_members(auto& archive, MaybeConst<Transition> auto& transition) {
-  auto& [from, to, count, field, residual, sites, support] = transition;
+void stored_members(auto& archive, MaybeConst<Transition> auto& transition, MaybeConst<SparseGp> auto& residual) {
+  auto& [from, to, count, field, sites, support] = transition;
   archive.number(count);
   archive.number(support);
   archive.packed(sites);
@@ -101,16 +102,19 @@ void stored_members(auto& archive, Part& part) {
 
 /// The members of a model that stand in its head.
 void head_members(auto& archive, MaybeConst<Model> auto& model) {
-  auto& [settings, primitives, transitions, sites, sharing, prior, episodes, tracks, episode_ids] = model;
+  auto& [settings, primitives, transitions, sites, sharing, refinement, episodes, tracks, episode_ids] = model;
   archive.number(episodes);
   archive.number(tracks);
   auto number_of_sharing = static_cast<std::size_t>(sharing);
   archive.number(number_of_sharing);
   if (number_of_sharing >= kSiteSharings.size())
     throw std::invalid_argument(std::to_string(number_of_sharing) + " is no sharing of sites");
-  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>)
+  AllSettings all{settings, refinement.residual_settings};
+  archive.packed(all);
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) {
     sharing = static_cast<SiteSharing>(number_of_sharing);
-  archive.packed(settings);
+    std::tie(settings, refinement.residual_settings) = all;
+  }
   archive.list(sites, [](auto& inner, auto& site) {
     inner.packed(site.frame);
     inner.number(site.episodes);
@@ -122,15 +126,15 @@ void head_members(auto& archive, MaybeConst<Model> auto& model) {
   });
 }
 
-std::string part_of(const auto& value) {
+std::string part_of(const auto&... values) {
   Writer writer;
-  stored_members(writer, value);
+  stored_members(writer, values...);
   return std::move(writer).bytes();
 }
 
-void read_part(const std::string& bytes, auto& value) {
+void read_part(const std::string& bytes, auto&... values) {
   Reader reader(bytes);
-  stored_members(reader, value);
+  stored_members(reader, values...);
   reader.finish();
 }
 
@@ -150,39 +154,43 @@ std::vector<std::string> grouped(const std::vector<EpisodeId>& ids) {
 }  // namespace
 
 ModelParts parts_of(const Model& model, const std::string& configuration) {
+  const Refinement& refinement = model.refinement;
   Writer head;
   head_members(head, model);
-  ModelParts result{std::move(head).bytes(), {configuration, part_of(model.prior)}};
+  ModelParts result{std::move(head).bytes(), {configuration, part_of(refinement.prior)}};
   std::ranges::move(grouped(model.episode_ids), std::back_inserter(result.parts));
-  for (const Site& site : model.sites) {
-    const auto& [frame, episodes, tracks, error_statistics] = site;
-    result.parts.push_back(part_of(error_statistics));
-  }
+  for (std::size_t i = 0; i < model.sites.size(); ++i)
+    result.parts.push_back(part_of(entry_of(refinement.error_statistics, i)));
   for (const MotionPrimitive& primitive : model.primitives) result.parts.push_back(part_of(primitive));
-  for (const Transition& transition : model.transitions) result.parts.push_back(part_of(transition));
+  for (std::size_t i = 0; i < model.transitions.size(); ++i)
+    result.parts.push_back(part_of(model.transitions[i], entry_of(refinement.residuals, i)));
   return result;
 }
 
 ModelContent content_of(const ModelParts& parts) {
   ModelContent result;
   Model& model = result.model;
+  Refinement& refinement = model.refinement;
   Reader head(parts.head);
   head_members(head, model);
   head.finish();
   const std::size_t others = 2 + kIdGroups + model.sites.size() + model.transitions.size();
   if (parts.parts.size() < others) throw std::invalid_argument("parts of the model are missing");
   model.primitives.resize(parts.parts.size() - others);
+  refinement.error_statistics.resize(model.sites.size());
+  refinement.residuals.resize(model.transitions.size());
   auto part = parts.parts.begin();
   result.configuration = *part++;
-  read_part(*part++, model.prior);
+  read_part(*part++, refinement.prior);
   for (std::size_t group = 0; group < kIdGroups; ++group) {
     const std::vector<std::uint64_t> halves = bytes::words<std::uint64_t>(*part++);
     for (std::size_t i = 0; i + 1 < halves.size(); i += 2) model.episode_ids.push_back({halves[i], halves[i + 1]});
   }
-  for (Site& site : model.sites) read_part(*part++, site.error_statistics);
+  for (ErrorStatistics& statistics : refinement.error_statistics) read_part(*part++, statistics);
   for (MotionPrimitive& primitive : model.primitives) read_part(*part++, primitive);
-  tbb::parallel_for(std::size_t{0}, model.transitions.size(),
-                    [&](std::size_t i) { read_part(part[static_cast<std::ptrdiff_t>(i)], model.transitions[i]); });
+  tbb::parallel_for(std::size_t{0}, model.transitions.size(), [&](std::size_t i) {
+    read_part(part[static_cast<std::ptrdiff_t>(i)], model.transitions[i], refinement.residuals[i]);
+  });
   return result;
 }
 

@@ -205,8 +205,9 @@ void members(auto& archive, MaybeConst<SiteCount> auto& part) {
   archive.count(last_episode);
 }
 
-void members(auto& archive, MaybeConst<ModelSettings> auto& settings) {
-  auto& [grid, scaling, sample_interval_s, reference_width_m, residual_horizon_s, residual_knots] = settings;
+void members(auto& archive, MaybeConst<AllSettings> auto& settings) {
+  auto& [grid, scaling, sample_interval_s, reference_width_m] = settings.first;
+  auto& [horizon_s, knots] = settings.second;
   auto& [cell, origin, tile_cells] = grid;
   archive.number(cell);
   archive.matrix(origin);
@@ -214,8 +215,8 @@ void members(auto& archive, MaybeConst<ModelSettings> auto& settings) {
   archive.choice(scaling, kCurbScalings.size());
   archive.number(sample_interval_s);
   archive.number(reference_width_m);
-  archive.number(residual_horizon_s);
-  archive.count(residual_knots);
+  archive.number(horizon_s);
+  archive.count(knots);
 }
 
 }  // namespace
@@ -241,13 +242,13 @@ template std::vector<double> pack(const FlowField&);
 template std::vector<double> pack(const SparseGp&);
 template std::vector<double> pack(const CurbFrame&);
 template std::vector<double> pack(const std::vector<SiteCount>&);
-template std::vector<double> pack(const ModelSettings&);
+template std::vector<double> pack(const AllSettings&);
 template ErrorStatistics unpack(std::span<const double>);
 template FlowField unpack(std::span<const double>);
 template SparseGp unpack(std::span<const double>);
 template CurbFrame unpack(std::span<const double>);
 template std::vector<SiteCount> unpack(std::span<const double>);
-template ModelSettings unpack(std::span<const double>);
+template AllSettings unpack(std::span<const double>);
 
 std::size_t packed_bytes(const MotionPrimitive& primitive) {
   const auto& [cells, weight, support] = primitive;
@@ -255,24 +256,26 @@ std::size_t packed_bytes(const MotionPrimitive& primitive) {
   return sizeof weight + sizeof support + per_cell * cells.size();
 }
 
-std::size_t packed_bytes(const Transition& transition) {
-  const auto& [from, to, count, field, residual, sites, support] = transition;
+std::size_t packed_bytes(const Transition& transition, const SparseGp& residual) {
+  const auto& [from, to, count, field, sites, support] = transition;
   return sizeof from + sizeof to + sizeof count + sizeof support +
          sizeof(double) * (pack(field).size() + pack(residual).size() + pack(sites).size());
 }
 
-std::size_t packed_bytes(const Site& site) {
-  const auto& [frame, episodes, tracks, error_statistics] = site;
-  return sizeof episodes + sizeof tracks + sizeof(double) * (pack(frame).size() + pack(error_statistics).size());
-}
-
 std::size_t packed_bytes(const Model& model) {
+  const auto& [residual_settings, residuals, error_statistics, prior] = model.refinement;
   std::size_t bytes = sizeof model.episodes + sizeof model.tracks + sizeof model.sharing;
-  for (const auto& part : {pack(model.settings), pack(model.prior)}) bytes += sizeof(double) * part.size();
-  for (const Site& site : model.sites) bytes += packed_bytes(site);
+  std::size_t numbers = pack(AllSettings{model.settings, residual_settings}).size();
+  numbers += pack(prior).size();
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const auto& [frame, episodes, tracks] = model.sites[i];
+    bytes += sizeof episodes + sizeof tracks;
+    numbers += pack(frame).size() + pack(entry_of(error_statistics, i)).size();
+  }
   for (const MotionPrimitive& primitive : model.primitives) bytes += packed_bytes(primitive);
-  for (const Transition& transition : model.transitions) bytes += packed_bytes(transition);
-  return bytes;
+  for (std::size_t i = 0; i < model.transitions.size(); ++i)
+    bytes += packed_bytes(model.transitions[i], entry_of(residuals, i));
+  return bytes + sizeof(double) * numbers;
 }
 
 bool identical(const Model& a, const Model& b) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stdexcept>
 #include <string>
 
 #include "core/concatenate.hpp"
@@ -7,8 +8,10 @@
 
 namespace sila {
 
-/// The settings that differ, as "sampling.interval_s = 0.1 and 0.2, ..."; empty if none does.
-inline std::string differences(const ModelSettings& a, const ModelSettings& b) {
+/// Throws: std::invalid_argument if any setting of two models differs; names them.
+inline void require_same_settings(const std::string& function, const Model& model_a, const Model& model_b) {
+  const ModelSettings &a = model_a.settings, &b = model_b.settings;
+  const Refinement &ours_a = model_a.refinement, &ours_b = model_b.refinement;
   std::string text;
   const auto add = [&](const char* name, const auto& of_a, const auto& of_b) {
     if (!(of_a == of_b)) text += concatenate(text.empty() ? "" : ", ", name, " = ", of_a, " and ", of_b);
@@ -21,9 +24,10 @@ inline std::string differences(const ModelSettings& a, const ModelSettings& b) {
   add("grid.origin.x", a.grid.origin.x(), b.grid.origin.x());
   add("grid.origin.y", a.grid.origin.y(), b.grid.origin.y());
   add("grid.tile_cells", a.grid.tile_cells, b.grid.tile_cells);
-  add("horizon of residual GPs [s]", a.residual_horizon_s, b.residual_horizon_s);
-  add("knots of residual GPs", a.residual_knots, b.residual_knots);
-  return text;
+  add("horizon of residual GPs [s]", ours_a.residual_settings.horizon_s, ours_b.residual_settings.horizon_s);
+  add("knots of residual GPs", ours_a.residual_settings.knots, ours_b.residual_settings.knots);
+  if (!text.empty())
+    throw std::invalid_argument(function + ": the models have different settings: " + text + "; they must be equal");
 }
 
 }  // namespace sila

@@ -24,11 +24,11 @@ std::optional<int> find_site(const std::vector<Site>& sites, const CurbFrame& fr
 
 int find_or_add_site(std::vector<Site>& sites, const CurbFrame& frame) {
   if (const auto known = find_site(sites, frame)) return *known;
-  sites.push_back({frame, 0, 0, {}});
+  sites.push_back({frame, 0, 0});
   return static_cast<int>(sites.size()) - 1;
 }
 
-std::vector<Site> sites_of(const std::vector<CurbTrajectory>& tracks) {
+std::vector<Site> sites_of(std::span<const CurbTrajectory> tracks) {
   std::vector<Site> sites;
   for (const CurbTrajectory& track : tracks) {
     Site& site = sites[static_cast<std::size_t>(find_or_add_site(sites, track.frame))];
@@ -45,16 +45,8 @@ JoinedSites join_sites(std::vector<Site> first, const std::vector<Site>& second)
     Site& site = joined.sites[static_cast<std::size_t>(joined.of_second.back())];
     site.episodes += more.episodes;
     site.tracks += more.tracks;
-    accumulate(site.error_statistics, more.error_statistics);
   }
-  require_one_shape(joined.sites);
   return joined;
-}
-
-void require_one_shape(const std::vector<Site>& sites) {
-  for (const Site& site : sites) {
-    for (const Site& other : sites) require_like(site.error_statistics, other.error_statistics);
-  }
 }
 
 void add_count(std::vector<SiteCount>& counts, const SiteCount& more) {

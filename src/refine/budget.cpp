@@ -54,9 +54,9 @@ SubsumptionTable subsumption_table(const Model& model) {
   SubsumptionTable table;
   table.subsumes.resize(transitions.size());
   table.kept.assign(transitions.size(), true);
-  for (const Transition& transition : transitions) {
-    table.subsumers.emplace_back(static_cast<std::size_t>(transition.field.gp.pseudo_inputs.cols()), 0);
-    table.bytes.push_back(static_cast<double>(packed_bytes(transition)));
+  for (std::size_t i = 0; i < transitions.size(); ++i) {
+    table.subsumers.emplace_back(static_cast<std::size_t>(transitions[i].field.gp.pseudo_inputs.cols()), 0);
+    table.bytes.push_back(static_cast<double>(packed_bytes(transitions[i], entry_of(model.refinement.residuals, i))));
   }
   const double agreement = PruneConfig::agreement_mps / model.settings.reference_width_m;
   detail::OverlapIndex index(transitions);
@@ -126,19 +126,18 @@ double bytes_of_primitives(const SubsumptionTable& table, const Model& model) {
 }
 
 /// Reduces residual GPs, those of the rarest transitions first, until `excess` bytes are saved.
-void reduce_residuals(SubsumptionTable& table, std::vector<Transition>& transitions, double excess,
-                      BudgetReport& report) {
-  std::vector<std::size_t> order(transitions.size());
+void reduce_residuals(SubsumptionTable& table, Model& model, double excess, BudgetReport& report) {
+  std::vector<SparseGp>& residuals = model.refinement.residuals;
+  std::vector<std::size_t> order(residuals.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return transitions[i].count; });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return model.transitions[i].count; });
   for (const int most : kReducedPseudoInputs) {
     for (const std::size_t i : order) {
       if (excess <= 0.0) return;
-      Transition& transition = transitions[i];
-      if (!table.kept[i] || transition.residual.pseudo_inputs.cols() <= most) continue;
-      transition.residual = reduce_pseudo_inputs(transition.residual, most);
-      const double before = std::exchange(table.bytes[i], static_cast<double>(packed_bytes(transition)));
-      excess -= before - table.bytes[i];
+      if (!table.kept[i] || residuals[i].pseudo_inputs.cols() <= most) continue;
+      residuals[i] = reduce_pseudo_inputs(residuals[i], most);
+      const auto bytes = static_cast<double>(packed_bytes(model.transitions[i], residuals[i]));
+      excess -= std::exchange(table.bytes[i], bytes) - bytes;
       ++report.reduced;
     }
   }
@@ -152,8 +151,7 @@ double bytes_of_transitions(const SubsumptionTable& table) {
 
 void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetReport& report) {
   const std::size_t count = model.transitions.size();
-  reduce_residuals(table, model.transitions, bytes_of_transitions(table) + bytes_of_primitives(table, model) - most,
-                   report);
+  reduce_residuals(table, model, bytes_of_transitions(table) + bytes_of_primitives(table, model) - most, report);
   double transitions = bytes_of_transitions(table);
   while (transitions > 0.0 && transitions + bytes_of_primitives(table, model) > most) {
     const auto rank = [&](std::size_t i) {

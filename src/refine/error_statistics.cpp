@@ -204,8 +204,8 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
 }
 
 ErrorStatistics pooled_error_statistics(const Model& model) {
-  ErrorStatistics sum = model.prior;
-  for (const Site& site : model.sites) accumulate(sum, site.error_statistics);
+  ErrorStatistics sum = model.refinement.prior;
+  for (const ErrorStatistics& statistics : model.refinement.error_statistics) accumulate(sum, statistics);
   if (sum.empty()) return sum;
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
@@ -219,22 +219,22 @@ ErrorStatistics pooled_error_statistics(const Model& model) {
 }
 
 ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
-  const std::vector<Site>& sites = model.sites;
-  ErrorStatistics own = sites[site].error_statistics;
+  const std::vector<ErrorStatistics>& sites = model.refinement.error_statistics;
+  ErrorStatistics own = entry_of(sites, site);
   for (std::size_t cell = 0; cell < own.scores.size(); ++cell) {
     std::vector<double> others(kScoreBins, 0.0);
     for (std::size_t s = 0; s < sites.size(); ++s) {
-      if (s == site || sites[s].error_statistics.empty()) continue;
-      std::ranges::transform(others, sites[s].error_statistics.scores[cell], others.begin(), std::plus<>{});
+      if (s == site || sites[s].empty()) continue;
+      std::ranges::transform(others, sites[s].scores[cell], others.begin(), std::plus<>{});
     }
     const double windows = std::accumulate(others.begin(), others.end(), 0.0);
     if (windows <= 0.0) continue;
     const double share = std::min(1.0, kOtherSitesWindows / windows);
     for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
   }
-  const double windows = windows_in(model.prior.density);
-  if (!own.empty() && windows > 0.0)
-    accumulate(own, discounted(model.prior, std::min(1.0, kElsewhereWindows / windows)));
+  const ErrorStatistics& prior = model.refinement.prior;
+  const double windows = windows_in(prior.density);
+  if (!own.empty() && windows > 0.0) accumulate(own, discounted(prior, std::min(1.0, kElsewhereWindows / windows)));
   return own;
 }
 

@@ -88,12 +88,14 @@ std::optional<double> OverlapIndex::difference(std::size_t of, std::size_t by, d
 
 std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept) {
   std::vector<Transition> transitions;
+  std::vector<SparseGp> residuals;
   std::vector<bool> touched(model.primitives.size(), false);
   for (std::size_t i = 0; i < model.transitions.size(); ++i) {
     if (!kept[i]) continue;
     touched[static_cast<std::size_t>(model.transitions[i].from)] = true;
     touched[static_cast<std::size_t>(model.transitions[i].to)] = true;
     transitions.push_back(std::move(model.transitions[i]));
+    if (!model.refinement.residuals.empty()) residuals.push_back(std::move(model.refinement.residuals[i]));
   }
   std::vector<int> stay;
   std::vector<int> place(model.primitives.size(), -1);
@@ -109,6 +111,7 @@ std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept)
     transition.to = place[static_cast<std::size_t>(transition.to)];
   }
   model.transitions = std::move(transitions);
+  model.refinement.residuals = std::move(residuals);
   model.primitives = std::move(primitives);
   return stay;
 }

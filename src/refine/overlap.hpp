@@ -38,7 +38,7 @@ class OverlapIndex {
   std::vector<Eigen::AlignedBox2d> boxes_;  ///< one length scale wider than the data; empty: removed
 };
 
-/// Removes transitions (`kept[i]` false) and the primitives that no transition touches.
+/// Removes transitions (`kept[i]` false) with their residual GPs and the primitives that no transition touches.
 /// Returns the primitives that stay, by their old index.
 std::vector<int> remove_transitions(Model& model, const std::vector<bool>& kept);
 

@@ -14,9 +14,7 @@ namespace {
 
 /// The model while it is pruned: transitions keep their indices, and removed ones are not `kept`.
 struct PruningState {
-  std::vector<Transition>& transitions;
-  const std::vector<Site>& sites;
-  bool apart;  ///< a transition subsumes no transition of another site
+  Model& model;
   detail::OverlapIndex index;
   std::vector<bool> kept;
   std::vector<bool> changed;  ///< in this round: the next round compares only pairs with a changed transition
@@ -26,15 +24,16 @@ struct PruningState {
 /// `rare`, with `more_often` greater.
 std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, const std::vector<bool>& compared,
                                          double agreement, bool more_often) {
-  const Transition& own = state.transitions[rare];
+  const Transition& own = state.model.transitions[rare];
+  const bool apart = state.model.sharing == SiteSharing::apart;  // it is subsumed by none of another site
   std::optional<std::size_t> best;
   double least = 0.0;
   std::vector<bool> eligible = compared[rare] ? state.kept : compared;
   eligible[rare] = false;
   for (const std::size_t i : state.index.candidates(rare, PruneConfig::agreement_share, eligible)) {
-    const Transition& other = state.transitions[i];
+    const Transition& other = state.model.transitions[i];
     if (other.count < own.count || (more_often && other.count == own.count)) continue;
-    if (state.apart && !share_a_site(other.sites, own.sites)) continue;
+    if (apart && !share_a_site(other.sites, own.sites)) continue;
     const auto difference = state.index.difference(rare, i, agreement);
     if (!difference || (best && *difference >= least)) continue;
     best = i;
@@ -45,8 +44,8 @@ std::optional<std::size_t> best_subsumer(PruningState& state, std::size_t rare, 
 
 void subsume(PruningState& state, std::size_t rare, std::size_t into, const FuseConfig& fusing,
              const ResidualConfig& residual) {
-  Transition& target = state.transitions[into];
-  const Transition& source = state.transitions[rare];
+  Transition& target = state.model.transitions[into];
+  const Transition& source = state.model.transitions[rare];
   const FieldSources both{{&target, &source}, {}, {}};
   std::vector<SiteCount> sites = target.sites;
   for (const SiteCount& part : source.sites) add_count(sites, part);
@@ -54,10 +53,13 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
                    target.to,
                    target.count + source.count,
                    fuse_fields(both, fusing.gp),
-                   merged_residual(both, residual_gp_config(residual)),
                    std::move(sites),
                    std::max(target.support, source.support)};
   target = std::move(fused);
+  if (std::vector<SparseGp>& residuals = state.model.refinement.residuals; !residuals.empty()) {
+    const ResidualSource sources[] = {{&residuals[into]}, {&residuals[rare]}};
+    residuals[into] = merged_residual(sources, residual_gp_config(residual));
+  }
   state.kept[rare] = false;
   state.index.remove(rare);
   state.index.replace(into);
@@ -68,14 +70,15 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
 /// further ones. Returns the number of merged transitions.
 int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count, double agreement,
                  const FuseConfig& fusing, const ResidualConfig& residual) {
-  std::vector<std::size_t> order(state.transitions.size());
+  std::vector<std::size_t> order(state.model.transitions.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   int subsumed = 0;
   for (; std::find(compared.begin(), compared.end(), true) != compared.end();
        compared = std::exchange(state.changed, std::vector<bool>(order.size(), false))) {
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return state.transitions[i].count; });  // the rarest first
+    std::ranges::stable_sort(order, {},
+                             [&](std::size_t i) { return state.model.transitions[i].count; });  // the rarest first
     for (const std::size_t rare : order) {
-      if (!state.kept[rare] || state.transitions[rare].count > max_count) continue;
+      if (!state.kept[rare] || state.model.transitions[rare].count > max_count) continue;
       const auto subsumer = best_subsumer(state, rare, compared, agreement, false);
       if (!subsumer) continue;
       subsume(state, rare, *subsumer, fusing, residual);
@@ -91,11 +94,11 @@ int subsume_old(PruningState& state, const PruneConfig& config, const FuseConfig
                 const ResidualConfig& residual) {
   int subsumed = 0;
   constexpr double any_difference = std::numeric_limits<double>::infinity();
-  const std::vector<bool> all(state.transitions.size(), true);
-  for (std::size_t i = 0; i < state.transitions.size(); ++i) {
-    const Transition& old = state.transitions[i];
+  const std::vector<bool> all(state.model.transitions.size(), true);
+  for (std::size_t i = 0; i < state.model.transitions.size(); ++i) {
+    const Transition& old = state.model.transitions[i];
     if (!state.kept[i] || old.count > config.expire_count) continue;
-    if (age_episodes(old.sites, state.sites) < config.expire_after_episodes) continue;
+    if (age_episodes(old.sites, state.model.sites) < config.expire_after_episodes) continue;
     const auto subsumer = best_subsumer(state, i, all, any_difference, true);
     if (!subsumer) continue;
     subsume(state, i, *subsumer, fusing, residual);
@@ -116,11 +119,7 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
     return result;
   }
   const std::size_t transitions = model.transitions.size();
-  PruningState state{model.transitions,
-                     model.sites,
-                     model.sharing == SiteSharing::apart,
-                     detail::OverlapIndex(model.transitions),
-                     std::vector<bool>(transitions, true),
+  PruningState state{model, detail::OverlapIndex(model.transitions), std::vector<bool>(transitions, true),
                      std::vector<bool>(transitions, false)};
   const double agreement = PruneConfig::agreement_mps / model.settings.reference_width_m;
   std::vector<bool> compared(transitions, true);

@@ -12,22 +12,18 @@
 
 namespace sila {
 
-SparseGp merged_residual(const FieldSources& sources, const GpConfig& config) {
+SparseGp merged_residual(std::span<const ResidualSource> sources, const GpConfig& config) {
   std::vector<const SparseGp*> stored, fresh;
-  std::vector<const TransitionSamples*> samples;
-  for (const Transition* transition : sources.stored) {
-    if (transition->residual.points > 0.0) stored.push_back(&transition->residual);
-  }
-  for (std::size_t i = 0; i < sources.fresh.size(); ++i) {
-    if (!(sources.fresh[i]->residual.points > 0.0)) continue;
-    fresh.push_back(&sources.fresh[i]->residual);
-    samples.push_back(sources.samples[i]);
+  std::vector<const GpData*> samples;
+  for (const auto& [gp, samples_of_gp] : sources) {
+    if (!(gp->points > 0.0)) continue;
+    (samples_of_gp ? fresh : stored).push_back(gp);
+    if (samples_of_gp) samples.push_back(samples_of_gp);
   }
   if (stored.size() + fresh.size() == 0) return {};
   if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
   if (fresh.empty()) return fuse_gps(stored, {}, config);
-  return fuse_gps(stored, pooled(samples, &TransitionSamples::states, &TransitionSamples::residuals), config,
-                  fused_hyperparameters(fresh));
+  return fuse_gps(stored, pooled(samples, &GpData::inputs, &GpData::outputs), config, fused_hyperparameters(fresh));
 }
 
 namespace {
@@ -74,10 +70,18 @@ std::map<TransitionKey, GpData> residual_samples_of(const Batch& batch,
 
 FuseResult with_residuals(FuseResult fused, const Model& previous, const Increment& incoming,
                           const ResidualConfig& config) {
-  Model& model = fused.model;
+  Refinement& refinement = fused.model.refinement;
+  refinement.residual_settings = (previous.empty() ? incoming.model : previous).refinement.residual_settings;
+  refinement.residuals.resize(fused.plan.groups.size());
   tbb::parallel_for(std::size_t{0}, fused.plan.groups.size(), [&](std::size_t g) {
-    model.transitions[g].residual =
-        merged_residual(sources_of(fused.plan.groups[g], previous, incoming), residual_gp_config(config));
+    std::vector<ResidualSource> sources;
+    for (const std::pair<int, int>& edge : fused.plan.groups[g].sources) {
+      const auto [model, index] = source_of(edge, previous, incoming.model);
+      const bool has_samples = model != &previous && !incoming.residual_samples.empty();
+      sources.push_back(
+          {&entry_of(model->refinement.residuals, index), has_samples ? &incoming.residual_samples[index] : nullptr});
+    }
+    refinement.residuals[g] = merged_residual(sources, residual_gp_config(config));
   });
   return fused;
 }
@@ -85,33 +89,26 @@ FuseResult with_residuals(FuseResult fused, const Model& previous, const Increme
 LearnResult with_residuals(LearnResult learnt, const Batch& batch, const ResidualConfig& config) {
   Increment& increment = learnt.increment;
   Model& model = increment.model;
+  Refinement& refinement = model.refinement;
+  refinement.residual_settings = batch.residual_settings;
+  refinement.residuals.resize(model.transitions.size());
+  increment.residual_samples.resize(model.transitions.size());
   const Hyperparameters hyperparameters = residual_hyperparameters(model.settings, config);
   std::map<TransitionKey, GpData> samples = residual_samples_of(batch, learnt.segments);
   tbb::parallel_for(std::size_t{0}, model.transitions.size(), [&](std::size_t i) {
-    Transition& transition = model.transitions[i];
-    const auto found = samples.find({transition.from, transition.to});
+    const auto found = samples.find({model.transitions[i].from, model.transitions[i].to});
     if (found == samples.end()) return;
-    GpData& data = found->second;
-    transition.residual = fuse_gps({}, data, residual_gp_config(config), hyperparameters);
-    increment.samples[i].states = std::move(data.inputs);
-    increment.samples[i].residuals = std::move(data.outputs);
+    refinement.residuals[i] = fuse_gps({}, found->second, residual_gp_config(config), hyperparameters);
+    increment.residual_samples[i] = std::move(found->second);
   });
   return learnt;
 }
 
 }  // namespace
 
-ModelSettings with_residuals(ModelSettings settings, double horizon_s, const ResidualConfig& config) {
-  if (config.enabled) {
-    settings.residual_horizon_s = horizon_s;
-    settings.residual_knots = config.knots;
-  }
-  return settings;
-}
-
 LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
                   const ResidualConfig& residual, SiteSharing sharing) {
-  return with_residuals(learn(batch, settings, config, sharing), batch, residual);
+  return with_residuals(learn(batch.tracks, settings, config, sharing), batch, residual);
 }
 
 FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,

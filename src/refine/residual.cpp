@@ -35,15 +35,15 @@ ResidualInput residual_input(const CurbTrajectory& observed) {
 }
 
 std::optional<ResidualSample> residual_sample(const CurbTrajectory& observed, std::span<const Vector2> future_m,
-                                              const ModelSettings& settings, double min_seen_share) {
-  const double interval_s = settings.sample_interval_s;
+                                              double interval_s, const ResidualSettings& settings,
+                                              double min_seen_share) {
   const double seen_s = static_cast<double>(future_m.size()) * interval_s;
-  if (future_m.empty() || seen_s < min_seen_share * settings.residual_horizon_s - 1e-9) return std::nullopt;
-  const Eigen::Index outputs = 2 * settings.residual_knots;
+  if (future_m.empty() || seen_s < min_seen_share * settings.horizon_s - 1e-9) return std::nullopt;
+  const Eigen::Index outputs = 2 * settings.knots;
   ResidualSample example{observed.times_s.back(), residual_input(observed), Eigen::VectorXd(outputs)};
   const Vector2 constant = mean_velocity(observed, kConstantVelocityWindow_s);
-  for (int knot = 0; knot < settings.residual_knots; ++knot) {
-    const double due_s = (knot + 1) * settings.residual_horizon_s / settings.residual_knots;
+  for (int knot = 0; knot < settings.knots; ++knot) {
+    const double due_s = (knot + 1) * settings.horizon_s / settings.knots;
     const auto steps = std::clamp<long>(std::lround(due_s / interval_s), 1, static_cast<long>(future_m.size()));
     const Vector2 way =
         to_curb(observed.frame, future_m[static_cast<std::size_t>(steps - 1)]) - observed.positions.back();
@@ -120,16 +120,16 @@ ResidualPrediction combine(const ResidualIndex& index, const CurbTrajectory& obs
 }
 
 ResidualIndex::ResidualIndex(const Model& model, const Model* earlier, const ResidualIndex* of_earlier)
-    : knots_(model.settings.residual_knots),
-      horizon_s_(model.settings.residual_horizon_s),
+    : knots_(model.refinement.residual_settings.knots),
+      horizon_s_(model.refinement.residual_settings.horizon_s),
       experts_(model.transitions.size()) {
   EarlierGps known;
   for (std::size_t i = 0; earlier && i < earlier->transitions.size(); ++i) {
-    const SparseGp& gp = earlier->transitions[i].residual;
+    const SparseGp& gp = entry_of(earlier->refinement.residuals, i);
     if (gp.points > 0.0) known.add(gp, static_cast<int>(i));
   }
   tbb::parallel_for(std::size_t{0}, experts_.size(), [&](std::size_t i) {
-    const SparseGp& gp = model.transitions[i].residual;
+    const SparseGp& gp = entry_of(model.refinement.residuals, i);
     if (!(gp.points > 0.0)) return;
     const std::optional<int> same = known.find(gp);
     experts_[i] = same ? of_earlier->expert(*same) : Expert{Posterior(gp), reach_of(gp)};

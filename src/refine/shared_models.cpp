@@ -11,7 +11,11 @@ namespace sila {
 
 Model make_prior(std::span<const Model> models) {
   Model prior;
-  if (!models.empty()) prior.settings = models.front().settings;
+  ErrorStatistics& sum = prior.refinement.prior;
+  if (!models.empty()) {
+    prior.settings = models.front().settings;
+    prior.refinement.residual_settings = models.front().refinement.residual_settings;
+  }
   std::set<std::vector<double>> counted;  // models may have begun with the same prior
   std::set<EpisodeId> episodes;
   for (const Model& model : models) {
@@ -20,14 +24,14 @@ Model make_prior(std::span<const Model> models) {
         throw std::invalid_argument("prior: two models have learnt episode " + to_text(id) +
                                     ", which would count twice; leave one of them out");
     }
-    if (counted.insert(pack(model.prior)).second) accumulate(prior.prior, model.prior);
-    for (const Site& site : model.sites) accumulate(prior.prior, site.error_statistics);
+    if (counted.insert(pack(model.refinement.prior)).second) accumulate(sum, model.refinement.prior);
+    for (const ErrorStatistics& statistics : model.refinement.error_statistics) accumulate(sum, statistics);
   }
-  if (!(windows_in(prior.prior.density) > 0.0))
+  if (!(windows_in(sum.density) > 0.0))
     throw std::invalid_argument(
         "prior: the models have no error statistics; learn them with error_statistics.enabled = true, from tracks "
         "longer than predict.observe_s");
-  forget_positions(prior.prior);
+  forget_positions(sum);
   return prior;
 }
 
@@ -42,7 +46,7 @@ Model k_anonymous(Model model, int min_people) {
     kept.push_back(transition.support >= min_people && known(transition.from) && known(transition.to));
   detail::remove_transitions(model, kept);
   // The sums of the path correction and of the places of hazards depend on positions, also where only one person was.
-  for (Site& site : model.sites) forget_positions(site.error_statistics);
+  for (ErrorStatistics& statistics : model.refinement.error_statistics) forget_positions(statistics);
   return model;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -18,23 +19,28 @@ namespace sila {
 namespace {
 
 /// The samples of one track for residual GPs.
-std::vector<ResidualSample> samples_of(const FramedTrajectory& track, const ModelSettings& settings,
+std::vector<ResidualSample> samples_of(const FramedTrajectory& track, const ResidualSettings& settings,
                                        const EpisodeConfig& config) {
   std::vector<ResidualSample> samples;
   for (const Window& window :
        windows_of(std::span(&track, 1), config.sampling, config.predict, config.residual.stride_s)) {
-    auto sample = residual_sample(window.observed, window.future_m, settings, config.residual.min_seen_share);
+    auto sample = residual_sample(window.observed, window.future_m, config.sampling.interval_s, settings,
+                                  config.residual.min_seen_share);
     if (sample) samples.push_back(*std::move(sample));
   }
   return samples;
 }
 
 /// The tracks in curb coordinates and their samples for residual GPs.
-Batch prepared(std::span<const FramedTrajectory> tracks, const ModelSettings& settings, const EpisodeConfig& config) {
+Batch prepared(std::span<const FramedTrajectory> tracks, const Model& previous, const EpisodeConfig& config) {
   Batch batch;
+  if (previous.episodes > 0)
+    batch.residual_settings = previous.refinement.residual_settings;
+  else if (config.residual.enabled)
+    batch.residual_settings = {config.predict.horizon_s, config.residual.knots};
   for (const FramedTrajectory& framed : tracks) {
     batch.tracks.push_back(resample(framed.track, framed.frame, config.sampling));
-    if (config.residual.enabled) batch.residuals.push_back(samples_of(framed, settings, config));
+    if (config.residual.enabled) batch.residuals.push_back(samples_of(framed, batch.residual_settings, config));
   }
   return batch;
 }
@@ -61,11 +67,12 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
 
 /// The prior of two models, of which one may have none.
 const ErrorStatistics& common_prior(const Model& previous, const Model& incoming) {
-  if (previous.prior.empty() || incoming.prior.empty()) return previous.prior.empty() ? incoming.prior : previous.prior;
-  if (!std::ranges::equal(pack(previous.prior), pack(incoming.prior)))
+  const ErrorStatistics &ours = previous.refinement.prior, &theirs = incoming.refinement.prior;
+  if (ours.empty() || theirs.empty()) return ours.empty() ? theirs : ours;
+  if (!std::ranges::equal(pack(ours), pack(theirs)))
     throw std::invalid_argument(
         "fuse: the models began with different priors; learn one of them anew from a copy of the other's prior");
-  return previous.prior;
+  return ours;
 }
 
 /// What an update gives; the episode around it adds the rest of the report.
@@ -79,17 +86,26 @@ Episode updated(Model model, const LearnReport& learnt, ModelChange change, cons
 
 }  // namespace
 
-void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
+std::vector<SiteErrors> errors_by_site(const Model& model) {
+  std::vector<SiteErrors> errors;
+  for (std::size_t i = 0; i < model.sites.size(); ++i)
+    errors.push_back({model.sites[i].frame, entry_of(model.refinement.error_statistics, i)});
+  return errors;
+}
+
+void set_error_statistics(Model& model, const std::vector<SiteErrors>& past, const std::vector<SiteErrors>& recent,
                           double memory_windows) {
-  const auto error_statistics_in = [](const std::vector<Site>& of, const CurbFrame& frame) {
-    const auto site = find_site(of, frame);
-    return site ? of[static_cast<std::size_t>(*site)].error_statistics : ErrorStatistics{};
-  };
-  for (Site& site : sites) {
-    site.error_statistics = add_error_statistics(error_statistics_in(previous, site.frame),
-                                                 error_statistics_in(recent, site.frame), memory_windows);
+  std::vector<ErrorStatistics>& updated = model.refinement.error_statistics;
+  updated.clear();
+  for (const Site& site : model.sites) {
+    const auto statistics_in = [&](const std::vector<SiteErrors>& errors) {
+      const auto here = [&](const SiteErrors& other) { return same_site(other.frame, site.frame); };
+      const auto found = std::ranges::find_if(errors, here);
+      return found == errors.end() ? ErrorStatistics{} : found->statistics;
+    };
+    updated.push_back(add_error_statistics(statistics_in(past), statistics_in(recent), memory_windows));
   }
-  require_one_shape(sites);
+  require_one_shape(updated);
 }
 
 Update sila_update(const EpisodeConfig& config) {
@@ -117,6 +133,7 @@ Update retrain_update(const EpisodeConfig& config) {
   return [config, seen](const Model& previous, const Batch& batch, const ModelSettings& settings) {
     seen->tracks.insert(seen->tracks.end(), batch.tracks.begin(), batch.tracks.end());
     seen->residuals.insert(seen->residuals.end(), batch.residuals.begin(), batch.residuals.end());
+    seen->residual_settings = batch.residual_settings;
     LearnResult learnt = increment_of(*seen, settings, config);
     learnt.increment.model.episodes = previous.episodes + 1;
     ModelChange change = change_by_retraining(previous, learnt.increment.model);
@@ -140,11 +157,12 @@ Episode run_episode(const Model& previous, std::span<const FramedTrajectory> bat
   BatchErrors recent;
   if (config.error_statistics.enabled)
     recent = recent_errors(previous, batch, config, settings == previous.settings ? of_previous : nullptr);
-  const Batch in_curb_frame = prepared(batch, settings, config);
+  const Batch in_curb_frame = prepared(batch, previous, config);
   Episode episode = (update ? update : sila_update(config))(previous, in_curb_frame, settings);
-  set_error_statistics(episode.model.sites, previous.sites, recent.sites, config.error_statistics.memory_windows);
+  set_error_statistics(episode.model, errors_by_site(previous), recent.sites, config.error_statistics.memory_windows);
   episode.model.sharing = config.fuse.sites;
-  episode.model.prior = previous.prior;
+  episode.model.refinement.residual_settings = in_curb_frame.residual_settings;
+  episode.model.refinement.prior = previous.refinement.prior;
   BudgetResult within = apply_budget(std::move(episode.model), config.budget);
   within.model.episode_ids = joined(previous.episode_ids, {id});
   EpisodeReport& report = episode.report;
@@ -170,7 +188,9 @@ FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseC
                                 " m; models that are to be fused must begin with one reference_width_m");
   }
   FuseResult fused = fuse(previous, {incoming, {}}, config, residual);
-  fused.model.prior = common_prior(previous, incoming);
+  set_error_statistics(fused.model, errors_by_site(previous), errors_by_site(incoming),
+                       std::numeric_limits<double>::infinity());
+  fused.model.refinement.prior = common_prior(previous, incoming);
   fused.model.episode_ids = joined(previous.episode_ids, incoming.episode_ids);
   return fused;
 }

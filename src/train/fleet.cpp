@@ -124,7 +124,7 @@ Model learn_batches(Model model, const Partition& partition, const EpisodeConfig
 Model learn_partition(const Partition& partition, EpisodeConfig config) {
   config.error_statistics.enabled = false;
   Model model = partition.model.value_or(Model{});
-  for (Site& site : model.sites) site.error_statistics = {};
+  model.refinement.error_statistics.clear();
   return learn_batches(std::move(model), partition, config);
 }
 
@@ -134,30 +134,27 @@ Model learn_in_turn(const Partition& partition, EpisodeConfig config) {
   return learn_batches({}, partition, config);
 }
 
-/// The error statistics of a model by site, without counts.
-SiteErrorStatistics error_statistics_of(const Model& model) {
-  SiteErrorStatistics error_statistics{model.sites};
-  for (Site& site : error_statistics.sites) {
-    site.episodes = 0;
-    site.tracks = 0;
-  }
-  return error_statistics;
+/// The model with further error statistics, at further sites, too.
+Model with_errors(Model model, const std::vector<SiteErrors>& more) {
+  for (const SiteErrors& site : more) find_or_add_site(model.sites, site.frame);
+  set_error_statistics(model, errors_by_site(model), more, std::numeric_limits<double>::infinity());
+  return model;
 }
 
 SiteErrorStatistics calibrate(const Partition& partition, Model known, const SiteErrorStatistics& error_statistics,
                               const EpisodeConfig& config) {
-  if (partition.model) return error_statistics_of(*partition.model);
-  known.sites = join_sites(std::move(known.sites), error_statistics.sites).sites;
+  if (partition.model) return {errors_by_site(*partition.model)};
+  known = with_errors(std::move(known), error_statistics.sites);
   std::vector<FramedTrajectory> tracks;
   for (const auto& batch : batches_of(partition)) tracks.insert(tracks.end(), batch.begin(), batch.end());
   SiteErrorStatistics fitted{error_statistics_on(known, tracks, config)};
   std::optional<Model> alone;
-  for (Site& site : fitted.sites) {
-    if (find_site(known.sites, site.frame)) continue;
+  for (auto& [frame, statistics] : fitted.sites) {
+    if (find_site(known.sites, frame)) continue;
     // A model without tracks of the site has no roll-outs; the partition, learnt batch by batch, has them.
     if (!alone) alone = learn_in_turn(partition, config);
-    site.error_statistics =
-        alone->sites[static_cast<std::size_t>(find_site(alone->sites, site.frame).value())].error_statistics;
+    const auto site = static_cast<std::size_t>(find_site(alone->sites, frame).value());
+    statistics = alone->refinement.error_statistics.at(site);
   }
   return fitted;
 }
@@ -187,7 +184,7 @@ EpisodeConfig warm_up_config(EpisodeConfig config) {
 /// Discounts the earlier error statistics of a site as if its new episodes had come one after another.
 Model finalise(Model model, const SiteErrorStatistics& error_statistics, const Model& start,
                const EpisodeConfig& config) {
-  set_error_statistics(model.sites, start.sites, error_statistics.sites, config.error_statistics.memory_windows);
+  set_error_statistics(model, errors_by_site(start), error_statistics.sites, config.error_statistics.memory_windows);
   return apply_budget(std::move(model), config.budget).model;
 }
 
@@ -289,8 +286,8 @@ FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, c
       return calibrate(partition, value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)), config);
     case FleetStep::add:
       return SiteErrorStatistics{
-          join_sites(value_in<SiteErrorStatistics>(input(0)).sites, value_in<SiteErrorStatistics>(input(1)).sites)
-              .sites};
+          errors_by_site(with_errors(with_errors({}, value_in<SiteErrorStatistics>(input(0)).sites),
+                                     value_in<SiteErrorStatistics>(input(1)).sites))};
     default:
       return finalise(value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)), value_in<Model>(input(2)),
                       config);
@@ -320,7 +317,7 @@ Model learn_fleet(const Model& start, std::vector<Partition> partitions, Episode
   const Partition none;
   std::vector<FleetValue> values;
   const std::vector<FleetTask> plan =
-      plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0 || !start.prior.empty(), config);
+      plan_fleet(static_cast<int>(chosen.size()), start.episodes > 0 || !start.refinement.prior.empty(), config);
   for (const FleetTask& task : plan) {
     std::vector<const FleetValue*> inputs;
     for (const int from : task.inputs)

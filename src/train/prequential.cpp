@@ -37,7 +37,7 @@ BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<Fr
     if (!shorter_s.empty())
       std::ranges::move(windows(2.0 * config.error_statistics.stride_s, shorter_s), std::back_inserter(all));
     GatheredErrors gathered = gather_errors(predictor, all);
-    errors.sites.push_back({tracks.front().frame, 0, 0, std::move(gathered.statistics)});
+    errors.sites.push_back({tracks.front().frame, std::move(gathered.statistics)});
     errors.path += gathered.path;
   }
   return errors;
@@ -52,14 +52,14 @@ constexpr std::size_t kLeastPartTracks = 2;
 ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                                  const ErrorStatistics& prior) {
   Model model;
-  model.prior = prior;
+  model.refinement.prior = prior;
   if (batch.size() < kFirstParts * kLeastPartTracks)
-    return error_statistics_on(model, batch, config).front().error_statistics;
+    return error_statistics_on(model, batch, config).front().statistics;
   for (std::size_t part = 0; part < kFirstParts; ++part) {
     const std::size_t begin = batch.size() * part / kFirstParts, end = batch.size() * (part + 1) / kFirstParts;
     model = run_episode(model, batch.subspan(begin, end - begin), config).model;
   }
-  return std::move(model.sites.front().error_statistics);
+  return std::move(model.refinement.error_statistics.front());
 }
 
 BatchErrors errors_on(const Model& model, std::span<const std::vector<FramedTrajectory>> unseen,
@@ -81,12 +81,12 @@ BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajector
   const std::span known(by_site.begin(), first);
   BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
   for (const std::vector<FramedTrajectory>& tracks : std::span(first, by_site.end()))
-    recent.sites.push_back({tracks.front().frame, 0, 0, first_statistics(tracks, config, previous.prior)});
+    recent.sites.push_back({tracks.front().frame, first_statistics(tracks, config, previous.refinement.prior)});
   return recent;
 }
 
-std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
-                                      const EpisodeConfig& config) {
+std::vector<SiteErrors> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
+                                            const EpisodeConfig& config) {
   return errors_on(model, tracks_by_site(unseen), config).sites;
 }
 

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "core/concatenate.hpp"
-#include "refine/refine.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/train/config.hpp"
 #include "sila/train/episode.hpp"
@@ -25,9 +24,9 @@ void require_kept(const char* setting, const auto& given, const auto& kept) {
 /// Throws: std::invalid_argument unless new errors can be added to the error statistics of the model.
 void require_kept_statistics(const Model& model, const EpisodeConfig& config) {
   if (!config.error_statistics.enabled) return;
-  const auto fitted =
-      std::ranges::find_if(model.sites, [](const Site& site) { return !site.error_statistics.empty(); });
-  const ErrorStatistics& kept = fitted == model.sites.end() ? model.prior : fitted->error_statistics;
+  const auto& [settings, residuals, error_statistics, prior] = model.refinement;
+  const auto fitted = std::ranges::find_if_not(error_statistics, &ErrorStatistics::empty);
+  const ErrorStatistics& kept = fitted == error_statistics.end() ? prior : *fitted;
   if (kept.empty()) return;
   require_kept("sampling.interval_s", config.sampling.interval_s, kept.interval_s);
   require_kept("predict.observe_s", config.predict.observe_s, kept.observe_s);
@@ -46,9 +45,8 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   }
   require_separable("run_episode", previous, config.fuse.sites);
   const double width_m = config.reference_width_m > 0.0 ? config.reference_width_m : frame.sidewalk_width_m;
-  const ModelSettings fresh = with_residuals(
-      begin_settings(metres ? 1.0 : width_m, config.scaling, config.sampling.interval_s, config.learn.grid),
-      config.predict.horizon_s, config.residual);
+  const ModelSettings fresh =
+      begin_settings(metres ? 1.0 : width_m, config.scaling, config.sampling.interval_s, config.learn.grid);
   require_kept_statistics(previous, config);
   if (previous.episodes == 0) return fresh;
   const ModelSettings& kept = previous.settings;
@@ -62,8 +60,9 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   const double cell_m = kept.grid.cell * kept.reference_width_m;
   const bool same_cell = std::abs(config.learn.grid.cell_m - cell_m) <= 1e-9 * cell_m;
   require_kept("learn.grid.cell_m", same_cell ? cell_m : config.learn.grid.cell_m, cell_m);
-  require_kept("predict.horizon_s of residual GPs (0: residual.enabled = false)", fresh.residual_horizon_s,
-               kept.residual_horizon_s);
+  require_kept("predict.horizon_s of residual GPs (0: residual.enabled = false)",
+               config.residual.enabled ? config.predict.horizon_s : 0.0,
+               previous.refinement.residual_settings.horizon_s);
   return kept;
 }
 

@@ -20,8 +20,8 @@ ModelChange without_dropped(ModelChange change, const std::vector<int>& kept);
 
 /// The errors of a batch, predicted before it is learnt.
 struct BatchErrors {
-  std::vector<Site> sites;  ///< with error statistics
-  PrequentialError path;    ///< at all sites that the model knew
+  std::vector<SiteErrors> sites;
+  PrequentialError path;  ///< at all sites that the model knew
 };
 
 /// The errors of `previous` on a batch that it has not learnt. At sites that it does not know, the batch is split into
@@ -30,8 +30,11 @@ struct BatchErrors {
 BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                           const Predictor* predictor);
 
-/// Sets the error statistics of each site to those that it had in `previous`, merged with its `recent` ones.
-void set_error_statistics(std::vector<Site>& sites, const std::vector<Site>& previous, const std::vector<Site>& recent,
+/// The error statistics of a model by site.
+std::vector<SiteErrors> errors_by_site(const Model& model);
+
+/// Sets the error statistics of each site of a model to its `past` ones, merged with its `recent` ones.
+void set_error_statistics(Model& model, const std::vector<SiteErrors>& past, const std::vector<SiteErrors>& recent,
                           double memory_windows);
 
 }  // namespace sila

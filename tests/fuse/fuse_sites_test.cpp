@@ -7,29 +7,18 @@
 namespace sila {
 namespace {
 
-TEST(Fuse, JoinsSitesAndAddsTheirErrorStatistics) {
+TEST(Fuse, JoinsSites) {
   Random random(3);
   Model previous = random_model(random);
   Increment incoming = random_increment(random);
   incoming.model.sites[0].frame.origin_m = {100.0, 0.0};
-  previous.sites[0].error_statistics = incoming.model.sites[0].error_statistics = zero_error_statistics(2, 0.2, 3.2);
-  previous.sites[0].error_statistics.novelties[3] = 1.0;
-  incoming.model.sites[0].error_statistics.novelties[3] = 2.0;
   const Model apart = fuse(previous, incoming).model;
   ASSERT_EQ(apart.sites.size(), 2u);
-  EXPECT_EQ(apart.sites[0].error_statistics.novelties[3], 1.0);
-  EXPECT_EQ(apart.sites[1].error_statistics.novelties[3], 2.0);
   EXPECT_EQ(apart.sites[1].tracks, incoming.model.tracks);
   const Model one = fuse(apart, incoming).model;
   ASSERT_EQ(one.sites.size(), 2u);
-  EXPECT_EQ(one.sites[1].error_statistics.novelties[3], 4.0);
   EXPECT_EQ(one.sites[1].episodes, 2);
   EXPECT_EQ(one.sites[0].episodes, 1);
-  incoming.model.sites[0].error_statistics = zero_error_statistics(4, 0.2, 3.2);
-  EXPECT_TRUE(
-      says(message_of([&] { fuse(previous, incoming); }),
-           "expected those of sampling.interval_s = 0.2, predict.horizon_s = 0.4 and predict.observe_s = 3.2, found "
-           "those of sampling.interval_s = 0.2, predict.horizon_s = 0.8"));
 }
 
 TEST(Fuse, OfSitesThatAreApartIsAsAccumulating) {

@@ -14,11 +14,11 @@ Increment increment_of(std::vector<MotionPrimitive> primitives, const std::vecto
   Increment increment;
   increment.model.primitives = std::move(primitives);
   increment.model.episodes = 1;
-  increment.model.sites = {{CurbFrame{}, 1, 1, {}}};
+  increment.model.sites = {{CurbFrame{}, 1, 1}};
   for (const TransitionCount& edge : transitions) {
     increment.samples.push_back(random_samples(random));
     increment.model.transitions.push_back(
-        {edge.from, edge.to, edge.count, field_of(increment.samples.back()), {}, {{0, edge.count, 1}}});
+        {edge.from, edge.to, edge.count, field_of(increment.samples.back()), {{0, edge.count, 1}}});
   }
   return increment;
 }

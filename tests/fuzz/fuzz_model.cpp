@@ -3,6 +3,7 @@
 
 #include <numeric>
 #include <stdexcept>
+#include <tuple>
 
 #include "io/made_up_model.hpp"
 #include "numbers.hpp"
@@ -33,18 +34,19 @@ Model sound_model() {
   std::mt19937_64 random(5);
   Model model = random_model(6);
   model.settings = {};
-  model.settings.residual_horizon_s = 4.8;
-  model.settings.residual_knots = 2;
+  model.refinement.residual_settings.horizon_s = 4.8;
+  model.refinement.residual_settings.knots = 2;
   model.primitives.resize(2);
   model.transitions.clear();
+  model.refinement.residuals.clear();
   for (const auto& [from, to] : {std::pair(0, 0), std::pair(0, 1), std::pair(1, 1)}) {
-    Transition transition{from, to, 2.0, random_field(random), random_gp(random, kResidualInputs, 4), {{0, 2.0, 1}}};
+    Transition transition{from, to, 2.0, random_field(random), {{0, 2.0, 1}}};
+    model.refinement.residuals.push_back(random_gp(random, kResidualInputs, 4));
     transition.field.gp.pseudo_inputs = 3.0 * random_matrix(random, 2, transition.field.gp.pseudo_inputs.cols());
     transition.field.extent = Eigen::AlignedBox2d(Vector2(-3.0, -3.0), Vector2(3.0, 3.0));
     model.transitions.push_back(std::move(transition));
   }
-  for (Site& site : model.sites) {
-    ErrorStatistics& error_statistics = site.error_statistics;
+  for (ErrorStatistics& error_statistics : model.refinement.error_statistics) {
     error_statistics = of_one_step(error_statistics);
     for (RegressionMoments& moments : error_statistics.stacking)
       moments.features *= moments.features.transpose().eval();
@@ -52,7 +54,7 @@ Model sound_model() {
       for (DensityMoments& density : *densities) density.scale.features *= density.scale.features.transpose().eval();
     }
   }
-  model.prior = model.sites.front().error_statistics;
+  model.refinement.prior = model.refinement.error_statistics.front();
   model.sharing = SiteSharing::apart;
   model.episodes = 2;
   model.episode_ids.resize(2);
@@ -90,17 +92,22 @@ int whole(double number) {
 }
 
 void apply(const Change& change, Model& model) {
-  Site& site = model.sites[change.way / 16 % model.sites.size()];
+  Refinement& refinement = model.refinement;
+  const std::size_t s = change.way / 16 % model.sites.size(), t = change.part / 16 % model.transitions.size();
+  Site& site = model.sites[s];
   MotionPrimitive& primitive = model.primitives[change.index % model.primitives.size()];
-  Transition& transition = model.transitions[change.part / 16 % model.transitions.size()];
+  Transition& transition = model.transitions[t];
+  AllSettings settings{model.settings, refinement.residual_settings};
   CellVelocity& cell = primitive.cells[change.way % primitive.cells.size()];
   switch (change.part % 16) {
     case 0:
-      return change_packed(model.settings, change);
+      change_packed(settings, change);
+      std::tie(model.settings, refinement.residual_settings) = settings;
+      return;
     case 1:
-      return change_packed(site.error_statistics, change);
+      return change_packed(refinement.error_statistics[s], change);
     case 2:
-      return change_packed(model.prior, change);
+      return change_packed(refinement.prior, change);
     case 3:
       return change_packed(site.frame, change);
     case 4:
@@ -108,7 +115,7 @@ void apply(const Change& change, Model& model) {
       return change_packed(transition.field, change);
     case 6:
     case 7:
-      return change_packed(transition.residual, change);
+      return change_packed(refinement.residuals[t], change);
     case 8:
       primitive.weight = change.number;
       return;

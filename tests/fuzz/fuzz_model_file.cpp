@@ -42,9 +42,10 @@ std::string sound_bytes() {
   Model model = random_model(3);
   model.primitives.resize(2);
   model.transitions.resize(1);
+  model.refinement.residuals.resize(1);
   model.transitions[0].from = model.transitions[0].to = 0;
-  for (Site& site : model.sites) site.error_statistics = of_one_step(site.error_statistics);
-  model.prior = of_one_step(model.prior);
+  for (ErrorStatistics& statistics : model.refinement.error_statistics) statistics = of_one_step(statistics);
+  model.refinement.prior = of_one_step(model.refinement.prior);
   return in_small_pages(model_bytes(stored(model)));
 }
 

@@ -32,17 +32,17 @@ void unpack_part(unsigned part, std::span<const double> numbers) {
   if (part == 1) unpack_and_pack<FlowField>(numbers);
   if (part == 2) unpack_and_pack<SparseGp>(numbers);
   if (part == 3) unpack_and_pack<CurbFrame>(numbers);
-  if (part == 4) unpack_and_pack<ModelSettings>(numbers);
+  if (part == 4) unpack_and_pack<AllSettings>(numbers);
   if (part == 5) unpack_and_pack<std::vector<SiteCount>>(numbers);
 }
 
 std::vector<double> part_of(unsigned part, const Model& model) {
-  if (part == 0) return pack(of_one_step(model.sites.front().error_statistics));
+  if (part == 0) return pack(of_one_step(model.refinement.error_statistics.front()));
   if (part == 1) return pack(model.transitions.front().field);
-  if (part == 2) return pack(model.prior);
+  if (part == 2) return pack(model.refinement.prior);
   if (part == 3) return pack(model.sites.front().frame);
   if (part == 5) return pack(model.transitions.front().sites);
-  return pack(model.settings);
+  return pack(AllSettings{model.settings, model.refinement.residual_settings});
 }
 
 }  // namespace

@@ -113,23 +113,25 @@ inline Model random_model(std::uint64_t seed) {
   model.settings.grid.origin = random_matrix(random, 2, 1);
   model.settings.scaling = static_cast<CurbScaling>(seed % kCurbScalings.size());
   model.settings.reference_width_m = 2.1;
-  model.settings.residual_horizon_s = 4.5;
-  model.settings.residual_knots = 3;
+  model.refinement.residual_settings.horizon_s = 4.5;
+  model.refinement.residual_settings.knots = 3;
   const int primitives = 3 + static_cast<int>(random() % 10);
   for (int i = 0; i < primitives; ++i) model.primitives.push_back(random_primitive(random));
   for (int from = 0; from < primitives; ++from) {
-    for (int to = from; to < primitives; to += 2)
-      model.transitions.push_back({from, to, 1.0 + from, random_field(random), random_gp(random, kResidualInputs, 6)});
+    for (int to = from; to < primitives; to += 2) {
+      model.transitions.push_back({from, to, 1.0 + from, random_field(random)});
+      model.refinement.residuals.push_back(random_gp(random, kResidualInputs, 6));
+    }
   }
   model.sharing = SiteSharing::shared;
   model.sites.resize(2);
   for (Site& site : model.sites) {
     site.episodes = static_cast<int>(seed % 100);
     site.tracks = 10 * site.episodes;
-    site.error_statistics = random_error_statistics(random);
+    model.refinement.error_statistics.push_back(random_error_statistics(random));
   }
   model.sites[1].frame.origin_m = Vector2(10.0, 0.0) + random_matrix(random, 2, 1);
-  model.prior = random_error_statistics(random);
+  model.refinement.prior = random_error_statistics(random);
   for (Transition& transition : model.transitions) {
     const auto seen_in = [&] { return static_cast<int>(random() % (seed % 100 + 1)); };
     transition.sites = {{0, 0.25 * transition.count, seen_in()}, {1, 0.75 * transition.count, seen_in()}};

@@ -36,7 +36,7 @@ TEST(ModelFile, KeepsSubnormalsNegativeZeroAndExtremes) {
   set_count(model.transitions[1], std::nextafter(1.0, 2.0));
   model.primitives[0].cells.front().cell.x = -1'000'000'000;
   model.primitives[0].cells.back().cell.x = 1'000'000'000;
-  model.sites[0].error_statistics.density[kWalking].components[0].along = -0.0;
+  model.refinement.error_statistics[0].density[kWalking].components[0].along = -0.0;
   model.tracks = std::numeric_limits<long>::max();
   save_model(folder / "m.sila", stored(model));
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, model));
@@ -49,9 +49,9 @@ TEST(ModelFile, IdenticalTellsTheSignOfZeroAndTheLastBit) {
   other.transitions[0].field.gp.mean(0) = std::nextafter(other.transitions[0].field.gp.mean(0), 9.0);
   EXPECT_FALSE(identical(model, other));
   Model zero = model;
-  zero.sites[1].error_statistics.stacking[0].weight = 0.0;
+  zero.refinement.error_statistics[1].stacking[0].weight = 0.0;
   Model negative = model;
-  negative.sites[1].error_statistics.stacking[0].weight = -0.0;
+  negative.refinement.error_statistics[1].stacking[0].weight = -0.0;
   EXPECT_FALSE(identical(zero, negative));
   Model fewer = model;
   fewer.primitives.pop_back();

@@ -84,8 +84,8 @@ Model small_model() {
   std::mt19937_64 random(4);
   Model model;
   model.primitives = {random_primitive(random)};
-  model.sites = {{CurbFrame{}, 1, 20, {}}};
-  model.transitions = {{0, 0, 2.0, random_field(random), {}, {{0, 2.0, 1}}, 2}};
+  model.sites = {{CurbFrame{}, 1, 20}};
+  model.transitions = {{0, 0, 2.0, random_field(random), {{0, 2.0, 1}}, 2}};
   model.episodes = 1;
   model.episode_ids = {{1, 2}};
   return model;

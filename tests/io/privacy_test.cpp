@@ -120,8 +120,8 @@ void expect_no_track_in_the_model(const std::vector<FramedTrajectory>& tracks, s
     record.statistics = nlohmann::ordered_json{{"change", to_json(episode.report.change, model, episode.model)}}.dump();
     model = std::move(episode.model);
     file.commit(model, record, "{}");
-    for (const Site& site : model.sites) {
-      for (const std::vector<double>& cell : site.error_statistics.scores) counts.insert(cell.begin(), cell.end());
+    for (const ErrorStatistics& statistics : model.refinement.error_statistics) {
+      for (const std::vector<double>& cell : statistics.scores) counts.insert(cell.begin(), cell.end());
     }
   }
   const double width_m = model.settings.reference_width_m;

@@ -45,28 +45,35 @@ Model changed(Model model, std::mt19937_64& random) {
   model.tracks += 20;
   model.episode_ids.push_back({random(), random()});
   std::ranges::sort(model.episode_ids);
-  Site& site = model.sites[random() % model.sites.size()];
-  ++site.episodes;
-  site.tracks += 20;
-  if (random() % 3 == 0) site.error_statistics = random_error_statistics(random);
+  Refinement& refinement = model.refinement;
+  const std::size_t site = random() % model.sites.size();
+  ++model.sites[site].episodes;
+  model.sites[site].tracks += 20;
+  if (random() % 3 == 0) refinement.error_statistics[site] = random_error_statistics(random);
   if (random() % 2 == 0) model.primitives.push_back(random_primitive(random));
   const auto primitives = static_cast<int>(model.primitives.size());
   if (primitives > 4 && random() % 2 == 0) {
     const int gone = static_cast<int>(random() % static_cast<unsigned>(primitives));
     model.primitives.erase(model.primitives.begin() + gone);
-    std::erase_if(model.transitions, [&](const Transition& edge) { return edge.from == gone || edge.to == gone; });
+    for (std::size_t i = model.transitions.size(); i-- > 0;) {
+      if (model.transitions[i].from != gone && model.transitions[i].to != gone) continue;
+      model.transitions.erase(model.transitions.begin() + static_cast<std::ptrdiff_t>(i));
+      refinement.residuals.erase(refinement.residuals.begin() + static_cast<std::ptrdiff_t>(i));
+    }
     for (Transition& edge : model.transitions) {
       edge.from -= edge.from > gone;
       edge.to -= edge.to > gone;
     }
   }
-  if (model.transitions.empty()) model.transitions.push_back({0, 0, 1.0, random_field(random), {}, {{0, 1.0, 0}}, 1});
-  Transition& edge = model.transitions[random() % model.transitions.size()];
+  if (model.transitions.empty()) model.transitions.push_back({0, 0, 1.0, random_field(random), {{0, 1.0, 0}}, 1});
+  refinement.residuals.resize(model.transitions.size());
+  const std::size_t changed = random() % model.transitions.size();
+  Transition& edge = model.transitions[changed];
   set_count(edge, edge.count + 1.0);
   edge.support += 1;
   edge.sites[0].last_episode = model.sites[0].episodes;
   if (random() % 2 == 0) edge.field = random_field(random);
-  if (random() % 2 == 0) edge.residual = random_gp(random, kResidualInputs, 6);
+  if (random() % 2 == 0) refinement.residuals[changed] = random_gp(random, kResidualInputs, 6);
   return model;
 }
 

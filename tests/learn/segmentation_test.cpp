@@ -69,7 +69,7 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndCountsEveryTrackOnce) {
   const LearnConfig config;
   const ModelSettings settings =
       begin_settings(tracks.front().frame.sidewalk_width_m, CurbScaling::mean_width, 0.2, config.grid);
-  const LearnResult learnt = learn({tracks, {}}, settings, config);
+  const LearnResult learnt = learn(tracks, settings, config);
   EXPECT_NO_THROW(check(learnt.increment.model));
   EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
   EXPECT_EQ(learnt.report.standing, 1);

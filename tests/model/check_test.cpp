@@ -34,9 +34,9 @@ TEST(CheckModel, RejectsInvalidSettings) {
       {"an interval that is no number", [](Model& m) { m.settings.sample_interval_s = kNan; }},
       {"no width", [](Model& m) { m.settings.reference_width_m = 0.0; }},
       {"an infinite width", [](Model& m) { m.settings.reference_width_m = kInf; }},
-      {"a horizon in the past", [](Model& m) { m.settings.residual_horizon_s = -1.0; }},
-      {"a horizon that is no number", [](Model& m) { m.settings.residual_horizon_s = kNan; }},
-      {"knots without a horizon", [](Model& m) { m.settings.residual_horizon_s = 0.0; }},
+      {"a horizon in the past", [](Model& m) { m.refinement.residual_settings.horizon_s = -1.0; }},
+      {"a horizon that is no number", [](Model& m) { m.refinement.residual_settings.horizon_s = kNan; }},
+      {"knots without a horizon", [](Model& m) { m.refinement.residual_settings.horizon_s = 0.0; }},
       {"tiles of which a cell number overflows", [](Model& m) { m.settings.grid.tile_cells = 2147483647; }},
       {"a cell without a side", [](Model& m) { m.settings.grid.cell = 1e-320; }},
       {"an origin beyond all places", [](Model& m) { m.settings.grid.origin.x() = 1e300; }},
@@ -45,36 +45,38 @@ TEST(CheckModel, RejectsInvalidSettings) {
 
 TEST(CheckModel, RejectsErrorStatisticsOfAnotherShape) {
   expect_rejected({
-      {"more steps than rows", [](Model& m) { m.sites[0].error_statistics.steps = 1000; }},
-      {"steps whose product overflows", [](Model& m) { m.sites[0].error_statistics.steps = 2000000000; }},
-      {"negative steps", [](Model& m) { m.sites[0].error_statistics.steps = -1; }},
+      {"more steps than rows", [](Model& m) { m.refinement.error_statistics[0].steps = 1000; }},
+      {"steps whose product overflows", [](Model& m) { m.refinement.error_statistics[0].steps = 2000000000; }},
+      {"negative steps", [](Model& m) { m.refinement.error_statistics[0].steps = -1; }},
       {"fewer features of a change",
-       [](Model& m) { m.sites[0].error_statistics.changes[kStanding].features.resize(2, 2); }},
-      {"no interval", [](Model& m) { m.sites[0].error_statistics.interval_s = 0.0; }},
-      {"a regression less", [](Model& m) { m.sites[0].error_statistics.stacking.pop_back(); }},
+       [](Model& m) { m.refinement.error_statistics[0].changes[kStanding].features.resize(2, 2); }},
+      {"no interval", [](Model& m) { m.refinement.error_statistics[0].interval_s = 0.0; }},
+      {"a regression less", [](Model& m) { m.refinement.error_statistics[0].stacking.pop_back(); }},
       {"a component less",
-       [](Model& m) { m.sites[0].error_statistics.density_place_free[kStanding].components.pop_back(); }},
-      {"fewer features", [](Model& m) { m.sites[0].error_statistics.density[kWalking].scale.features.resize(2, 2); }},
+       [](Model& m) { m.refinement.error_statistics[0].density_place_free[kStanding].components.pop_back(); }},
+      {"fewer features",
+       [](Model& m) { m.refinement.error_statistics[0].density[kWalking].scale.features.resize(2, 2); }},
       {"features that are not square",
-       [](Model& m) { m.sites[0].error_statistics.stacking[0].features.conservativeResize(9, 8); }},
-      {"fewer products", [](Model& m) { m.sites[0].error_statistics.stacking[0].products.resize(3, 1); }},
-      {"a product that is no number", [](Model& m) { m.sites[0].error_statistics.stacking[0].products(2) = kNan; }},
-      {"a negative weight", [](Model& m) { m.sites[0].error_statistics.stacking[0].weight = -5.0; }},
+       [](Model& m) { m.refinement.error_statistics[0].stacking[0].features.conservativeResize(9, 8); }},
+      {"fewer products", [](Model& m) { m.refinement.error_statistics[0].stacking[0].products.resize(3, 1); }},
+      {"a product that is no number",
+       [](Model& m) { m.refinement.error_statistics[0].stacking[0].products(2) = kNan; }},
+      {"a negative weight", [](Model& m) { m.refinement.error_statistics[0].stacking[0].weight = -5.0; }},
       {"a negative residual",
-       [](Model& m) { m.sites[0].error_statistics.density[kWalking].components[0].along = -1.0; }},
-      {"fewer bins", [](Model& m) { m.sites[0].error_statistics.scores[2].pop_back(); }},
-      {"a bin that is no number", [](Model& m) { m.sites[0].error_statistics.scores[2][0] = kNan; }},
-      {"a negative bin", [](Model& m) { m.sites[0].error_statistics.novelties[0] = -1.0; }},
-      {"an error that is no sum", [](Model& m) { m.sites[0].error_statistics.slow[0].errors_m[2] = -1.0; }},
-      {"fewer slow classes", [](Model& m) { m.sites[0].error_statistics.slow.pop_back(); }},
-      {"fewer novelties", [](Model& m) { m.sites[0].error_statistics.novelties.pop_back(); }},
-      {"rows without steps", [](Model& m) { m.sites[0].error_statistics.steps = 0; }},
+       [](Model& m) { m.refinement.error_statistics[0].density[kWalking].components[0].along = -1.0; }},
+      {"fewer bins", [](Model& m) { m.refinement.error_statistics[0].scores[2].pop_back(); }},
+      {"a bin that is no number", [](Model& m) { m.refinement.error_statistics[0].scores[2][0] = kNan; }},
+      {"a negative bin", [](Model& m) { m.refinement.error_statistics[0].novelties[0] = -1.0; }},
+      {"an error that is no sum", [](Model& m) { m.refinement.error_statistics[0].slow[0].errors_m[2] = -1.0; }},
+      {"fewer slow classes", [](Model& m) { m.refinement.error_statistics[0].slow.pop_back(); }},
+      {"fewer novelties", [](Model& m) { m.refinement.error_statistics[0].novelties.pop_back(); }},
+      {"rows without steps", [](Model& m) { m.refinement.error_statistics[0].steps = 0; }},
   });
 }
 
 TEST(CheckModel, TakesSumsOfSquaresThatRoundingLeftBelowZero) {
   Model model = random_model(3);
-  model.sites[0].error_statistics.density[kWalking].components[0].across = -1e-15;
+  model.refinement.error_statistics[0].density[kWalking].components[0].across = -1e-15;
   EXPECT_NO_THROW(check(model));
 }
 
@@ -105,10 +107,24 @@ TEST(CheckModel, RejectsCountsBySiteThatDoNotAddUp) {
       {"several sites that are apart", [](Model& m) { m.sharing = SiteSharing::apart; }},
       {"a site with fewer episodes than none", [](Model& m) { m.sites[1].episodes = -1; }},
       {"a site with fewer tracks than none", [](Model& m) { m.sites[1].tracks = -1; }},
-      {"a prior of another shape", [](Model& m) { m.prior = of_one_step(m.sites[1].error_statistics); }},
+      {"a prior of another shape",
+       [](Model& m) { m.refinement.prior = of_one_step(m.refinement.error_statistics[1]); }},
       {"error statistics of other steps",
-       [](Model& m) { m.sites[1].error_statistics = of_one_step(m.sites[1].error_statistics); }},
+       [](Model& m) { m.refinement.error_statistics[1] = of_one_step(m.refinement.error_statistics[1]); }},
   });
+}
+
+TEST(CheckModel, RejectsARefinementOfAnotherLength) {
+  expect_rejected({
+      {"a residual GP less", [](Model& m) { m.refinement.residuals.pop_back(); }},
+      {"a residual GP more", [](Model& m) { m.refinement.residuals.emplace_back(); }},
+      {"a transition less", [](Model& m) { m.transitions.pop_back(); }},
+      {"error statistics less", [](Model& m) { m.refinement.error_statistics.pop_back(); }},
+      {"a site more", [](Model& m) { m.sites.emplace_back(); }},
+  });
+  Model without = random_model(3);
+  without.refinement = {};
+  EXPECT_NO_THROW(check(without));
 }
 
 // Found by fuzzing: minus nothing was a size, and packed to other bits than it was unpacked from.

@@ -20,7 +20,7 @@ TEST(Site, IsKnownByItsCornerAndCurbs) {
   EXPECT_TRUE(same_site(corner, near));
   EXPECT_FALSE(same_site(corner, turned));
   EXPECT_FALSE(same_site(corner, frame_at(1.2)));
-  std::vector<Site> sites{{corner, 1, 20, {}}};
+  std::vector<Site> sites{{corner, 1, 20}};
   EXPECT_EQ(find_site(sites, near), 0);
   EXPECT_EQ(find_site(sites, turned), std::nullopt);
   EXPECT_EQ(find_or_add_site(sites, turned), 1);
@@ -29,19 +29,13 @@ TEST(Site, IsKnownByItsCornerAndCurbs) {
 }
 
 TEST(Site, JoinsThoseOfTwoModelsByCorner) {
-  ErrorStatistics one = zero_error_statistics(1, 0.2, 3.2), two = one;
-  one.novelties[0] = 1.0;
-  two.novelties[0] = 2.0;
-  const std::vector<Site> first{{frame_at(0), 1, 20, one}, {frame_at(50), 2, 40, {}}};
-  const std::vector<Site> second{{frame_at(90), 3, 60, two}, {frame_at(0.5), 4, 80, two}};
+  const std::vector<Site> first{{frame_at(0), 1, 20}, {frame_at(50), 2, 40}};
+  const std::vector<Site> second{{frame_at(90), 3, 60}, {frame_at(0.5), 4, 80}};
   const JoinedSites joined = join_sites(first, second);
   EXPECT_EQ(joined.of_second, (std::vector<int>{2, 0}));
   ASSERT_EQ(joined.sites.size(), 3u);
   EXPECT_EQ(joined.sites[0].episodes, 5);
   EXPECT_EQ(joined.sites[0].tracks, 100);
-  EXPECT_EQ(joined.sites[0].error_statistics.novelties[0], 3.0);
-  EXPECT_EQ(joined.sites[2].error_statistics.novelties[0], 2.0);
-  EXPECT_THROW(join_sites(first, {{frame_at(7), 1, 20, zero_error_statistics(2, 0.2, 3.2)}}), std::invalid_argument);
 }
 
 TEST(Site, CountsStaySortedAndAddUp) {

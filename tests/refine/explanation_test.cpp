@@ -61,9 +61,9 @@ TEST(Explanation, NoveltyCountsThoseWhoWereAtLeastAsSurprising) {
 
 TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
   Model model = corner_model();
-  for (std::size_t i = 1; i < model.transitions.size(); ++i) model.transitions[i].residual = {};
-  const Transition& only = model.transitions.front();
-  ASSERT_GT(only.residual.points, 0.0);
+  for (std::size_t i = 1; i < model.transitions.size(); ++i) model.refinement.residuals[i] = {};
+  const SparseGp& only = model.refinement.residuals.front();
+  ASSERT_GT(only.points, 0.0);
   const FlowFieldIndex fields(model, {});
   const ResidualIndex index(model, {});
   for (const Window& window : fresh_windows()) {
@@ -73,10 +73,9 @@ TEST(Residuals, OfASingleExpertIsWhatTheExpertSays) {
     const ResidualPrediction residual_prediction = combine(index, window.observed, experts, {}, scratch);
     if (!(residual_prediction.effective_samples > 0.0)) continue;
     const ResidualInput input = residual_input(window.observed);
-    Eigen::VectorXd mean(only.residual.mean.size());
-    Posterior(only.residual)
-        .predict(std::span(input.data(), kResidualInputs),
-                 std::span(mean.data(), static_cast<std::size_t>(mean.size())));
+    Eigen::VectorXd mean(only.mean.size());
+    Posterior(only).predict(std::span(input.data(), kResidualInputs),
+                            std::span(mean.data(), static_cast<std::size_t>(mean.size())));
     const Vector2 last = velocity_to_world(window.observed.frame, mean.tail<2>());
     EXPECT_LT((residual_prediction.residuals_mps.back() - last).norm(), 1e-9);
     EXPECT_EQ(residual_prediction.residual_mps(99.0), residual_prediction.residuals_mps.back());
@@ -128,7 +127,7 @@ TEST(Fuse, ResidualsKeepEveryExample) {
   const Model alone = run_episode({}, testing::corner_walks(20, 42), kConfig).model;
   const auto points = [](const Model& model) {
     double sum = 0.0;
-    for (const Transition& transition : model.transitions) sum += transition.residual.points;
+    for (const SparseGp& residual : model.refinement.residuals) sum += residual.points;
     return sum;
   };
   EXPECT_GT(points(alone), 0.0);

@@ -216,8 +216,9 @@ TEST(Snapshot, OfALaterModelPredictsWhatOneMadeAnewPredicts) {
   ASSERT_GE(earlier.transitions.size(), 4U);
   Model later = earlier;
   std::swap(later.transitions.front(), later.transitions.back());
+  std::swap(later.refinement.residuals.front(), later.refinement.residuals.back());
   later.transitions[1].field.gp.response *= 1.3;
-  later.transitions[2].residual.response *= 0.7;
+  later.refinement.residuals[2].response *= 0.7;
   const Snapshot first(earlier, kConfig.predict), second(later, kConfig.predict, &first);
   const Predictor anew(later, kConfig.predict);
   bool differs = false;

@@ -38,7 +38,7 @@ Transition walk_along(int from, int to, double count, double from_x, double velo
     samples.positions.col(n) << from_x + 0.5 * static_cast<double>(n), 0.0;
     samples.velocities.row(n) << velocity, 0.0;
   }
-  return {from, to, count, field_of(samples), {}, {{0, count, 1}}};
+  return {from, to, count, field_of(samples), {{0, count, 1}}};
 }
 
 Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
@@ -46,7 +46,7 @@ Model model_of(const std::vector<Transition>& transitions, int episodes = 1) {
   Model model;
   model.transitions = transitions;
   model.episodes = episodes;
-  model.sites = {{CurbFrame{}, episodes, 20, {}}};
+  model.sites = {{CurbFrame{}, episodes, 20}};
   for (const Transition& transition : transitions) {
     while (static_cast<int>(model.primitives.size()) <= std::max(transition.from, transition.to))
       model.primitives.push_back(random_primitive(random));
@@ -152,7 +152,7 @@ TEST(Prune, SubsumesNothingOfAnotherSiteWithSitesApart) {
 
 TEST(Prune, CountsTheAgeOfATransitionInEpisodesOfItsSite) {
   Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25, -1.0)}, 3);
-  model.sites.push_back({CurbFrame{{100.0, 0.0}}, 50, 1000, {}});
+  model.sites.push_back({CurbFrame{{100.0, 0.0}}, 50, 1000});
   model.episodes = 53;
   EXPECT_EQ(prune(model, {}).report.subsumed, 0);
   model.sites[0].episodes = 11;

@@ -22,9 +22,9 @@ inline Model learn_paper_alone(std::span<const FramedTrajectory> tracks, const S
                                                 sampling.interval_s, learning.grid);
   Model model;
   for (std::size_t begin = 0; begin < tracks.size(); begin += kBatch) {
-    Batch batch;
+    std::vector<CurbTrajectory> batch;
     for (const FramedTrajectory& track : tracks.subspan(begin, std::min(kBatch, tracks.size() - begin)))
-      batch.tracks.push_back(resample(track.track, track.frame, sampling));
+      batch.push_back(resample(track.track, track.frame, sampling));
     model = fuse(model, learn(batch, settings, learning).increment, fusing).model;
   }
   return model;

@@ -89,7 +89,7 @@ inline Increment random_increment(Random& random) {
   Model& model = increment.model;
   model.episodes = 1;
   model.tracks = integer(random, 1, 20);
-  model.sites = {{CurbFrame{}, 1, model.tracks, {}}};
+  model.sites = {{CurbFrame{}, 1, model.tracks}};
   const int primitives = integer(random, 1, 8);
   for (int p = 0; p < primitives; ++p) model.primitives.push_back(random_primitive(random));
   std::set<std::pair<int, int>> pairs;
@@ -98,7 +98,7 @@ inline Increment random_increment(Random& random) {
   for (const auto& [from, to] : pairs) {
     increment.samples.push_back(random_samples(random));
     const double count = integer(random, 1, 6);
-    model.transitions.push_back({from, to, count, field_of(increment.samples.back()), {}, {{0, count, 1}}});
+    model.transitions.push_back({from, to, count, field_of(increment.samples.back()), {{0, count, 1}}});
   }
   return increment;
 }

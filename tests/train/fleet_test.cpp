@@ -117,7 +117,7 @@ TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
   EXPECT_EQ(model.episodes, 11);
   EXPECT_EQ(model.episode_ids.size(), 11u);
   ASSERT_EQ(model.sites.size(), 1u);
-  EXPECT_FALSE(model.sites[0].error_statistics.empty());
+  EXPECT_FALSE(model.refinement.error_statistics[0].empty());
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 3; ++trial) {
     std::shuffle(partitions.begin(), partitions.end(), random);
@@ -127,7 +127,7 @@ TEST(Fleet, IsTheSameInWhateverOrderItsLeavesCome) {
 
 TEST(Fleet, CorrectsPathsAsOneBatchAfterAnotherDoes) {
   const Model model = learn_fleet({}, leaves_of(testing::corner_walks(80, 5), 20, 20), kConfig);
-  const ErrorStatistics& statistics = model.sites.front().error_statistics;
+  const ErrorStatistics& statistics = model.refinement.error_statistics.front();
   EXPECT_GT(statistics.correction_share.weight, 0.0);
   EXPECT_GT(statistics.motion_share.weight, 0.0);
 }
@@ -205,9 +205,8 @@ TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
   const Partition here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
   const Model model = learn_fleet({}, {here, there}, kConfig);
   ASSERT_EQ(model.sites.size(), 2u);
-  for (const Site& site : model.sites) {
-    EXPECT_GT(site.error_statistics.density[kWalking].scale.weight, 100.0);  // windows
-  }
+  for (const std::size_t site : {0U, 1U})
+    EXPECT_GT(entry_of(model.refinement.error_statistics, site).density[kWalking].scale.weight, 100.0);  // windows
 }
 
 TEST(FleetPlan, ScoresNoModelOnTracksThatItHasLearnt) {

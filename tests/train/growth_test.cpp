@@ -75,7 +75,7 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
   const Model model = run_episodes({}, testing::corner_walks(100, 6), 20, kConfig, sila_update(kConfig)).model;
   const auto most_inputs = [](const Model& of) {
     Eigen::Index most = 0;
-    for (const Transition& transition : of.transitions) most = std::max(most, transition.residual.pseudo_inputs.cols());
+    for (const SparseGp& residual : of.refinement.residuals) most = std::max(most, residual.pseudo_inputs.cols());
     return most;
   };
   ASSERT_GT(most_inputs(model), 30);
@@ -90,7 +90,8 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
   EXPECT_LE(static_cast<double>(packed_bytes(little.model)), nearly_all);
   EXPECT_NO_THROW(check(little.model));
   for (std::size_t i = 0; i < model.transitions.size(); ++i) {
-    const SparseGp &before = model.transitions[i].residual, &after = little.model.transitions[i].residual;
+    const SparseGp &before = entry_of(model.refinement.residuals, i),
+                   &after = entry_of(little.model.refinement.residuals, i);
     EXPECT_EQ(after.points, before.points);
     EXPECT_GE(after.pseudo_inputs.cols(), std::min<Eigen::Index>(before.pseudo_inputs.cols(), 30));
   }

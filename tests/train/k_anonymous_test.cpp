@@ -79,9 +79,9 @@ TEST(Share, KeepsOutWhatFewerShowedUntilEnoughDid) {
     const Model model = learnt(tracks, 10);
     const Model shared = k_anonymous(model, 4);
     EXPECT_NO_THROW(check(shared));
-    EXPECT_GT(model.sites.front().error_statistics.correction.weight, 0.0);
-    EXPECT_EQ(shared.sites.front().error_statistics.correction.weight, 0.0);
-    EXPECT_EQ(shared.sites.front().error_statistics.correction_share.weight, 0.0);
+    EXPECT_GT(model.refinement.error_statistics.front().correction.weight, 0.0);
+    EXPECT_EQ(shared.refinement.error_statistics.front().correction.weight, 0.0);
+    EXPECT_EQ(shared.refinement.error_statistics.front().correction_share.weight, 0.0);
     alone_at_home += goes_alone(model);
     alone_away += goes_alone(shared);
     if (people < 4) {

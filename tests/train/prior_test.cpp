@@ -58,20 +58,20 @@ TEST(Prior, HoldsTheSumsOfAllModelsWithoutPlaces) {
   EXPECT_TRUE(prior.empty());
   EXPECT_TRUE(prior.sites.empty());
   EXPECT_EQ(prior.episodes, 0);
-  const ErrorStatistics &a = both[0].sites[0].error_statistics, &b = both[1].sites[0].error_statistics;
-  EXPECT_EQ(windows_in(prior.prior.density), windows_in(a.density) + windows_in(b.density));
-  EXPECT_TRUE(prior.prior.motion[0].features.isApprox(a.motion[0].features + b.motion[0].features));
+  const ErrorStatistics &a = both[0].refinement.error_statistics[0], &b = both[1].refinement.error_statistics[0];
+  EXPECT_EQ(windows_in(prior.refinement.prior.density), windows_in(a.density) + windows_in(b.density));
+  EXPECT_TRUE(prior.refinement.prior.motion[0].features.isApprox(a.motion[0].features + b.motion[0].features));
   EXPECT_GT(a.correction.weight + b.correction.weight, 0.0);
-  EXPECT_EQ(prior.prior.correction.features.norm(), 0.0);
+  EXPECT_EQ(prior.refinement.prior.correction.features.norm(), 0.0);
   EXPECT_NO_THROW(check(prior));
 }
 
 TEST(Prior, CountsAPriorThatModelsShareOnce) {
   const Model shared = prior_elsewhere();
   const Model both[] = {learnt(testing::corner_walks(20, 2), shared), learnt(testing::corner_walks(20, 3), shared)};
-  double windows = windows_in(shared.prior.density);
-  for (const Model& model : both) windows += windows_in(model.sites[0].error_statistics.density);
-  EXPECT_DOUBLE_EQ(windows_in(make_prior(both).prior.density), windows);
+  double windows = windows_in(shared.refinement.prior.density);
+  for (const Model& model : both) windows += windows_in(model.refinement.error_statistics[0].density);
+  EXPECT_DOUBLE_EQ(windows_in(make_prior(both).refinement.prior.density), windows);
 }
 
 TEST(Prior, HelpsWhereFewTracksAreKnown) {
@@ -125,9 +125,9 @@ TEST(Prior, OfSimulatedPedestriansHasTheWindowsOfTheConfiguration) {
   config.episode.predict.observe_s = 1.6;
   config.simulate.tracks = 5;
   const StoredModel prior = simulated_prior(config);
-  EXPECT_EQ(prior.model.prior.steps, 12);
-  EXPECT_DOUBLE_EQ(prior.model.prior.observe_s, 1.6);
-  EXPECT_GT(windows_in(prior.model.prior.density), 1000.0) << "simulate.tracks has no effect";
+  EXPECT_EQ(prior.model.refinement.prior.steps, 12);
+  EXPECT_DOUBLE_EQ(prior.model.refinement.prior.observe_s, 1.6);
+  EXPECT_GT(windows_in(prior.model.refinement.prior.density), 1000.0) << "simulate.tracks has no effect";
   EXPECT_EQ(to_json(config_of(prior)), to_json(config));
   config.episode.error_statistics.enabled = false;
   EXPECT_THROW(simulated_prior(config), std::invalid_argument);
@@ -136,10 +136,10 @@ TEST(Prior, OfSimulatedPedestriansHasTheWindowsOfTheConfiguration) {
 TEST(Prior, StaysAsItIsWhateverIsLearntAndFused) {
   const Model prior = prior_elsewhere();
   const Model first = learnt(testing::corner_walks(20, 3), prior), second = learnt(testing::corner_walks(20, 4), prior);
-  EXPECT_EQ(pack(first.prior), pack(prior.prior));
-  EXPECT_EQ(pack(fuse_models(first, second, kConfig.fuse).model.prior), pack(prior.prior));
-  EXPECT_EQ(pack(fuse_models(learnt(testing::corner_walks(20, 5)), second, kConfig.fuse).model.prior),
-            pack(prior.prior));
+  EXPECT_EQ(pack(first.refinement.prior), pack(prior.refinement.prior));
+  EXPECT_EQ(pack(fuse_models(first, second, kConfig.fuse).model.refinement.prior), pack(prior.refinement.prior));
+  EXPECT_EQ(pack(fuse_models(learnt(testing::corner_walks(20, 5)), second, kConfig.fuse).model.refinement.prior),
+            pack(prior.refinement.prior));
 }
 
 TEST(Prior, IsWhereAFleetBegins) {
@@ -153,7 +153,7 @@ TEST(Prior, IsWhereAFleetBegins) {
          {},
          {}});
   const Model model = learn_fleet(prior, std::move(partitions), kConfig);
-  EXPECT_EQ(pack(model.prior), pack(prior.prior));
+  EXPECT_EQ(pack(model.refinement.prior), pack(prior.refinement.prior));
   EXPECT_EQ(model.tracks, 40);
   EXPECT_NO_THROW(check(model));
 }

@@ -110,8 +110,8 @@ TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
   for (const Site& site : together.sites) {
     EXPECT_EQ(site.tracks, 80);
     EXPECT_EQ(site.episodes, 4);
-    EXPECT_FALSE(site.error_statistics.empty());
   }
+  for (const std::size_t site : {0U, 1U}) EXPECT_FALSE(entry_of(together.refinement.error_statistics, site).empty());
   const Tracks test_a = here(30, 3), test_b = there(30, 4);
   EXPECT_NEAR(error_m(together, test_a), error_m(of_a, test_a), 0.05 * error_m(of_a, test_a));
   EXPECT_NEAR(error_m(together, test_b), error_m(of_b, test_b), 0.05 * error_m(of_b, test_b));
@@ -179,7 +179,8 @@ TEST(Sites, AreTheSameInMetresAndInWidths) {
     const Transition &a = in_metres.transitions[i], &b = in_widths.transitions[i];
     EXPECT_EQ(a.count, b.count);
     EXPECT_LT((a.field.gp.pseudo_inputs - 2.0 * b.field.gp.pseudo_inputs).norm(), 1e-9);
-    EXPECT_LT((a.residual.pseudo_inputs - 2.0 * b.residual.pseudo_inputs).norm(), 1e-9);
+    const SparseGp &r = entry_of(in_metres.refinement.residuals, i), &s = entry_of(in_widths.refinement.residuals, i);
+    EXPECT_LT((r.pseudo_inputs - 2.0 * s.pseudo_inputs).norm(), 1e-9);
   }
   const Predictor second(in_widths, kConfig.predict);
   const std::vector<Window> same = windows_of(test, kConfig.sampling, kConfig.predict, 1.0);

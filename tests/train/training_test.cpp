@@ -46,13 +46,13 @@ TEST(Episode, GivesTheSameModelOnOneThreadAndOnMany) {
 TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 6);
   const Training run = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig));
-  ASSERT_FALSE(run.model.sites.at(0).error_statistics.empty());
+  ASSERT_FALSE(run.model.refinement.error_statistics.at(0).empty());
   const Training longer = run_episodes(run.model, testing::corner_walks(60, 7), 20, kConfig, sila_update(kConfig));
-  EXPECT_EQ(longer.model.sites[0].error_statistics.stacking.size(),
-            run.model.sites[0].error_statistics.stacking.size());
+  EXPECT_EQ(longer.model.refinement.error_statistics[0].stacking.size(),
+            run.model.refinement.error_statistics[0].stacking.size());
   EpisodeConfig none = kConfig;
   none.error_statistics.enabled = false;
-  EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.sites.at(0).error_statistics.empty());
+  EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.refinement.error_statistics.at(0).empty());
 }
 
 TEST(Episode, ReportsThePrequentialErrorThatEvaluateFinds) {
@@ -79,7 +79,8 @@ TEST(Episode, TheFirstBatchHasStatisticsOfModelsOfItsParts) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 6);
   const Model model = run_episode({}, tracks, kConfig).model;
   const Model parts = run_episodes({}, tracks, 5, kConfig, sila_update(kConfig)).model;
-  const ErrorStatistics &of_batch = model.sites.at(0).error_statistics, &of_parts = parts.sites.at(0).error_statistics;
+  const ErrorStatistics &of_batch = model.refinement.error_statistics.at(0),
+                        &of_parts = parts.refinement.error_statistics.at(0);
   ASSERT_EQ(of_batch.stacking.size(), of_parts.stacking.size());
   for (std::size_t c = 0; c < of_parts.stacking.size(); ++c)
     EXPECT_EQ(of_batch.stacking[c].features, of_parts.stacking[c].features);
@@ -90,7 +91,7 @@ TEST(Episode, TheFirstBatchHasStatisticsOfModelsOfItsParts) {
   EXPECT_EQ(size(model), size(run_episode({}, tracks, none).model)) << "what is learnt of the batch does not change";
   // Too few for parts: nothing but constant velocity has predicted them.
   const Model few = run_episode({}, std::span(tracks).first(7), kConfig).model;
-  for (const std::vector<double>& bins : few.sites.at(0).error_statistics.scores)
+  for (const std::vector<double>& bins : few.refinement.error_statistics.at(0).scores)
     EXPECT_EQ(std::accumulate(bins.begin(), bins.end(), 0.0), 0.0);
 }
 
@@ -100,7 +101,7 @@ TEST(Episode, RejectsAnotherObservedTimeOrHorizonThanTheErrorStatistics) {
   kept.residual.enabled = false;  // whose horizon is compared, too
   const Model model = run_episode({}, tracks, kept).model;
   Model prior;
-  prior.prior = model.sites.front().error_statistics;
+  prior.refinement.prior = model.refinement.error_statistics.front();
   EpisodeConfig shorter = kept, nearer = kept;
   shorter.predict.observe_s = 2.0;
   nearer.predict.horizon_s = 3.0;
@@ -169,8 +170,8 @@ TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
     standing.push_back({testing::walk("s" + std::to_string(i), {{x, 1}, {x + 0.01, 1}}, 0.0008, 0.1, 0.02, 90 + i),
                         testing::square_frame()});
   }
-  const Densities first = before.sites[0].error_statistics.density;
-  const Densities second = run_episode(before, standing, kConfig).model.sites[0].error_statistics.density;
+  const Densities first = before.refinement.error_statistics[0].density;
+  const Densities second = run_episode(before, standing, kConfig).model.refinement.error_statistics[0].density;
   EXPECT_GT(first[kWalking].scale.weight, 0.0);
   EXPECT_LE(second[kWalking].scale.weight, first[kWalking].scale.weight);  // fades, and no window is added
   EXPECT_GT(second[kStanding].scale.weight, first[kStanding].scale.weight + 20.0);
@@ -178,7 +179,7 @@ TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
 
 TEST(Episode, ShortWindowsHaveDensitiesOfTheirOwn) {
   const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
-  const Densities& densities = model.sites[0].error_statistics.density;
+  const Densities& densities = model.refinement.error_statistics[0].density;
   double shorter = 0.0;
   for (std::size_t observed = 1; observed < kObservedClasses; ++observed) {
     EXPECT_GT(densities[observed * kMotionStates + kWalking].scale.weight, 10.0);
@@ -230,9 +231,9 @@ TEST(Evaluate, ShowsTheModelLessOfTheSameWindows) {
 
 TEST(ErrorStatistics, ScoresUnderAnUnknownDensityCountLess) {
   const Model before = run_episode({}, testing::corner_walks(40, 3), kConfig).model;
-  const double known = before.sites[0].error_statistics.density[kWalking].scale.weight;
+  const double known = before.refinement.error_statistics[0].density[kWalking].scale.weight;
   ASSERT_LT(known, 500.0);
-  const ErrorStatistics seen = error_statistics_on(before, testing::corner_walks(20, 4), kConfig)[0].error_statistics;
+  const ErrorStatistics seen = error_statistics_on(before, testing::corner_walks(20, 4), kConfig)[0].statistics;
   double scores = 0.0;
   for (std::size_t speed = 0; speed < kSpeedClasses; ++speed)
     scores = std::accumulate(seen.scores[speed].begin(), seen.scores[speed].end(), scores);
@@ -263,7 +264,7 @@ TEST(Evaluate, ScoresAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval)
   config.sampling.interval_s = 0.3;  // 16 steps in 5 s, and the 17th is nearer to it
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 9);
   const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
-  EXPECT_EQ(model.sites.at(0).error_statistics.steps, 16);
+  EXPECT_EQ(model.refinement.error_statistics.at(0).steps, 16);
   const Evaluation evaluation = evaluate(model, tracks, config, {});
   EXPECT_EQ(evaluation.groups.front().model.size(), evaluation.horizons_s.size());
   EXPECT_GT(evaluation.groups.front().windows, 0u);

@@ -58,7 +58,7 @@ struct FuseResult {
 /// SILA: M(n) from M(n-1) and M'(n). Previous primitives keep their order; new ones of the increment follow them.
 /// If `previous` is empty the result is the model of the increment; an increment without primitives changes no
 /// primitive and no transition. Where GPs are fused, samples of the increment replace its GPs; without samples its GPs
-/// are fused as stored. Sites are joined; episodes, tracks and error statistics add. The result does not depend on the
+/// are fused as stored. Sites are joined; episodes and tracks add. The result does not depend on the
 /// number of threads. Throws: std::invalid_argument for a field out of range, settings that differ, samples that do not
 /// belong to the transitions, a model with shared sites if they must stay apart. Source: SILA paper, Alg. 1 and 2.
 /// Differs: docs/decisions/0040 to 0046, 0097.

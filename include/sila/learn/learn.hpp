@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "sila/core/fields.hpp"
@@ -131,7 +132,7 @@ struct LearnResult {
 /// Units: tracks in curb units, sampled by the interval of the settings.
 /// Throws: std::invalid_argument for a configuration out of range or a track that breaks its invariant.
 /// Source: SILA paper, Alg. 1 line 3 (ASNSC, transitions, GPs).
-LearnResult learn(const Batch& batch, const ModelSettings& settings, const LearnConfig& config,
+LearnResult learn(std::span<const CurbTrajectory> tracks, const ModelSettings& settings, const LearnConfig& config,
                   SiteSharing sharing = SiteSharing::shared);
 
 }  // namespace sila

@@ -123,6 +123,8 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
 
 /// Throws: std::invalid_argument if neither argument is empty and their shapes differ.
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b);
+/// The same of each pair in a list.
+void require_one_shape(const std::vector<ErrorStatistics>& list);
 
 /// Adds `more` to `sum`, as if one model had gathered both. Throws: std::invalid_argument if they differ in shape.
 void accumulate(ErrorStatistics& sum, const ErrorStatistics& more);

@@ -12,6 +12,7 @@
 #include "sila/core/grid.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/gp/sparse_gp.hpp"
+#include "sila/model/refinement.hpp"
 #include "sila/model/site.hpp"
 
 namespace sila {
@@ -21,9 +22,7 @@ struct ModelSettings {
   Grid grid;
   CurbScaling scaling = CurbScaling::metres;
   double sample_interval_s = 0.2;
-  double reference_width_m = 1.0;   ///< [m] of one curb unit, by which configured metres became units
-  double residual_horizon_s = 0.0;  ///< time ahead that residual GPs reach; 0 if the model has none
-  int residual_knots = 0;           ///< number of evenly spaced times until that horizon
+  double reference_width_m = 1.0;  ///< [m] of one curb unit, by which configured metres became units
 
   bool operator==(const ModelSettings&) const = default;
 };
@@ -86,14 +85,13 @@ struct Transition {
   int to = 0;
   double count = 0.0;  ///< trajectories that showed it, T(from, to)
   FlowField field;
-  SparseGp residual = {};             ///< no points: no data (src/refine/residual.hpp)
   std::vector<SiteCount> sites = {};  ///< `count` by site; sorted by site
   int support = 0;                    ///< lower bound of the number of different tracks that showed it
 };
 
 static_assert(std::is_nothrow_move_constructible_v<Transition>, "a list of transitions moves them where it grows");
 
-/// A model of one or several sites: M = {D, R}, and statistics of past errors. It has no raw track.
+/// A model of one or several sites: the paper's M = {D, R}, and the refinement. It has no raw track.
 /// Invariant: `check(model)` passes.
 struct Model {
   ModelSettings settings;
@@ -101,9 +99,7 @@ struct Model {
   std::vector<Transition> transitions;      ///< R, sorted by (from, to), each pair once
   std::vector<Site> sites;                  ///< where it was trained, in the order of training
   SiteSharing sharing = SiteSharing::apart;
-  /// Error statistics of other places, which count at each site like a few of its own windows; empty without them
-  /// (sila/refine/prune.hpp).
-  ErrorStatistics prior;
+  Refinement refinement;  ///< nothing of it is used by learn, fuse and predict
   int episodes = 0;
   long tracks = 0;                     ///< trajectories learnt from
   std::vector<EpisodeId> episode_ids;  ///< of the batches learnt, which are not learnt again; sorted, each once
@@ -120,7 +116,7 @@ void require_separable(const std::string& function, const Model& model, SiteShar
 /// Throws std::invalid_argument naming the first part that breaks an invariant: unsorted or repeated cells, arrows
 /// longer than 1, transitions out of order, endpoints that do not exist, counts that are not positive, a GP with wrong
 /// shapes or NaN, counts by site that do not add up or name no site, a transition of several sites though they are
-/// apart.
+/// apart, lists of the refinement that have not one entry for each transition or site.
 void check(const Model& model);
 
 }  // namespace sila

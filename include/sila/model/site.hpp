@@ -2,19 +2,18 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sila/core/trajectory.hpp"
-#include "sila/model/error_statistics.hpp"
 
 namespace sila {
 
 /// A place where a model was trained, by its curb frame.
 struct Site {
   CurbFrame frame;
-  int episodes = 0;                  ///< batches that had tracks of this site
-  long tracks = 0;                   ///< trajectories of this site that were learnt
-  ErrorStatistics error_statistics;  ///< of predictions at this site; constant size
+  int episodes = 0;  ///< batches that had tracks of this site
+  long tracks = 0;   ///< trajectories of this site that were learnt
 };
 
 /// Whether the sites of a model have transitions in common.
@@ -42,19 +41,15 @@ std::optional<int> find_site(const std::vector<Site>& sites, const CurbFrame& fr
 int find_or_add_site(std::vector<Site>& sites, const CurbFrame& frame);
 
 /// The sites of the tracks of one batch, in the order of their first tracks.
-std::vector<Site> sites_of(const std::vector<CurbTrajectory>& tracks);
+std::vector<Site> sites_of(std::span<const CurbTrajectory> tracks);
 
-/// The sites of two models: those of the first keep their indices, those that only the second has follow. Episodes,
-/// tracks and error statistics add.
+/// The sites of two models: those of the first keep their indices, those that only the second has follow. Episodes
+/// and tracks add.
 struct JoinedSites {
   std::vector<Site> sites;
   std::vector<int> of_second;  ///< the index in `sites` of each site of the second model
 };
-/// Throws: std::invalid_argument if error statistics have different shapes.
 JoinedSites join_sites(std::vector<Site> first, const std::vector<Site>& second);
-
-/// Throws: std::invalid_argument if the error statistics of two sites have different shapes.
-void require_one_shape(const std::vector<Site>& sites);
 
 /// Adds a count to a list that is sorted by site.
 void add_count(std::vector<SiteCount>& counts, const SiteCount& more);

@@ -55,8 +55,8 @@ struct Episode {
 };
 
 /// The way a batch is learnt into a model: SILA, or a baseline, all run by the same loop.
-/// The batch is in curb coordinates; `settings` are those of `previous`, or of a new model if `previous` is empty. Of
-/// the report it sets `learn`, `prune` and `change`.
+/// The batch is in curb coordinates; its settings and `settings` are those of `previous`, or of a new model if
+/// `previous` is empty. Of the report it sets `learn`, `prune` and `change`.
 using Update = std::function<Episode(const Model& previous, const Batch& batch, const ModelSettings& settings)>;
 
 Update sila_update(const EpisodeConfig& config);  ///< learn, fuse, prune: M(n) = prune(fuse(M(n-1), M'(n)))
@@ -78,10 +78,9 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
 /// statistics (those of its prior while it has no site).
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
 
-/// The error statistics of a model on tracks that it has not learnt, for each site of the tracks. The sites of the
-/// result have no episodes and no tracks.
-std::vector<Site> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
-                                      const EpisodeConfig& config);
+/// The error statistics of a model on tracks that it has not learnt, for each site of the tracks.
+std::vector<SiteErrors> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
+                                            const EpisodeConfig& config);
 
 /// One episode: predict the batch and add the errors to the error statistics, learn the batch, and apply the budget
 /// (only if there is one). A batch that the model has learnt before leaves it as it is.

@@ -37,9 +37,9 @@ CurbFrame site_of(const Partition& partition);
 std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<EpisodeId>> episodes,
                                                std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known);
 
-/// Error statistics by site; the sites have no episodes and no tracks.
+/// Error statistics by site.
 struct SiteErrorStatistics {
-  std::vector<Site> sites;
+  std::vector<SiteErrors> sites;
 };
 
 /// The kinds of tasks of a fleet: inputs -> result.
