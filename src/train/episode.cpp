@@ -98,10 +98,11 @@ void set_error_statistics(Model& model, const std::vector<SiteErrors>& past, con
   std::vector<ErrorStatistics>& updated = model.refinement.error_statistics;
   updated.clear();
   for (const Site& site : model.sites) {
-    const auto statistics_in = [&](const std::vector<SiteErrors>& errors) {
+    const auto statistics_in = [&](const std::vector<SiteErrors>& errors) -> const ErrorStatistics& {
+      static const ErrorStatistics none;
       const auto here = [&](const SiteErrors& other) { return same_site(other.frame, site.frame); };
       const auto found = std::ranges::find_if(errors, here);
-      return found == errors.end() ? ErrorStatistics{} : found->statistics;
+      return found == errors.end() ? none : found->statistics;
     };
     updated.push_back(add_error_statistics(statistics_in(past), statistics_in(recent), memory_windows));
   }

@@ -137,7 +137,7 @@ def growth_table(results: Sequence[Mapping[str, Any]]) -> str:
     lines = []
     for (scene, method), table in pd.DataFrame(rows).groupby(["scene", "method"], sort=False):
         sizes = [
-            # The nearest episode; the mean of both where two are, which rounding must not decide.
+            # The nearest episode, or the mean of the two nearest, of which rounding must not remove one.
             table[(table["share"] - share).abs() <= 0.5 / table["episode"].max() + 1e-9]["size"].mean()
             for share in (0.25, 0.5, 1)
         ]
