@@ -20,7 +20,7 @@ inline std::vector<sila::FramedTrajectory> all_tracks() {
   std::vector<sila::FramedTrajectory> tracks;
   if (const char* path = std::getenv("SILA_BENCH_SCENE")) {
     const char* data = std::getenv("SILA_BENCH_DATA");
-    const sila::Scene scene = sila::read_scene(path, kConfig.episode.scaling, data ? data : "");
+    const sila::Scene scene = sila::read_scene(path, data ? data : "");
     for (sila::Trajectory& track : sila::read_tracks({}, scene, {}, kConfig.clean).trajectories) {
       tracks.push_back({std::move(track), scene.corners[scene.primary].frame});
     }

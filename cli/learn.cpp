@@ -80,7 +80,7 @@ class Batches {
       given = std::move(opened.scene);
       stream_ = std::move(opened.stream);
     }
-    if (!given.corners.empty() || !start.sites.empty()) scene_ = scene_for(given, start, {}, scaling_, corners_);
+    if (!given.corners.empty() || !start.sites.empty()) scene_ = scene_for(given, start, {}, corners_);
   }
 
   /// Empty after the last.
@@ -98,8 +98,8 @@ class Batches {
     tracks_ += handed_out_;
     const std::span batch = std::span(waiting_).first(handed_out_);
     if (batch.empty()) return batch;
-    if (!scene_) scene_ = scene_for({}, {}, batch, scaling_, corners_);
-    place(batch, *scene_, corners_);
+    if (!scene_) scene_ = scene_for({}, {}, batch, corners_);
+    place(batch, *scene_, corners_, scaling_);
     return batch;
   }
 

@@ -44,7 +44,7 @@ Named named_in(const TrackOptions& options, const Config& config) {
   if (!options.format.empty()) {
     result.read.format = of_options([&] { return required_format(options.format, "--format = " + options.format); });
   }
-  if (!options.scene.empty()) result.scene = read_scene(options.scene, config.episode.scaling, options.data_dir);
+  if (!options.scene.empty()) result.scene = read_scene(options.scene, options.data_dir);
   const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;
   if (const auto camera = pixel_camera(config, has_scale)) result.scene.camera = result.read.camera = camera;
   if (!options.camera.empty()) {
@@ -293,8 +293,8 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config, const
   result.report = std::move(read.tracks.report);
   result.input_ids = std::move(read.tracks.input_ids);
   result.tracks = without_frames(std::move(read.tracks.trajectories));
-  result.scene = scene_for(read.scene, model, result.tracks, config.episode.scaling, config.corners);
-  place(result.tracks, result.scene, config.corners);
+  result.scene = scene_for(read.scene, model, result.tracks, config.corners);
+  place(result.tracks, result.scene, config.corners, config.episode.scaling);
   return result;
 }
 

@@ -56,7 +56,7 @@ void propose_scene(const MakeOptions& options) {
     throw UsageError("scene make: --map comes with the Python package; pip install 'sila[map]'");
   const Config config = configured(options.common);
   ReadTracks read = read_clean(options.tracks, config);
-  const CornerProposal made = propose_corner(read.tracks.trajectories, config.episode.scaling);
+  const CornerProposal made = propose_corner(read.tracks.trajectories);
   Scene scene = std::move(read.scene);
   if (scene.name.empty()) scene.name = std::filesystem::path(options.tracks.paths.front()).stem().string();
   scene.corners = {{"corner", made.frame, made.widths}};
@@ -116,16 +116,16 @@ void keep_metres(Scene& scene, const EditOptions& options) {
 }
 
 /// The corner of the scene, else the proposed one, else the frame of a model without a scene.
-std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks, CurbScaling scaling) {
+std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks) {
   if (!input.scene.corners.empty()) return "The corner is that of " + input.file_name + ".";
   if (input.in_picture && !input.scene.camera) return "";
   try {
-    const CornerProposal made = propose_corner(tracks, scaling);
+    const CornerProposal made = propose_corner(tracks);
     input.scene.corners = {{"corner", made.frame, made.widths}};
     return "The corner is where most tracks turn (" + std::to_string(made.turning_tracks) +
            " do); that need not be the curb.";
   } catch (const std::invalid_argument& error) {
-    Scene scene = scene_for(input.scene, Model{}, input.tracks, scaling, CornerChoice::primary);
+    Scene scene = scene_for(input.scene, Model{}, input.tracks, CornerChoice::primary);
     input.scene.corners = std::move(scene.corners);
     return std::string(error.what()) + ". This is the frame that a model without a scene gets.";
   }
@@ -142,11 +142,10 @@ nlohmann::json files_as_they_are(const TrackOptions& options) {
 
 EditorInput editor_input(const EditOptions& options) {
   const Config config = configured(options.common);
-  const CurbScaling scaling = config.episode.scaling;
   EditorInput input;
   if (!options.picture.empty()) input.picture = picture_url(options.picture);
   Scene scene;
-  if (!options.tracks.scene.empty()) scene = read_scene(options.tracks.scene, scaling, options.tracks.data_dir);
+  if (!options.tracks.scene.empty()) scene = read_scene(options.tracks.scene, options.tracks.data_dir);
   if (!options.tracks.camera.empty()) scene.camera = read_camera(options.tracks.camera).camera;
   const std::vector<std::string> paths = paths_of(options.tracks, scene);
   const bool pixels = in_pixels(options, scene, paths.front());
@@ -167,7 +166,7 @@ EditorInput editor_input(const EditOptions& options) {
   input.tracks = without_frames(read.tracks.trajectories);
   const std::filesystem::path named = options.tracks.scene.empty() ? paths.front() : options.tracks.scene;
   input.file_name = options.tracks.scene.empty() ? named.stem().string() + ".scene.json" : named.filename().string();
-  input.proposal = add_corner(input, read.tracks.trajectories, scaling);
+  input.proposal = add_corner(input, read.tracks.trajectories);
   if (input.scene.name.empty()) input.scene.name = named.stem().string();
   if (!options.picture.empty() && !input.in_picture) keep_metres(input.scene, options);
   input.file = files_as_they_are(options.tracks);

@@ -57,9 +57,9 @@ OpenModel open_model(const ServeVerb& options) {
 
 /// The scene given, or that of the model; without a corner for a new model, whose frame is made from its first batch.
 Scene corners_in(const ServeVerb& options, const OpenModel& open) {
-  const Scene given = options.scene.empty() ? Scene{} : read_scene(options.scene, open.config.episode.scaling);
+  const Scene given = options.scene.empty() ? Scene{} : read_scene(options.scene);
   if (given.corners.empty() && open.stored.model.sites.empty()) return given;
-  return scene_for(given, open.stored.model, {}, open.config.episode.scaling, open.config.corners);
+  return scene_for(given, open.stored.model, {}, open.config.corners);
 }
 
 /// The same with the camera of the model or of --camera, if there is one.
@@ -110,7 +110,7 @@ void serve(const ServeVerb& options) {
   LearnerThread learner(open.stored.model, calibration, open.config.episode, open.config.service,
                         storage_in(open.file, open.stored, message));
   const auto frame_of = [&](const Trajectory& track) {
-    return live_frame(scene, learner.snapshot()->model, track, open.config.corners);
+    return live_frame(scene, learner.snapshot()->model, track, open.config.corners, open.config.episode.scaling);
   };
   ServiceSettings settings{open.config.service,  open.config.clean, open.config.episode,
                            open.config.evaluate, frame_of,          options.lines};

@@ -30,8 +30,8 @@ std::vector<sila::FramedTrajectory> read(const std::filesystem::path& path, cons
   sila::CleanTracks clean = sila::read_tracks(std::span(&path, 1), {}, {}, config.clean);
   auto tracks = sila::without_frames(std::move(clean.trajectories));
   const auto first = std::span(tracks).first(std::min(kBatch, tracks.size()));
-  const sila::Scene scene = sila::scene_for({}, model, first, config.episode.scaling, config.corners);
-  sila::place(tracks, scene, config.corners);
+  const sila::Scene scene = sila::scene_for({}, model, first, config.corners);
+  sila::place(tracks, scene, config.corners, config.episode.scaling);
   return tracks;
 }
 

@@ -153,7 +153,7 @@ std::vector<FramedTrajectory> simulated_tracks(const Config& config) {
   }
   detections.rows_read = detections.rows.size();
   std::vector<FramedTrajectory> tracks = without_frames(clean(std::span(&detections, 1), config.clean).trajectories);
-  place(tracks, scene_of(simulation.scene), config.corners);
+  place(tracks, scene_of(simulation.scene), config.corners, config.episode.scaling);
   return tracks;
 }
 

@@ -51,15 +51,15 @@ LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored
   const Model& model = stored.model;
   settings_for(model, model.sites.empty() ? CurbFrame{} : model.sites.front().frame, config.episode);  // contradictions
   scene = std::move(options.scene);
-  if (!scene.corners.empty() || !model.sites.empty())
-    scene = scene_for(scene, model, {}, config.episode.scaling, config.corners);
-  settings = {
-      config.service,
-      config.clean,
-      config.episode,
-      config.evaluate,
-      [this](const Trajectory& track) { return live_frame(scene, learner->snapshot()->model, track, config.corners); },
-      {}};
+  if (!scene.corners.empty() || !model.sites.empty()) scene = scene_for(scene, model, {}, config.corners);
+  settings = {config.service,
+              config.clean,
+              config.episode,
+              config.evaluate,
+              [this](const Trajectory& track) {
+                return live_frame(scene, learner->snapshot()->model, track, config.corners, config.episode.scaling);
+              },
+              {}};
   settings.camera = pixel_camera(config, options.camera.has_value());
   if (options.camera) settings.camera = options.camera;
   stored.configuration = to_json(config).dump();

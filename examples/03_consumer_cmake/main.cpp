@@ -9,8 +9,7 @@
 
 namespace {
 
-const sila::CurbFrame kCorner = sila::make_curb_frame({0.0, 0.0}, sila::Vector2::UnitX(), sila::Vector2::UnitY(),
-                                                      sila::SidewalkWidths{2.0, 2.0, 2.0}, sila::CurbScaling::metres);
+const sila::CurbFrame kCorner = sila::make_curb_frame({0.0, 0.0}, sila::Vector2::UnitX(), sila::Vector2::UnitY(), 2.0);
 
 /// A person who walks along the x axis at 1.3 m/s, sampled at 10 Hz.
 sila::FramedTrajectory walker(int number, double seconds) {

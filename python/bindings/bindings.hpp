@@ -43,13 +43,10 @@ struct TrackPrediction {
   double metres_per_pixel = 0.0;  ///< of a model in pixels
 };
 
-/// A scene as each way of scaling sees it: which one holds is only known when a configuration is.
-struct ScaledScene {
-  std::array<Scene, kCurbScalings.size()> by_scaling;               ///< indexed by CurbScaling
-  std::map<std::string, std::vector<std::vector<Vector2>>> layers;  ///< polygons to draw, by name
-
-  const Scene& as(CurbScaling scaling) const { return by_scaling[static_cast<std::size_t>(scaling)]; }
-  const Scene& usual() const { return by_scaling.front(); }
+/// A scene and what is drawn of it.
+struct DrawnScene {
+  Scene scene;
+  std::map<std::string, std::vector<std::vector<Vector2>>> layers;  ///< polygons, by name
 };
 
 // One function a file: adds what it binds to the module.
@@ -90,6 +87,6 @@ std::vector<Track> tracks_of(std::vector<Trajectory> trajectories, const std::ve
 Config config_of(const std::string& json);
 
 /// Each track in the frame of its corner, as `config.corners` wants it.
-std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config);
+std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const DrawnScene& scene, const Config& config);
 
 }  // namespace sila::python

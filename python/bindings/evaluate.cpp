@@ -17,7 +17,7 @@ namespace {
 
 /// The numbers as JSON, those of every window as JSON, the text for people, and a warning if tracks were learnt.
 std::array<std::string, 4> evaluate_stored(const StoredModel& stored, const std::vector<Track>& tracks,
-                                           const ScaledScene& scene, const std::string& config_json, int threads) {
+                                           const DrawnScene& scene, const std::string& config_json, int threads) {
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   const std::vector<FramedTrajectory> framed = placed(tracks, scene, config);

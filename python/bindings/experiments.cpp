@@ -61,7 +61,7 @@ FramedTracks rescaled_for(FramedTracks framed, const std::string& config_json) {
 /// In the frame that a model without a scene makes of its first batch.
 FramedTracks without_scene(FramedTracks framed, const FramedTracks& first_batch, const std::string& config_json) {
   const Config config = config_of(config_json);
-  place(framed.tracks, scene_for({}, {}, first_batch.tracks, config.episode.scaling, config.corners), config.corners);
+  place(framed.tracks, scene_for({}, {}, first_batch.tracks, config.corners), config.corners, config.episode.scaling);
   return framed;
 }
 
@@ -253,8 +253,9 @@ void bind_framed_tracks(nb::module_& module) {
   nb::class_<FramedTracks>(module, "FramedTracks", "Tracks with the frame of their corner, ready to be learnt.")
       .def(
           "__init__",
-          [](FramedTracks* self, const std::vector<Track>& tracks, const ScaledScene& scene,
-             const std::string& config) { new (self) FramedTracks{placed(tracks, scene, config_of(config))}; },
+          [](FramedTracks* self, const std::vector<Track>& tracks, const DrawnScene& scene, const std::string& config) {
+            new (self) FramedTracks{placed(tracks, scene, config_of(config))};
+          },
           "tracks"_a, "scene"_a, "config"_a)
       .def_static(
           "simulated", [](const std::string& config) { return FramedTracks{simulated_tracks(config_of(config))}; },

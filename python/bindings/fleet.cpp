@@ -23,14 +23,14 @@ std::vector<EpisodeId> ids_in(const std::vector<std::string>& texts) {
   return ids;
 }
 
-Partition partition_of(const std::vector<Track>& tracks, const ScaledScene& scene, std::size_t batch,
+Partition partition_of(const std::vector<Track>& tracks, const DrawnScene& scene, std::size_t batch,
                        const std::vector<std::string>& left_out, const Config& config) {
   return {placed(tracks, scene, config), batch, ids_in(left_out), {}};
 }
 
 /// The episodes of a partition and the site of its first track.
 std::pair<std::vector<std::string>, FrameState> content_of_tracks(const std::vector<Track>& tracks,
-                                                                  const ScaledScene& scene, std::size_t batch,
+                                                                  const DrawnScene& scene, std::size_t batch,
                                                                   const std::string& config) {
   const Partition partition = partition_of(tracks, scene, batch, {}, config_of(config));
   return {texts_of(episodes_of(partition)), state_of(site_of(partition))};
@@ -95,7 +95,7 @@ PythonValue run(const std::string& step, const Partition& partition, std::vector
   return StoredModel{std::move(model), to_json(config).dump(), {}, {}, 0};
 }
 
-PythonValue run_on_tracks(const std::string& step, const std::vector<Track>& tracks, const ScaledScene& scene,
+PythonValue run_on_tracks(const std::string& step, const std::vector<Track>& tracks, const DrawnScene& scene,
                           std::size_t batch, const std::vector<std::string>& left_out, std::vector<PythonValue> inputs,
                           const std::string& config_json, int threads) {
   const Config config = config_of(config_json);
@@ -110,10 +110,10 @@ PythonValue run_on_model(const std::string& step, const std::optional<StoredMode
 }
 
 /// Whether a model may be fused with those that learn under this configuration; says what differs.
-void require_settings(const StoredModel& stored, const ScaledScene& scene, const std::string& config_json) {
+void require_settings(const StoredModel& stored, const DrawnScene& drawn, const std::string& config_json) {
   const Config config = config_of(config_json);
-  const Scene& scaled = scene.as(config.episode.scaling);
-  (void)settings_for(stored.model, scaled.corners.at(scaled.primary).frame, config.episode);
+  const CurbFrame& frame = drawn.scene.corners.at(drawn.scene.primary).frame;
+  (void)settings_for(stored.model, rescaled(frame, config.episode.scaling), config.episode);
 }
 
 }  // namespace

@@ -30,11 +30,13 @@ std::vector<std::array<std::string, 5>> config_fields() {
   return rows;
 }
 
-std::pair<std::vector<Track>, std::string> read_files(
-    const std::vector<std::filesystem::path>& paths, const ScaledScene* scene, const std::optional<std::string>& format,
-    std::optional<double> frames_per_second, std::optional<double> metres_per_unit,
-    const std::optional<std::filesystem::path>& camera, const std::vector<std::string>& person_classes,
-    const std::string& config) {
+std::pair<std::vector<Track>, std::string> read_files(const std::vector<std::filesystem::path>& paths,
+                                                      const DrawnScene* scene, const std::optional<std::string>& format,
+                                                      std::optional<double> frames_per_second,
+                                                      std::optional<double> metres_per_unit,
+                                                      const std::optional<std::filesystem::path>& camera,
+                                                      const std::vector<std::string>& person_classes,
+                                                      const std::string& config) {
   const Config settings = config_of(config);
   ReadOptions options;
   if (format) options.format = required_format(*format, "read_tracks: format = \"" + *format + "\"");
@@ -43,7 +45,7 @@ std::pair<std::vector<Track>, std::string> read_files(
   options.camera = pixel_camera(settings, camera || metres_per_unit);
   if (camera) options.camera = read_camera(*camera).camera;
   options.person_classes = person_classes;
-  const Scene place = scene == nullptr ? Scene{} : scene->usual();
+  const Scene place = scene == nullptr ? Scene{} : scene->scene;
   CleanTracks clean = read_tracks(paths, place, options, settings.clean);
   return {tracks_of(std::move(clean.trajectories), clean.input_ids), to_json(clean.report).dump()};
 }

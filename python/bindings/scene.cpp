@@ -9,31 +9,25 @@
 namespace sila::python {
 namespace {
 
-constexpr CurbScaling kScalings[] = {CurbScaling::metres, CurbScaling::mean_width, CurbScaling::strip_widths};
 constexpr const char* kYAxes[] = {"up", "down"};
 
-ScaledScene load_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
-  ScaledScene scene;
-  for (const CurbScaling scaling : kScalings)
-    scene.by_scaling[static_cast<std::size_t>(scaling)] = read_scene(path, scaling, data_dir);
-  return scene;
+DrawnScene load_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
+  return {read_scene(path, data_dir), {}};
 }
 
-ScaledScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2, double sidewalk_width_m,
-                       std::optional<double> width_1_m, std::optional<double> width_2_m, const std::string& name,
-                       const std::string& y_axis) {
+DrawnScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2, double sidewalk_width_m,
+                      std::optional<double> width_1_m, std::optional<double> width_2_m, const std::string& name,
+                      const std::string& y_axis) {
   const SidewalkWidths widths{sidewalk_width_m, width_1_m.value_or(sidewalk_width_m),
                               width_2_m.value_or(sidewalk_width_m)};
-  const Vector2 origin = pair_from("origin", origin_m);
   const Vector2 first = pair_from("axis_1", axis_1), second = pair_from("axis_2", axis_2);
-  ScaledScene scene;
-  for (const CurbScaling scaling : kScalings) {
-    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
-    scaled.name = name;
-    scaled.y_axis = value_named<YAxis>("Scene: y_axis", kYAxes, y_axis);
-    scaled.corners.push_back({"1", make_curb_frame(origin, first, second, widths, scaling), widths});
-  }
-  return scene;
+  DrawnScene drawn;
+  drawn.scene.name = name;
+  drawn.scene.y_axis = value_named<YAxis>("Scene: y_axis", kYAxes, y_axis);
+  drawn.scene.corners = {
+      {"1", make_curb_frame(pair_from("origin", origin_m), first, second, sidewalk_width_m), widths}};
+  validate(drawn.scene);
+  return drawn;
 }
 
 using FileState =
@@ -108,34 +102,29 @@ Scene scene_in(const nb::tuple& state) {
   return scene;
 }
 
-nb::tuple state_of(const ScaledScene& scene) {
+nb::tuple state_of(const DrawnScene& drawn) {
   std::map<std::string, std::vector<PolygonState>> layers;
-  for (const auto& [name, polygons] : scene.layers) {
+  for (const auto& [name, polygons] : drawn.layers) {
     for (const std::vector<Vector2>& polygon : polygons) {
       PolygonState& points = layers[name].emplace_back();
       for (const Vector2& point : polygon) points.emplace_back(point.x(), point.y());
     }
   }
-  nb::list scaled;
-  for (const Scene& one : scene.by_scaling) scaled.append(state_of(one));
-  return nb::make_tuple(scaled, layers);
+  return nb::make_tuple(state_of(drawn.scene), layers);
 }
 
-ScaledScene scaled_scene_in(const nb::tuple& state) {
-  ScaledScene scene;
-  const auto scaled = nb::cast<nb::list>(state[0]);
-  for (std::size_t i = 0; i < scene.by_scaling.size(); ++i)
-    scene.by_scaling[i] = scene_in(nb::cast<nb::tuple>(scaled[i]));
+DrawnScene drawn_scene_in(const nb::tuple& state) {
+  DrawnScene drawn{scene_in(nb::cast<nb::tuple>(state[0])), {}};
   for (const auto& [name, polygons] : nb::cast<std::map<std::string, std::vector<PolygonState>>>(state[1])) {
     for (const PolygonState& points : polygons) {
-      std::vector<Vector2>& polygon = scene.layers[name].emplace_back();
+      std::vector<Vector2>& polygon = drawn.layers[name].emplace_back();
       for (const auto& [x, y] : points) polygon.emplace_back(x, y);
     }
   }
-  return scene;
+  return drawn;
 }
 
-std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers_of(const ScaledScene& scene) {
+std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers_of(const DrawnScene& scene) {
   std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers;
   for (const auto& [name, polygons] : scene.layers) {
     for (const std::vector<Vector2>& polygon : polygons) layers[name].push_back(array_of_points(polygon));
@@ -143,71 +132,53 @@ std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>>
   return layers;
 }
 
-std::vector<std::string> corner_names(const ScaledScene& scene) {
+std::vector<std::string> corner_names(const DrawnScene& drawn) {
   std::vector<std::string> names;
-  for (const Corner& corner : scene.usual().corners) names.push_back(corner.name);
+  for (const Corner& corner : drawn.scene.corners) names.push_back(corner.name);
   return names;
 }
 
-CurbFrame frame_of(const ScaledScene& scene, std::optional<std::size_t> corner, const std::string& scaling) {
-  const Scene& scaled = scene.as(value_named<CurbScaling>("frame: scaling", kCurbScalings, scaling));
-  const std::size_t index = corner.value_or(scaled.primary);
-  if (index >= scaled.corners.size()) {
+CurbFrame frame_of(const DrawnScene& drawn, std::optional<std::size_t> corner, const std::string& scaling) {
+  const std::vector<Corner>& corners = drawn.scene.corners;
+  const std::size_t index = corner.value_or(drawn.scene.primary);
+  if (index >= corners.size()) {
     throw std::invalid_argument("frame: corner = " + std::to_string(index) + ", the scene has " +
-                                std::to_string(scaled.corners.size()));
+                                std::to_string(corners.size()));
   }
-  return scaled.corners[index].frame;
-}
-
-ScaledScene scene_of_model(const StoredModel& stored) {
-  ScaledScene scene;
-  for (const CurbScaling scaling : kScalings) {
-    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)] = scene_of(stored.model);
-    for (Corner& corner : scaled.corners) corner.frame = rescaled(corner.frame, scaling);
-  }
-  return scene;
+  return rescaled(corners[index].frame, value_named<CurbScaling>("frame: scaling", kCurbScalings, scaling));
 }
 
 /// The scene by which tracks are looked at: given, of the model, or made from the first batch of a new one.
-ScaledScene scene_for_verb(const ScaledScene* given, const StoredModel& stored, const std::vector<Track>& tracks,
-                           std::size_t batch, const std::string& config_json) {
-  const Config config = config_of(config_json);
+DrawnScene scene_for_verb(const DrawnScene* given, const StoredModel& stored, const std::vector<Track>& tracks,
+                          std::size_t batch, const std::string& config_json) {
   std::vector<FramedTrajectory> first;
   for (std::size_t i = 0; i < std::min(batch, tracks.size()); ++i) first.push_back({tracks[i].trajectory, {}});
   if (given == nullptr && stored.model.sites.empty() && first.empty()) return {};  // nothing is to be looked at
-  ScaledScene scene;
-  if (given != nullptr) scene = *given;
-  for (const CurbScaling scaling : kScalings) {
-    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
-    scaled = scene_for(scaled, stored.model, first, scaling, config.corners);
-    if (given == nullptr && scaling != config.episode.scaling) {
-      for (Corner& corner : scaled.corners) corner.frame = rescaled(corner.frame, scaling);
-    }
-  }
-  return scene;
+  DrawnScene drawn = given == nullptr ? DrawnScene{} : *given;
+  drawn.scene = scene_for(drawn.scene, stored.model, first, config_of(config_json).corners);
+  return drawn;
 }
 
 }  // namespace
 
-std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const ScaledScene& scene, const Config& config) {
-  const Scene& scaled = scene.as(config.episode.scaling);
+std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const DrawnScene& drawn, const Config& config) {
   std::vector<FramedTrajectory> result;
-  for (const Track& track : tracks)
-    result.push_back({track.trajectory, frame_for(scaled, track.trajectory, config.corners)});
+  for (const Track& track : tracks) result.push_back({track.trajectory, {}});
+  place(result, drawn.scene, config.corners, config.episode.scaling);
   return result;
 }
 
 void bind_scene(nb::module_& module) {
-  nb::class_<ScaledScene>(module, "Scene",
-                          "A place: where its corners and their curbs are, and which files were recorded there.\n\n"
-                          "origin: (2,) metres, where the straight curbs of the primary corner meet. axis_1, axis_2:\n"
-                          "(2,) directions along its curbs, away from the corner. sidewalk_width_m: mean width.")
+  nb::class_<DrawnScene>(module, "Scene",
+                         "A place: where its corners and their curbs are, and which files were recorded there.\n\n"
+                         "origin: (2,) metres, where the straight curbs of the primary corner meet. axis_1, axis_2:\n"
+                         "(2,) directions along its curbs, away from the corner. sidewalk_width_m: mean width.")
       .def(
           "__init__",
-          [](ScaledScene* self, nb::handle origin, nb::handle axis_1, nb::handle axis_2, double width_m,
+          [](DrawnScene* self, nb::handle origin, nb::handle axis_1, nb::handle axis_2, double width_m,
              std::optional<double> width_1_m, std::optional<double> width_2_m, const std::string& name,
              const std::string& y_axis) {
-            new (self) ScaledScene(make_scene(origin, axis_1, axis_2, width_m, width_1_m, width_2_m, name, y_axis));
+            new (self) DrawnScene(make_scene(origin, axis_1, axis_2, width_m, width_1_m, width_2_m, name, y_axis));
           },
           nb::kw_only(), "origin"_a, "axis_1"_a, "axis_2"_a, "sidewalk_width_m"_a, "sidewalk_width_1_m"_a = nb::none(),
           "sidewalk_width_2_m"_a = nb::none(), "name"_a = "", "y_axis"_a = "up",
@@ -216,41 +187,46 @@ void bind_scene(nb::module_& module) {
                   "sidewalk_width_2_m: float | None = None, name: str = '', y_axis: str = 'up') -> None"))
       .def_static("load", &load_scene, "path"_a, nb::kw_only(), "data_dir"_a = std::filesystem::path(),
                   "Reads a scene file; data_dir is also searched for the files that it names.")
-      .def_static("of_model", &scene_of_model, "model"_a,
-                  "The sites of a model as corners, as `sila scene show` prints them. Raises ValueError for an empty "
-                  "model.")
+      .def_static(
+          "of_model",
+          [](const StoredModel& stored) {
+            return DrawnScene{scene_of(stored.model), {}};
+          },
+          "model"_a,
+          "The sites of a model as corners, as `sila scene show` prints them. Raises ValueError for an empty "
+          "model.")
       .def(
-          "save", [](const ScaledScene& scene, const std::filesystem::path& path) { write_scene(path, scene.usual()); },
+          "save", [](const DrawnScene& drawn, const std::filesystem::path& path) { write_scene(path, drawn.scene); },
           "path"_a, "Writes what `load` reads.")
-      .def_prop_ro("name", [](const ScaledScene& scene) { return scene.usual().name; })
+      .def_prop_ro("name", [](const DrawnScene& drawn) { return drawn.scene.name; })
       .def_prop_ro("corners", &corner_names, "The names of the corners.")
       .def_prop_ro(
-          "primary", [](const ScaledScene& scene) { return scene.usual().primary; }, "Index of the primary corner.")
-      .def_prop_ro("y_axis", [](const ScaledScene& scene) { return scene.usual().y_axis == YAxis::up ? "up" : "down"; })
+          "primary", [](const DrawnScene& drawn) { return drawn.scene.primary; }, "Index of the primary corner.")
+      .def_prop_ro("y_axis", [](const DrawnScene& drawn) { return drawn.scene.y_axis == YAxis::up ? "up" : "down"; })
       .def_prop_ro(
           "files",
-          [](const ScaledScene& scene) {
+          [](const DrawnScene& scene) {
             std::vector<std::string> paths;
-            for (const SceneFile& file : scene.usual().files) paths.push_back(file.path);
+            for (const SceneFile& file : scene.scene.files) paths.push_back(file.path);
             return paths;
           },
           "The track files that the scene names.")
-      .def_prop_ro("warnings", [](const ScaledScene& scene) { return scene.usual().warnings; })
+      .def_prop_ro("warnings", [](const DrawnScene& drawn) { return drawn.scene.warnings; })
       .def_prop_ro(
           "layers", &layers_of, nb::rv_policy::automatic,
           "What there is to draw, by name (sidewalks, crosswalks, buildings): polygons of shape (n, 2), metres.")
       .def("frame", &frame_of, nb::kw_only(), "corner"_a = nb::none(), "scaling"_a = kCurbScalings[0],
            "The frame of a corner, the primary one if none is named by its index.")
-      .def("__eq__", [](const ScaledScene& a, const ScaledScene& b) { return state_of(a).equal(state_of(b)); })
-      .def("__eq__", [](const ScaledScene&, nb::handle) { return false; })
+      .def("__eq__", [](const DrawnScene& a, const DrawnScene& b) { return state_of(a).equal(state_of(b)); })
+      .def("__eq__", [](const DrawnScene&, nb::handle) { return false; })
       .def("__repr__",
-           [](const ScaledScene& scene) {
+           [](const DrawnScene& scene) {
              return nb::str("Scene('{}', {} corners, {} files)")
-                 .format(scene.usual().name, scene.usual().corners.size(), scene.usual().files.size());
+                 .format(scene.scene.name, scene.scene.corners.size(), scene.scene.files.size());
            })
-      .def("__getstate__", [](const ScaledScene& scene) { return state_of(scene); })
+      .def("__getstate__", [](const DrawnScene& scene) { return state_of(scene); })
       .def("__setstate__",
-           [](ScaledScene& scene, const nb::tuple& state) { new (&scene) ScaledScene(scaled_scene_in(state)); });
+           [](DrawnScene& scene, const nb::tuple& state) { new (&scene) DrawnScene(drawn_scene_in(state)); });
   module.def(
       "scene_for", &scene_for_verb, "given"_a.none(), "model"_a, "tracks"_a, "batch"_a, "config"_a,
       nb::call_guard<nb::gil_scoped_release>(),

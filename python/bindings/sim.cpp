@@ -5,22 +5,19 @@ namespace sila::python {
 namespace {
 
 /// As the scene file that `sila simulate` writes says it, so that both ways give the same frames.
-ScaledScene scaled_scene_of(const IntersectionScene& simulated) {
-  ScaledScene scene;
-  for (const CurbScaling scaling : {CurbScaling::metres, CurbScaling::mean_width, CurbScaling::strip_widths}) {
-    Scene& scaled = scene.by_scaling[static_cast<std::size_t>(scaling)];
-    scaled = scene_of(simulated);
-    for (auto& [name, f, widths] : scaled.corners) f = make_curb_frame(f.origin_m, f.axis_1, f.axis_2, widths, scaling);
-  }
-  scene.layers = {
-      {"sidewalks", simulated.sidewalks}, {"crosswalks", simulated.crosswalks}, {"buildings", simulated.buildings}};
-  return scene;
+DrawnScene drawn_scene_of(const IntersectionScene& simulated) {
+  DrawnScene drawn{
+      scene_of(simulated),
+      {{"sidewalks", simulated.sidewalks}, {"crosswalks", simulated.crosswalks}, {"buildings", simulated.buildings}}};
+  for (auto& [name, f, widths] : drawn.scene.corners)
+    f = make_curb_frame(f.origin_m, f.axis_1, f.axis_2, f.sidewalk_width_m);
+  return drawn;
 }
 
-std::tuple<std::vector<Track>, std::vector<Track>, ScaledScene> simulate_tracks(const std::string& config_json) {
+std::tuple<std::vector<Track>, std::vector<Track>, DrawnScene> simulate_tracks(const std::string& config_json) {
   Simulation simulation = simulate(config_of(config_json).simulate);
   return {tracks_of(std::move(simulation.tracks)), tracks_of(std::move(simulation.truth)),
-          scaled_scene_of(simulation.scene)};
+          drawn_scene_of(simulation.scene)};
 }
 
 }  // namespace

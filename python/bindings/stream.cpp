@@ -11,7 +11,7 @@ namespace {
 class PythonStream {
  public:
   /// `metres`: positions are metres even if the scene has a camera.
-  PythonStream(const StoredModel& start, const std::optional<std::filesystem::path>& file, const ScaledScene& scene,
+  PythonStream(const StoredModel& start, const std::optional<std::filesystem::path>& file, const DrawnScene& scene,
                const std::optional<std::filesystem::path>& camera, bool metres, const std::string& config_json)
       : config_(config_of(config_json)), live_(options(start, file, scene, camera, metres)) {}
 
@@ -75,9 +75,9 @@ class PythonStream {
 
  private:
   LiveStreamOptions options(const StoredModel& start, const std::optional<std::filesystem::path>& file,
-                            const ScaledScene& scaled, const std::optional<std::filesystem::path>& camera,
+                            const DrawnScene& drawn, const std::optional<std::filesystem::path>& camera,
                             bool metres) const {
-    LiveStreamOptions options{file, start, config_, scaled.as(config_.episode.scaling), {}};
+    LiveStreamOptions options{file, start, config_, drawn.scene, {}};
     if (options.scene.camera && !camera && !metres && !pixel_camera(config_))
       throw std::invalid_argument(
           "Stream: scene has a camera: expected camera= with its file for image points, or camera=False for metres");
@@ -93,7 +93,7 @@ class PythonStream {
 
 void bind_stream(nb::module_& module) {
   nb::class_<PythonStream>(module, "LiveStream", "The service in process; sila.Stream is for users.")
-      .def(nb::init<const StoredModel&, const std::optional<std::filesystem::path>&, const ScaledScene&,
+      .def(nb::init<const StoredModel&, const std::optional<std::filesystem::path>&, const DrawnScene&,
                     const std::optional<std::filesystem::path>&, bool, const std::string&>(),
            "start"_a, "file"_a.none(), "scene"_a, "camera"_a.none(), "metres"_a, "config"_a)
       .def("update", &PythonStream::update, "t_s"_a, "ids"_a, "points"_a, "labels"_a,

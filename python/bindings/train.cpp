@@ -12,7 +12,7 @@ namespace {
 
 /// Learns tracks, `batch` an episode. `on_episode(done, of, tracks, size)` is called after each one; it and Ctrl-C
 /// may end the run by an exception.
-StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tracks, const ScaledScene& scene,
+StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tracks, const DrawnScene& scene,
                          const std::string& config_json, std::size_t batch, int threads,
                          const std::optional<nb::callable>& on_episode) {
   const nb::gil_scoped_release release;
@@ -32,7 +32,7 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
   return result;
 }
 
-StoredModel learn_all(const std::vector<Track>& tracks, const ScaledScene& scene, const std::string& config_json,
+StoredModel learn_all(const std::vector<Track>& tracks, const DrawnScene& scene, const std::string& config_json,
                       int threads) {
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);

@@ -54,7 +54,7 @@ def test_the_scaling_of_a_frame_can_be_chosen():
     assert scene.frame(scaling="mean_width").unit_m.tolist() == [2.5, 2.5]
     assert scene.frame().origin_m.tolist() == OBLIQUE["origin"]
     assert scene.frame() == scene.frame(scaling="metres")
-    assert scene.frame(scaling="strip_widths") != scene.frame()
+    assert scene.frame(scaling="mean_width") != scene.frame()
     with pytest.raises(ValueError, match="scaling"):
         scene.frame(scaling="feet")
     with pytest.raises(ValueError, match="corner = 1, the scene has 1"):

@@ -190,7 +190,7 @@ double curb_m(const Strip& strip, const Vector2& axis, const Vector2& other) {
 }
 
 /// The proposal without standard errors; none if there is no second direction.
-std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks, CurbScaling scaling) {
+std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks) {
   const std::vector<Piece> pieces = pieces_of(tracks);
   const auto headings = main_headings(pieces);
   if (!headings) return std::nullopt;
@@ -213,7 +213,7 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
   const bool swap = cross(away_a, away_b) < 0.0;
   CornerProposal result;
   result.widths = {0.5 * (width_a + width_b), swap ? width_b : width_a, swap ? width_a : width_b};
-  result.frame = make_curb_frame(origin_m, swap ? away_b : away_a, swap ? away_a : away_b, result.widths, scaling);
+  result.frame = make_curb_frame(origin_m, swap ? away_b : away_a, swap ? away_a : away_b, result.widths.mean_m);
   result.share_1 = swap ? share_b : share_a;
   result.share_2 = swap ? share_a : share_b;
   result.turning_tracks = best->turning;
@@ -221,21 +221,21 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
 }
 
 /// The proposals of the jackknife: each without one of kParts parts of the tracks.
-std::vector<CornerProposal> proposed_without_parts(const std::vector<const Trajectory*>& tracks, CurbScaling scaling) {
+std::vector<CornerProposal> proposed_without_parts(const std::vector<const Trajectory*>& tracks) {
   std::vector<CornerProposal> proposals;
   for (std::size_t part = 0; part < kParts; ++part) {
     std::vector<const Trajectory*> others;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       if (i % kParts != part) others.push_back(tracks[i]);
     }
-    if (const auto proposal = proposed(others, scaling)) proposals.push_back(*proposal);
+    if (const auto proposal = proposed(others)) proposals.push_back(*proposal);
   }
   return proposals;
 }
 
 }  // namespace
 
-CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling scaling) {
+CornerProposal propose_corner(std::span<const Trajectory> tracks) {
   std::vector<const Trajectory*> moving;
   for (const Trajectory& track : tracks) {
     validate(track);
@@ -244,13 +244,13 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling sc
   if (moving.size() < kParts)
     throw std::invalid_argument("no corner found: expected at least " + std::to_string(kParts) +
                                 " tracks that move 3 m or more, found " + std::to_string(moving.size()));
-  auto result = proposed(moving, scaling);
+  auto result = proposed(moving);
   if (!result)
     throw std::invalid_argument(
         "no corner found: all people walk along one line; a corner needs a second direction, 25 degrees or more from "
         "the "
         "first");
-  const std::vector<CornerProposal> parts = proposed_without_parts(moving, scaling);
+  const std::vector<CornerProposal> parts = proposed_without_parts(moving);
   const auto error = [&](const auto& distance) {  // of a jackknife, about the full estimate
     double sum = 0.0;
     for (const CornerProposal& part : parts) sum += std::pow(distance(part), 2);

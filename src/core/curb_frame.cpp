@@ -31,34 +31,26 @@ void require_positive(const char* name, double value) {
 }  // namespace
 
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
-                          const SidewalkWidths& widths, CurbScaling scaling) {
+                          double sidewalk_width_m) {
   CurbFrame frame;
   frame.origin_m = origin_m;
   frame.axis_1 = unit_axis("axis_1", axis_1);
   frame.axis_2 = unit_axis("axis_2", axis_2);
-  frame.sidewalk_width_m = widths.mean_m;
-  require_positive("sidewalk_width_m", widths.mean_m);
-  if (scaling == CurbScaling::mean_width) frame.unit_m = Vector2::Constant(widths.mean_m);
-  if (scaling == CurbScaling::strip_widths) {
-    require_positive("sidewalk_width_1_m", widths.width_1_m);
-    require_positive("sidewalk_width_2_m", widths.width_2_m);
-    // The strip along curb 1 is `width_1` wide across, so width_1 / |sin| long along axis_2, and the other way round.
-    const double sine = std::abs(cross(frame.axis_1, frame.axis_2));
-    if (sine >= kSmallestSine) frame.unit_m = Vector2(widths.width_2_m, widths.width_1_m) / sine;
-  }
+  frame.sidewalk_width_m = sidewalk_width_m;
   validate(frame);
   return frame;
 }
 
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling) {
-  if (scaling == CurbScaling::metres) frame.unit_m = Vector2::Ones();
-  if (scaling == CurbScaling::mean_width) frame.unit_m = Vector2::Constant(frame.sidewalk_width_m);
+  frame.unit_m = Vector2::Constant(scaling == CurbScaling::metres ? 1.0 : frame.sidewalk_width_m);
   return frame;
 }
 
 void validate(const CurbFrame& frame) {
   if (!frame.origin_m.allFinite()) reject("origin is not finite");
-  if (!frame.axis_1.allFinite() || !frame.axis_2.allFinite()) reject("an axis is not finite");
+  for (const Vector2& axis : {frame.axis_1, frame.axis_2}) {
+    if (!(std::abs(axis.norm() - 1.0) <= 1e-6)) reject("axis_1 and axis_2 must have the length 1");
+  }
   require_positive("sidewalk_width_m", frame.sidewalk_width_m);
   require_positive("unit_m of axis_1", frame.unit_m.x());
   require_positive("unit_m of axis_2", frame.unit_m.y());

@@ -47,14 +47,13 @@ double extent_m(const Trajectory& track) {
   return box.diagonal().norm();
 }
 
-CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling) {
+CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks) {
   std::vector<Vector2> positions_m;
   for (const FramedTrajectory& entry : tracks)
     positions_m.insert(positions_m.end(), entry.track.positions_m.begin(), entry.track.positions_m.end());
   if (positions_m.empty()) throw std::invalid_argument("frame_of_tracks: tracks = [], one position is needed");
   const Vector2 axis = principal_axis(positions_m);
-  const SidewalkWidths widths{kTrackFrameWidth_m, kTrackFrameWidth_m, kTrackFrameWidth_m};
-  CurbFrame frame = make_curb_frame(median_position(positions_m), axis, left_of(axis), widths, scaling);
+  CurbFrame frame = make_curb_frame(median_position(positions_m), axis, left_of(axis), kTrackFrameWidth_m);
   frame.from_tracks = true;
   return frame;
 }

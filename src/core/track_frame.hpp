@@ -23,6 +23,6 @@ double extent_m(const Trajectory& track);
 /// Shapes: at least one position in all tracks together. Units: metres, world frame.
 /// Throws: std::invalid_argument without a position.
 /// Source: none in the paper; docs/decisions/0110-frame-from-tracks.md.
-CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks, CurbScaling scaling);
+CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks);
 
 }  // namespace sila

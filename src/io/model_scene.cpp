@@ -30,7 +30,7 @@ Scene scene_of(const Model& model) {
   if (model.sites.empty()) throw std::invalid_argument("scene: the model has learnt nothing, so it has no frame");
   Scene scene;
   for (const Site& site : model.sites) {
-    Corner corner = scene_of(site.frame).corners.front();
+    Corner corner = scene_of(rescaled(site.frame, CurbScaling::metres)).corners.front();
     corner.name = std::to_string(scene.corners.size() + 1);
     scene.corners.push_back(std::move(corner));
   }
@@ -43,21 +43,22 @@ std::optional<CurbFrame> frame_from_tracks(const Model& model) {
   return found->frame;
 }
 
-CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners) {
-  if (!scene.corners.empty()) return frame_for(scene, track, corners);
+CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners,
+                     CurbScaling scaling) {
+  if (!scene.corners.empty()) return frame_for(scene, track, corners, scaling);
   CurbFrame provisional;
   provisional.from_tracks = true;
   return frame_from_tracks(model).value_or(provisional);
 }
 
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
-                CurbScaling scaling, CornerChoice corners) {
+                CornerChoice corners) {
   if (!given.corners.empty()) {
     validate(given);
     require_same_frame(given, model);
     return given;
   }
-  Scene scene = model.sites.empty() ? scene_of(frame_of_tracks(first_batch, scaling)) : scene_of(model);
+  Scene scene = model.sites.empty() ? scene_of(frame_of_tracks(first_batch)) : scene_of(model);
   scene.camera = given.camera;
   if (model.sites.size() > 1 && corners == CornerChoice::primary) {
     throw std::invalid_argument("scene: the model knows " + std::to_string(model.sites.size()) +
@@ -72,8 +73,8 @@ std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks) {
   return result;
 }
 
-void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners) {
-  for (FramedTrajectory& entry : tracks) entry.frame = frame_for(scene, entry.track, corners);
+void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners, CurbScaling scaling) {
+  for (FramedTrajectory& entry : tracks) entry.frame = frame_for(scene, entry.track, corners, scaling);
 }
 
 }  // namespace sila

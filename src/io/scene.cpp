@@ -29,13 +29,13 @@ SidewalkWidths widths_in(const JsonFields& fields) {
           fields.optional_positive("sidewalk_width_2_m").value_or(mean)};
 }
 
-Corner corner_in(const JsonFields& fields, const std::string& name, const SidewalkWidths& widths, CurbScaling scaling,
+Corner corner_in(const JsonFields& fields, const std::string& name, const SidewalkWidths& widths,
                  const std::string& file) {
   const Vector2 origin = vector_in(fields, "origin");
   const Vector2 axis_1 = vector_in(fields, "axis_1");
   const Vector2 axis_2 = vector_in(fields, "axis_2");
   try {
-    return {name, make_curb_frame(origin, axis_1, axis_2, widths, scaling), widths};
+    return {name, make_curb_frame(origin, axis_1, axis_2, widths.mean_m), widths};
   } catch (const std::invalid_argument& error) {
     throw FormatError(file, 0, fields.where() + "axis_1, axis_2: the directions of two curbs",
                       std::string(error.what()));
@@ -60,13 +60,13 @@ bool same_place(const Corner& a, const Corner& b) {
 }
 
 /// The corners of the list, the primary one replaced by the first-level keys; these alone if there is no list.
-void read_corners(Scene& scene, const JsonFields& fields, CurbScaling scaling) {
+void read_corners(Scene& scene, const JsonFields& fields) {
   const std::string file = scene.path.string();
   const std::string primary_name = fields.text_or("primary_corner", "");
-  const Corner first_level = corner_in(fields, primary_name, widths_in(fields), scaling, file);
+  const Corner first_level = corner_in(fields, primary_name, widths_in(fields), file);
   for (const JsonFields& entry : fields.objects("corners")) {
     const std::string name = entry.text_or("name", std::to_string(scene.corners.size() + 1));
-    Corner corner = corner_in(entry, name, widths_in(entry), scaling, file);
+    Corner corner = corner_in(entry, name, widths_in(entry), file);
     if (is_primary(entry, primary_name)) {
       scene.primary = scene.corners.size();
       if (!same_place(corner, first_level)) {
@@ -152,18 +152,18 @@ Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
   return {s.a * point_m.x() - s.b * point_m.y() + s.tx, s.b * point_m.x() + s.a * point_m.y() + s.ty};
 }
 
-Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir) {
-  return scene_of_json(path, read_json(path), scaling, data_dir);
+Scene read_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
+  return scene_of_json(path, read_json(path), data_dir);
 }
 
-Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json, CurbScaling scaling,
+Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json,
                     const std::filesystem::path& data_dir) {
   const JsonFields fields(json, path.string(), "");
   Scene scene;
   scene.path = path;
   scene.name = fields.text_or("name", path.stem().string());
   scene.y_axis = y_axis_in(fields);
-  read_corners(scene, fields, scaling);
+  read_corners(scene, fields);
   warn_of_mirrored_axes(scene);
   if (fields.has("camera")) {
     CameraFile read = camera_of_json(path.string(), json.at("camera"), "camera.");
@@ -185,7 +185,12 @@ void validate(const Scene& scene) {
   if (scene.primary >= scene.corners.size())
     throw std::invalid_argument(concatenate("scene: primary = ", scene.primary, ", must be below ",
                                             scene.corners.size(), ", the number of corners"));
-  for (const Corner& corner : scene.corners) validate(corner.frame);
+  for (const auto& [name, frame, widths] : scene.corners) {
+    validate(frame);
+    if (!(widths.width_1_m > 0.0 && widths.width_2_m > 0.0))
+      throw std::invalid_argument(concatenate("scene: sidewalk_width_1_m = ", widths.width_1_m,
+                                              ", sidewalk_width_2_m = ", widths.width_2_m, ", they must be positive"));
+  }
 }
 
 std::string to_text(const Scene& scene) {
@@ -226,9 +231,10 @@ std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
   return static_cast<std::size_t>(nearest - scene.corners.begin());
 }
 
-const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners) {
+CurbFrame frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners, CurbScaling scaling) {
   validate(scene);
-  return scene.corners[corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary].frame;
+  const std::size_t corner = corners == CornerChoice::nearest ? nearest_corner(scene, track) : scene.primary;
+  return rescaled(scene.corners[corner].frame, scaling);
 }
 
 }  // namespace sila

@@ -30,7 +30,7 @@ Detections rows_of(const SceneFile& source);
 void require_tracks(const TrackReport& report, const std::string& source);
 
 /// As read_scene, for the JSON of a file.
-Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json, CurbScaling scaling,
+Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& json,
                     const std::filesystem::path& data_dir);
 
 /// As read_camera, for the JSON of a camera. `where`: the path of the object inside the file, such as "camera.".

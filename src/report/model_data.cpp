@@ -15,12 +15,13 @@ using detail::point_json;
 using detail::rounded;
 using nlohmann::ordered_json;
 
-ordered_json corner_json(const Corner& corner) {
+ordered_json corner_json(const Corner& corner, CurbScaling scaling) {
+  const CurbFrame frame = rescaled(corner.frame, scaling);
   return {{"name", corner.name},
-          {"origin", point_json(corner.frame.origin_m)},
-          {"axis_1", point_json(corner.frame.axis_1, 6)},
-          {"axis_2", point_json(corner.frame.axis_2, 6)},
-          {"unit_m", point_json(corner.frame.unit_m)},
+          {"origin", point_json(frame.origin_m)},
+          {"axis_1", point_json(frame.axis_1, 6)},
+          {"axis_2", point_json(frame.axis_2, 6)},
+          {"unit_m", point_json(frame.unit_m)},
           {"widths_m", {rounded(corner.widths.width_1_m, 3), rounded(corner.widths.width_2_m, 3)}}};
 }
 
@@ -29,7 +30,7 @@ Scene right_angled(double width_m) {
   Scene scene;
   scene.name = "a right-angled corner";
   const SidewalkWidths widths{width_m, width_m, width_m};
-  scene.corners.push_back({"corner", make_curb_frame({0, 0}, {1, 0}, {0, 1}, widths, CurbScaling::mean_width), widths});
+  scene.corners.push_back({"corner", make_curb_frame({0, 0}, {1, 0}, {0, 1}, width_m), widths});
   return scene;
 }
 
@@ -50,7 +51,7 @@ ordered_json scene_json(const Scene& scene, const ModelSettings& settings) {
                     {"y_axis", scene.y_axis == YAxis::up ? "up" : "down"},
                     {"primary", scene.primary}};
   json["corners"] = ordered_json::array();
-  for (const Corner& corner : scene.corners) json["corners"].push_back(corner_json(corner));
+  for (const Corner& corner : scene.corners) json["corners"].push_back(corner_json(corner, settings.scaling));
   return json;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -163,17 +164,18 @@ std::string deflated(std::string_view bytes) {
 }
 
 /// Of the primary corner, by which the page draws; else of the first site.
-const CurbFrame* frame_of(const ReportInput& input) {
+std::optional<CurbFrame> frame_of(const ReportInput& input) {
   const Scene& scene = input.scene;
-  if (!scene.corners.empty()) return &scene.corners.at(static_cast<std::size_t>(scene.primary)).frame;
-  const std::vector<Site>& sites = input.stored.model.sites;
-  return sites.empty() ? nullptr : &sites.front().frame;
+  const Model& model = input.stored.model;
+  if (!scene.corners.empty()) return rescaled(scene.corners.at(scene.primary).frame, model.settings.scaling);
+  if (model.sites.empty()) return std::nullopt;
+  return model.sites.front().frame;
 }
 
 /// What predicts on the page: `wasm` and `model`, each deflated (RFC 1950) and in base64; of a model for which this
 /// takes more than `most_bytes` only `bytes`. Null if no site is known.
 ordered_json predictor_json(const ReportInput& input, std::size_t most_bytes) {
-  const CurbFrame* const frame = frame_of(input);
+  const std::optional<CurbFrame> frame = frame_of(input);
   if (!frame) return nullptr;
   const EpisodeConfig& config = input.episode;
   std::string wasm;

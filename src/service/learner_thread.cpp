@@ -39,7 +39,7 @@ Model ready_to_predict(Model model, const EpisodeConfig& config) {
 /// a frame made from the batch.
 std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedTrajectory> batch, CurbScaling scaling) {
   if (batch.empty() || !batch.front().frame.from_tracks) return batch;
-  const CurbFrame frame = frame_from_tracks(model).value_or(frame_of_tracks(batch, scaling));
+  const CurbFrame frame = frame_from_tracks(model).value_or(rescaled(frame_of_tracks(batch), scaling));
   for (FramedTrajectory& entry : batch) {
     if (entry.frame.from_tracks) entry.frame = frame;
   }

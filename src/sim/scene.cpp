@@ -54,10 +54,9 @@ Polygon crosswalk_area(const StreetPlan& plan, const Leg& leg) {
 
 void add_corner(IntersectionScene& scene, const StreetPlan& plan, std::size_t k) {
   if (plan.blocks[k].straight) return;
-  const SidewalkWidths widths{plan.sidewalk_m, plan.sidewalk_m, plan.sidewalk_m};
   const Vector2& arm_2 = plan.arms[(k + 1) % plan.arms.size()];
   scene.corners.push_back({"corner_" + std::to_string(k + 1),
-                           make_curb_frame(plan.blocks[k].origin, plan.arms[k], arm_2, widths, CurbScaling::metres)});
+                           make_curb_frame(plan.blocks[k].origin, plan.arms[k], arm_2, plan.sidewalk_m)});
 }
 
 }  // namespace

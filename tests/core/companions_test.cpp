@@ -94,7 +94,7 @@ TEST(Companions, AreOtherPeopleOfTheSameRecordingUntilThen) {
 }
 
 TEST(Companions, OfAWindowAreAmongTheGivenTracksOrThePeopleGiven) {
-  const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, {3, 3, 3}, CurbScaling::metres);
+  const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, 3);
   const std::vector<FramedTrajectory> both = {{walk("a", {0, 0}, {1.2, 0}), frame},
                                               {walk("b", {0, 0.8}, {1.2, 0.2}), frame}};
   const PresentPeople present(both);

@@ -17,7 +17,7 @@ Vector2 axis(double degrees) {
 
 CurbFrame frame_of(const Vector2& origin, double degrees_1, double degrees_2, double width = 1.0,
                    CurbScaling scaling = CurbScaling::mean_width) {
-  return make_curb_frame(origin, axis(degrees_1), axis(degrees_2), {width, width, width}, scaling);
+  return rescaled(make_curb_frame(origin, axis(degrees_1), axis(degrees_2), width), scaling);
 }
 
 void expect_near(const Vector2& found, double x, double y, double tolerance = 1e-10) {
@@ -31,18 +31,6 @@ TEST(CurbFrame, GivesTheContravariantCoordinatesOfTheWorkedExamples) {
   expect_near(to_curb(frame_of({0, 0}, 0, 120), {3, 2}), 4.1547005384, 2.3094010768);
   expect_near(to_curb(frame_of({1, 1}, 30, 100), {5, 3}), 4.5616271455, -0.2851455747);
   expect_near(to_curb(frame_of({1, 1}, 30, 100, 2.5), {5, 3}), 1.8246508582, -0.1140582299);
-}
-
-TEST(CurbFrame, StripScalingMakesEverySidewalkTheUnitStripAtEveryAngle) {
-  for (double degrees : {60.0, 90.0, 120.0}) {
-    const CurbFrame frame =
-        make_curb_frame({2, -1}, axis(10), axis(10 + degrees), {3.0, 2.0, 4.0}, CurbScaling::strip_widths);
-    const Vector2 across_1(-axis(10).y(), axis(10).x());
-    // 2 m across from curb 1 lies the far side of its sidewalk, wherever along the curb.
-    EXPECT_NEAR(to_curb(frame, Vector2(2, -1) + 7.0 * axis(10) + 2.0 * across_1).y(), 1.0, 1e-12);
-    const Vector2 across_2(axis(10 + degrees).y(), -axis(10 + degrees).x());
-    EXPECT_NEAR(to_curb(frame, Vector2(2, -1) + 5.0 * axis(10 + degrees) + 4.0 * across_2).x(), 1.0, 1e-12);
-  }
 }
 
 TEST(CurbFrame, ComesBackToTheWorldAndIsUnmovedByRotatingCornerAndPoint) {
@@ -71,11 +59,10 @@ TEST(CurbFrame, ComesBackToTheWorldAndIsUnmovedByRotatingCornerAndPoint) {
 TEST(CurbFrame, RejectsCurbsAndWidthsThatGiveNoFrame) {
   EXPECT_THROW(frame_of({0, 0}, 0, 15), std::invalid_argument);
   EXPECT_THROW(frame_of({0, 0}, 0, 170), std::invalid_argument);
-  EXPECT_THROW(frame_of({0, 0}, 0, 170, 2.0, CurbScaling::strip_widths), std::invalid_argument);
   EXPECT_THROW(frame_of({0, 0}, 0, 90, 0.0), std::invalid_argument);
   EXPECT_THROW(frame_of({0, 0}, 0, 90, -2.0), std::invalid_argument);
-  EXPECT_THROW(make_curb_frame({0, 0}, {0, 0}, {0, 1}, {}, CurbScaling::mean_width), std::invalid_argument);
-  EXPECT_THROW(make_curb_frame({std::nan(""), 0}, {1, 0}, {0, 1}, {}, CurbScaling::mean_width), std::invalid_argument);
+  EXPECT_THROW(make_curb_frame({0, 0}, {0, 0}, {0, 1}, 1.0), std::invalid_argument);
+  EXPECT_THROW(make_curb_frame({std::nan(""), 0}, {1, 0}, {0, 1}, 1.0), std::invalid_argument);
   EXPECT_NO_THROW(frame_of({0, 0}, 0, 25));
 }
 

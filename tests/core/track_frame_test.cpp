@@ -21,7 +21,7 @@ FramedTrajectory along(const Vector2& middle_m, double angle_rad, double length_
 
 TEST(TrackFrame, HasItsOriginAtTheMedianAndItsAxesAlongTheSpread) {
   const std::vector tracks{along({7, -3}, 0.6, 20.0), along({7, -3}, 0.6 + M_PI / 2, 4.0)};
-  const CurbFrame frame = frame_of_tracks(tracks, CurbScaling::metres);
+  const CurbFrame frame = frame_of_tracks(tracks);
   EXPECT_NEAR((frame.origin_m - Vector2(7, -3)).norm(), 0.0, 0.2);
   EXPECT_NEAR(frame.axis_1.x(), std::cos(0.6), 1e-9);
   EXPECT_NEAR(frame.axis_1.y(), std::sin(0.6), 1e-9);
@@ -29,24 +29,24 @@ TEST(TrackFrame, HasItsOriginAtTheMedianAndItsAxesAlongTheSpread) {
   EXPECT_NEAR(frame.axis_2.y(), frame.axis_1.x(), 1e-12);
   EXPECT_EQ(frame.sidewalk_width_m, 3.0);
   EXPECT_TRUE(frame.from_tracks);
-  EXPECT_EQ(frame_of_tracks(tracks, CurbScaling::mean_width).unit_m, Vector2(3, 3));
+  EXPECT_EQ(rescaled(frame_of_tracks(tracks), CurbScaling::mean_width).unit_m, Vector2(3, 3));
 }
 
 TEST(TrackFrame, MovesAndTurnsWithTheTracks) {
   std::vector tracks{along({0, 0}, 0.2, 20.0)};
-  const CurbFrame before = frame_of_tracks(tracks, CurbScaling::metres);
+  const CurbFrame before = frame_of_tracks(tracks);
   for (Vector2& p : tracks[0].track.positions_m) p = Vector2(-p.y(), p.x()) + Vector2(100, 50);
-  const CurbFrame after = frame_of_tracks(tracks, CurbScaling::metres);
+  const CurbFrame after = frame_of_tracks(tracks);
   EXPECT_NEAR((after.origin_m - before.origin_m - Vector2(100, 50)).norm(), 0.0, 1e-9);
   EXPECT_NEAR(std::abs(after.axis_1.dot(Vector2(-before.axis_1.y(), before.axis_1.x()))), 1.0, 1e-9);
 }
 
 TEST(TrackFrame, OfAPointHasTheAxesOfTheWorldAndOfNothingIsRejected) {
   const FramedTrajectory point{{"1", {0.0, 1.0}, {{4, 5}, {4, 5}}}, {}};
-  const CurbFrame frame = frame_of_tracks(std::span(&point, 1), CurbScaling::metres);
+  const CurbFrame frame = frame_of_tracks(std::span(&point, 1));
   EXPECT_EQ(frame.origin_m, Vector2(4, 5));
   EXPECT_EQ(frame.axis_1, Vector2(1, 0));
-  EXPECT_THROW(frame_of_tracks({}, CurbScaling::metres), std::invalid_argument);
+  EXPECT_THROW(frame_of_tracks({}), std::invalid_argument);
 }
 
 }  // namespace

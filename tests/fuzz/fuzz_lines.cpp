@@ -11,7 +11,7 @@ namespace {
 
 ServiceSettings settings() {
   ServiceSettings made;
-  const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, {2.5, 2.5, 2.5}, CurbScaling::metres);
+  const CurbFrame frame = make_curb_frame({0, 0}, {1, 0}, {0, 1}, 2.5);
   made.frame_for = [frame](const Trajectory&) { return frame; };
   made.service.max_ids = 3;
   made.service.clock_patience = 2;

@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     is_text = true;
     const nlohmann::json json = json_of_text(path, text);
     is_json = true;
-    scene = scene_of_json(path, json, scaling, {});
+    scene = scene_of_json(path, json, {});
   } catch (const FormatError& error) {
     require_good_rejection(error, path, lines_in(bytes));
     require(is_json || !is_text || error.line > 0, "a text that is no JSON is rejected with its line", error.what());
@@ -28,11 +28,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   require(!scene.corners.empty() && scene.primary < scene.corners.size(), "a scene has its primary corner");
   for (const Corner& corner : scene.corners) {
-    validate(corner.frame);
-    require(corner.frame.axis_1.allFinite() && corner.frame.axis_2.allFinite(), "axes are finite");
+    const CurbFrame frame = rescaled(corner.frame, scaling);
+    validate(frame);
+    require(frame.axis_1.allFinite() && frame.axis_2.allFinite(), "axes are finite");
     for (const double width_m : {corner.widths.mean_m, corner.widths.width_1_m, corner.widths.width_2_m})
       require(width_m > 0.0 && std::isfinite(width_m), "widths are positive");
-    require(to_curb(corner.frame, corner.frame.origin_m).allFinite(), "a frame can be used");
+    require(to_curb(frame, frame.origin_m).allFinite(), "a frame can be used");
   }
   for (const SceneFile& file : scene.files) {
     validate(file.options);

@@ -40,13 +40,13 @@ TEST(CameraFile, IsTakenFromASceneAndRoundTrips) {
   const auto path = folder.write("s.json", R"({"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1],
     "sidewalk_width_m": 3, "camera": )" + std::string(kCamera) +
                                                "}");
-  const Scene scene = read_scene(path, CurbScaling::metres);
+  const Scene scene = read_scene(path);
   ASSERT_TRUE(scene.camera);
   const auto mot = folder.write("mot.txt", "0,1,-5,900,10,100,1,-1,-1,-1\n1,1,-4,900,10,100,1,-1,-1,-1\n");
   const CleanTracks tracks = read_tracks(std::vector{mot}, scene, at_rate(10.0), CleanConfig{});
   EXPECT_NEAR(tracks.trajectories.at(0).positions_m.at(1).x(), 0.01, 1e-9);
   write_scene(folder / "again.json", scene);
-  const Scene again = read_scene(folder / "again.json", CurbScaling::metres);
+  const Scene again = read_scene(folder / "again.json");
   EXPECT_NEAR((again.camera->ground_from_image - scene.camera->ground_from_image).norm(), 0.0, 1e-12);
 }
 

@@ -80,7 +80,7 @@ TEST(DamagedSceneFiles, AreReadSoundlyOrRejected) {
     SCOPED_TRACE(testing::Message() << "seed " << seed << ":\n" << text);
     const auto path = folder.write("damaged.json", text);
     try {
-      const Scene scene = read_scene(path, CurbScaling::strip_widths);
+      const Scene scene = read_scene(path);
       ASSERT_LT(scene.primary, scene.corners.size());
       for (const Corner& corner : scene.corners) validate(corner.frame);
     } catch (const FormatError& error) {

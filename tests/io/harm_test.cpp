@@ -34,7 +34,7 @@ TEST(HarmfulJson, IsRejectedIfItIsNestedTooDeep) {
                                      std::string("/**//*\"*/["), std::string("[\"\\\"\",")}) {
     const std::string closing = opening.front() == '{' ? "}" : "]";
     const std::string text = repeated(200000, opening) + "1" + repeated(200000, closing);
-    const auto error = format_error_of([&] { read_scene(folder.write("s.json", text), CurbScaling::mean_width); });
+    const auto error = format_error_of([&] { read_scene(folder.write("s.json", text)); });
     ASSERT_TRUE(error);
     EXPECT_TRUE(contains(error->what(), "nested")) << error->what();
     EXPECT_EQ(error->line, 1U);

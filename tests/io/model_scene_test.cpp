@@ -14,8 +14,6 @@ namespace {
 
 using tests::contains;
 
-constexpr CurbScaling kMetres = CurbScaling::metres;
-
 std::vector<FramedTrajectory> walk(double x_m) {
   return {{{"1", {0.0, 1.0, 2.0}, {{x_m, 0}, {x_m + 1, 0.1}, {x_m + 2, 0}}}, {}}};
 }
@@ -27,20 +25,20 @@ Model model_at(const CurbFrame& frame) {
 }
 
 std::string rejection(const Scene& given, const Model& model) {
-  return message_of([&] { scene_for(given, model, {}, kMetres, CornerChoice::primary); });
+  return message_of([&] { scene_for(given, model, {}, CornerChoice::primary); });
 }
 
 TEST(ModelScene, OfANewModelIsMadeFromTheFirstBatchAndThenKept) {
-  const Scene first = scene_for({}, {}, walk(5), kMetres, CornerChoice::primary);
+  const Scene first = scene_for({}, {}, walk(5), CornerChoice::primary);
   ASSERT_EQ(first.corners.size(), 1U);
   EXPECT_TRUE(first.corners[0].frame.from_tracks);
   const Model model = model_at(first.corners[0].frame);
-  const Scene later = scene_for({}, model, walk(500), kMetres, CornerChoice::primary);
+  const Scene later = scene_for({}, model, walk(500), CornerChoice::primary);
   EXPECT_EQ(pack(later.corners.at(0).frame), pack(first.corners[0].frame));
 }
 
 TEST(ModelScene, AGivenSceneMustBeTheFrameThatTheModelBeganWith) {
-  const CurbFrame frame = frame_of_tracks(walk(5), kMetres);
+  const CurbFrame frame = frame_of_tracks(walk(5));
   const Model model = model_at(frame);
   Scene same = scene_of(model), other = same;
   same.corners[0].frame.from_tracks = false;  // as it comes from the file that `sila scene show` writes
@@ -53,8 +51,8 @@ TEST(ModelScene, AGivenSceneMustBeTheFrameThatTheModelBeganWith) {
 }
 
 TEST(ModelScene, OfAFusedModelMayBeThatOfAnyOfItsSites) {
-  Model model = model_at(frame_of_tracks(walk(5), kMetres));
-  CurbFrame second = frame_of_tracks(walk(500), kMetres);
+  Model model = model_at(frame_of_tracks(walk(5)));
+  CurbFrame second = frame_of_tracks(walk(500));
   second.from_tracks = false;
   find_or_add_site(model.sites, second);
   EXPECT_EQ(rejection(scene_of(model_at(second)), model), "");
@@ -63,19 +61,19 @@ TEST(ModelScene, OfAFusedModelMayBeThatOfAnyOfItsSites) {
 }
 
 TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
-  Model model = model_at(frame_of_tracks(walk(5), kMetres));
-  find_or_add_site(model.sites, frame_of_tracks(walk(500), kMetres));
+  Model model = model_at(frame_of_tracks(walk(5)));
+  find_or_add_site(model.sites, frame_of_tracks(walk(500)));
   EXPECT_TRUE(contains(rejection({}, model), "2 sites"));
-  EXPECT_EQ(scene_for({}, model, {}, kMetres, CornerChoice::nearest).corners.size(), 2U);
+  EXPECT_EQ(scene_for({}, model, {}, CornerChoice::nearest).corners.size(), 2U);
 }
 
 TEST(ModelScene, OfAnEmptyModelCannotBeShown) {
   EXPECT_THROW(scene_of(Model{}), std::invalid_argument);
-  EXPECT_THROW(scene_for({}, {}, {}, kMetres, CornerChoice::primary), std::invalid_argument);
+  EXPECT_THROW(scene_for({}, {}, {}, CornerChoice::primary), std::invalid_argument);
 }
 
 TEST(ModelScene, MarkOfAFrameMadeFromTracksIsStored) {
-  CurbFrame frame = frame_of_tracks(walk(5), kMetres);
+  CurbFrame frame = frame_of_tracks(walk(5));
   EXPECT_TRUE(unpack<CurbFrame>(pack(frame)).from_tracks);
   frame.from_tracks = false;
   EXPECT_FALSE(unpack<CurbFrame>(pack(frame)).from_tracks);

@@ -155,10 +155,10 @@ std::vector<FramedTrajectory> recorded(const std::string& name, std::size_t most
   auto path = *data / "scenes" / (name + ".json");
   if (!std::filesystem::exists(path)) path = tests::scenes_of_experiments() / (name + ".json");
   if (!std::filesystem::exists(path)) return {};
-  const Scene scene = read_scene(path, CurbScaling::metres, *data);
+  const Scene scene = read_scene(path, *data);
   std::vector<FramedTrajectory> tracks;
   for (Trajectory& track : read_tracks({}, scene, {}, CleanConfig{}).trajectories) {
-    const CurbFrame frame = frame_for(scene, track, CornerChoice::primary);
+    const CurbFrame frame = frame_for(scene, track, CornerChoice::primary, CurbScaling::metres);
     if (tracks.size() < most) tracks.push_back({std::move(track), frame});
   }
   return tracks;
@@ -201,7 +201,7 @@ TEST(Privacy, AModelOfSimulatedPeopleHoldsNoneOfTheirCoordinates) {
   SimulationConfig config;
   config.tracks = 80;
   const Simulation simulation = simulate(config);
-  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0.02}, {-0.03, 1}, {2.3, 2.3, 2.3}, CurbScaling::metres);
+  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0.02}, {-0.03, 1}, 2.3);
   std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : simulation.tracks) tracks.push_back({track, frame});
   expect_no_track_in_the_model(tracks, 20);
@@ -211,7 +211,7 @@ TEST(Privacy, AModelOfOnePersonAtATimeHoldsNoneOfTheirCoordinates) {
   SimulationConfig config;
   config.tracks = 12;
   config.seed = 5;
-  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0}, {0, 1}, {2.3, 2.3, 2.3}, CurbScaling::metres);
+  const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0}, {0, 1}, 2.3);
   std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : simulate(config).tracks) tracks.push_back({track, frame});
   expect_no_track_in_the_model(tracks, 1);

@@ -92,7 +92,7 @@ TEST_F(RealTracks, OfEveryPlaceAreReadThroughTheirScene) {
                                     ExpectedSite{"sdd_gates", 231, 3}, ExpectedSite{"sind_changchun", 49, 4},
                                     ExpectedSite{"sind_xian", 16, 4}, ExpectedSite{"juelich_corner", 137, 1}}) {
     SCOPED_TRACE(place.scene);
-    const Scene scene = read_scene(data / "scenes" / (std::string(place.scene) + ".json"), CurbScaling::mean_width);
+    const Scene scene = read_scene(data / "scenes" / (std::string(place.scene) + ".json"));
     EXPECT_TRUE(scene.warnings.empty());
     EXPECT_EQ(scene.corners.size(), place.corners);
     const CleanTracks tracks = read_tracks({}, scene, {}, {});
@@ -103,7 +103,7 @@ TEST_F(RealTracks, OfEveryPlaceAreReadThroughTheirScene) {
 
 TEST_F(RealTracks, OfSeveralVideosFallOnOneAnother) {
   // gates_1 is turned by 91 degrees against gates_3: placed right, the two clouds of positions share their middle.
-  const Scene scene = read_scene(data / "scenes/sdd_gates.json", CurbScaling::mean_width);
+  const Scene scene = read_scene(data / "scenes/sdd_gates.json");
   const CleanTracks tracks = read_tracks({}, scene, {}, {});
   std::vector<Vector2> middle(2, Vector2::Zero());
   std::vector<double> count(2, 0.0);
@@ -121,7 +121,7 @@ TEST_F(RealTracks, OfTheExperimentScenesAreFoundInTheDataFolder) {
   std::size_t scenes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(tests::scenes_of_experiments())) {
     SCOPED_TRACE(entry.path().string());
-    const Scene scene = read_scene(entry.path(), CurbScaling::mean_width, data);
+    const Scene scene = read_scene(entry.path(), data);
     const CleanTracks tracks = read_tracks({}, scene, {}, {});
     EXPECT_TRUE(scene.warnings.empty());
     EXPECT_TRUE(tracks.report.warnings.empty());

@@ -15,8 +15,6 @@ using tests::contains;
 using tests::TempFolder;
 using Json = nlohmann::json;
 
-constexpr CurbScaling kMean = CurbScaling::mean_width;
-
 Json small_scene() {
   return {{"name", "yard"},
           {"origin", {1.0, 2.0}},
@@ -27,14 +25,15 @@ Json small_scene() {
 
 TEST(Scene, ReadsTheFourFieldsThatAUserMustGive) {
   const TempFolder folder;
-  const Scene scene = read_scene(folder.write("s.json", small_scene().dump()), kMean);
+  const Scene scene = read_scene(folder.write("s.json", small_scene().dump()));
   EXPECT_EQ(scene.name, "yard");
   ASSERT_EQ(scene.corners.size(), 1U);
   const CurbFrame& frame = scene.corners[0].frame;
   EXPECT_EQ(frame.origin_m, Vector2(1, 2));
   EXPECT_EQ(frame.axis_1, Vector2(1, 0));
   EXPECT_EQ(frame.axis_2, Vector2(0, 1));
-  EXPECT_EQ(frame.unit_m, Vector2(2.5, 2.5));
+  EXPECT_EQ(frame.unit_m, Vector2(1.0, 1.0));
+  EXPECT_EQ(rescaled(frame, CurbScaling::mean_width).unit_m, Vector2(2.5, 2.5));
   EXPECT_TRUE(scene.files.empty());
   EXPECT_TRUE(scene.warnings.empty());
 }
@@ -51,11 +50,13 @@ TEST(Scene, ReadsAllCornersWithTheirWidths) {
   primary["sidewalk_width_1_m"] = 2.0;
   primary["sidewalk_width_2_m"] = 3.0;
   json["corners"].push_back(primary);
-  const Scene scene = read_scene(folder.write("s.json", json.dump()), CurbScaling::strip_widths);
+  const Scene scene = read_scene(folder.write("s.json", json.dump()));
   ASSERT_EQ(scene.corners.size(), 2U);
   EXPECT_EQ(scene.primary, 1U);
   EXPECT_EQ(scene.corners[1].name, "B");
-  EXPECT_EQ(scene.corners[1].frame.unit_m, Vector2(3.0, 2.0));  // the strip along curb 1 is measured along axis 2
+  EXPECT_EQ(scene.corners[0].widths.width_1_m, 3.0);
+  EXPECT_EQ(scene.corners[1].widths.width_1_m, 2.0);
+  EXPECT_EQ(scene.corners[1].widths.width_2_m, 3.0);
   EXPECT_TRUE(scene.warnings.empty());
 }
 
@@ -67,7 +68,7 @@ TEST(Scene, UsesTheFirstLevelAndWarnsIfThePrimaryCornerDiffers) {
   other["primary"] = true;
   other["origin"] = {5.0, 5.0};
   json["corners"] = Json::array({other});
-  const Scene scene = read_scene(folder.write("s.json", json.dump()), kMean);
+  const Scene scene = read_scene(folder.write("s.json", json.dump()));
   EXPECT_EQ(scene.corners[scene.primary].frame.origin_m, Vector2(1, 2));
   ASSERT_EQ(scene.warnings.size(), 1U);
   EXPECT_TRUE(contains(scene.warnings[0], "differ"));
@@ -77,11 +78,11 @@ TEST(Scene, WarnsOfMirroredAxes) {
   const TempFolder folder;
   Json json = small_scene();
   json["y_axis"] = "down";
-  ASSERT_EQ(read_scene(folder.write("s.json", json.dump()), kMean).warnings.size(), 1U);
+  ASSERT_EQ(read_scene(folder.write("s.json", json.dump())).warnings.size(), 1U);
   json["axis_2"] = {0.0, -1.0};
-  EXPECT_TRUE(read_scene(folder.write("s.json", json.dump()), kMean).warnings.empty());
+  EXPECT_TRUE(read_scene(folder.write("s.json", json.dump())).warnings.empty());
   json["y_axis"] = "up";
-  const Scene scene = read_scene(folder.write("s.json", json.dump()), kMean);
+  const Scene scene = read_scene(folder.write("s.json", json.dump()));
   ASSERT_EQ(scene.warnings.size(), 1U);
   EXPECT_TRUE(contains(scene.warnings[0], "mirrored"));
 }
@@ -118,7 +119,7 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
     Json json = small_scene();
     json.merge_patch(Json::parse(bad.change));
     const auto path = folder.write("s.json", json.dump());
-    const auto error = tests::format_error_of([&] { read_scene(path, kMean); });
+    const auto error = tests::format_error_of([&] { read_scene(path); });
     ASSERT_TRUE(error);
     EXPECT_EQ(error->path, path.string());
     EXPECT_TRUE(contains(error->expected, bad.field)) << error->what();
@@ -131,10 +132,10 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
 TEST(BadScene, IsRejectedWithTheLineIfItIsNotJson) {
   const TempFolder folder;
   const auto path = folder.write("s.json", "{\"origin\": [1, 2],\n\"axis_1\": oops}\n");
-  EXPECT_EQ(tests::format_error_of([&] { read_scene(path, kMean); })->line, 2U);
-  EXPECT_THROW(read_scene(folder.write("t.json", "[1, 2]"), kMean), FormatError);
-  EXPECT_THROW(read_scene(folder.write("u.json", ""), kMean), FormatError);
-  EXPECT_THROW(read_scene(folder.path() / "none.json", kMean), FormatError);
+  EXPECT_EQ(tests::format_error_of([&] { read_scene(path); })->line, 2U);
+  EXPECT_THROW(read_scene(folder.write("t.json", "[1, 2]")), FormatError);
+  EXPECT_THROW(read_scene(folder.write("u.json", "")), FormatError);
+  EXPECT_THROW(read_scene(folder.path() / "none.json"), FormatError);
 }
 
 TEST(Similarity, TurnsScalesAndShifts) {
@@ -148,7 +149,7 @@ class SceneFiles : public ::testing::Test {
   TempFolder folder;
   Json json = small_scene();
   std::string walk = "track_id,frame,x,y\n1,0,0,0\n1,10,1,0\n1,20,2,0\n";
-  Scene read() const { return read_scene(folder.write("scenes/s.json", json.dump()), kMean, folder.path() / "data"); }
+  Scene read() const { return read_scene(folder.write("scenes/s.json", json.dump()), folder.path() / "data"); }
 };
 
 TEST_F(SceneFiles, AreFoundBesideTheSceneInItsParentAndInTheDataFolder) {
@@ -231,7 +232,7 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
 TEST(NearestCorner, GoesByTheMedianPosition) {
   Scene scene;
   for (const double x : {0.0, 10.0}) {
-    scene.corners.push_back({"c", make_curb_frame(Vector2(x, 0), Vector2(1, 0), Vector2(0, 1), {}, kMean), {}});
+    scene.corners.push_back({"c", make_curb_frame(Vector2(x, 0), Vector2(1, 0), Vector2(0, 1), 1.0), {}});
   }
   Trajectory track{"1", {0, 1, 2}, {Vector2(4, 1), Vector2(4.5, 1), Vector2(400, 1)}};
   EXPECT_EQ(nearest_corner(scene, track), 0U);
@@ -243,7 +244,7 @@ TEST(NearestCorner, GoesByTheMedianPosition) {
 TEST(Scene, ThatBreaksItsInvariantIsRejected) {
   const Trajectory track{"a", {0.0}, {{0.0, 0.0}}};
   const auto why = [&](const Scene& scene) {
-    return message_of([&] { frame_for(scene, track, CornerChoice::primary); });
+    return message_of([&] { frame_for(scene, track, CornerChoice::primary, CurbScaling::metres); });
   };
   Scene scene;
   EXPECT_TRUE(says(why(scene), "scene: corners = []"));
@@ -255,7 +256,10 @@ TEST(Scene, ThatBreaksItsInvariantIsRejected) {
   scene.primary = 0;
   scene.corners.front().frame.axis_1 = Vector2::Zero();
   EXPECT_TRUE(says(why(scene), "axis_1"));
-  EXPECT_THROW(scene_for(scene, {}, {}, CurbScaling::metres, CornerChoice::primary), std::invalid_argument);
+  EXPECT_THROW(scene_for(scene, {}, {}, CornerChoice::primary), std::invalid_argument);
+  scene.corners.front().frame.axis_1 = Vector2::UnitX();
+  scene.corners.front().widths.width_2_m = 0.0;
+  EXPECT_TRUE(says(why(scene), "sidewalk_width_2_m = 0, they must be positive"));
 }
 
 TEST(WriteScene, WritesWhatReadSceneReads) {
@@ -265,8 +269,8 @@ TEST(WriteScene, WritesWhatReadSceneReads) {
   scene.y_axis = YAxis::down;
   const SidewalkWidths widths{2.5, 2.0, 3.0};
   scene.corners.push_back(
-      {"A", make_curb_frame(Vector2(1, 2), Vector2(1, 0), Vector2(-0.5, -0.8), widths, kMean), widths});
-  scene.corners.push_back({"B", make_curb_frame(Vector2(5, 2), Vector2(1, 0), Vector2(0, -1), {}, kMean), {}});
+      {"A", make_curb_frame(Vector2(1, 2), Vector2(1, 0), Vector2(-0.5, -0.8), widths.mean_m), widths});
+  scene.corners.push_back({"B", make_curb_frame(Vector2(5, 2), Vector2(1, 0), Vector2(0, -1), 1.0), {}});
   scene.primary = 1;
   scene.files.push_back({"tracks.csv",
                          {},
@@ -274,7 +278,7 @@ TEST(WriteScene, WritesWhatReadSceneReads) {
                          {0.5, 0.25, 1, 2}});
   const auto path = folder.path() / "made.scene.json";
   write_scene(path, scene);
-  const Scene again = read_scene(path, kMean);
+  const Scene again = read_scene(path);
   EXPECT_EQ(again.name, "made");
   EXPECT_EQ(again.y_axis, YAxis::down);
   EXPECT_EQ(again.primary, 1U);

@@ -18,7 +18,7 @@ ErrorStatistics nothing() {
 
 CurbFrame turned_frame(double angle) {
   const Vector2 axis(std::cos(angle), std::sin(angle));
-  return make_curb_frame({7.0, -2.0}, axis, {-axis.y(), axis.x()}, {3.0, 3.0, 3.0}, CurbScaling::metres);
+  return make_curb_frame({7.0, -2.0}, axis, {-axis.y(), axis.x()}, 3.0);
 }
 
 CurbTrajectory seen_at(const CurbFrame& frame, const Vector2& curb_m) {

@@ -93,7 +93,8 @@ TEST(LearnerThread, WithoutStorageKeepsTheModelInMemory) {
 
 TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   std::vector<FramedTrajectory> tracks = corner_walks(20, 5);
-  for (FramedTrajectory& entry : tracks) entry.frame = live_frame({}, {}, entry.track, CornerChoice::primary);
+  for (FramedTrajectory& entry : tracks)
+    entry.frame = live_frame({}, {}, entry.track, CornerChoice::primary, CurbScaling::metres);
   LearnerThread learner = started(small_batches(10), [](const Episode&) {});
   learner.add(tracks, {});
   learner.drain();
@@ -101,7 +102,7 @@ TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   const Model& model = snapshot->model;
   ASSERT_EQ(model.sites.size(), 1u);
   EXPECT_EQ(model.tracks, 20);
-  const CurbFrame expected = frame_of_tracks(std::span(tracks).first(10), CurbScaling::metres);
+  const CurbFrame expected = frame_of_tracks(std::span(tracks).first(10));
   EXPECT_EQ(pack(model.sites[0].frame), pack(expected));
 }
 

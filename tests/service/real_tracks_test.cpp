@@ -22,9 +22,9 @@ struct Site {
 std::optional<Site> read_site(const std::string& name, const CleanConfig& clean) {
   const auto recordings = testing::recordings();
   if (!recordings) return std::nullopt;
-  Site site{read_scene(*recordings / "scenes" / (name + ".json"), CurbScaling::metres, *recordings), {}};
+  Site site{read_scene(*recordings / "scenes" / (name + ".json"), *recordings), {}};
   for (Trajectory& track : read_tracks({}, site.scene, {}, clean).trajectories) {
-    const CurbFrame frame = frame_for(site.scene, track, CornerChoice::primary);
+    const CurbFrame frame = frame_for(site.scene, track, CornerChoice::primary, CurbScaling::metres);
     site.tracks.push_back({std::move(track), frame});
   }
   return site;
@@ -72,7 +72,9 @@ Replayed replay(const Site& site, const ServiceSettings& settings) {
 
 ServiceSettings settings_for(const Site& site) {
   ServiceSettings settings;
-  settings.frame_for = [&site](const Trajectory& track) { return frame_for(site.scene, track, CornerChoice::primary); };
+  settings.frame_for = [&site](const Trajectory& track) {
+    return frame_for(site.scene, track, CornerChoice::primary, CurbScaling::metres);
+  };
   return settings;
 }
 

@@ -29,7 +29,7 @@ TEST(CornerProposal, FindsTheCornerOfEveryLayout) {
       SCOPED_TRACE(std::string(kLayoutNames[static_cast<std::size_t>(layout)]) + ", seed " + std::to_string(seed));
       const Simulation world = simulated(layout, seed);
       const CurbFrame& truth = primary_corner(world.scene).frame;
-      const CornerProposal made = propose_corner(world.tracks, CurbScaling::metres);
+      const CornerProposal made = propose_corner(world.tracks);
       EXPECT_LT((made.frame.origin_m - truth.origin_m).norm(), 1.5);
       EXPECT_LT(degrees_between(made.frame.axis_1, truth.axis_1), 10.0);
       EXPECT_LT(degrees_between(made.frame.axis_2, truth.axis_2), 10.0);
@@ -46,12 +46,12 @@ TEST(CornerProposal, FindsTheCornerOfEveryLayout) {
 
 TEST(CornerProposal, MovesAndTurnsWithTheTracks) {
   Simulation world = simulated(Layout::acute, 6);
-  const CornerProposal before = propose_corner(world.tracks, CurbScaling::metres);
+  const CornerProposal before = propose_corner(world.tracks);
   const auto turned = [](const Vector2& p) { return Vector2(0.6 * p.x() - 0.8 * p.y(), 0.8 * p.x() + 0.6 * p.y()); };
   for (Trajectory& track : world.tracks) {
     for (Vector2& p : track.positions_m) p = turned(p) + Vector2(1000, -500);
   }
-  const CornerProposal after = propose_corner(world.tracks, CurbScaling::metres);
+  const CornerProposal after = propose_corner(world.tracks);
   EXPECT_LT((after.frame.origin_m - turned(before.frame.origin_m) - Vector2(1000, -500)).norm(), 0.3);
   EXPECT_LT(degrees_between(after.frame.axis_1, turned(before.frame.axis_1)), 1.0);
   EXPECT_LT(degrees_between(after.frame.axis_2, turned(before.frame.axis_2)), 1.0);
@@ -59,7 +59,7 @@ TEST(CornerProposal, MovesAndTurnsWithTheTracks) {
 
 TEST(CornerProposal, NeedsTenTracksAndTwoDirections) {
   std::vector<Trajectory> tracks;
-  EXPECT_THROW(propose_corner(tracks, CurbScaling::metres), std::invalid_argument);
+  EXPECT_THROW(propose_corner(tracks), std::invalid_argument);
   for (int i = 0; i < 12; ++i) {
     Trajectory track{std::to_string(i), {}, {}};
     for (int k = 0; k < 40; ++k) {
@@ -68,11 +68,11 @@ TEST(CornerProposal, NeedsTenTracksAndTwoDirections) {
     }
     tracks.push_back(track);
   }
-  EXPECT_THROW(propose_corner(tracks, CurbScaling::metres), std::invalid_argument);
+  EXPECT_THROW(propose_corner(tracks), std::invalid_argument);
   for (Trajectory& track : tracks) {  // and too few that move
     for (Vector2& p : track.positions_m) p *= 0.1;
   }
-  EXPECT_THROW(propose_corner(tracks, CurbScaling::metres), std::invalid_argument);
+  EXPECT_THROW(propose_corner(tracks), std::invalid_argument);
 }
 
 }  // namespace

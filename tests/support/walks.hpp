@@ -12,7 +12,7 @@
 namespace sila::testing {
 
 inline CurbFrame square_frame(double width_m = 2.5, CurbScaling scaling = CurbScaling::metres) {
-  return make_curb_frame({0, 0}, {1, 0}, {0, 1}, {width_m, width_m, width_m}, scaling);
+  return rescaled(make_curb_frame({0, 0}, {1, 0}, {0, 1}, width_m), scaling);
 }
 
 /// A walk through way points at a constant speed, sampled every `interval_s`, with Gaussian noise.

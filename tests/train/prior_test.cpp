@@ -22,7 +22,7 @@ const EpisodeConfig kConfig;
 
 /// Around a corner far from the origin, turned.
 Tracks elsewhere(int count, unsigned seed) {
-  const CurbFrame frame = make_curb_frame({300, -80}, {0, 1}, {-1, 0}, {3, 3, 3}, CurbScaling::metres);
+  const CurbFrame frame = make_curb_frame({300, -80}, {0, 1}, {-1, 0}, 3);
   Tracks tracks = testing::corner_walks(count, seed);
   for (FramedTrajectory& placed : tracks) {
     for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
@@ -96,6 +96,17 @@ Tracks speeding_up(const Vector2& around_m, int count) {
     tracks.push_back(std::move(placed));
   }
   return tracks;
+}
+
+TEST(Prior, CountsWhereASiteHasNoErrorStatistics) {
+  EpisodeConfig config;
+  config.error_statistics.enabled = false;
+  const Model prior = prior_elsewhere();
+  const Tracks tracks = testing::corner_walks(40, 2), later = testing::corner_walks(20, 3);
+  const Model model = learnt(tracks, prior, config);
+  EXPECT_LT(error_m(model, later), error_m(prior, later));
+  const Window window = windows_of(later, kConfig.sampling, kConfig.predict, 1.0).front();
+  EXPECT_FALSE(Predictor(model, kConfig.predict).predict(window.observed).regions.empty());
 }
 
 TEST(Prior, PredictsAtAPlaceWithoutTracksHowPeopleWalkElsewhere) {

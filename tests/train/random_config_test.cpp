@@ -61,7 +61,7 @@ std::vector<FramedTrajectory> simulated_tracks(Random& random, CurbScaling scali
   config.sample_interval_s = 0.2;
   const Simulation simulation = simulate(config);
   const CurbFrame& corner = primary_corner(simulation.scene).frame;
-  const CurbFrame frame = make_curb_frame(corner.origin_m, corner.axis_1, corner.axis_2, {2.5, 2.0, 3.0}, scaling);
+  const CurbFrame frame = rescaled(make_curb_frame(corner.origin_m, corner.axis_1, corner.axis_2, 2.5), scaling);
   std::vector<FramedTrajectory> tracks;
   for (const Trajectory& track : simulation.tracks) tracks.push_back({track, frame});
   return tracks;

@@ -14,11 +14,10 @@ using Matrix2 = Eigen::Matrix2d;
 
 /// The unit of the curb coordinates.
 enum class CurbScaling {
-  metres,        ///< q = xi: a metre along each axis, so that sites of different width have the same cells
-  mean_width,    ///< q = xi / w with one width for the corner (paper)
-  strip_widths,  ///< per axis, so that each sidewalk is the strip [0, 1] at every angle between the curbs
+  metres,      ///< q = xi: a metre along each axis, so that sites of different width have the same cells
+  mean_width,  ///< q = xi / w with one width for the corner (paper)
 };
-inline constexpr std::array<const char*, 3> kCurbScalings = {"metres", "mean_width", "strip_widths"};
+inline constexpr std::array<const char*, 2> kCurbScalings = {"metres", "mean_width"};
 
 /// The common curbside frame: contravariant coordinates along the two curbs of a corner, in curb units (metres, or
 /// sidewalk widths: see CurbScaling).
@@ -41,14 +40,13 @@ struct SidewalkWidths {
   double width_2_m = 1.0;
 };
 
-/// Makes a frame; the axes are normalised.
+/// Makes a frame in metres; the axes are normalised.
 /// Throws: std::invalid_argument for a zero or non-finite axis, near-parallel curbs (|sin| < 0.35), a width that is not
 /// positive.
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
-                          const SidewalkWidths& widths, CurbScaling scaling);
+                          double sidewalk_width_m);
 
-/// The same corner with another unit of the curb coordinates. A frame with units by strip widths does not change, as a
-/// frame does not have the two widths.
+/// The same corner with another unit of the curb coordinates.
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
@@ -122,6 +120,6 @@ struct CornerProposal {
 /// Shapes: at least 10 tracks that move 3 m. Units: metres, world frame.
 /// Throws: std::invalid_argument for fewer tracks, and without a second direction in which a twentieth of the distance
 /// is walked. Source: none; docs/decisions/0114-corner-from-tracks.md.
-CornerProposal propose_corner(std::span<const Trajectory> tracks, CurbScaling scaling);
+CornerProposal propose_corner(std::span<const Trajectory> tracks);
 
 }  // namespace sila

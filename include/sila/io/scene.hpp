@@ -43,7 +43,7 @@ struct SceneFile {
 /// A corner of a scene.
 struct Corner {
   std::string name;
-  CurbFrame frame;
+  CurbFrame frame;  ///< in metres
   SidewalkWidths widths;
 };
 
@@ -68,7 +68,7 @@ struct Scene {
 /// primary corner. Paths of `files` are looked for in the folder of the scene file, in that folder's parent, and in
 /// `data_dir` if it is given; a path that is not found is an error only when its tracks are needed. Throws: FormatError
 /// naming the file and the field for anything missing or wrong, near-parallel axes and zero widths included.
-Scene read_scene(const std::filesystem::path& path, CurbScaling scaling, const std::filesystem::path& data_dir = {});
+Scene read_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir = {});
 
 /// The content of a camera file.
 struct CameraFile {
@@ -92,8 +92,8 @@ void write_scene(const std::filesystem::path& path, const Scene& scene);
 /// or sample.
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 
-/// The frame that a track gets. Throws: as validate and nearest_corner.
-const CurbFrame& frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners);
+/// The frame that a track gets, with that unit. Throws: as validate and nearest_corner.
+CurbFrame frame_for(const Scene& scene, const Trajectory& track, CornerChoice corners, CurbScaling scaling);
 
 /// The sites of a model as the corners of a scene, the first one primary. Throws: std::invalid_argument for a model
 /// without sites.
@@ -105,7 +105,8 @@ std::optional<CurbFrame> frame_from_tracks(const Model& model);
 /// The frame of a track of a live stream: that of the scene, if it has a corner, else the one that the model made from
 /// its first batch. Until then it is a provisional one, with `from_tracks` set. For a model that began with a scene
 /// file, `scene` must have its corners: use that of `scene_for`.
-CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners);
+CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& track, CornerChoice corners,
+                     CurbScaling scaling);
 
 /// The scene that gives tracks their frames, for every verb that takes a model: `given` if it has a corner, else that
 /// of the model, else (for an empty model) one whose frame is made from `first_batch`; the model then keeps it for its
@@ -113,12 +114,12 @@ CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& t
 /// invariant or has another frame than that which a model made from its first batch; for a model of several sites
 /// without a given scene, unless `corners` is nearest; if model, scene and batch are all empty.
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
-                CurbScaling scaling, CornerChoice corners);
+                CornerChoice corners);
 
 /// Tracks with the default frame, for `place`.
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks);
 
 /// Gives each track the frame of its corner. Throws: as frame_for.
-void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners);
+void place(std::span<FramedTrajectory> tracks, const Scene& scene, CornerChoice corners, CurbScaling scaling);
 
 }  // namespace sila
