@@ -1,17 +1,23 @@
 """Social-Implicit (abduallahmohamed/Social-Implicit, MIT, commit 02d6a14) with its published weights: those that were
-trained without the scene, by its file of the ETH/UCY scenes; elsewhere those without univ."""
+trained without the scene, by its file of the ETH/UCY scenes; elsewhere those without univ. With `cpu_seconds` these
+weights are trained further on the tracks of the place."""
 
+import json
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
-from sila.experiments.sampler import Sampler, code_of
+from sila._config import merged
+from sila.experiments.sampler import DRAWN, SEEN, STEP_S, Sampler, code_of, together
 
 FOLDER = code_of("social_implicit", "CFG.py")
 import torch
 
 torch.set_num_threads(1)
 WEIGHTS = {"eth": "eth", "hotel": "hotel", "zara01": "zara1", "zara02": "zara2", "zara1": "zara1", "zara2": "zara2"}
+TERM_WEIGHT = 1e-4  # theirs, of all terms of the loss but the first
+HELD_BACK = 0.1
 
 
 def module(name):
@@ -26,7 +32,7 @@ def module(name):
 
 
 class SocialImplicit(Sampler):
-    parameters = {"samples": 20}
+    parameters = {"samples": 20, "cpu_seconds": 0.0, "learning_rate": 1e-3}
     upstream = "abduallahmohamed/Social-Implicit", "02d6a14", "social_implicit"
 
     def __init__(self, config="{}", **settings):
@@ -40,7 +46,7 @@ class SocialImplicit(Sampler):
         finally:
             torch.Tensor.cuda = cuda
         path = Path(FOLDER) / "checkpoint" / f"social-implicit-{weights}" / "val_best.pth"
-        self.net.load_state_dict(torch.load(path, map_location="cpu"))
+        self.net.load_state_dict(torch.load(path, map_location="cpu", weights_only=True))
         self.net = self.net.double().eval()
         torch.manual_seed(self.seed)
 
@@ -48,9 +54,66 @@ class SocialImplicit(Sampler):
     def size(self):
         return sum(parameter.numel() for parameter in self.net.parameters())
 
-    def sample(self, past_m, samples=None):
+    def fit(self, tracks):
+        """Until the CPU seconds are over; keeps the weights that are best on the moments held back."""
+        moments = self.moments(tracks) if self.cpu_seconds > 0 else []
+        if len(moments) < 2:
+            return
+        random = np.random.default_rng(self.seed)
+        held, began = max(1, round(HELD_BACK * len(moments))), time.process_time()
+        moments = [moments[i] for i in np.roll(np.arange(len(moments)), random.integers(len(moments)))]  # a block of time
+        optimizer = torch.optim.Adam(self.net.parameters(), lr=self.learning_rate)
+        best, kept = np.inf, None
+        while kept is None or time.process_time() - began < self.cpu_seconds:
+            with torch.no_grad():
+                error = np.mean([float(self.loss(*moment)) for moment in moments[:held]])
+            if error < best:
+                best, kept = error, {name: value.clone() for name, value in self.net.state_dict().items()}
+            for batch in np.array_split(random.permutation(np.arange(held, len(moments))), max(1, len(moments) // 16)):
+                optimizer.zero_grad()
+                torch.stack([self.loss(*moments[i]) for i in batch]).mean().backward()
+                optimizer.step()
+        self.net.load_state_dict(kept)
+
+    def moments(self, tracks):
+        """(past, future) of all people of one moment, as they are predicted, in the order of time."""
+        interval_s = json.loads(self.config)["sampling"]["interval_s"]
+        longer = {"predict": {"observe_s": (SEEN - 1) * STEP_S + interval_s}}
+        windows = tracks.windows(merged(self.config, longer), STEP_S)
+        each = round(STEP_S / windows.interval_s)
+        past = np.asarray(windows.past_m)[:, ::-each][:, :SEEN][:, ::-1]
+        future = np.asarray(windows.future_m)[:, each - 1 :: each][:, :DRAWN]
+        frames = np.round(np.asarray(windows.t0_s) / STEP_S).astype(int)
+        return [(past[group], future[group]) for group in together(tracks, windows.track_ids, frames)]
+
+    def loss(self, past_m, future_m):
+        """Their loss: the L1 error of the nearest of 20 samples, and terms that keep its distances and angles between
+        steps, and the others at a distance."""
+        steps = self.steps(past_m, 20).permute(0, 2, 3, 1)  # (k, 12, n, 2)
+        true = torch.tensor(np.diff(future_m, axis=1, prepend=past_m[:, -1:]).transpose(1, 0, 2).copy())
+        order = (steps - true).abs().sum((1, 2, 3)).argsort()
+        nearest, second, farthest = steps[order[0]], steps[order[1]], steps[order[-1]]
+        found, wanted = nearest.reshape(-1, 2), true.reshape(-1, 2)
+        apart = (nearest - second).abs().mean() - (nearest - farthest).abs().mean()
+        distances = (between(found) - between(wanted)).abs().mean()
+        angles = (angles_between(found) - angles_between(wanted)).abs().mean()
+        return (nearest - true).abs().mean() + TERM_WEIGHT * (apart + distances + angles)
+
+    def steps(self, past_m, samples):
+        """(k, 2, 12, n): displacements of n people."""
         moved = np.diff(past_m, axis=1, prepend=past_m[:, :1])  # (n, 8, 2), the first 0, as in theirs
+        return self.net(torch.tensor(moved).permute(2, 1, 0)[None].double().contiguous(), None, KSTEPS=samples)
+
+    def sample(self, past_m, samples=None):
         with torch.no_grad():
-            seen = torch.tensor(moved).permute(2, 1, 0)[None].double().contiguous()  # (1, 2, 8, n)
-            steps = self.net(seen, None, KSTEPS=samples or self.samples).numpy()  # (k, 2, 12, n)
+            steps = self.steps(past_m, samples or self.samples).numpy()
         return past_m[None, :, -1:] + np.cumsum(steps.transpose(0, 3, 2, 1), axis=2)
+
+
+def between(points):
+    return torch.cdist(points[None], points[None])
+
+
+def angles_between(points):
+    unit = points / points.norm(dim=1).clamp(min=1e-8)[:, None]
+    return torch.acos((unit @ unit.T).clamp(-1 + 1e-8, 1 - 1e-8))

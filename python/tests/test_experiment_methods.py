@@ -8,10 +8,13 @@ import pytest
 
 pytest.importorskip("scipy")
 from sila.experiments import Method, read_experiment, run_experiment
+from sila._config import merged
 from sila.experiments.experiment import Overrides
+from sila.experiments.field import CONFIG, predicted, read_scene
 from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.program import run
 from sila.experiments.protocol import protocol_of, runs_of
+from sila.experiments.sampler import Sampler
 from test_experiments import written
 
 PEERS = Path(__file__).parents[2] / "experiments/peers"
@@ -160,3 +163,23 @@ def test_a_method_with_neighbours_runs_in_an_experiment(tmp_path):
     run_experiment(read_experiment(written(tmp_path, methods=["sila", entry])), tmp_path / "out")
     table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")
     assert 0.9 < table.loc["social force", "ade_ratio"] < 2
+
+
+class Straight(Sampler):
+    def sample(self, past_m, samples=2):
+        steps = np.arange(1, 13)[:, None] * (past_m[:, -1:] - past_m[:, -2:-1])
+        return np.repeat((past_m[:, -1:] + steps)[None], samples, axis=0)
+
+
+def test_a_sampler_in_place_is_scored_on_the_people_held_back(tmp_path):
+    frames = np.arange(30)
+    rows = [[f"{10 * frame}\t{person}\t{0.4 * frame}\t{person}" for frame in frames] for person in (1, 2)]
+    (tmp_path / "two.txt").write_text("\n".join(sum(rows, [])))
+    scene = read_scene("two", ["two.txt"], tmp_path, merged("{}", CONFIG))
+    chosen = np.flatnonzero([track == scene.track_ids[0] for track in scene.track_ids])
+    assert 0 < len(chosen) < len(scene.track_ids)
+    found = list(predicted(Straight(), scene, scene.tracks, chosen, seed=1))
+    assert np.concatenate([windows for windows, _, _ in found]).tolist() == chosen.tolist()
+    for windows, mean, samples in found:
+        assert np.allclose(mean, scene.true_m[windows], atol=0.05)
+        assert samples.shape == (len(windows), 100, 12, 2)

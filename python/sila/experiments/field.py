@@ -26,7 +26,7 @@ from .method import Array, Method, checked
 from .methods import load_method
 from .neighbours import inputs_of
 from .read import _list, _require_keys, _text
-from .sampler import DRAWN, SEEN, STEP_S, Sampler
+from .sampler import DRAWN, SEEN, STEP_S, Sampler, together
 from .scores import person_of
 from .trajnet import write_trajnet
 
@@ -82,13 +82,8 @@ def read_scene(name: str, files: Sequence[str], data: Path, config: str) -> Fiel
     return FieldScene(name, whole, windows.track_ids, frames, np.stack(seen), true)
 
 
-def together(scene: FieldScene) -> Iterator[Array]:
-    """Indices of windows of the same moment in the same recording."""
-    of_track = dict(zip(scene.tracks.ids, scene.tracks.recordings))
-    recordings = [of_track[track] for track in scene.track_ids]
-    groups = pd.Series(range(len(recordings))).groupby([recordings, scene.frames])
-    for _, group in groups:
-        yield group.to_numpy()
+def moments(scene: FieldScene) -> Iterator[Array]:
+    return together(scene.tracks, scene.track_ids, scene.frames)
 
 
 Predicted = tuple[Array, Array, Array]  #: windows (indices), mean paths (n, 12, 2), samples (n, s, 12, 2)
@@ -97,9 +92,10 @@ Predicted = tuple[Array, Array, Array]  #: windows (indices), mean paths (n, 12,
 def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: Array, seed: int) -> Iterator[Predicted]:
     """Of the windows `chosen`, which are those of `tracks`; chunk by chunk."""
     if isinstance(method, Sampler):
-        for group in together(scene):
+        for group in moments(scene):
             samples = method.sample(scene.seen_m[group], SAMPLES).transpose(1, 0, 2, 3)
-            yield group, samples.mean(1), samples
+            those = np.isin(group, chosen)
+            yield group[those], samples[those].mean(1), samples[those]
         return
     windows = tracks.windows(method.config, STEP_S, scene.tracks)
     modes = modes_of(checked(method.predict(*inputs_of(method, windows, scene.tracks)), windows, method))
@@ -158,7 +154,7 @@ def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any],
             here = np.flatnonzero(np.isin(at, mixed))
             samples_of[np.searchsorted(mixed, at[here])] = samples[here]
     collisions = np.zeros((n, 2))
-    for group in together(scene):
+    for group in moments(scene):
         for kind, others in enumerate((paths, scene.true_m)):
             collisions[group, kind] = collides(paths[group], others[group])
     values |= {"col_1": collisions[:, 0], "col_2": collisions[:, 1]}

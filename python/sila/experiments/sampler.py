@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+import pandas as pd
 
 from .._sila import FramedTracks, WindowSet
 from .method import Array, Forecast, Method, kernel_forecast
@@ -56,6 +57,14 @@ def between_steps(last: Array, drawn: Array, windows: WindowSet) -> Array:
     at = windows.interval_s / STEP_S * np.arange(1, windows.steps + 1)
     low = np.minimum(np.floor(at + 1e-9).astype(int), points.shape[2] - 2)
     return np.asarray(points[:, :, low] + (at - low)[:, None] * (points[:, :, low + 1] - points[:, :, low]))
+
+
+def together(tracks: FramedTracks, track_ids: Sequence[str], frames: Array) -> Iterator[Array]:
+    """Indices of windows of the same moment in the same recording, in the order of time; `frames`: t0 in steps."""
+    of_track = dict(zip(tracks.ids, tracks.recordings))
+    recordings = [of_track[track] for track in track_ids]
+    for _, group in pd.Series(range(len(recordings))).groupby([recordings, frames]):
+        yield group.to_numpy()
 
 
 def peers_folder() -> Path:
