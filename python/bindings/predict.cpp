@@ -12,32 +12,40 @@
 namespace sila::python {
 namespace {
 
-struct PlacedPredictor {
+/// A model and all tracks that it predicts: each of them may be a companion of each.
+struct TracksPredictor {
   Config config;
   Predictor predictor;
+  std::vector<Track> tracks;
+  std::vector<FramedTrajectory> framed;
+  PresentPeople present;
+
+  TracksPredictor(const StoredModel& stored, const std::string& config_json, std::vector<Track> all,
+                  const DrawnScene& scene)
+      : config(config_of(config_json)),
+        predictor(stored.model, config.episode.predict),
+        tracks(std::move(all)),
+        framed(placed(tracks, scene, config)),
+        present(framed) {}
 };
 
-/// What `of_window` makes of each moment that is due, in the order of the tracks: as `sila predict`, or only from the
-/// last sample of each track.
+/// What `of_window` makes of each moment that is due, in the order of the tracks, `count` of them from `first` on: as
+/// `sila predict`, or only from the last sample of each track.
 template <class Value, class OfWindow>
-std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                  const ScaledScene& scene, double stride_s, bool at_end, int threads,
-                                  OfWindow&& of_window) {
+std::vector<Value> at_due_moments(const TracksPredictor& made, std::size_t first, std::size_t count, double stride_s,
+                                  bool at_end, int threads, OfWindow&& of_window) {
   if (!(stride_s > 0.0))
     throw std::invalid_argument("predict: stride_s = " + std::to_string(stride_s) + ", must be positive");
   const ThreadLimit limit(threads);
-  const std::vector<FramedTrajectory> input = placed(tracks, scene, made.config);
-  const double observe_s = made.config.episode.predict.observe_s;
-  const PresentPeople present(input);
-  std::vector<std::vector<Value>> of_track(input.size());
-  tbb::parallel_for(std::size_t{0}, input.size(), [&](std::size_t i) {
-    const Trajectory& track = input[i].track;
-    const std::vector<std::size_t> due =
-        at_end ? std::vector{track.times_s.size() - 1}
-               : prediction_samples(track, made.config.episode.predict.min_observe_s, stride_s);
+  const EpisodeConfig& config = made.config.episode;
+  std::vector<std::vector<Value>> of_track(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const auto& [track, frame] = made.framed.at(first + i);
+    const std::vector<std::size_t> due = at_end ? std::vector{track.times_s.size() - 1}
+                                                : prediction_samples(track, config.predict.min_observe_s, stride_s);
     for (const std::size_t last : due) {
-      of_track[i].push_back(
-          of_window(tracks[i], present.observe(track, last, input[i].frame, observe_s, made.config.episode.sampling)));
+      of_track[i].push_back(of_window(
+          made.tracks[first + i], made.present.observe(track, last, frame, config.predict.observe_s, config.sampling)));
     }
   });
   std::vector<Value> all;
@@ -45,20 +53,19 @@ std::vector<Value> at_due_moments(const PlacedPredictor& made, const std::vector
   return all;
 }
 
-std::vector<TrackPrediction> predict_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                            const ScaledScene& scene, double stride_s, bool at_end, int threads) {
+std::vector<TrackPrediction> predict_tracks(const TracksPredictor& made, std::size_t first, std::size_t count,
+                                            double stride_s, bool at_end, int threads) {
   return at_due_moments<TrackPrediction>(
-      made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
+      made, first, count, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
         return TrackPrediction{track.input_id, track.trajectory.id, made.predictor.predict(observed),
                                made.config.metres_per_pixel};
       });
 }
 
 /// The lines of `sila predict --explain`, every number in full.
-std::vector<std::string> explain_tracks(const PlacedPredictor& made, const std::vector<Track>& tracks,
-                                        const ScaledScene& scene, double stride_s, bool at_end, int threads) {
+std::vector<std::string> explain_tracks(const TracksPredictor& made, double stride_s, bool at_end, int threads) {
   return at_due_moments<std::string>(
-      made, tracks, scene, stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
+      made, 0, made.tracks.size(), stride_s, at_end, threads, [&](const Track& track, const CurbTrajectory& observed) {
         const Explanation explanation = explain(made.predictor, observed);
         const auto camera = pixel_camera(made.config);
         return prediction_line(track.input_id, made.predictor.predict(observed), &explanation,
@@ -310,17 +317,11 @@ void bind_prediction(nb::module_& module) {
 void bind_predict(nb::module_& module) {
   bind_mode(module);
   bind_prediction(module);
-  nb::class_<PlacedPredictor>(module, "ReadyPredictor", "A model made ready for thousands of predictions.")
-      .def(
-          "__init__",
-          [](PlacedPredictor* self, const StoredModel& stored, const std::string& config_json) {
-            const Config config = config_of(config_json);
-            new (self) PlacedPredictor{config, Predictor(stored.model, config.episode.predict)};
-          },
-          "model"_a, "config"_a)
-      .def("explain", &explain_tracks, "tracks"_a, "scene"_a, "stride_s"_a, "at_end"_a, "threads"_a,
-           nb::call_guard<nb::gil_scoped_release>())
-      .def("predict", &predict_tracks, "tracks"_a, "scene"_a, "stride_s"_a, "at_end"_a, "threads"_a,
+  nb::class_<TracksPredictor>(module, "ReadyPredictor", "A model, and the tracks that it is to predict.")
+      .def(nb::init<const StoredModel&, const std::string&, std::vector<Track>, const DrawnScene&>(), "model"_a,
+           "config"_a, "tracks"_a, "scene"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("explain", &explain_tracks, "stride_s"_a, "at_end"_a, "threads"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def("predict", &predict_tracks, "first"_a, "count"_a, "stride_s"_a, "at_end"_a, "threads"_a,
            nb::call_guard<nb::gil_scoped_release>());
 }
 

@@ -157,13 +157,13 @@ def predict(
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     stride_s = number("stride_s", stride_s, "seconds")
     _require_flag("at_end", at_end)
-    ready = _sila.ReadyPredictor(model, settings)
+    ready = _sila.ReadyPredictor(model, settings, given, place)
     found: list[_sila.Prediction] = []
     with bar(progress, len(given), "predicting", "track") as moving:
         for first in range(0, len(given), _CHUNK):
-            some = given[first : first + _CHUNK]
-            found += ready.predict(some, place, stride_s, at_end, _threads(threads))
-            moving.update(len(some))
+            count = min(_CHUNK, len(given) - first)
+            found += ready.predict(first, count, stride_s, at_end, _threads(threads))
+            moving.update(count)
     return Predictions(found)
 
 
@@ -181,9 +181,10 @@ def explain(
     """Predicts as `predict` does, with explanations: the lines of `sila predict --explain` as dictionaries, each with
     the primitives, transitions and terms behind its modes."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
-    ready = _sila.ReadyPredictor(model, settings)
+    stride_s = number("stride_s", stride_s, "seconds")
     _require_flag("at_end", at_end)
-    lines = ready.explain(given, place, number("stride_s", stride_s, "seconds"), at_end, _threads(threads))
+    ready = _sila.ReadyPredictor(model, settings, given, place)
+    lines = ready.explain(stride_s, at_end, _threads(threads))
     return [json.loads(line) for line in lines]
 
 

@@ -153,6 +153,13 @@ def test_at_the_end_there_is_one_prediction_a_track(model, unseen):
     assert [prediction.t0_s for prediction in found] == [track.times_s[-1] for track in unseen.tracks]
 
 
+def test_companions_in_another_chunk_count(model, monkeypatch):
+    tracks = sila.simulate(tracks=40, seed=3).tracks
+    together = sila.predict(model, tracks)
+    monkeypatch.setattr("sila._verbs._CHUNK", 7)
+    assert list(sila.predict(model, tracks)) == list(together)
+
+
 def test_an_unfitted_model_still_answers(unseen):
     found = sila.predict(sila.Model(), unseen.tracks, scene=unseen.scene)
     assert all(prediction.fallback for prediction in found)
