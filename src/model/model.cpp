@@ -115,8 +115,9 @@ void check_transition(const Model& model, std::size_t index) {
     reject(name + ": its outputs are independent or shared, unlike those of the first transition");
   check_extent(model.settings.grid, name, transition.field);
   const SparseGp& residual = entry_of(model.refinement.residuals, index);
-  if (residual.points != 0.0)
-    check_gp(name + ": the residual GP", residual, kResidualInputs, 2 * model.refinement.residual_settings.knots);
+  if (residual.points == 0.0) return;
+  if (residual.pseudo_inputs.cols() == 0) reject(name + ": the residual GP has points, but no pseudo-input");
+  check_gp(name + ": the residual GP", residual, kResidualInputs, 2 * model.refinement.residual_settings.knots);
 }
 
 /// All but the residual GPs, which are checked with their transitions.

@@ -169,9 +169,9 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
 /// Adds one window to all statistics. `stacking`: that which predicted it.
 void add(ErrorStatistics& error_statistics, const Example& example, const CurbTrajectory& observed,
          const Stacking& stacking) {
-  const ErrorDensity& walking = stacking.density(kWalking, true);
   if (example.person.observed == 0) add_path(error_statistics, example, observed, stacking);
-  const double known = std::min(1.0, walking.windows() / kWindowsToKnowDensity);
+  const ErrorDensity& of_whole = stacking.density(motion_state(example.person.speed), true);
+  const double known = std::min(1.0, of_whole.windows() / kWindowsToKnowDensity);
   for (std::size_t j = 0; example.fitted && j < example.features.size(); ++j) {
     error_statistics.scores[j * kScoreClasses + example.person.score()]
                            [static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += known;
@@ -234,7 +234,7 @@ ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
   }
   const ErrorStatistics& prior = model.refinement.prior;
   const double windows = windows_in(prior.density);
-  if (!own.empty() && windows > 0.0) accumulate(own, discounted(prior, std::min(1.0, kElsewhereWindows / windows)));
+  if (windows > 0.0) accumulate(own, discounted(prior, std::min(1.0, kElsewhereWindows / windows)));
   return own;
 }
 

@@ -43,7 +43,7 @@ void add_to_share(RegressionMoments& past, double square, double product, double
 KnotErrors knot_errors(std::span<const Vector2> errors_mps) {
   KnotErrors knots;
   double square = 0.0;
-  for (std::size_t k = 0; k < kCorrectionKnots; ++k) {  // the last step before the knot
+  for (std::size_t k = 0; k < kCorrectionKnots; ++k) {  // the first step at or after the knot
     knots.at_mps[k] = errors_mps[((k + 1) * errors_mps.size() + kCorrectionKnots - 1) / kCorrectionKnots - 1];
     square += knots.at_mps[k].squaredNorm() / kCorrectionKnots;
   }

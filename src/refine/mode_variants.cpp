@@ -30,10 +30,13 @@ Mode& add_copy(Workspace& workspace, VariantKind variant, double weight) {
 
 }  // namespace
 
-void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t component, const Vector2& scale,
-                      const Vector2& start_m) {
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j)
-    mode.covariances_m2[j] = oriented_covariance(mode.path_m[j] - start_m, density.variances_m2(component, j, scale));
+void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std::size_t> component,
+                      const Vector2& scale, const Vector2& start_m) {
+  for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
+    const Vector2 variances_m2 =
+        component ? density.variances_m2(*component, j, scale) : density.total_variances_m2(j, scale);
+    mode.covariances_m2[j] = oriented_covariance(mode.path_m[j] - start_m, variances_m2);
+  }
 }
 
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,

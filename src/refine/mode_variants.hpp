@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 
 #include "predict/predict.hpp"
 #include "refine/error_density.hpp"
@@ -8,9 +10,10 @@
 
 namespace sila {
 
-/// Sets the covariances of the mode to those of a component, along and across the way from `start_m`.
-void fill_covariances(Mode& mode, const ErrorDensity& density, std::size_t component, const Vector2& scale,
-                      const Vector2& start_m);
+/// Sets the covariances of the mode to those of a component, or of all together, along and across the way from
+/// `start_m`.
+void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std::size_t> component,
+                      const Vector2& scale, const Vector2& start_m);
 
 /// Adds modes of little weight beside the first: slower, faster, more to the left, more to the right, each
 /// `variant_reach` standard deviations away, so that a user of single paths sees other possible paths. They come in

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <stdexcept>
 
@@ -97,11 +98,15 @@ void add_regions(Prediction& prediction, const Calibration& calibration, std::si
   }
 }
 
-/// The settings of the roll-outs: with variants, one pair of them takes two of the modes.
+/// Whether the error components are modes of their own; else each mode has the variance of all of them.
+bool has_wide_modes(const RefineConfig& config) {
+  return config.stacking && config.max_modes >= kMixtureComponents;
+}
+
+/// The settings of the roll-outs: wide modes leave fewer of the modes to them.
 PredictConfig rollout_config(const RefineConfig& config) {
-  constexpr int pair = 2;
   PredictConfig result = config;
-  if (config.stacking && config.mode_variants >= pair && config.max_modes > pair) result.max_modes -= pair;
+  if (has_wide_modes(config)) result.max_modes -= kMixtureComponents - 1;
   return result;
 }
 
@@ -196,18 +201,20 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallbac
   const Stacking& stacking = fitted(seen.site).stacking;
   const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
   const Vector2 start_m = workspace.prediction.start_m;
+  const bool wide = has_wide_modes(config_);
   Vector2 scale = Vector2::Ones();
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
     Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight, steps);
     if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
     const Vector2 own = fill_path(mode, stacking, seen, residuals, uses_site, correction, start_m, interval_s_);
-    fill_covariances(mode, density, 0, own, start_m);
+    fill_covariances(mode, density, wide ? std::optional<std::size_t>(0) : std::nullopt, own, start_m);
     if (m == 0) scale = own;
   }
+  if (!wide) return;
   const ComponentWeights weights = component_weights(stacking, seen, density, scale, hazard, workspace.scratch);
   for (Mode& mode : workspace.prediction.modes) mode.weight *= weights[0];
-  // A standing pedestrian has no variants.
+  // A pedestrian who hardly moves has no variants.
   if (!seen.person.slow) add_variants(workspace, density, scale, start_m, config_);
   add_wide_modes(workspace, density, weights, scale, start_m);
 }

@@ -97,10 +97,10 @@ void set_error_statistics(Model& model, const std::vector<SiteErrors>& past, con
                           double memory_windows) {
   std::vector<ErrorStatistics>& updated = model.refinement.error_statistics;
   updated.clear();
-  for (const Site& site : model.sites) {
+  for (int site = 0; site < static_cast<int>(model.sites.size()); ++site) {
     const auto statistics_in = [&](const std::vector<SiteErrors>& errors) -> const ErrorStatistics& {
       static const ErrorStatistics none;
-      const auto here = [&](const SiteErrors& other) { return same_site(other.frame, site.frame); };
+      const auto here = [&](const SiteErrors& other) { return find_site(model.sites, other.frame) == site; };
       const auto found = std::ranges::find_if(errors, here);
       return found == errors.end() ? none : found->statistics;
     };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -8,28 +9,38 @@
 namespace sila {
 namespace {
 
-/// The tracks of each site, in the order of the first tracks of the sites.
-std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::span<const FramedTrajectory> tracks) {
-  std::vector<Site> sites;
-  std::vector<std::vector<FramedTrajectory>> groups;
+/// The tracks of each site: of those of the model, then of new ones in the order of their first tracks.
+std::vector<std::vector<FramedTrajectory>> tracks_by_site(std::vector<Site> sites,
+                                                          std::span<const FramedTrajectory> tracks) {
+  std::vector<std::vector<FramedTrajectory>> groups(sites.size());
   for (const FramedTrajectory& track : tracks) {
     const auto site = static_cast<std::size_t>(find_or_add_site(sites, track.frame));
     groups.resize(sites.size());
     groups[site].push_back(track);
   }
+  std::erase_if(groups, [](const auto& group) { return group.empty(); });
   return groups;
 }
 
-/// The errors of a predictor on tracks that its model has not learnt; `unseen`: the tracks of each site.
-BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<FramedTrajectory>> unseen,
-                      const EpisodeConfig& config) {
-  // Every other window is used a second time, cut short as if the person had just appeared (docs/decisions/0112).
+/// The observed times of windows that are cut short, in whole intervals, so that each has its own class.
+std::vector<double> shorter_observed_s(const EpisodeConfig& config) {
+  const double interval_s = config.sampling.interval_s;
   std::vector<double> shorter_s;
-  std::ranges::copy_if(kShorterObserved_s, std::back_inserter(shorter_s),
-                       [&](double seconds) { return seconds < config.predict.observe_s; });
+  for (const double seconds : kShorterObserved_s) {
+    const double cut_s = interval_s * std::ceil(seconds / interval_s - 1e-6);
+    if (cut_s < config.predict.observe_s - interval_s - 1e-6) shorter_s.push_back(cut_s);
+  }
+  return shorter_s;
+}
+
+/// The errors of a predictor on tracks that its model has not learnt; `unseen`: the tracks of each site, `present`: all
+/// people of the batch.
+BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<FramedTrajectory>> unseen,
+                      const PresentPeople& present, const EpisodeConfig& config) {
+  // Every other window is used a second time, cut short as if the person had just appeared (docs/decisions/0112).
+  const std::vector<double> shorter_s = shorter_observed_s(config);
   BatchErrors errors;
   for (const std::vector<FramedTrajectory>& tracks : unseen) {
-    const PresentPeople present(tracks);
     const auto windows = [&](double stride_s, std::span<const double> observed_s) {
       return windows_of(tracks, config.sampling, config.predict, stride_s, observed_s, &present);
     };
@@ -63,23 +74,25 @@ ErrorStatistics first_statistics(std::span<const FramedTrajectory> batch, const 
 }
 
 BatchErrors errors_on(const Model& model, std::span<const std::vector<FramedTrajectory>> unseen,
-                      const EpisodeConfig& config) {
+                      const PresentPeople& present, const EpisodeConfig& config) {
   if (unseen.empty()) return {};
   Model seen = model;
   seen.settings = settings_for(model, unseen.front().front().frame, config);
-  return errors_by(Predictor(seen, config.predict), unseen, config);
+  return errors_by(Predictor(seen, config.predict), unseen, present, config);
 }
 
 }  // namespace
 
 BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajectory> batch, const EpisodeConfig& config,
                           const Predictor* predictor) {
-  std::vector<std::vector<FramedTrajectory>> by_site = tracks_by_site(batch);
+  const PresentPeople present(batch);
+  std::vector<std::vector<FramedTrajectory>> by_site = tracks_by_site(previous.sites, batch);
   const auto first = std::stable_partition(by_site.begin(), by_site.end(), [&](const auto& tracks) {
     return find_site(previous.sites, tracks.front().frame).has_value();
   });
   const std::span known(by_site.begin(), first);
-  BatchErrors recent = predictor ? errors_by(*predictor, known, config) : errors_on(previous, known, config);
+  BatchErrors recent =
+      predictor ? errors_by(*predictor, known, present, config) : errors_on(previous, known, present, config);
   for (const std::vector<FramedTrajectory>& tracks : std::span(first, by_site.end()))
     recent.sites.push_back({tracks.front().frame, first_statistics(tracks, config, previous.refinement.prior)});
   return recent;
@@ -87,7 +100,7 @@ BatchErrors recent_errors(const Model& previous, std::span<const FramedTrajector
 
 std::vector<SiteErrors> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,
                                             const EpisodeConfig& config) {
-  return errors_on(model, tracks_by_site(unseen), config).sites;
+  return errors_on(model, tracks_by_site(model.sites, unseen), PresentPeople(unseen), config).sites;
 }
 
 }  // namespace sila

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "sila/core/sampling.hpp"
@@ -20,12 +21,13 @@ Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
 }
 
 /// The window whose t0 is sample `last`. If `observed_s` is below `predict.observe_s`, it is cut as if the person had
-/// appeared `observed_s` before t0.
+/// appeared that many whole intervals before t0.
 Window window_at(const FramedTrajectory& framed, std::size_t last, double observed_s, const PresentPeople& present,
                  const SamplingConfig& sampling, const RefineConfig& predict) {
   std::vector<Vector2> future_m =
       future(framed.track, last, static_cast<std::size_t>(steps_in(predict.horizon_s, sampling.interval_s)), sampling);
   const bool whole = observed_s >= predict.observe_s;
+  observed_s = sampling.interval_s * std::floor(observed_s / sampling.interval_s + 1e-6);
   const Trajectory recent = whole ? framed.track : appeared(framed.track, last, observed_s);
   const std::size_t end = whole ? last : recent.times_s.size() - 1;
   const double reach_s = whole ? predict.observe_s : std::min(observed_s + sampling.interval_s, predict.observe_s);

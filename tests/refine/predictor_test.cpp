@@ -49,6 +49,24 @@ TEST(Predictor, GivesWeightsThatSumToOneAndFiniteCovariancesEverywhere) {
   for (const Window& window : windows) expect_valid(predictor.predict(window.observed));
 }
 
+TEST(Predictor, GivesAtMostTheModesAskedFor) {
+  const auto windows = windows_of(testing::corner_walks(10, 99), kConfig.sampling, kConfig.predict, 1.0);
+  ASSERT_FALSE(windows.empty());
+  for (const int most : {1, 2, 3, 4, 8}) {
+    for (const int variants : {0, 4}) {
+      RefineConfig config = kConfig.predict;
+      config.max_modes = most;
+      config.mode_variants = variants;
+      const Predictor predictor(corner_model(), config);
+      for (const Window& window : windows) {
+        const Prediction prediction = predictor.predict(window.observed);
+        expect_valid(prediction);
+        EXPECT_LE(prediction.modes.size(), static_cast<std::size_t>(most)) << variants;
+      }
+    }
+  }
+}
+
 TEST(Predictor, PredictsATrackFromItsSecondSampleOn) {
   const Predictor predictor(corner_model(), kConfig.predict);
   const Trajectory track = testing::walk("new", {{1, 1}, {12, 1}}, 1.3);

@@ -23,7 +23,7 @@ Tracks here(int count, unsigned seed) {
 }
 
 Tracks there(int count, unsigned seed) {
-  const CurbFrame frame = make_curb_frame({200, 50}, {0, 1}, {-1, 0}, {1.8, 1.8, 1.8}, CurbScaling::metres);
+  const CurbFrame frame = make_curb_frame({200, 50}, {0, 1}, {-1, 0}, 1.8);
   Tracks tracks = testing::corner_walks(count, seed);
   for (FramedTrajectory& placed : tracks) {
     for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
@@ -132,6 +132,25 @@ TEST(Sites, OfOneBatchAreLearntEachByItself) {
   EXPECT_EQ(size(model), size(of_a) + size(of_b));
   EXPECT_LT(apart_m(model, of_a, here(10, 3)), 1e-9);
   EXPECT_LT(apart_m(model, of_b, there(10, 4)), 1e-9);
+}
+
+TEST(Sites, ABatchBetweenTwoOfThemCountsAtOne) {
+  const auto at = [](double x_m, unsigned seed) {
+    Tracks tracks = here(20, seed);
+    for (FramedTrajectory& placed : tracks) placed.frame.origin_m.x() = x_m;
+    return tracks;
+  };
+  const Model before = learnt(at(1.5, 2), learnt(at(0.0, 1)));
+  const Model after = learnt(at(0.8, 3), before);
+  ASSERT_EQ(after.sites.size(), 2U);
+  int changed = 0;
+  for (std::size_t site = 0; site < 2; ++site) {
+    const double more = after.refinement.error_statistics[site].density[kWalking].scale.weight -
+                        before.refinement.error_statistics[site].density[kWalking].scale.weight;
+    changed += more != 0.0;
+    EXPECT_EQ(more != 0.0, after.sites[site].tracks > before.sites[site].tracks);
+  }
+  EXPECT_EQ(changed, 1);
 }
 
 TEST(Sites, ThatAreSharedFuseAndSayWhereFrom) {

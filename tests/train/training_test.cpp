@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <iterator>
 #include <numeric>
+#include <random>
 #include <set>
 
 #include "sila/evaluate/evaluate.hpp"
@@ -240,8 +242,8 @@ TEST(ErrorStatistics, ScoresUnderAnUnknownDensityCountLess) {
   EXPECT_NEAR(scores, seen.density[kWalking].scale.weight * known / 500.0, 1e-9);
 }
 
-TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
-  std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 21);
+std::vector<FramedTrajectory> people_who_stand() {
+  std::vector<FramedTrajectory> tracks;
   for (unsigned i = 0; i < 60; ++i) {
     const double x = 2.0 + 0.1 * i;
     FramedTrajectory standing{
@@ -250,6 +252,58 @@ TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
     standing.track.recording = 100 + i;
     tracks.push_back(std::move(standing));
   }
+  return tracks;
+}
+
+TEST(ErrorStatistics, ScoresOfStandingPeopleCountWhereNobodyWalks) {
+  const ErrorStatistics seen =
+      run_episodes({}, people_who_stand(), 20, kConfig, sila_update(kConfig)).model.refinement.error_statistics[0];
+  ASSERT_LT(seen.density[kWalking].scale.weight, 10.0);
+  EXPECT_GT(std::accumulate(seen.scores[0].begin(), seen.scores[0].end(), 0.0), 20.0);
+}
+
+TEST(ErrorStatistics, EachObservedClassIsFittedAtAnyInterval) {
+  for (const double interval_s : {0.2, 0.25, 0.3, 0.5}) {
+    EpisodeConfig config;
+    config.sampling.interval_s = interval_s;
+    const ErrorStatistics seen = run_episodes({}, testing::corner_walks(40, 3), 20, config, sila_update(config))
+                                     .model.refinement.error_statistics[0];
+    for (std::size_t observed = 0; observed < kObservedClasses; ++observed)
+      EXPECT_GT(seen.density[observed * kMotionStates + kWalking].scale.weight, 0.0) << interval_s << " " << observed;
+  }
+}
+
+TEST(ErrorStatistics, AWindowIsNotCutToItsWholeLength) {
+  EpisodeConfig config;
+  config.predict.observe_s = 1.0;  // 0.8 s between the first and the last sample
+  const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 3);
+  const Model before = run_episode({}, std::span(tracks).first(20), config).model;
+  const ErrorStatistics seen = error_statistics_on(before, std::span(tracks).subspan(20), config)[0].statistics;
+  const std::size_t whole =
+      windows_of(std::span(tracks).subspan(20), config.sampling, config.predict, config.error_statistics.stride_s)
+          .size();
+  EXPECT_LE(seen.density[kWalking].scale.weight + seen.density[kStanding].scale.weight, static_cast<double>(whole));
+}
+
+TEST(Evaluate, WindowsCutShortHaveEquallyManyStates) {
+  std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 3);
+  std::mt19937 random(5);
+  for (FramedTrajectory& placed : tracks) {  // irregular stamps
+    Trajectory thinned{placed.track.id, {}, {}, placed.track.recording};
+    for (std::size_t i = 0; i < placed.track.times_s.size(); i += 1 + random() % 4) {
+      thinned.times_s.push_back(placed.track.times_s[i]);
+      thinned.positions_m.push_back(placed.track.positions_m[i]);
+    }
+    placed.track = std::move(thinned);
+  }
+  const std::vector<double> observed_s{1.1};
+  for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, 0.8, observed_s))
+    EXPECT_EQ(window.past_m.size(), 6U) << window.observed.id;
+}
+
+TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
+  std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 21);
+  std::ranges::move(people_who_stand(), std::back_inserter(tracks));
   const Split split = split_tracks(std::move(tracks), 0.25, 5, SplitBy::track);
   const Model model = run_episodes({}, split.train, 20, kConfig, sila_update(kConfig)).model;
   const GroupScore standing = evaluate(model, split.test, kConfig, {}).groups[2];

@@ -28,11 +28,11 @@ struct TransitionPair {
 
 /// The differences of two models; the numbers of their primitives do not matter.
 struct ModelComparison {
-  std::size_t same_primitives = 0;  ///< bit for bit
+  std::size_t same_primitives = 0;  ///< cells and velocities equal
   std::vector<PrimitivePair> changed_primitives;
   std::vector<int> primitives_of_a;  ///< indices of primitives that only `a` has
   std::vector<int> primitives_of_b;
-  std::size_t same_transitions = 0;  ///< count, field and residual GP bit for bit
+  std::size_t same_transitions = 0;  ///< count, field and residual GP equal
   std::vector<TransitionPair> changed_transitions;
   std::vector<std::pair<int, int>> transitions_of_a;
   std::vector<std::pair<int, int>> transitions_of_b;

@@ -34,8 +34,8 @@ struct EpisodeId {
   auto operator<=>(const EpisodeId&) const = default;
 };
 
-/// The same tracks at the same corners have the same id, whatever their names and their order; any other bit changes
-/// the id. The same on every machine.
+/// The same tracks at the same corners have the same id, whatever their names, recordings and order; any other bit of a
+/// track or a frame changes the id. The same on every machine.
 EpisodeId episode_id(std::span<const FramedTrajectory> batch);
 
 /// 32 hexadecimal digits; they sort as the ids do.

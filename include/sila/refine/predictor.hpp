@@ -82,7 +82,8 @@ struct Explanation {
   double likelihood_power = 1.0;
   double effective_samples = 0.0;  ///< effective number of samples of the residual GPs near this person
   double raw_novelty = 0.0;  ///< mean over the scored samples of var / sigma_f^2 of the field that knows each best
-  double at_least_as_novel = 0.0;  ///< share of the people seen so far whose path was at least as novel
+  /// Share of the people seen so far whose path was at least as novel; 1 - raw_novelty before novelties are counted.
+  double at_least_as_novel = 0.0;
 };
 
 /// Explains `predictor.predict(observed)`. Units and Throws: as there.
