@@ -37,6 +37,30 @@ void require_different_files(const std::vector<std::filesystem::path>& paths) {
   }
 }
 
+/// Whether both name one file, which need not exist yet; a device is no file.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(a, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return false;
+  return a == b || std::filesystem::equivalent(a, b, error);
+}
+
+/// The options of a verb that name files to write, as far as they are given.
+std::vector<const CLI::Option*> outputs_of(const CLI::App& verb) {
+  std::vector<const CLI::Option*> outputs;
+  for (const char* name : {"--out", "--share", "--explain"}) {
+    const CLI::Option* output = verb.get_option_no_throw(name);
+    if (output != nullptr && output->get_type_size() > 0 && output->count() > 0) outputs.push_back(output);
+  }
+  return outputs;
+}
+
+void require_other_file(const CLI::Option& output, const std::filesystem::path& path, const std::string& user) {
+  const std::string written = output.as<std::string>();
+  if (same_file(written, path))
+    throw UsageError(output.get_name() + " = " + written + " is the file of " + user + ", too; name another file");
+}
+
 Named named_in(const TrackOptions& options, const Config& config) {
   Named result{{}, {options.paths.begin(), options.paths.end()}, options.read};
   require_named(!result.paths.empty() || !options.scene.empty());
@@ -45,6 +69,9 @@ Named named_in(const TrackOptions& options, const Config& config) {
     result.read.format = of_options([&] { return required_format(options.format, "--format = " + options.format); });
   }
   if (!options.scene.empty()) result.scene = read_scene(options.scene, options.data_dir);
+  for (const CLI::Option* output : outputs_of(*options.verb)) {
+    for (const SceneFile& file : result.scene.files) require_other_file(*output, file.resolved, options.scene);
+  }
   const bool has_scale = !options.camera.empty() || options.read.metres_per_unit || result.scene.camera;
   if (const auto camera = pixel_camera(config, has_scale)) result.scene.camera = result.read.camera = camera;
   if (!options.camera.empty()) {
@@ -55,14 +82,6 @@ Named named_in(const TrackOptions& options, const Config& config) {
   }
   for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
   return result;
-}
-
-/// Whether both name one file, which need not exist yet; a device is no file.
-bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(a, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return false;
-  return a == b || std::filesystem::equivalent(a, b, error);
 }
 
 void require_valid(const Config& config) {
@@ -80,21 +99,15 @@ bool is_database(const std::string& path) {
 
 /// Rejects a file that would be written over another file of the same command, or a text over a model.
 void require_own_outputs(const CLI::App& verb) {
-  for (const char* name : {"--out", "--share", "--explain"}) {
-    const CLI::Option* output = verb.get_option_no_throw(name);
-    if (output == nullptr || output->get_type_size() == 0 || output->count() == 0) continue;
+  for (const CLI::Option* output : outputs_of(verb)) {
     const std::string path = output->as<std::string>();
     const bool is_model = output->get_type_name().ends_with(".sila");
     if (!is_model && is_database(path))
-      throw std::invalid_argument(std::string(name) + " = " + path +
+      throw std::invalid_argument(output->get_name() + " = " + path +
                                   " is a model, which would be lost; name another file");
     for (const CLI::Option* other : verb.get_options()) {
       if (other == output) continue;
-      for (const std::string& value : other->results()) {
-        if (same_file(path, value))
-          throw UsageError(std::string(name) + " = " + path + " is the file of " + other->get_name() +
-                           ", too; name another file");
-      }
+      for (const std::string& value : other->results()) require_other_file(*output, value, other->get_name());
     }
   }
 }
@@ -153,6 +166,7 @@ void add_classes(CLI::App& verb, ReadOptions& options) {
 }
 
 void add_tracks(CLI::App& verb, TrackOptions& options) {
+  options.verb = &verb;
   verb.add_option("tracks", options.paths, "track files or folders; without any, the files that the scene names")
       ->type_name("TRACKS");
   verb.add_option("--scene", options.scene, kSceneHelp)->type_name("FILE");

@@ -46,6 +46,7 @@ struct TrackOptions {
   ReadOptions read;
   double hold_out = 0.0;
   SplitBy split = SplitBy::time;
+  const CLI::App* verb = nullptr;  ///< that has these options
 };
 
 /// The result of reading: the scene, its tracks in their frames, and the counts of kept and dropped rows.

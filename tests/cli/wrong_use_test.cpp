@@ -41,6 +41,9 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   fs::create_symlink(folder_ / "m.sila", folder_ / "link.sila");
   for (const char* out : {"m.sila", "./m.sila", "link.sila", "tracks.csv", "tracks.scene.json"})
     expect_rejected("predict" + with + " --out " + out, {"--out", "name another file"});
+  for (const char* verb : {"predict --model m.sila", "scene edit"})
+    expect_rejected(std::string(verb) + " --scene tracks.scene.json --out tracks.csv",
+                    {"the file of tracks.scene.json", "name another file"}, 2);
   write(folder_ / "own.scene.json", "{}");
   expect_rejected("simulate --tracks 5 --out own.csv", {"own.scene.json", "would be lost"});
   EXPECT_EQ(read(folder_ / "own.scene.json"), "{}");
