@@ -21,7 +21,8 @@ namespace {
 
 /// Beyond this a double resolves no tenth of a millisecond; no clock counts that many seconds.
 constexpr double kLargestTime_s = 1e12;
-constexpr double kSlack_s = 1e-6;  ///< frame numbers become seconds with rounding; a gap of exactly the limit is none
+/// Frame numbers become seconds with rounding: a gap of exactly the limit is none, and stamps nearer than this are one.
+constexpr double kSlack_s = 1e-6;
 
 struct Sample {
   double t_s = 0.0;
@@ -118,7 +119,7 @@ std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& sour
   std::vector<Sample> result;
   result.reserve(track.samples.size());
   for (std::size_t begin = 0, end = 0; begin < track.samples.size(); begin = end) {
-    while (end < track.samples.size() && track.samples[end].t_s == track.samples[begin].t_s) ++end;
+    while (end < track.samples.size() && track.samples[end].t_s - track.samples[begin].t_s < kSlack_s) ++end;
     const std::span<const Sample> same(track.samples.data() + begin, end - begin);
     if (const auto sample = merged(same, track.id, source, report)) result.push_back(*sample);
   }

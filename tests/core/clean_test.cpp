@@ -121,6 +121,17 @@ TEST(Clean, DropsRepeatedRowsAveragesNearOnesAndRejectsContradictions) {
   EXPECT_EQ(tracks.report.rows_read, tracks.report.rows_kept + rows_dropped(tracks.report));
 }
 
+TEST(Clean, TakesStampsWithinAMicrosecondForOne) {
+  for (const double stamp_s : {12.4, 1000.0}) {
+    const double next_s = std::nextafter(stamp_s, 1e9);
+    const CleanTracks near = clean_one(walk("17", 0.0, 2) + walk("bad", stamp_s, 1) + walk("bad", next_s, 1, 0.3));
+    EXPECT_EQ(ids_of(near), std::vector<std::string>{"17"});
+    EXPECT_EQ(rows_of(near.report, DropReason::averaged), 1U);
+    const CleanTracks far = clean_one(walk("bad", stamp_s, 2) + walk("bad", next_s, 1, 0.6));
+    EXPECT_EQ(rows_of(far.report, DropReason::contradictory), 2U);
+  }
+}
+
 TEST(Clean, DropsWhatIsNotFiniteOrAbsurd) {
   std::vector<Detection> rows = walk("17", 0.0, 4);
   rows.push_back({"17", 1.6, Vector2(std::nan(""), 0.0), {}, 77});
