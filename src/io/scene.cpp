@@ -134,6 +134,20 @@ nlohmann::json corner_json(const Corner& corner) {
           {"sidewalk_width_1_m", corner.widths.width_1_m},      {"sidewalk_width_2_m", corner.widths.width_2_m}};
 }
 
+/// The matrix, and a point below the horizon: the matrix alone leaves its sign open.
+nlohmann::json camera_json(const Camera& camera) {
+  nlohmann::json json;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::RowVector3d row = camera.ground_from_image.row(i);
+    json["homography"].push_back({row(0), row(1), row(2)});
+  }
+  const Vector2 down = camera.ground_from_image.row(2).head<2>();
+  const double w = camera.ground_from_image(2, 2);  // at (0, 0)
+  const Vector2 seen_px = w > 0.0 ? Vector2(0.0, 0.0) : Vector2(down * (1.0 - 2.0 * w) / down.squaredNorm());
+  json["seen"] = {seen_px.x(), seen_px.y()};
+  return json;
+}
+
 nlohmann::json file_json(const SceneFile& file) {
   const SimilarityTransform& s = file.to_scene;
   nlohmann::json json = {{"path", file.path}, {"to_scene", {{"a", s.a}, {"b", s.b}, {"tx", s.tx}, {"ty", s.ty}}}};
@@ -207,12 +221,7 @@ std::string to_text(const Scene& scene) {
     corner["primary"] = i == scene.primary;
     json["corners"].push_back(std::move(corner));
   }
-  if (scene.camera) {
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::RowVector3d row = scene.camera->ground_from_image.row(i);
-      json["camera"]["homography"].push_back({row(0), row(1), row(2)});
-    }
-  }
+  if (scene.camera) json["camera"] = camera_json(*scene.camera);
   json["files"] = nlohmann::json::array();
   for (const SceneFile& file : scene.files) json["files"].push_back(file_json(file));
   return json.dump(2) + "\n";

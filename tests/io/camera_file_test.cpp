@@ -50,6 +50,20 @@ TEST(CameraFile, IsTakenFromASceneAndRoundTrips) {
   EXPECT_NEAR((again.camera->ground_from_image - scene.camera->ground_from_image).norm(), 0.0, 1e-12);
 }
 
+TEST(CameraFile, KeepsTheSignOfItsCameraInASavedScene) {
+  Scene scene;
+  scene.corners.emplace_back();
+  scene.camera.emplace();
+  for (const Eigen::RowVector3d& w : {Eigen::RowVector3d(0, 0, 1), Eigen::RowVector3d(0, -1e-19, 1),
+                                      Eigen::RowVector3d(0, 1e-3, -0.5), Eigen::RowVector3d(-1e-3, -1e-3, 0)}) {
+    scene.camera->ground_from_image << 0.01, 0, 1, 0, 0.01, 1, w;
+    const TempFolder folder;
+    write_scene(folder / "s.json", scene);
+    const Scene again = read_scene(folder / "s.json", CurbScaling::metres);
+    EXPECT_EQ(again.camera->ground_from_image, scene.camera->ground_from_image) << w;
+  }
+}
+
 TEST(Pixels, AreNoTracksWithoutACameraOrAScale) {
   const TempFolder folder;
   const auto mot = folder.write("mot.txt", "0,1,-5,900,10,100,1,-1,-1,-1\n1,1,-4,900,10,100,1,-1,-1,-1\n");
