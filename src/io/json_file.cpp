@@ -53,6 +53,10 @@ nlohmann::json read_json(const std::filesystem::path& path) {
   return json_of_text(path.string(), read_text(path));
 }
 
+nlohmann::json shallow_json(std::string_view text) {
+  return end_of_nesting(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
+}
+
 nlohmann::json json_of_text(const std::string& path, const std::string& text) {
   const auto line_of = [&](std::size_t offset) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text.size()));

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sila/io/files.hpp"
@@ -13,6 +14,9 @@ namespace sila {
 
 /// JSON is copied and printed by recursion: deeper nesting could exhaust the stack.
 inline constexpr std::size_t kDeepestJson = 100;
+
+/// The JSON of a text; discarded if it is none, or nested deeper than kDeepestJson.
+nlohmann::json shallow_json(std::string_view text);
 
 /// As read_json, for the text of a file; `path` is for messages.
 nlohmann::json json_of_text(const std::string& path, const std::string& text);

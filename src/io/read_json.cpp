@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/dropped_rows.hpp"
+#include "json_file.hpp"
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "table_reader.hpp"
@@ -236,7 +237,7 @@ TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackF
   JsonTable table{.path = path};
   std::set<std::string> cameras;
   for (const TextLine& element : box_elements(path, text, format)) {
-    const Json object = Json::parse(element.text, nullptr, false);
+    const Json object = shallow_json(element.text);
     const bool counts = add_boxes(table, element, object, format, options) && !options.frigate_camera;
     if (counts && format == TrackFormat::frigate) cameras.insert(camera_of_event(object));
   }
@@ -264,7 +265,7 @@ TrackFile read_json_array(const std::string& path, std::string_view text, const 
   std::vector<std::string> names;
   JsonTable objects{.path = path};
   for (const TextLine& element : elements_of(path, text)) {
-    const Json object = Json::parse(element.text, nullptr, false);
+    const Json object = shallow_json(element.text);
     if (!object.is_object()) {
       objects.reject(element);
       continue;

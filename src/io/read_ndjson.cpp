@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "json_file.hpp"
 #include "read_rows.hpp"
 
 namespace sila {
@@ -39,7 +40,7 @@ Detections read_detection_lines(const TextTable& table) {
   Detections result{table.path, {}};
   for (const TextLine& line : table.rows) {
     ++result.rows_read;
-    const Json json = Json::parse(line.text.begin(), line.text.end(), nullptr, false);
+    const Json json = shallow_json(line.text);
     std::optional<Detection> row = detection_of(json);
     if (row) {
       row->line = line.number;
@@ -55,7 +56,7 @@ Detections read_detection_lines(const TextTable& table) {
 NdjsonRows read_trajnetpp(const TextTable& table) {
   NdjsonRows result{{table.path, {}}, {}};
   for (const TextLine& line : table.rows) {
-    const Json json = Json::parse(line.text.begin(), line.text.end(), nullptr, false);
+    const Json json = shallow_json(line.text);
     if (json.is_object() && json.contains("scene")) {
       const auto rate = json["scene"].is_object() ? number_in(json["scene"], "fps") : std::nullopt;
       if (rate && *rate > 0.0 && !result.samples_per_second) result.samples_per_second = rate;

@@ -4,10 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "io/json_file.hpp"
+
 namespace sila {
 
 ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool has_camera) {
-  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  const nlohmann::json object = shallow_json(line);
   if (!object.is_object()) return {{}, {Rejection::not_json}};
   std::optional<TrackFile> file = live_detections(object, options);
   if (!file) return {{}, {Rejection::not_a_detection}};
@@ -30,7 +32,7 @@ ParsedLine parse_line(std::string_view line, const ReadOptions& options, bool ha
 }
 
 std::optional<std::string> parse_token(std::string_view line) {
-  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  const nlohmann::json object = shallow_json(line);
   if (!object.is_object()) return std::nullopt;
   const auto token = object.find("token");
   if (token == object.end() || !token->is_string()) return std::nullopt;

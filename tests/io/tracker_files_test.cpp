@@ -121,6 +121,20 @@ TEST(JsonArrays, ThatAreDamagedOrNoTracksAreRefused) {
   EXPECT_TRUE(format_error_of([&] { read_detections(folder.write("t.json", "[" + row + "]"), forced); }));
 }
 
+TEST(TrackersInJson, ThatAreNestedTooDeeplyAreCountedAsNoJson) {
+  const TempFolder folder;
+  const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+  const std::string event = R"({"after": {"id": "a", "frame_time": 1, "label": "person", "box": [1, 2, 3, 4]}})";
+  const std::string events = R"({"after": {"id": )" + deep + R"(, "box": [1, 2, 3, 4]}})" + "\n" + event;
+  const std::string row = R"({"t": 1, "id": "a", "x": 1, "y": 2})";
+  const std::string array = "[" + row + R"(, {"t": 1, "id": "a", "x": )" + deep + R"(, "y": 2}])";
+  for (const std::string& text : {events, array, row + "\n{\"t\": " + deep + "}"}) {
+    const auto file = read_detections(folder.write("deep.json", text));
+    EXPECT_EQ(file.detections.rows.size(), 1U);
+    EXPECT_EQ(rows_of(file.detections, DropReason::not_json), 1U);
+  }
+}
+
 TEST(KittiTracking, GivesThePlaceOnTheGroundOrTheFootOfTheBox) {
   const TempFolder folder;
   const std::string placed =

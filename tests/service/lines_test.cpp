@@ -79,6 +79,9 @@ TEST(Lines, NoBytesMakeTheParserThrow) {
     EXPECT_NO_THROW(parse_token(line)) << "seed " << seed;
   }
   EXPECT_NO_THROW(parse_line(std::string(100000, '['), {}, false));
+  const std::string deep = std::string(200000, '[') + std::string(200000, ']');
+  const std::string event = R"({"after":{"id":)" + deep + R"(,"box":[1,2,3,4]}})";
+  EXPECT_EQ(parse_line(event, {}, true).rejections, std::vector{Rejection::not_json});
 }
 
 TEST(Lines, EveryRejectionIsInTheList) {
