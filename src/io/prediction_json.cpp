@@ -96,6 +96,31 @@ std::vector<double> at_each_time(const json& changes, const std::vector<double>&
   return result;
 }
 
+/// Rounded weights sum to 1 as nearly as this.
+constexpr double kWeightTolerance = 0.01;
+
+/// Throws: std::invalid_argument for a prediction that is no mixture density at each of its times. JSON has no numbers
+/// that are not finite.
+void require_density(const Prediction& prediction) {
+  const std::size_t times = prediction.times_s.size();
+  const auto as_long = [&](const Mode& mode) { return mode.path_m.size() == times; };
+  if (prediction.modes.empty() || !std::ranges::all_of(prediction.modes, as_long))
+    throw std::invalid_argument("modes with a position for each time");
+  double sum = 0.0;
+  for (const Mode& mode : prediction.modes) sum += mode.weight;
+  const auto is_negative = [](const Mode& mode) { return mode.weight < 0.0; };
+  if (std::ranges::any_of(prediction.modes, is_negative) || !(std::abs(sum - 1.0) <= kWeightTolerance))
+    throw std::invalid_argument("weights of 0 or more that sum to 1");
+  const auto is_definite = [](const Matrix2& c) { return c(0, 0) > 0.0 && c.determinant() > 0.0; };
+  for (const Mode& mode : prediction.modes) {
+    if (!std::ranges::all_of(mode.covariances_m2, is_definite))
+      throw std::invalid_argument("covariances that are positive definite");
+  }
+  const auto has_levels = [&](const Region& region) { return region.levels.size() == times; };
+  if (!std::ranges::all_of(prediction.regions, has_levels))
+    throw std::invalid_argument("regions with a level for each time");
+}
+
 Prediction prediction_of(const json& object) {
   Prediction prediction;
   prediction.t0_s = object.at("t0").get<double>();
@@ -317,9 +342,7 @@ RecordedPredictions read_predictions(const std::filesystem::path& path) {
     if (object.is_object() && !object.contains("modes")) continue;
     try {
       Prediction prediction = prediction_of(object);
-      const auto as_long = [&](const Mode& mode) { return mode.path_m.size() == prediction.times_s.size(); };
-      if (prediction.modes.empty() || !std::ranges::all_of(prediction.modes, as_long))
-        throw FormatError(path.string(), number, "modes with a position for each time", line.substr(0, 80));
+      require_density(prediction);
       const double t0_s = prediction.t0_s;
       recorded[{object.at("track").get<std::string>(), t0_s}] = std::move(prediction);
     } catch (const std::invalid_argument& error) {

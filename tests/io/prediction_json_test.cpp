@@ -189,13 +189,21 @@ std::string with_changes(const std::vector<double>& within_s, const std::vector<
   return line.dump();
 }
 
-TEST(ReadPredictions, RefusesModesWithoutAPositionForEachTime) {
-  const tests::ScratchFolder folder;
+/// A line with another value at a place.
+std::string with(const char* place, const json& value) {
   json line = json::parse(prediction_line("1", two_modes()));
-  line["modes"][0]["t"].push_back(0.8);
+  line[json::json_pointer(place)] = value;
+  return line.dump();
+}
+
+TEST(ReadPredictions, RefusesWhatIsNoDensityAtEachTime) {
+  const tests::ScratchFolder folder;
   for (const std::string& wrong :
-       {line.dump(), with_changes({1.0, 2.0}, {0.5}), with_changes({1.0, 2.0}, {0.5, 1e300}),
-        with_changes({2.0, 1.0}, {0.1, 0.2}), with_changes({}, {}), std::string("track_id,t,x,y"),
+       {with("/modes/0/t/-", 0.8), with("/regions/0/level", json::array()), with("/modes/0/weight", -1),
+        with("/modes/0/weight", 0), with("/modes/0/x/0", nullptr), with("/modes/0/cov/0", {0, 0, 0}),
+        with("/modes/0/cov/1", {1, 2, 1}), with("/modes/0/cov/1", {-1, 0, -1}), with_changes({1.0, 2.0}, {0.5}),
+        with_changes({1.0, 2.0}, {0.5, 1e300}), with_changes({2.0, 1.0}, {0.1, 0.2}), with_changes({}, {}),
+        std::string("track_id,t,x,y"),
         std::string(R"({"track":"1","t0":1,"fallback":true,"novelty":0,"t":[],"modes":[]})")}) {
     try {
       read_predictions(folder.write("lines.ndjson", prediction_line("1", two_modes()) + "\n" + wrong + "\n"));
