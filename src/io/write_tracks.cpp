@@ -1,4 +1,6 @@
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "sila/io/files.hpp"
 #include "sila/io/track_files.hpp"
@@ -7,9 +9,14 @@
 namespace sila {
 namespace {
 
-/// An id that holds a comma or blank at its ends needs quotes.
+/// Without quotes a comma separates, blanks at the ends are cut, `#` begins a comment and `'` may be a quote. Throws:
+/// std::invalid_argument for an id that the reader cannot read back, as no character is escaped.
 std::string quoted_if_needed(const std::string& id) {
-  return id.find_first_of(", \t") == std::string::npos ? id : '"' + id + '"';
+  if (id.empty() || id.find_first_of(std::string_view("\"\n\0", 3)) != std::string::npos)
+    throw std::invalid_argument("write_tracks_csv: id = " + excerpt(id) +
+                                " is empty or has a quote, a line end or a zero byte, which CSV cannot hold");
+  const bool plain = id.find_first_of(", \t\r\v\f") == std::string::npos && id.front() != '#' && id.front() != '\'';
+  return plain ? id : '"' + id + '"';
 }
 
 }  // namespace

@@ -377,6 +377,23 @@ TEST(WriteTracksCsv, WritesWhatTheReaderReadsBackBitForBit) {
   }
 }
 
+TEST(WriteTracksCsv, KeepsEachIdOrRefusesIt) {
+  const TempFolder folder;
+  const auto path = folder / "out.csv";
+  std::vector<Trajectory> tracks;
+  for (const char* id : {"#5", "'x'", "'", " a ", "a\r", "\v", "a'b", "17#2", "a;b"})
+    tracks.push_back({id, {0.0}, {Vector2(1, 2)}});
+  write_tracks_csv(path, tracks);
+  const auto rows = read_detections(path).detections.rows;
+  ASSERT_EQ(rows.size(), tracks.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(rows[i].track, tracks[i].id);
+  for (const std::string& id : std::vector<std::string>{"", "a\"b", "a\nb", {"a\0b", 3}}) {
+    tracks.front().id = id;
+    EXPECT_THROW(write_tracks_csv(path, tracks), std::invalid_argument) << id;
+  }
+  EXPECT_EQ(read_detections(path).detections.rows.size(), tracks.size());
+}
+
 TEST(WriteTracksCsv, LeavesNothingBehindWhenItCannotWrite) {
   const TempFolder folder;
   const std::vector<Trajectory> tracks = {{"a", {0.0}, {Vector2(1, 2)}}};

@@ -93,7 +93,8 @@ TrackFile read_detections(const std::filesystem::path& path, const ReadOptions& 
 std::optional<TrackFile> live_detections(const nlohmann::json& json, const ReadOptions& options);
 
 /// Writes the generic CSV, header `track_id,t,x,y`; every number reads back as the same double. The file appears whole
-/// or not at all. Units: seconds, metres. Throws: FormatError if the path cannot be written.
+/// or not at all. Units: seconds, metres. Throws: FormatError if the path cannot be written; std::invalid_argument for
+/// an id that is empty or has a double quote, a line end or a zero byte.
 void write_tracks_csv(const std::filesystem::path& path, std::span<const Trajectory> tracks);
 
 }  // namespace sila
