@@ -58,7 +58,9 @@ void propose_scene(const MakeOptions& options) {
   ReadTracks read = read_clean(options.tracks, config);
   const CornerProposal made = propose_corner(read.tracks.trajectories);
   Scene scene = std::move(read.scene);
-  if (scene.name.empty()) scene.name = std::filesystem::path(options.tracks.paths.front()).stem().string();
+  const std::vector<std::string>& paths = options.tracks.paths;
+  if (scene.name.empty())
+    scene.name = std::filesystem::path(paths.empty() ? options.tracks.scene : paths.front()).stem().string();
   scene.corners = {{"corner", made.frame, made.widths}};
   scene.primary = 0;
   if (!options.common.json) std::cerr << describe(made);

@@ -26,6 +26,12 @@ TEST_F(Program, ProposesASceneFromTracks) {
   write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
   expect_rejected("scene make few.csv", {"tracks that move 3 m or more, found 1", "at least 10"});
   expect_rejected("scene make", {"tracks"});
+  auto unnamed = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  unnamed["name"] = "";
+  write(folder_ / "unnamed.json", unnamed.dump());
+  const Outcome named = run("scene make --scene unnamed.json");
+  ASSERT_EQ(named.code, 0) << named.err;
+  EXPECT_EQ(nlohmann::json::parse(named.out)["name"], "unnamed");
   expect_rejected("scene make tracks.csv --map map.osm", {"--map", "Python package", "sila[map]"});
 }
 
