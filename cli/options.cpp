@@ -159,7 +159,6 @@ void add_classes(CLI::App& verb, ReadOptions& options) {
   verb.add_option("--person", options.person_classes,
                   "class, by name in any case or by number, that is a pedestrian; may be repeated [person, pedestrian, "
                   "..., and the number of the format]")
-      ->transform([](const std::string& name) { return CLI::detail::to_lower(name); })
       ->type_name("CLASS");
   verb.add_option("--frigate-camera", options.frigate_camera, "camera whose events of Frigate count")
       ->type_name("NAME");

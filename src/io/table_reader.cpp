@@ -118,7 +118,8 @@ std::string_view person_number(TrackFormat format) {
   return format == TrackFormat::boxes ? "0" : "";
 }
 
-TrackFile with_persons(TrackFile file, const std::vector<std::string>& person_classes) {
+TrackFile with_persons(TrackFile file, std::vector<std::string> person_classes) {
+  for (std::string& wanted : person_classes) wanted = lower(wanted);
   const std::string_view usual = person_number(file.format);
   for (Detection& row : file.detections.rows) {
     if (row.label.empty()) continue;

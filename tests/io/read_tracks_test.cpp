@@ -48,6 +48,18 @@ TEST(GenericCsv, KeepsASeparatorInsideQuotes) {
   expect_row(file.detections.rows.at(0), "a,b", 0.0, 1.0, 2.0);
 }
 
+TEST(GenericCsv, TakesTheClassesThatAreNamedInAnyCase) {
+  const TempFolder folder;
+  ReadOptions options;
+  options.person_classes = {"Cyclist"};
+  const auto path = folder.write("t.csv", "track_id,t,x,y,label\n1,0,1,2,Cyclist\n2,0,1,2,CYCLIST\n3,0,1,2,person\n");
+  const auto rows = read_detections(path, options).detections.rows;
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].label, "person");
+  EXPECT_EQ(rows[1].label, "person");
+  EXPECT_NE(rows[2].label, "person");
+}
+
 TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
   const TempFolder folder;
   const auto path = folder.write("a.csv", "track_id,frame,x,y\n1,5,0,0\n1,10,1,0\n1,15,2,0\n1,25,3,0\n");
