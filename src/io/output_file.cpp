@@ -37,6 +37,14 @@ fs::path create_beside(const fs::path& replaced, const fs::path& target) {
   }
 }
 
+/// Writes a file through to the disk: a rename may reach it before the content does. 0 or the error.
+int synced(const fs::path& path) {
+  const int file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  const int error = file < 0 || fsync(file) != 0 ? errno : 0;
+  if (file >= 0) close(file);
+  return error;
+}
+
 }  // namespace
 
 OutputFile::OutputFile(const fs::path& path) : target_(path) {
@@ -72,8 +80,8 @@ void OutputFile::commit() {
   stream_.close();
   if (!stream_) reject_output(target_, "that not everything could be written; is the disk full?");
   if (replaced_.empty()) return;
-  std::error_code error;
-  fs::rename(written_, replaced_, error);
+  std::error_code error(synced(written_), std::generic_category());
+  if (!error) fs::rename(written_, replaced_, error);
   if (error) reject_output(target_, error.message());
   written_.clear();
 }

@@ -1,8 +1,25 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
 
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/files.hpp"
+
+namespace {
+
+std::atomic<ino_t> last_synced;
+
+}  // namespace
+
+/// Instead of that of the C library.
+extern "C" int fsync(int file) {
+  struct stat status {};
+  if (fstat(file, &status) == 0) last_synced = status.st_ino;
+  return fdatasync(file);
+}
 
 namespace sila {
 namespace {
@@ -24,6 +41,14 @@ TEST(Output, TheTargetChangesInOneStepAtCommit) {
   }
   EXPECT_EQ(content_of(folder / "a.txt"), "new");
   EXPECT_EQ(files_in(folder.path()), 1);
+}
+
+TEST(Output, IsOnTheDiskBeforeItReplacesTheTarget) {
+  const ScratchFolder folder;
+  write_file(folder / "a.txt", "new");
+  struct stat status {};
+  ASSERT_EQ(stat((folder / "a.txt").c_str(), &status), 0);
+  EXPECT_EQ(last_synced, status.st_ino);
 }
 
 TEST(Output, WithoutCommitNothingChangesAndNothingIsLeftBehind) {
