@@ -157,7 +157,10 @@ Split split_by_track(std::vector<Person> people, std::size_t test_people, std::m
 }  // namespace
 
 std::string person_of(const std::string& track_id) {
-  return track_id.substr(0, track_id.find('#'));
+  const std::size_t mark = track_id.find_last_not_of("0123456789");
+  const bool later = mark != std::string::npos && track_id[mark] == '#' && mark + 1 < track_id.size();
+  // "#7" and, of several files, "video:#7" are ids of the input.
+  return later && mark > 0 && track_id[mark - 1] != ':' ? track_id.substr(0, mark) : track_id;
 }
 
 Split split_people(std::vector<FramedTrajectory> tracks, std::size_t test_people, std::uint64_t seed, SplitBy by) {

@@ -107,6 +107,16 @@ TEST(Split, KeepsTrackletsTogetherAndIsTheSeeds) {
   EXPECT_THROW(split_tracks(pairs(4, 20.0), 1.0, 1, SplitBy::track), std::invalid_argument);
 }
 
+TEST(Split, CutsOnlyTheNumberOfATrackletFromAnId) {
+  for (const char* id : {"17", "#1", "video:#1", "a#b", "17#", "", "#", "2"}) {
+    EXPECT_EQ(person_of(id), id);
+    EXPECT_EQ(person_of(id + std::string("#12")), *id == '\0' ? "#12" : id);
+  }
+  std::vector<FramedTrajectory> tracks = pairs(10, 3.0);
+  for (FramedTrajectory& track : tracks) track.track.id.insert(0, "#");
+  EXPECT_EQ(split_tracks(tracks, 0.15, 1, SplitBy::track).test.size(), 3u);
+}
+
 TEST(Split, RejectsTracksWithoutACommonClock) {
   EXPECT_TRUE(says(message_of([] { split_tracks(pairs(20, 0.0), 0.15, 1, SplitBy::time); }), "split=track"));
   EXPECT_EQ(split_tracks(pairs(20, 0.0), 0.15, 1, SplitBy::track).test.size(), 6u);

@@ -110,7 +110,7 @@ double heading_change_rad(std::span<const Vector2> path_m, double interval_s);
 /// Predictions by track and t0.
 using RecordedPredictions = std::map<std::pair<std::string, double>, Prediction>;
 
-/// The recorded prediction of a track (by its id, or the id before "#") at the end of the observed path.
+/// The recorded prediction of a track (by its id, or that of its person) at the end of the observed path.
 Forecast forecast_of(const RecordedPredictions& recorded);
 
 /// Number of predictions whose track and t0 belong to no sample of these tracks.

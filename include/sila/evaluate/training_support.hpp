@@ -14,7 +14,7 @@
 
 namespace sila {
 
-/// The person of a track: tracklets of one person are "17", "17#2", ...
+/// The person of a track: tracklets of one person are "17", "17#2", ... An id "#2" of the input is a person.
 std::string person_of(const std::string& track_id);
 
 /// How people are held back.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -63,8 +64,8 @@ def sums_of(windows: Sequence[Mapping[str, Any]], more: Mapping[str, Array]) -> 
 
 
 def person_of(track: str) -> str:
-    """Whose track it is: tracklets of one person are "17", "17#2", ..."""
-    return track.partition("#")[0]
+    """The person of a track, as `person_of` in C++."""
+    return re.sub(r"(?<=[^:])#[0-9]+\Z", "", track)
 
 
 def _row(window: Mapping[str, Any]) -> list[float]:
