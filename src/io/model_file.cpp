@@ -127,38 +127,45 @@ int last_episode(const StoredModel& stored) {
 struct ModelFile::State {
   fs::path path;
   std::optional<sqlite::Database> database;  ///< nothing until the file exists
-  std::int64_t revision = 0;                 ///< of the file when this object last read or wrote it; 0: it was empty
+  tables::Revision revision;                 ///< of the file when this object last read or wrote it
 
   /// Opens for writing, too, where that is allowed: what a killed writer left half done must be undone before reading.
   State(const fs::path& path_, bool exists) : path(path_) {
     if (!exists) return;
     naming(path, [&] {
       database = open_database(path, 0);
-      if (has_model(path, *database)) revision = tables::revision(*database);
+      revision = revision_now();
     });
   }
 
-  std::int64_t revision_now() { return has_model(path, *database) ? tables::revision(*database) : 0; }
+  /// Another file may have taken the place of the one that is open, and SQLite may not notice that its pages are
+  /// others.
+  void open_anew() { database = open_database(path, database ? 0 : SQLITE_OPEN_CREATE); }
+
+  tables::Revision revision_now() {
+    return has_model(path, *database) ? tables::revision(*database) : tables::Revision{};
+  }
 
   /// One transaction that runs `write(database, meta)` between the check that no other process has committed and the
   /// new revision. `write` finds the tables of the present schema, and meta as it is to be.
   template <class Write>
   void change(Write&& write) {
     naming(path, [&] {
-      if (!database) database = open_database(path, SQLITE_OPEN_CREATE);
+      open_anew();
       sqlite::Transaction transaction(*database, "BEGIN IMMEDIATE");
-      const bool is_model = has_model(path, *database);
-      if ((is_model ? tables::revision(*database) : 0) != revision) {
+      if (revision_now() != revision) {
         reject_write(path, "that another process changed it meanwhile; this change was not saved, do it again");
       }
+      const bool is_model = revision.number > 0;
       if (!is_model) tables::create(*database);
       tables::Meta meta = is_model ? tables::read_meta(*database) : tables::Meta{};
-      meta.revision = revision + 1;
+      ++meta.revision;
       meta.sila_version = build_version();
       write(*database, meta);
       tables::write_meta(*database, meta);
+      tables::Revision written = revision_now();
       transaction.commit();
-      ++revision;
+      revision = std::move(written);
     });
   }
 
@@ -195,14 +202,14 @@ ModelFile ModelFile::open(const fs::path& path) {
 }
 
 bool ModelFile::empty() const {
-  return state_->revision == 0;
+  return state_->revision.number == 0;
 }
 
 bool ModelFile::changed_elsewhere() {
   State& state = *state_;
-  if (!state.database && !fs::exists(state.path)) return false;
+  if (!fs::exists(state.path)) return false;
   return naming(state.path, [&] {
-    if (!state.database) state.database = open_database(state.path, 0);
+    state.open_anew();
     const sqlite::Transaction snapshot(*state.database, "BEGIN");
     return state.revision_now() != state.revision;
   });

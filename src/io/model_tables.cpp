@@ -107,8 +107,10 @@ void create(sqlite::Database& database) {
                    "; PRAGMA user_version = " + std::to_string(kSchema) + ";" + kTables);
 }
 
-std::int64_t revision(sqlite::Database& database) {
-  return database.integer("SELECT revision FROM meta");
+Revision revision(sqlite::Database& database) {
+  sqlite::Statement row = database.prepare("SELECT revision, hash FROM meta");
+  if (!row.step()) throw sqlite::Error(SQLITE_CORRUPT, "meta has no row");
+  return {row.integer(0), row.blob(1)};
 }
 
 Meta read_meta(sqlite::Database& database) {

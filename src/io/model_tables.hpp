@@ -25,7 +25,13 @@ struct Meta {
   std::string sila_version;
   int rollbacks = kUndoKept;  ///< how many episodes can be taken back at most
 };
-std::int64_t revision(sqlite::Database& database);
+/// Tells one content of a file from another, also from that of another file that was changed as often.
+struct Revision {
+  std::int64_t number = 0;  ///< of Meta; 0: the file is empty
+  std::string hash;         ///< of the row of meta
+  bool operator==(const Revision&) const = default;
+};
+Revision revision(sqlite::Database& database);
 Meta read_meta(sqlite::Database& database);
 /// To be called last in a transaction: the hash in this row covers the episodes and the last model.
 void write_meta(sqlite::Database& database, const Meta& meta);

@@ -212,6 +212,23 @@ TEST(ModelFile, TellsThatAnotherProcessChangedTheFile) {
   EXPECT_EQ(mine.read().episodes.size(), 1u);
 }
 
+TEST(ModelFile, TellsThatAnotherFileChangedAsOftenTookItsPlace) {
+  namespace fs = std::filesystem;
+  const ScratchFolder folder;
+  const fs::path path = folder / "m.sila", other = folder / "other.sila";
+  for (const bool moved : {false, true}) {
+    fs::remove(path);
+    ModelFile mine = ModelFile::open_or_create(path);
+    mine.commit(random_model(1), record(1), "{}");
+    ModelFile::open_or_create(other).commit(random_model(2), record(1), "{}");
+    moved ? fs::rename(other, path) : void(fs::copy_file(other, path, fs::copy_options::overwrite_existing));
+    EXPECT_THROW(mine.commit(random_model(3), record(2), "{}"), FormatError);
+    EXPECT_TRUE(mine.changed_elsewhere());
+    EXPECT_TRUE(identical(mine.read().model, random_model(2)));
+    fs::remove(other);
+  }
+}
+
 TEST(ModelFile, InspectionHasTheContractsKeysAndFitsADozenLines) {
   const ScratchFolder folder;
   const Model model = random_model(42);

@@ -69,7 +69,7 @@ class ModelFile {
   /// Whether no episode was committed yet: there is nothing to read.
   bool empty() const;
 
-  /// Whether another process changed the content of the file since this object last read or committed.
+  /// Whether another process changed or replaced the file since this object last read or committed.
   /// Throws: FormatError if it cannot be read.
   bool changed_elsewhere();
 
