@@ -108,7 +108,7 @@ void serve(const ServeVerb& options) {
   const OnlineCalibration calibration = calibration_in(open.stored);
   const auto message = [&](const std::string& text) { print_message(options.model + ": " + text); };
   LearnerThread learner(open.stored.model, calibration, open.config.episode, open.config.service,
-                        storage_in(open.file, open.stored, message));
+                        storage_in(open.file, open.stored, open.config.episode, message));
   const auto frame_of = [&](const Trajectory& track) {
     return live_frame(scene, learner.snapshot()->model, track, open.config.corners, open.config.episode.scaling);
   };

@@ -71,7 +71,7 @@ void LiveStream::State::start_learner() {
   LearnerThread::Storage storage;
   if (file) {
     if (file->empty() && !stored.episodes.empty()) file->replace(stored);  // later episodes follow its records
-    storage = storage_in(*file, stored, [](const auto&) {});
+    storage = storage_in(*file, stored, config.episode, [](const auto&) {});
   } else {
     storage.commit = [this](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
       keep(previous, episode, calibration);

@@ -215,9 +215,10 @@ bool ModelFile::changed_elsewhere() {
   });
 }
 
-StoredModel ModelFile::read() {
+StoredModel ModelFile::read(const std::function<void(const StoredModel&)>& accept) {
   return state_->look([&](sqlite::Database& database) {
     StoredModel stored = stored_in(database);
+    if (accept) accept(stored);
     state_->revision = tables::revision(database);
     std::error_code error;
     stored.bytes = fs::file_size(state_->path, error);

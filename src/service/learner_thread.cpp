@@ -29,8 +29,14 @@ void lower_priority() {
 #endif
 }
 
+/// Throws: std::invalid_argument if the configuration contradicts the model.
+void require_fitting(const Model& model, const EpisodeConfig& config) {
+  settings_for(model, model.sites.empty() ? CurbFrame{} : model.sites.front().frame, config);
+}
+
 /// An empty model takes the sample interval of the configuration.
 Model ready_to_predict(Model model, const EpisodeConfig& config) {
+  require_fitting(model, config);
   if (model.episodes == 0) model.settings.sample_interval_s = config.sampling.interval_s;
   return model;
 }
@@ -48,7 +54,7 @@ std::vector<FramedTrajectory> placed_for(const Model& model, std::vector<FramedT
 
 }  // namespace
 
-LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
+LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start, const EpisodeConfig& config,
                                   std::function<void(const std::string&)> message) {
   struct Recorded {
     int last;
@@ -56,6 +62,7 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
   };
   const auto recorded = std::make_shared<Recorded>(Recorded{last_episode(start), learning_points(start)});
   const std::string configuration = start.configuration;
+  const auto accept = [config](const StoredModel& stored) { require_fitting(stored.model, config); };
   LearnerThread::Storage storage;
   storage.commit = [=, &file](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
     file.commit(episode.model, record_of(recorded->last + 1, previous, episode, calibration), configuration);
@@ -67,7 +74,7 @@ LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
   };
   storage.reload = [=, &file]() -> std::optional<Model> {
     if (!file.changed_elsewhere()) return std::nullopt;
-    StoredModel stored = file.read();
+    StoredModel stored = file.read(accept);  // else the next episode would replace a model that does not fit
     *recorded = {last_episode(stored), learning_points(stored)};
     message("changed by another process; continuing with its " + counted(recorded->last, "episode"));
     return std::move(stored.model);
@@ -226,9 +233,12 @@ bool LearnerThread::reload_if_changed() {
     if (!model) return false;
     next = std::make_shared<const Snapshot>(ready_to_predict(std::move(*model), episode_), episode_.predict);
     curve = learning_curve(next->model);
-  } catch (const std::exception& error) {  // a damaged file: the next commit fails with the same message
-    const std::lock_guard lock(mutex_);
-    status_.last_error = error.what();
+  } catch (const std::exception& error) {  // a damaged file, or one that does not fit: the next commit fails as well
+    std::unique_lock lock(mutex_);
+    const bool known = std::exchange(status_.last_error, error.what()) == error.what();
+    lock.unlock();
+    if (!known && storage_.failed)
+      storage_.failed(std::string("changed by another process, and not used: ") + error.what());
     return false;
   }
   const std::lock_guard lock(mutex_);

@@ -310,6 +310,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   const std::string predict_with = "predict tracks.csv --scene tracks.scene.json --model m.sila ";
   expect_rejected(predict_with + "--horizon 0", {"horizon"});
   expect_rejected(predict_with + "--observe 30", {"predict.observe_s = 30, the model uses at most 3.2 s"});
+  expect_rejected("serve --stdin --model m.sila --set sampling.interval_s=0.1", {"sampling.interval_s = 0.1, but"}, 1);
   expect_rejected(predict_with + "--horizon -3", {"horizon"});
   expect_rejected(predict_with + "--every 0", {"--every: expected a positive number, found 0"});
   expect_rejected(predict_with + "--out no/such/folder/p.ndjson", {"no/such/folder"});

@@ -72,7 +72,7 @@ TEST(LearnerThread, LearnsTheEpisodesOfTheSameBatches) {
 TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
   const tests::ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, [](const auto&) {}));
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, {}, [](const auto&) {}));
   EXPECT_EQ(learner.status().learning_curve, "");
   learner.add(corner_walks(70, 5), {});
   learner.drain();
@@ -176,6 +176,28 @@ TEST(LearnerThread, ReloadsAModelThatAnotherProcessReplaced) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(learner.status().reloads, 1u);
   EXPECT_TRUE(learner.snapshot()->model.empty());
+}
+
+TEST(LearnerThread, TakesNoModelThatContradictsItsConfiguration) {
+  Model other;
+  other.episodes = 1;
+  other.settings.sample_interval_s = 0.1;
+  EXPECT_THROW(LearnerThread(other, {}, EpisodeConfig{}, small_batches(10), {}), std::invalid_argument);
+  const tests::ScratchFolder folder;
+  ModelFile file = ModelFile::open_or_create(folder / "m.sila");
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, {}, [](const auto&) {}));
+  sila::StoredModel stored;
+  stored.model = other;
+  save_model(folder / "m.sila", stored);
+  for (int i = 0; i < 200 && learner.status().last_error.empty(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_NE(learner.status().last_error.find("sampling.interval_s"), std::string::npos) << learner.status().last_error;
+  EXPECT_EQ(learner.status().reloads, 0u);
+  EXPECT_EQ(learner.snapshot()->model.episodes, 0);
+  learner.add(corner_walks(10, 1), {});
+  learner.drain();
+  EXPECT_EQ(learner.status().failed_episodes, 1u);
+  EXPECT_EQ(load_model(folder / "m.sila").model.settings.sample_interval_s, 0.1) << "it is not overwritten";
 }
 
 TEST(LearnerThread, LearnsAgainWhenAnotherProcessReplacedTheModel) {

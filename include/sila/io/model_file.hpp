@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -73,8 +74,9 @@ class ModelFile {
   /// Throws: FormatError if it cannot be read.
   bool changed_elsewhere();
 
-  /// Throws: FormatError if the file is empty or damaged.
-  StoredModel read();
+  /// `accept`, if given, sees the content; if it throws, the file remains one that was changed elsewhere.
+  /// Throws: FormatError if the file is empty or damaged, and what `accept` throws.
+  StoredModel read(const std::function<void(const StoredModel&)>& accept = {});
 
   /// Stores a model as the current one and adds its episode to the list, all or nothing. `rollback` restores earlier
   /// models.

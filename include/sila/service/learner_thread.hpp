@@ -94,9 +94,10 @@ class LearnerThread {
 };
 
 /// Stores episodes in a model file, and reloads what another process stored there. The file must exist longer than the
-/// learner. `start`: its content, with the configuration to store. `message` gets a sentence about each episode that
-/// was stored or reloaded.
-LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start,
+/// learner. `start`: its content, with the configuration to store. A stored model that contradicts `config`, the
+/// learner's, is not reloaded and not overwritten. `message` gets a sentence about each episode that was stored or
+/// reloaded.
+LearnerThread::Storage storage_in(ModelFile& file, const StoredModel& start, const EpisodeConfig& config,
                                   std::function<void(const std::string&)> message);
 
 }  // namespace sila
