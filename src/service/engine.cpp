@@ -91,12 +91,31 @@ void Engine::drain() {
   if (stepwise_) learner_.wait_until_idle();
 }
 
+void Engine::rethrow_failure() const {
+  const std::lock_guard lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+}
+
 ServiceMetrics Engine::metrics() const {
   const std::lock_guard lock(mutex_);
   return metrics_;
 }
 
 void Engine::run() {
+  try {
+    work();
+  } catch (...) {
+    {
+      const std::lock_guard lock(mutex_);
+      failure_ = std::current_exception();
+      stopping_ = true;
+    }
+    changed_.notify_all();
+    if (output_.failed) output_.failed();
+  }
+}
+
+void Engine::work() {
   for (bool busy = false; wait_for_work(busy);) {
     ingest_queued();
     bool may_predict = true;

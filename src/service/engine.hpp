@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -49,6 +50,7 @@ class Engine {
   struct Output {
     std::function<void(std::vector<OutgoingLine>)> send;
     std::function<void(std::string)> show;  ///< JSON for every live page
+    std::function<void()> failed = {};      ///< the engine has ended by an exception
   };
 
   /// `stepwise`: predictions, scores and learning happen in `drain` alone, so that they depend on what was offered but
@@ -65,6 +67,8 @@ class Engine {
   void reject(StreamId stream, Rejection rejection);
   /// Returns when everything offered so far is answered; stepwise also when whole batches of it are learnt.
   void drain();
+  /// Throws: the exception that ended the engine, if one did. Then `drain` returns at once.
+  void rethrow_failure() const;
   /// Metrics without those of the connections, at most half a second old.
   ServiceMetrics metrics() const;
   /// Sets the number of open live pages; with none, nothing is shown.
@@ -74,6 +78,7 @@ class Engine {
   enum class Step { none, requested, running };
 
   void run();
+  void work();
   bool wait_for_work(bool busy);
   void ingest_queued();
   void ingest_event(const StreamEvent& event);
@@ -112,6 +117,7 @@ class Engine {
   Step step_ = Step::none;
   bool idle_ = true;
   bool stopping_ = false;
+  std::exception_ptr failure_;
   ServiceMetrics metrics_;
   std::thread thread_;
 };

@@ -199,10 +199,11 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
   state.registry.options = options;
   state.registry.config = settings.service;
   state.registry.has_camera = settings.camera.has_value();
+  const auto close = [&state] { boost::asio::post(state.registry.context, [&state] { state.close(); }); };
   state.engine = std::make_unique<Engine>(
       std::move(settings), learner,
       Engine::Output{[&state](std::vector<OutgoingLine> lines) { state.send(std::move(lines)); },
-                     [&state](std::string message) { state.show(std::move(message)); }},
+                     [&state](std::string message) { state.show(std::move(message)); }, close},
       options.standard_input && options.wait);
   state.registry.engine = state.engine.get();
   state.registry.metrics = [&state] { return state.metrics(); };
@@ -223,8 +224,7 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
     if (!error) state.close();
   });
   if (!options.standard_input) return;
-  state.standard = std::make_shared<detail::StandardIo>(
-      state.registry, [&state] { boost::asio::post(state.registry.context, [&state] { state.close(); }); });
+  state.standard = std::make_shared<detail::StandardIo>(state.registry, close);
 }
 
 Server::~Server() {
@@ -243,6 +243,7 @@ void Server::run() {
   const LearnerStatus left = state_->learner.status();
   if (left.learning || left.waiting_tracks > 0) state_->registry.announce("learning the tracks that are finished");
   state_->learner.drain();
+  state_->engine->rethrow_failure();
 }
 
 void Server::stop() {

@@ -297,6 +297,18 @@ TEST(Server, LearnsWhilePredictingAndTheRestAtItsEnd) {
   EXPECT_EQ(service.stored, 3);
 }
 
+TEST(Server, EndsWithTheExceptionOfItsEngine) {
+  ServiceSettings settings = testing::service_settings();
+  settings.frame_for = [](const Trajectory&) -> CurbFrame { throw std::runtime_error("no frame"); };
+  LearnerThread learner(Model{}, {}, settings.episode, settings.service, {});
+  ServerOptions options;
+  options.tcp = "127.0.0.1:0";
+  Server server(options, Scene{}, settings, learner, [](const std::string&) {});
+  Client client(server.tcp_port());
+  for (const Detection& row : one_walker(1.0)) client.send(row);
+  EXPECT_THROW(server.run(), std::runtime_error);
+}
+
 TEST(Server, AUnixSocketIsForItsOwnerAlone) {
   const tests::ScratchFolder folder;
   const auto path = folder / "service.sock";

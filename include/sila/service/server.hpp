@@ -88,6 +88,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// Serves until `stop`, SIGINT, SIGTERM, or the end of standard input, then learns the tracks that wait for a batch.
+  /// Throws: the exception of a prediction or of `settings.frame_for`, which ends the service.
   void run();
   /// May be called from any thread.
   void stop();
