@@ -118,6 +118,7 @@ struct Server::State {
   void send(std::vector<OutgoingLine> outgoing);
   void show(std::string message);
   void close();
+  void end_streams();
 };
 
 ServiceMetrics Server::State::metrics() const {
@@ -191,6 +192,13 @@ void Server::State::close() {
   registry.context.stop();
 }
 
+/// Ends the streams that are open when the connections are closed, so that their tracks are learnt.
+void Server::State::end_streams() {
+  if (standard) standard->join_reader();  // else they could still offer detections
+  mqtt.reset();
+  for (const auto& [id, connection] : registry.streams) engine->offer({id, std::nullopt, monotonic_s()});
+}
+
 Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings settings, LearnerThread& learner,
                std::function<void(const std::string&)> announce)
     : state_(std::make_unique<State>(learner)) {
@@ -239,6 +247,7 @@ void Server::run() {
   if (state_->mqtt) state_->mqtt->start();
   const auto work = boost::asio::make_work_guard(state_->registry.context);
   state_->registry.context.run();
+  state_->end_streams();
   state_->engine->drain();  // else the learner would get the last finished tracks one by one
   const LearnerStatus left = state_->learner.status();
   if (left.learning || left.waiting_tracks > 0) state_->registry.announce("learning the tracks that are finished");

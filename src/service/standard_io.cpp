@@ -44,7 +44,7 @@ StandardIo::StandardIo(ConnectionRegistry& registry, std::function<void()> ended
 
 StandardIo::~StandardIo() {
   close();
-  if (reader_.joinable()) reader_.join();
+  join_reader();
   if (writer_.joinable()) writer_.join();
 }
 
@@ -70,6 +70,10 @@ void StandardIo::close() {
     closing_ = true;
   }
   changed_.notify_all();
+}
+
+void StandardIo::join_reader() {
+  if (reader_.joinable()) reader_.join();
 }
 
 /// Returns when everything read so far is answered and the answers are written.

@@ -25,6 +25,8 @@ class StandardIo : public Connection, public std::enable_shared_from_this<Standa
   void start();
   void send(std::string line, bool droppable) override;
   void close() override;
+  /// Returns when no more input is read, soon after `close`.
+  void join_reader();
 
  private:
   void read();

@@ -297,6 +297,26 @@ TEST(Server, LearnsWhilePredictingAndTheRestAtItsEnd) {
   EXPECT_EQ(service.stored, 3);
 }
 
+TEST(Server, LearnsTheOpenTracksOfAllConnectionsWhenItStops) {
+  Running service;
+  Client client(service.server->tcp_port());
+  asio::io_context context;
+  beast::websocket::stream<tcp::socket> socket(context);
+  socket.next_layer().connect(
+      {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(service.server->http_port())});
+  socket.handshake("localhost", "/stream");
+  for (const Detection& row : one_walker(4.0)) {
+    client.send(row);
+    const nlohmann::json line{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", 2.0}};
+    socket.write(asio::buffer(line.dump()));
+  }
+  for (int tries = 0; tries < 600 && service.server->metrics().counters.detections < 82; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(service.learner->status().waiting_tracks, 0u);
+  service.stop();
+  EXPECT_EQ(service.learner->status().learnt_tracks, 2u);
+}
+
 TEST(Server, EndsWithTheExceptionOfItsEngine) {
   ServiceSettings settings = testing::service_settings();
   settings.frame_for = [](const Trajectory&) -> CurbFrame { throw std::runtime_error("no frame"); };

@@ -87,7 +87,8 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Serves until `stop`, SIGINT, SIGTERM, or the end of standard input, then learns the tracks that wait for a batch.
+  /// Serves until `stop`, SIGINT, SIGTERM, or the end of standard input, then ends all open tracks and learns those
+  /// that wait for a batch.
   /// Throws: the exception of a prediction or of `settings.frame_for`, which ends the service.
   void run();
   /// May be called from any thread.
