@@ -119,6 +119,8 @@ void serve(const ServeVerb& options) {
   Server server = of_options([&] { return Server(checked, scene, settings, learner, print_message); });
   message(counted(open.stored.model.episodes, "episode") + "; serving");
   server.run();
+  if (const std::uint64_t failed = learner.status().failed_episodes; failed > 0)
+    throw std::runtime_error("serve: " + counted(failed, "episode") + " failed");
 }
 
 void add_mqtt(CLI::App& verb, ServeVerb& options) {

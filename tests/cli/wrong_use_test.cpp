@@ -25,6 +25,11 @@ TEST_F(Program, OnAFullDiskSaysSoAndKeepsWhatItHad) {
   EXPECT_NE(more.err.find("m.sila: expected a model file that can be written"), std::string::npos) << more.err;
   EXPECT_EQ(run("inspect m.sila --json").out, before);
   EXPECT_EQ(run(learn + "15").code, 0);
+  ASSERT_EQ(run("replay tracks.csv --rate 1e6 > lines.ndjson").code, 0);
+  const std::string serve = "serve --stdin --wait --http off --scene tracks.scene.json --model s.sila --every 10 ";
+  const Outcome served = run(serve + "< lines.ndjson", full);
+  EXPECT_EQ(served.code, 1) << served.err;
+  EXPECT_NE(served.err.find("sila: serve: 3 episodes failed"), std::string::npos) << served.err;
 }
 
 TEST_F(Program, SaysThatStandardOutputIsFull) {
