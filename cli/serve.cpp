@@ -1,3 +1,6 @@
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <csignal>
@@ -100,7 +103,15 @@ ServerOptions server_options(const ServeVerb& verb, const Scene& scene) {
   return options;
 }
 
+/// A file that is opened later would take the place of a closed stream.
+void require_open_streams() {
+  for (const auto& [stream, name] : {std::pair{STDIN_FILENO, "input"}, std::pair{STDOUT_FILENO, "output"}}) {
+    if (fcntl(stream, F_GETFD) < 0) throw std::invalid_argument(std::string("serve: standard ") + name + " is closed");
+  }
+}
+
 void serve(const ServeVerb& options) {
+  if (options.server.standard_input) require_open_streams();
   const ThreadLimit limit(options.common.threads);
   std::signal(SIGPIPE, SIG_IGN);  // the service continues when a reader of its output ends
   OpenModel open = open_model(options);

@@ -253,6 +253,8 @@ void Server::run() {
   if (left.learning || left.waiting_tracks > 0) state_->registry.announce("learning the tracks that are finished");
   state_->learner.drain();
   state_->engine->rethrow_failure();
+  const std::string failure = state_->standard ? state_->standard->failure() : "";
+  if (!failure.empty()) throw std::runtime_error("serve: " + failure);
 }
 
 void Server::stop() {

@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <boost/asio/post.hpp>
+#include <cerrno>
 #include <chrono>
 #include <future>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace sila::detail {
@@ -16,22 +18,6 @@ namespace {
 constexpr std::size_t kBlock = 1 << 16;
 /// Interval at which a waiting thread checks whether the service stops.
 constexpr int kCheck_ms = 100;
-
-/// Reads input if some comes soon: the number of bytes, 0 at the end, negative if there is none yet.
-ssize_t read_some(char* data, std::size_t size) {
-  pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, kCheck_ms) <= 0) return -1;
-  return ::read(STDIN_FILENO, data, size);
-}
-
-bool write_all(std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
-    if (written <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -94,6 +80,18 @@ void StandardIo::read() {
   ended_();
 }
 
+/// Reads input if some comes soon: the number of bytes, 0 at the end or after an error, none if there is none yet.
+std::optional<std::size_t> StandardIo::read_some(std::string& block) {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  const int ready = poll(&input, 1, kCheck_ms);
+  if (ready == 0) return std::nullopt;
+  const ssize_t size = ready < 0 ? ready : ::read(STDIN_FILENO, block.data(), block.size());
+  if (size >= 0) return static_cast<std::size_t>(size);
+  if (errno == EINTR || errno == EAGAIN) return std::nullopt;
+  fail("standard input cannot be read");
+  return 0;
+}
+
 void StandardIo::read_lines() {
   std::optional<double> last_s;
   LineReceiver receiver(registry_, id_, [&](double t_s) {
@@ -102,15 +100,45 @@ void StandardIo::read_lines() {
   });
   std::string block(kBlock, '\0');
   while (!stopping_) {
-    const ssize_t size = read_some(block.data(), block.size());
-    if (size == 0) break;
-    if (size < 0) continue;
-    lines_.append(std::string_view(block).substr(0, static_cast<std::size_t>(size)));
+    const std::optional<std::size_t> size = read_some(block);
+    if (!size) continue;
+    if (*size == 0) break;
+    lines_.append(std::string_view(block).substr(0, *size));
     while (const auto line = stopping_ ? std::nullopt : lines_.next()) receiver.receive(*line);
   }
   if (stopping_) return;
   if (const auto line = lines_.last()) receiver.receive(*line);
   drain();
+}
+
+/// False if the output is closed or cannot be written, or if a pipe stays full while the service stops.
+bool StandardIo::write_all(std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
+    if (written >= 0) {
+      text.remove_prefix(static_cast<std::size_t>(written));
+    } else if (errno == EAGAIN) {
+      pollfd output{STDOUT_FILENO, POLLOUT, 0};
+      if (poll(&output, 1, kCheck_ms) == 0 && stopping_) return false;
+    } else if (errno != EINTR) {
+      if (errno != EPIPE) fail("standard output cannot be written");
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Announces the present error of the system, and keeps it for the end of the service.
+void StandardIo::fail(const std::string& what) {
+  const std::string why = what + ": " + std::generic_category().message(errno);
+  registry_.announce(why);
+  const std::lock_guard lock(mutex_);
+  if (failure_.empty()) failure_ = why;
+}
+
+std::string StandardIo::failure() {
+  const std::lock_guard lock(mutex_);
+  return failure_;
 }
 
 void StandardIo::write() {
@@ -124,7 +152,7 @@ void StandardIo::write() {
     const bool written = write_all(text);
     lock.lock();
     writing_ = false;
-    if (!written) {  // the output is closed
+    if (!written) {
       queue_ = SendQueue(registry_.max_send_bytes());
       closing_ = true;
     }

@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "connection.hpp"
@@ -27,22 +29,28 @@ class StandardIo : public Connection, public std::enable_shared_from_this<Standa
   void close() override;
   /// Returns when no more input is read, soon after `close`.
   void join_reader();
+  /// Why input could not be read or predictions could not be written; empty if all could.
+  std::string failure();
 
  private:
   void read();
   void read_lines();
+  std::optional<std::size_t> read_some(std::string& block);
   void write();
+  bool write_all(std::string_view text);
+  void fail(const std::string& what);
   void drain();
 
   ConnectionRegistry& registry_;
   StreamId id_;
   std::function<void()> ended_;
   LineBuffer lines_;
-  std::mutex mutex_;  // guards the queue and the flags of writing
+  std::mutex mutex_;  // guards the queue, the flags of writing and the failure
   std::condition_variable changed_;
   SendQueue queue_;
   ReportAnnouncer announcer_;
   bool writing_ = false, closing_ = false;
+  std::string failure_;
   std::atomic<bool> stopping_ = false;
   std::thread reader_, writer_;
 };

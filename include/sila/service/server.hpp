@@ -89,7 +89,8 @@ class Server {
 
   /// Serves until `stop`, SIGINT, SIGTERM, or the end of standard input, then ends all open tracks and learns those
   /// that wait for a batch.
-  /// Throws: the exception of a prediction or of `settings.frame_for`, which ends the service.
+  /// Throws: the exception of a prediction or of `settings.frame_for`, which ends the service;
+  /// std::runtime_error if standard input could not be read or standard output not be written.
   void run();
   /// May be called from any thread.
   void stop();
