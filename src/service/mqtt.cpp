@@ -137,7 +137,10 @@ void MqttConnection::send(std::string line, bool droppable) {
 }
 
 void MqttConnection::close() {
-  stopping_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
   changed_.notify_all();
 }
 
@@ -206,7 +209,7 @@ void MqttConnection::receive(std::string_view payload) {
 
 void MqttConnection::acknowledged(int reason) {
   const std::lock_guard lock(mutex_);
-  --unacknowledged_;
+  if (unacknowledged_ > 0) --unacknowledged_;
   if (reason >= kFailure) {
     ++registry_.slow_reader_dropped;
     if (!std::exchange(told_of_broker_, true))
@@ -223,7 +226,7 @@ void MqttConnection::publish() {
     if (!line) return;
     const int result = mosquitto_publish(client_.get(), nullptr, topic.c_str(), static_cast<int>(line->size()),
                                          line->data(), 1, false);
-    if (result == MOSQ_ERR_SUCCESS)
+    if (result == MOSQ_ERR_SUCCESS || result == MOSQ_ERR_NO_CONN)  // which is sent after the next connection
       ++unacknowledged_;
     else
       ++registry_.slow_reader_dropped;

@@ -1,6 +1,7 @@
 // The service between two topics of a broker of MQTT, Debian's mosquitto. Without one these tests are skipped.
 #include "service/mqtt.hpp"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <mosquitto.h>
 #include <sys/wait.h>
@@ -13,6 +14,17 @@
 
 #include "service/running.hpp"
 #include "support/scratch.hpp"
+
+/// Given for each prediction that is published.
+static std::atomic<int> result_of_publish = MOSQ_ERR_SUCCESS;
+
+/// Replaces the function of the library. A lost connection gives MOSQ_ERR_NO_CONN for a message that is sent later.
+int mosquitto_publish(mosquitto* client, int* id, const char* topic, int size, const void* payload, int qos,
+                      bool retain) {
+  static const auto publish = reinterpret_cast<decltype(&mosquitto_publish)>(dlsym(RTLD_NEXT, "mosquitto_publish"));
+  const int result = publish(client, id, topic, size, payload, qos, retain);
+  return topic == std::string("out") && result == MOSQ_ERR_SUCCESS ? result_of_publish.load() : result;
+}
 
 namespace sila {
 namespace {
@@ -188,6 +200,20 @@ TEST(Mqtt, ABrokerMayBeAbsentAtFirstAndRestart) {
   walk(listener, 10, 20);
   EXPECT_EQ(service.server->metrics().lines, 20U) << "the track goes on";
   EXPECT_EQ(service.announced("mqtt: ").size(), 4U) << "one sentence for each change";
+}
+
+TEST(Mqtt, PredictionsGoOnAfterMessagesThatWaitedForAConnection) {
+  NEEDS_BROKER();
+  Broker broker;
+  broker.start();
+  Listener listener(broker);
+  Running service({}, broker.options());
+  ASSERT_TRUE(says(service, ": connected"));
+  result_of_publish = MOSQ_ERR_NO_CONN;
+  walk(listener, 0, 10);
+  result_of_publish = MOSQ_ERR_SUCCESS;
+  walk(listener, 10, 20);
+  EXPECT_EQ(service.server->metrics().slow_reader_dropped, 0U);
 }
 
 TEST(Mqtt, NothingIsLostWhileTheServiceRestarts) {
