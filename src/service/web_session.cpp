@@ -127,6 +127,7 @@ Response response(const Request& request, http::status status, const char* type,
   answer.keep_alive(request.keep_alive());
   answer.body() = std::move(body);
   answer.prepare_payload();
+  if (request.method() == http::verb::head) answer.body().clear();  // its length remains
   return answer;
 }
 

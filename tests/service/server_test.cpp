@@ -5,6 +5,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
@@ -233,6 +234,21 @@ TEST(Server, ServesThePageAndTheMetrics) {
        {"sila_lines_total 41", "sila_detections_total 41", "sila_predictions_total 37", "sila_pedestrians 1",
         "sila_prediction_seconds_bucket{le=\"+Inf\"} 37", "# TYPE sila_prediction_seconds histogram"})
     EXPECT_NE(metrics.find(sample), std::string::npos) << sample;
+}
+
+TEST(Server, AnswersHeadWithoutABody) {
+  Running service;
+  asio::io_context context;
+  tcp::socket socket(context);
+  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(service.server->http_port())});
+  const std::string request = "HEAD /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+  asio::write(socket, asio::buffer(request));
+  std::string answer;
+  boost::system::error_code end;
+  asio::read(socket, asio::dynamic_buffer(answer), end);
+  EXPECT_NE(answer.find("200 OK"), std::string::npos) << answer;
+  EXPECT_NE(answer.find("Content-Length: 3\r\n"), std::string::npos) << answer;
+  EXPECT_TRUE(answer.ends_with("\r\n\r\n")) << answer;
 }
 
 TEST(Server, WebSocketsCarryLinesAndThePage) {
