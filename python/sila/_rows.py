@@ -15,12 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 _COLUMNS = ("track_id", "t", "x", "y")
+#: Of the column of classes, as in files; the first that is there is used.
+_CLASS_COLUMNS = (
+    "label",
+    "class",
+    "class_name",
+    "agent_type",
+    "agent_class",
+    "object_type",
+    "object_class",
+    "category",
+    "class_id",
+)
 
 #: Ids, times [s], positions [m] of shape (n, 2), labels (none without a column of them).
 Rows = tuple[list[str], NDArray[np.float64], NDArray[np.float64], list[str]]
 
 
-def rows_of_frame(frame: Any, track_id: Any = None) -> Rows:
+def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str] = ()) -> Rows:
     """The rows of a data frame, which without a `track_id` has a column of them."""
     columns = _COLUMNS if track_id is None else _COLUMNS[1:]
     missing = [column for column in columns if column not in frame.columns]
@@ -29,7 +41,7 @@ def rows_of_frame(frame: Any, track_id: Any = None) -> Rows:
             f"tracks: expected a data frame with the columns {', '.join(columns)}; "
             f"{', '.join(missing)} missing in {', '.join(map(str, frame.columns))}"
         )
-    labels = [] if "label" not in frame.columns else [text_of(label) for label in frame["label"]]
+    labels = labels_of_frame("tracks", frame, person_classes)
     try:
         xy = np.column_stack([np.asarray(frame[column], dtype=np.float64) for column in ("x", "y")])
         t = _seconds_of(frame["t"])
@@ -98,6 +110,18 @@ def names_of(person_classes: Any) -> list[str]:
     if not isinstance(person_classes, (int, Iterable)):
         raise TypeError(f"person_classes: expected names or numbers of classes, found {person_classes!r}")
     return [str(name) for name in ([person_classes] if isinstance(person_classes, (str, int)) else person_classes)]
+
+
+def labels_of_frame(argument: str, frame: Any, person_classes: Iterable[str]) -> list[str]:
+    """The classes of a data frame as `label_for` gives them; none without a column of them."""
+    named = {str(column).lower(): column for column in reversed(list(frame.columns))}
+    column = next((named[name] for name in _CLASS_COLUMNS if name in named), None)
+    if column is not None:
+        return [label_for(text_of(label), person_classes) for label in frame[column]]
+    if person_classes:
+        found = ", ".join(map(str, frame.columns))
+        raise ValueError(f"{argument}: person_classes: expected a column of classes, such as label; found {found}")
+    return []
 
 
 def label_for(label: str, person_classes: Iterable[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +13,7 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import counted, file_named, label_for, names_of, number, text_of
+from ._rows import counted, file_named, label_for, labels_of_frame, names_of, number, text_of
 from ._sila import Model
 from ._tracks import SceneLike
 from ._verbs import _model, _place, _settings
@@ -64,15 +64,14 @@ class Stream:
         """Takes the detections of the time `t` [s] and returns the predictions that are due, in their order.
 
         `detections`: tuples (id, x, y) or (id, x, y, label); a dictionary from id to (x, y); an array of shape (n, 3)
-        with the columns id, x, y; a data frame with the columns track_id or id, x, y (and label); or, with a camera,
+        with the columns id, x, y; a data frame with the columns track_id or id, x, y (and label, class or category); or, with a camera,
         Detections of Supervision that have ids, all of them pedestrians. Metres in the frame of the scene, or pixels.
 
         What the service would reject is rejected here and counted by reason: `counts["rejected"]`. Raises ValueError or
         TypeError for what is no detection at all, and ValueError after `close`.
         """
         t_s = number("t", t, "seconds")
-        ids, points, labels = _rows(detections)
-        labels = [label_for(label, self._person_classes) for label in labels]
+        ids, points, labels = _rows(detections, self._person_classes)
         return Predictions(self._live.update(t_s, ids, points, labels))
 
     def close(self) -> None:
@@ -116,11 +115,11 @@ class Stream:
         return f"Stream({counts}, {self.model!r})"
 
 
-def _rows(detections: Any) -> _Rows:
+def _rows(detections: Any, person_classes: list[str]) -> _Rows:
     if hasattr(detections, "xyxy"):
         return _of_boxes(detections)
     if hasattr(detections, "columns"):
-        return _of_frame(detections)
+        return _of_frame(detections, person_classes)
     if isinstance(detections, np.ndarray):
         if detections.ndim != 2 or detections.shape[1] != 3:
             raise ValueError(f"detections: expected shape (n, 3) with the columns id, x, y; found {detections.shape}")
@@ -135,16 +134,16 @@ def _rows(detections: Any) -> _Rows:
     for entry in entries:
         if len(entry) not in (3, 4):
             raise ValueError(f"detections: expected (id, x, y) or (id, x, y, label), found {entry!r}")
-    labels = [text_of(entry[3]) if len(entry) == 4 else "" for entry in entries]
+    labels = [label_for(text_of(entry[3]), person_classes) if len(entry) == 4 else "" for entry in entries]
     return [text_of(entry[0]) for entry in entries], _points([entry[1:3] for entry in entries]), labels
 
 
-def _of_frame(frame: Any) -> _Rows:
+def _of_frame(frame: Any, person_classes: list[str]) -> _Rows:
     key = next((name for name in ("track_id", "id") if name in frame.columns), None)
     if key is None or not {"x", "y"} <= set(frame.columns):
         found = ", ".join(map(str, frame.columns))
         raise ValueError(f"detections: expected the columns track_id or id, x, y; found {found}")
-    labels = [text_of(label) for label in frame["label"]] if "label" in frame.columns else [""] * len(frame)
+    labels = labels_of_frame("detections", frame, person_classes) or [""] * len(frame)
     return [text_of(value) for value in frame[key]], _points(frame[["x", "y"]]), labels
 
 

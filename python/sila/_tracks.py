@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _sila
 from ._config import ConfigLike, merged
-from ._rows import Rows, counted, file_named, label_for, names_of, number, rows_of_frame, text_of, warn, whole
+from ._rows import Rows, counted, file_named, names_of, number, rows_of_frame, text_of, warn, whole
 from ._sila import Scene, Track
 from .errors import FormatError
 
@@ -111,9 +111,8 @@ def read_tracks(
         unused = [name for name, value in (given | {"metres_per_unit": metres_per_unit}).items() if value is not None]
         if unused:
             raise ValueError(f"read_tracks: {', '.join(unused)}: for files; a data frame has seconds and metres")
-        ids, t, xy, labels = rows_of_frame(paths)
-        labels = [label_for(label, names_of(person_classes)) for label in labels]
-        return clean_rows(ids, t, xy, labels, "data frame", merged("{}", config))
+        rows = rows_of_frame(paths, person_classes=names_of(person_classes))
+        return clean_rows(*rows, "data frame", merged("{}", config))
     if paths is None and scene is None:
         raise ValueError("read_tracks: expected paths, or a scene that names its files; found neither")
     files = _files(paths)
@@ -187,7 +186,8 @@ def as_tracks(
     """Tracks from any accepted form:
 
     - `Tracks`, a `Track`, or any sequence of `Track`;
-    - a pandas data frame with the columns track_id, t [s, or dates], x, y [m] (and label, if there is one);
+    - a pandas data frame with the columns track_id, t [s, or dates], x, y [m] (and label, or another name of
+      the class that files may have);
     - a dictionary from id to an array of shape (n, 3) with the columns t, x, y, or to a data frame with columns of these
       names; or a sequence of such arrays or frames, whose ids are then their numbers from 0;
     - the path of a track file, or several.

@@ -127,6 +127,22 @@ def test_classes_of_a_data_frame_may_be_named():
     assert sila.read_tracks(rows, person_classes=[1]).report["dropped"]["other_label"]["rows"] == 48
 
 
+@pytest.mark.parametrize("name", ["class", "class_name", "category", "Label"])
+def test_a_data_frame_has_its_classes_under_the_names_of_files(name, tmp_path):
+    rows = pandas.concat([frame(**{name: "car"}), frame(**{name: "person", "track_id": "b"})])
+    rows.to_csv(tmp_path / "t.csv", index=False)
+    assert [track.id for track in sila.as_tracks(rows)] == ["b"]
+    assert sila.as_tracks(rows) == sila.read_tracks(tmp_path / "t.csv") == sila.as_tracks({"b": rows[48:], "a": rows[:48]})
+    assert [track.id for track in sila.read_tracks(rows, person_classes="car")] == ["a"]
+    with sila.Stream(person_classes="car") as stream:
+        stream.update(0.0, rows[["x", "y", "track_id", name]].iloc[[0, 48]])
+        assert stream.counts["rejected"] == {"not_usable": 1}
+        with pytest.raises(ValueError, match="person_classes: expected a column of classes, .* found id, x, y"):
+            stream.update(1.0, pandas.DataFrame({"id": ["a"], "x": [0.0], "y": [0.0]}))
+    with pytest.raises(ValueError, match="person_classes: expected a column of classes, .* found t, x, y, track_id"):
+        sila.read_tracks(frame(), person_classes="car")
+
+
 def test_frames_in_a_dictionary_or_a_list_are_read_by_their_columns():
     rows = pandas.concat([frame(), frame(track_id="b", label="car"), frame(track_id="c")])
     shuffled = {key: group[["y", "label", "x", "t"]] for key, group in rows.groupby("track_id")}
