@@ -140,9 +140,13 @@ def _files(paths: Any) -> list[Path]:
     files = list(several)
     if not files:
         raise ValueError("read_tracks: paths: expected at least one path, found 0")
+    different = set()
     for file in files:
         if not isinstance(file, (str, os.PathLike)):
             raise TypeError(f"read_tracks: paths: expected paths, found {type(file).__name__} among them")
+        if (real := os.path.realpath(file)) in different:
+            raise ValueError(f"read_tracks: paths: expected each file once, found {os.fspath(file)} twice")
+        different.add(real)
     return [Path(file) for file in files]
 
 

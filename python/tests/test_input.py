@@ -164,6 +164,11 @@ def test_one_row_is_said_as_the_program_says_it():
 
 
 MISTAKES = {
+    "a file twice": (
+        ValueError,
+        "paths: expected each file once, found ./t.csv twice",
+        lambda model: sila.learn(["t.csv", "./t.csv"]),
+    ),
     "number as paths": (TypeError, "paths: .* found int", lambda model: sila.read_tracks(5)),
     "number in paths": (TypeError, "paths: .* found int", lambda model: sila.read_tracks(["a", 5])),
     "model, not a list": (TypeError, "models: expected a list", lambda model: sila.make_prior(model)),
