@@ -270,7 +270,12 @@ def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:
     rows: list[NDArray[np.float64]] = [np.empty((0, 3))]
     ids: list[str] = []
     labels: list[str] = []
+    keys: dict[str, Any] = {}
     for key, value in entries:
+        name = text_of(key)
+        if name and name in keys:
+            raise ValueError(f"tracks: expected keys of different text, found {keys[name]!r} and {key!r}")
+        keys[name] = key
         classes: list[str] = []
         if hasattr(value, "columns"):
             if "track_id" in value and len(set(value["track_id"])) > 1:
@@ -286,7 +291,7 @@ def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"tracks[{key!r}]: expected shape (n, 3) with the columns t, x, y; found {array.shape}")
         rows.append(array)
-        ids += [text_of(key)] * len(array)
+        ids += [name] * len(array)
         labels += classes or [""] * len(array)
     table = np.concatenate(rows)
     return ids, table[:, 0], table[:, 1:], labels

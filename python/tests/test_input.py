@@ -164,6 +164,11 @@ def test_one_row_is_said_as_the_program_says_it():
 
 
 MISTAKES = {
+    "two keys of one text": (
+        ValueError,
+        "tracks: expected keys of different text, found 1 and '1'",
+        lambda model: sila.as_tracks({1: WALK, "1": WALK + [0, 9, 9]}),
+    ),
     "a file twice": (
         ValueError,
         "paths: expected each file once, found ./t.csv twice",
