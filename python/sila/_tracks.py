@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union, overload
@@ -69,6 +70,7 @@ class Tracks(Sequence[Track]):
         """A data frame with the columns track_id, t [s], x, y [m], one row a sample."""
         import pandas
 
+        self._require_different_ids("to_frame")
         lengths = [len(track) for track in self]
         xy = _stacked([track.positions_m for track in self], 2)
         return pandas.DataFrame(
@@ -82,7 +84,15 @@ class Tracks(Sequence[Track]):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a CSV with the header track_id,t,x,y; every number reads back as the same double."""
+        self._require_different_ids("save")
         _sila.write_csv(Path(path), self._tracks)
+
+    def _require_different_ids(self, verb: str) -> None:
+        """Two tracks under one id would be read as one person."""
+        counts = Counter(track.id for track in self)
+        twice = next((name for name, count in counts.items() if count > 1), None)
+        if twice is not None:
+            raise ValueError(f"Tracks.{verb}: expected different ids, found {twice!r} twice; write each recording by itself")
 
 
 def read_tracks(

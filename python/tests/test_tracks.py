@@ -151,6 +151,13 @@ def test_a_frame_of_tracks_gives_the_tracks_again(place):
     assert same(sila.as_tracks(place.tracks.to_frame()), place.tracks)
 
 
+def test_people_of_two_recordings_with_one_id_are_not_written_as_one(tmp_path):
+    both = sila.as_tracks({"a": WALK}) + sila.as_tracks({"a": WALK + [0.0, 9.0, 9.0]})
+    for write in (both.to_frame, lambda: both.save(tmp_path / "t.csv")):
+        with pytest.raises(ValueError, match="expected different ids, found 'a' twice"):
+            write()
+
+
 def test_tracks_pickle_and_copy(place):
     for copied in (pickle.loads(pickle.dumps(place.tracks)), copy.deepcopy(place.tracks), copy.copy(place.tracks)):
         assert copied == place.tracks
