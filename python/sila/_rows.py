@@ -43,7 +43,7 @@ def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str
         )
     labels = labels_of_frame("tracks", frame, person_classes)
     try:
-        xy = np.column_stack([np.asarray(frame[column], dtype=np.float64) for column in ("x", "y")])
+        xy = np.column_stack([floats_of(frame[column]) for column in ("x", "y")])
         t = _seconds_of(frame["t"])
     except (TypeError, ValueError) as error:
         found = str(error).partition("\n")[0].removesuffix(" You might want to try:")
@@ -57,7 +57,7 @@ def _seconds_of(column: Any) -> NDArray[np.float64]:
     values = np.asarray(column)
     if values.dtype.kind not in "mM":
         try:
-            return np.asarray(values, dtype=np.float64)
+            return floats_of(values)
         except (TypeError, ValueError):
             import pandas
 
@@ -68,6 +68,18 @@ def _seconds_of(column: Any) -> NDArray[np.float64]:
     whole = values.astype("datetime64[s]")
     seconds = np.asarray((whole - np.datetime64(0, "s")) / np.timedelta64(1, "s"))
     return np.asarray(seconds + (values - whole) / np.timedelta64(1, "s"))
+
+
+def floats_of(values: Any) -> NDArray[np.float64]:
+    """Numbers, NaN where they are masked or missing."""
+    if isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values.astype(np.float64).filled(np.nan))
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except TypeError:  # pandas.NA among them
+        cells = np.asarray(values, dtype=object)
+        numbers = [np.nan if _is_missing(cell) else cell for cell in cells.flat]
+        return np.array(numbers, dtype=np.float64).reshape(cells.shape)
 
 
 def whole(argument: str, value: Any, least: int) -> int:
@@ -101,8 +113,11 @@ def text_of(key: Any) -> str:
     """As a CSV would have it: 17.0 of a column that once had gaps is 17; empty for a missing one."""
     if isinstance(key, (float, np.floating)) and float(key).is_integer():
         return str(int(key))
-    missing = key is None or (not isinstance(key, str) and str(key) in ("nan", "NaT", "<NA>"))
-    return "" if missing else str(key).strip()
+    return "" if _is_missing(key) else str(key).strip()
+
+
+def _is_missing(cell: Any) -> bool:
+    return cell is None or cell is np.ma.masked or (not isinstance(cell, str) and str(cell) in ("nan", "NaT", "<NA>"))
 
 
 def names_of(person_classes: Any) -> list[str]:

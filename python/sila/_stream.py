@@ -13,7 +13,7 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import counted, file_named, label_for, labels_of_frame, names_of, number, text_of
+from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, text_of
 from ._sila import Model
 from ._tracks import SceneLike
 from ._verbs import _model, _place, _settings
@@ -158,6 +158,6 @@ def _of_boxes(detections: Any) -> _Rows:
 
 def _points(given: Any) -> Any:
     try:
-        return np.asarray(given, dtype=np.float64).reshape(-1, 2)
+        return floats_of(given).reshape(-1, 2)
     except (TypeError, ValueError) as error:
         raise ValueError(f"detections: expected numbers x, y; {error}") from None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _sila
 from ._config import ConfigLike, merged
-from ._rows import Rows, counted, file_named, names_of, number, rows_of_frame, text_of, warn, whole
+from ._rows import Rows, counted, file_named, floats_of, names_of, number, rows_of_frame, text_of, warn, whole
 from ._sila import Scene, Track
 from .errors import FormatError
 
@@ -293,7 +293,7 @@ def _rows_of_arrays(entries: list[tuple[Any, Any]]) -> Rows:
             _, t, xy, classes = rows_of_frame(value, key)
             value = np.column_stack([t, xy])
         try:
-            array = np.asarray(value, dtype=np.float64)
+            array = floats_of(value)
         except (TypeError, ValueError):
             raise TypeError(
                 f"tracks[{key!r}]: expected numbers of shape (n, 3), found {type(value).__name__}"

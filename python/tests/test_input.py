@@ -66,6 +66,17 @@ def test_rows_without_an_id_are_dropped(missing):
         sila.as_tracks(rows[:3])
 
 
+def test_a_masked_or_missing_number_is_not_a_position():
+    masked = np.ma.masked_where(np.arange(48)[:, None] == [9, 20, 30], WALK)
+    assert sila.as_tracks([masked]).report["dropped"]["not_finite"]["rows"] == 3
+    assert sila.as_tracks([frame(x=pandas.Series([pandas.NA, *WALK[1:, 1]], dtype=object))]).report["rows_kept"] == 47
+    stream = sila.Stream()
+    stream.update(0.0, [("a", pandas.NA, 0.0), ("b", 0.0, 0.0), ("c", *np.ma.masked_less([-1, 1], 0))])
+    stream.update(1.0, np.ma.masked_equal([[7, 5, 1], [8, 3, 1]], 5))
+    stream.update(2.0, pandas.DataFrame({"id": [1, 2], "x": [pandas.NA, 1], "y": 0}))
+    assert stream.counts["detections"] == 3 and stream.counts["rejected"] == {"not_usable": 4}
+
+
 NOON = pandas.Timestamp("2026-01-02 12:00", tz="UTC")
 STAMPS = [NOON + pandas.Timedelta(t, "s") for t in WALK[:, 0]]
 
