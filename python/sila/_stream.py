@@ -128,12 +128,18 @@ def _rows(detections: Any, person_classes: list[str]) -> _Rows:
     try:
         if isinstance(detections, Mapping):
             several = [(key, *position) for key, position in detections.items()]
+        several = list(several)
+        if any(isinstance(entry, (str, Mapping)) for entry in several):
+            raise TypeError
         entries: list[Any] = [tuple(entry) for entry in several]
     except TypeError:
         raise TypeError(f"detections: expected (id, x, y) tuples, found {detections!r:.80}") from None
     for entry in entries:
-        if len(entry) not in (3, 4):
-            raise ValueError(f"detections: expected (id, x, y) or (id, x, y, label), found {entry!r}")
+        if len(entry) not in (3, 4) or (isinstance(detections, Mapping) and len(entry) == 4):
+            expected = "id: (x, y)" if isinstance(detections, Mapping) else "(id, x, y) or (id, x, y, label)"
+            raise ValueError(f"detections: expected {expected}, found {entry!r}")
+        if len(entry) == 4 and isinstance(entry[3], (float, np.floating)) and text_of(entry[3]):
+            raise ValueError(f"detections: expected a text or a whole number as label, found {entry[3]!r} in {entry!r}")
     labels = [label_for(text_of(entry[3]), person_classes) if len(entry) == 4 else "" for entry in entries]
     return [text_of(entry[0]) for entry in entries], _points([entry[1:3] for entry in entries]), labels
 

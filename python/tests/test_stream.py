@@ -157,13 +157,15 @@ def test_what_is_no_detection_is_an_error(tmp_path):
     for wrong, words in [
         ([("a", 1.0)], r"expected \(id, x, y\)"),
         ([("a", "left", 1.0)], "expected numbers x, y"),
+        ([("a", 0.0, 0.0, 0.0)], "expected a text or a whole number as label, found 0.0"),
+        ({"a": (0.0, 0.0, 0.0)}, r"expected id: \(x, y\), found \('a', 0.0, 0.0, 0.0\)"),
         (np.zeros((2, 2)), r"expected shape \(n, 3\)"),
         (pd.DataFrame({"id": ["a"], "x": [0.0]}), "expected the columns"),
         (SimpleNamespace(xyxy=np.zeros((1, 4)), tracker_id=None), "no tracker_id"),
     ]:
         with pytest.raises(ValueError, match=words):
             stream.update(0.0, wrong)
-    for wrong in (3, "a,1,2", None):
+    for wrong in (3, "a,1,2", None, [{"id": 1, "x": 0.0, "y": 0.0}]):
         with pytest.raises(TypeError, match="detections: expected"):
             stream.update(0.0, wrong)
     with pytest.raises(TypeError, match="t: expected seconds"):
