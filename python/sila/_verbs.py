@@ -42,7 +42,8 @@ def learn(
     fast people walk and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
     `frames_per_second`: of files with frame numbers.
 
-    Raises ValueError for a configuration that the model did not begin with, and without tracks.
+    Raises ValueError for a configuration that the model did not begin with, and without tracks. A model without any
+    motion is a UserWarning.
     """
     start = _model("model", model) if model is not None else Model()
     settings = _settings("model", start, config)
@@ -64,7 +65,7 @@ def learn(
             moving.update()
 
         place = _place(scene, start, given, settings, batch)
-        return _sila.learn(start, list(given), place, settings, batch, _threads(threads), on_episode)
+        return _learnt(_sila.learn(start, list(given), place, settings, batch, _threads(threads), on_episode))
 
 
 def train_batch(
@@ -76,7 +77,13 @@ def train_batch(
     scene = None if scene is None else as_scene(scene)
     given = _some("train_batch", tracks, scene, settings)
     place = _place(scene, Model(), given, settings, len(given))
-    return _sila.train_batch(list(given), place, settings, _threads(threads))
+    return _learnt(_sila.train_batch(list(given), place, settings, _threads(threads)))
+
+
+def _learnt(model: Model) -> Model:
+    nothing = "no motion was learnt: the tracks are too few or too short, or not in metres and seconds"
+    warn({"warnings": [] if model.size else [nothing]})
+    return model
 
 
 def _in_pixels(tracks: Any, scene: Any, start: Model, settings: str, frames_per_second: float | None) -> str:

@@ -9,6 +9,13 @@ import pytest
 import sila
 
 
+@pytest.mark.parametrize("learn", [sila.learn, sila.train_batch])
+def test_a_model_without_motion_is_a_warning(learn):
+    with pytest.warns(UserWarning, match="no motion was learnt: .* too few or too short") as caught:
+        assert learn({"a": [[0.0, 0.0, 0.0], [0.1, 0.1, 0.0]]}).size == 0
+    assert [warning.filename for warning in caught] == [__file__]
+
+
 def test_an_empty_model_knows_nothing():
     assert sila.Model().size == 0
     assert sila.Model().history == []
