@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 #: Whatever tracks can be given as: see `as_tracks`.
 TracksLike = Union["Tracks", "pandas.DataFrame", Mapping[Any, Any], Iterable[Any], str, "os.PathLike[str]"]
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
+#: The last scene whose warnings were shown.
+_warned: Scene | None = None
 
 
 class Tracks(Sequence[Track]):
@@ -182,12 +184,16 @@ def split_tracks(
 
 
 def as_scene(scene: Any) -> Scene:
-    """A scene, or the path of a scene file."""
-    if isinstance(scene, Scene):
-        return scene
+    """A scene, or the path of a scene file. Shows its warnings, once although a call may come here several times."""
+    global _warned
     if isinstance(scene, (str, os.PathLike)):
-        return Scene.load(Path(scene))
-    raise TypeError(f"scene: expected a sila.Scene or the path of a scene file, found {type(scene).__name__}")
+        scene = Scene.load(Path(scene))
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: expected a sila.Scene or the path of a scene file, found {type(scene).__name__}")
+    if scene.warnings and scene is not _warned:
+        _warned = scene
+        warn({"warnings": scene.warnings})
+    return scene
 
 
 def as_tracks(

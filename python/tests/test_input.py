@@ -44,6 +44,20 @@ def test_a_path_is_read_by_the_scene_in_every_verb(halves, model):
     assert np.concatenate(drawn).max() == pytest.approx(WALK[-1, 1])
 
 
+def test_what_is_odd_in_a_scene_is_a_warning_once_a_call(halves, model):
+    path, scene = halves
+    scene.write_text(scene.read_text().replace('"axis_2": [0, 1]', '"axis_2": [0, -1]'))
+    given = sila.Scene.load(scene)
+    for call in (
+        lambda: sila.read_tracks(path, scene=scene),
+        lambda: sila.predict(model, path, scene=scene),
+        lambda: sila.learn(path, scene=given),
+    ):
+        with pytest.warns(UserWarning, match="axis_1 and axis_2 are mirrored") as caught:
+            call()
+        assert [warning.filename for warning in caught] == [__file__]
+
+
 def test_a_broken_scene_is_an_error_beside_a_data_frame(tmp_path):
     (tmp_path / "scene.json").write_text("{")
     with pytest.raises(sila.FormatError):
