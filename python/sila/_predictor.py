@@ -74,7 +74,7 @@ class Predictor:
         return self
 
     def predict(self, X: TracksLike) -> Predictions:
-        """One prediction a track, from its last sample."""
+        """One prediction a track, from its last sample; none of a track shorter than predict.min_observe_s."""
         return _verbs.predict(
             self._fitted(),
             X,

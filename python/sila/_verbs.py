@@ -13,7 +13,7 @@ from ._config import ConfigLike, merged
 from ._evaluation import Evaluation
 from ._predictions import Predictions
 from ._progress import bar
-from ._rows import number, warn, whole
+from ._rows import counted, number, warn, whole
 from ._sila import Model, Scene, Track
 from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean
 
@@ -156,7 +156,8 @@ def predict(
     progress: bool | None = None,
 ) -> Predictions:
     """Predicts each track whenever a prediction is due: at the first sample at or after predict.min_observe_s, then every
-    `stride_s` seconds. With `at_end`, once a track, from its last sample.
+    `stride_s` seconds. With `at_end`, once a track, from its last sample. A track shorter than predict.min_observe_s has
+    no prediction; the number of such tracks is a UserWarning.
 
     Samples after t0 never influence a prediction. `config` changes the configuration of the model, for instance
     {"predict": {"horizon_s": 3}}. `frames_per_second`: of files with frame numbers.
@@ -171,7 +172,7 @@ def predict(
             count = min(_CHUNK, len(given) - first)
             found += ready.predict(first, count, stride_s, at_end, _threads(threads))
             moving.update(count)
-    return Predictions(found)
+    return Predictions(_observed_enough("predict", found, given, settings, at_end))
 
 
 def explain(
@@ -192,7 +193,7 @@ def explain(
     _require_flag("at_end", at_end)
     ready = _sila.ReadyPredictor(model, settings, given, place)
     lines = ready.explain(stride_s, at_end, _threads(threads))
-    return [json.loads(line) for line in lines]
+    return [json.loads(line) for line in _observed_enough("explain", lines, given, settings, at_end)]
 
 
 def evaluate(
@@ -280,6 +281,15 @@ def _settings(argument: str, model: Any, config: ConfigLike) -> str:
             f"config: sampling.interval_s = {given:g}, but the model began with {kept:g}; keep it, or learn a new model"
         )
     return settings
+
+
+def _observed_enough(verb: str, found: list[Any], tracks: list[Track], settings: str, at_end: bool) -> list[Any]:
+    """What was found, without the entries of tracks too short to be predicted, which has one a track at the end alone."""
+    least_s = json.loads(settings)["predict"]["min_observe_s"]
+    enough = [track.times_s[-1] - track.times_s[0] >= least_s - 1e-6 for track in tracks]
+    short = f"{enough.count(False)} of {counted(len(tracks), 'track')} shorter than predict.min_observe_s = {least_s:g} s"
+    warn({"warnings": [] if all(enough) else [f"{verb}: no prediction of {short}"]})
+    return [entry for entry, is_enough in zip(found, enough) if is_enough] if at_end else found
 
 
 def _require_flag(argument: str, value: Any) -> None:

@@ -160,6 +160,17 @@ def test_companions_in_another_chunk_count(model, monkeypatch):
     assert list(sila.predict(model, tracks)) == list(together)
 
 
+@pytest.mark.parametrize("verb", [sila.predict, sila.explain])
+@pytest.mark.parametrize("at_end", [False, True])
+def test_tracks_that_are_too_short_are_counted_and_not_predicted(verb, at_end, model, unseen):
+    long, t = unseen.tracks[0], np.array([0.0, 0.1, 0.2, 0.3])
+    given = [sila.Track("one", t[:1], [[0, 0]]), sila.Track("four", t, np.c_[t, t]), long]
+    with pytest.warns(UserWarning, match=r"no prediction of 2 of 3 tracks shorter than .*min_observe_s = 0.4 s") as caught:
+        found = verb(model, given, scene=unseen.scene, at_end=at_end)
+    assert [warning.filename for warning in caught] == [__file__]
+    assert found and all((f["track"] if verb is sila.explain else f.tracklet) == long.id for f in found)
+
+
 def test_an_unfitted_model_still_answers(unseen):
     found = sila.predict(sila.Model(), unseen.tracks, scene=unseen.scene)
     assert all(prediction.fallback for prediction in found)
