@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -58,7 +60,22 @@ class Stream:
         self._person_classes = names_of(person_classes)
         camera_file = None if camera is None or camera is False else file_named("camera", camera)
         place = _place(scene, start, [], settings)
-        self._live = _sila.LiveStream(start, file, place, camera_file, camera is False, settings)
+        self._process, self._closed = os.getpid(), False
+        self._own = _sila.LiveStream(start, file, place, camera_file, camera is False, settings)
+
+    @property
+    def _live(self) -> _sila.LiveStream:
+        if os.getpid() != self._process:  # a fork, which has no thread that learns
+            raise RuntimeError("Stream: the stream belongs to another process; make one in this process")
+        return self._own
+
+    def __del__(self) -> None:
+        if (own := self.__dict__.get("_own")) is None:  # the constructor has raised
+            return
+        if os.getpid() != self._process:  # keep it for ever: its end would wait for a thread that the fork does not have
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(own))
+        elif not self._closed:
+            warnings.warn(f"unclosed {self!r}: its last tracks are not learnt", ResourceWarning, source=self)
 
     def update(self, t: float, detections: Any) -> Predictions:
         """Takes the detections of the time `t` [s] and returns the predictions that are due, in their order.
@@ -78,6 +95,7 @@ class Stream:
         """Ends all tracks and learns them, the last in a smaller batch; returns when it is done. `model` and `counts`
         stay."""
         self._live.close()
+        self._closed = True
 
     def wait(self) -> None:
         """Returns when no whole batch waits to be learnt: the result for a recording does not depend on speed."""
@@ -109,6 +127,9 @@ class Stream:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+    def __getstate__(self) -> object:
+        raise TypeError("Stream: a stream cannot be copied or pickled; its model can")
 
     def __repr__(self) -> str:
         counts = ", ".join(counted(self.counts[f"{noun}s"], noun) for noun in ("detection", "prediction"))

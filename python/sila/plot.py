@@ -186,7 +186,8 @@ def predictions(
     if image is None:
         ax = _place(scene, ax)
     elif camera is not None:
-        ax, drawn = _picture(image, ax), Stream(camera=camera).to_image
+        with Stream(camera=camera) as stream:
+            ax, drawn = _picture(image, ax), stream.to_image
     elif scale := max((prediction.metres_per_pixel for prediction in some), default=0.0):
         ax, drawn = _picture(image, ax), lambda points: np.asarray(points) / (scale, -scale)
     else:

@@ -1,7 +1,10 @@
 """sila.Stream: what `sila serve` does, in process."""
 
+import copy
 import json
+import pickle
 import subprocess
+import sys
 import threading
 from types import SimpleNamespace
 
@@ -222,6 +225,35 @@ def test_person_classes_name_the_labels_of_pedestrians():
     stream.update(0.0, [("a", 0.0, 0.0, 0), ("b", 1.0, 0.0, "cyclist"), ("c", 2.0, 0.0, "person"), ("d", 3.0, 0.0)])
     assert stream.counts["rejected"] == {"not_usable": 1}
     assert stream.counts["detections"] == 3
+
+
+FORKED = """
+import os, sila, sys
+stream = sila.Stream()
+if os.fork() == 0:
+    for call in (stream.close, lambda: stream.update(0.0, [])):
+        try:
+            call()
+        except RuntimeError as error:
+            print(error)
+    sys.exit()
+os.wait()
+stream.close()
+"""
+
+
+def test_a_forked_process_is_told_that_the_stream_is_not_its_own():
+    run = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=60, check=True)
+    assert run.stdout == 2 * "Stream: the stream belongs to another process; make one in this process\n"
+
+
+def test_a_stream_is_not_copied_and_warns_if_it_is_not_closed():
+    stream = sila.Stream()
+    for copied in (copy.copy, copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="cannot be copied or pickled"):
+            copied(stream)
+    with pytest.warns(ResourceWarning, match=r"unclosed Stream\(0 detections"):
+        del stream
 
 
 def test_several_threads_may_use_one_stream():
