@@ -43,6 +43,9 @@ class Predictor:
         own = {name: params.pop(name) for name in ("scene", "batch", "threads") if name in params}
         for name, value in params.items():
             given.update(_flat({name: value}))
+        dotted = next((name for name in given if "." in name), None)
+        if dotted is not None:
+            raise ValueError(f"Predictor: expected {dotted.replace('.', '__')} (two underscores), found {dotted}")
         default_config(_nested(given))
         for name, value in own.items():
             setattr(self, name, value)

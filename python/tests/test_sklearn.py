@@ -26,6 +26,12 @@ def test_a_bad_parameter_changes_nothing(predictor):
     assert predictor.batch == 15
 
 
+@pytest.mark.parametrize("given", [{"predict.horizon_s": 3}, {"predict": {"mode.s": 3}}])
+def test_a_name_with_a_dot_is_refused(given):
+    with pytest.raises(ValueError, match=r"expected predict__\w+ \(two underscores\), found predict(\.|__)"):
+        sila.Predictor(**given)
+
+
 def test_partial_fit_is_one_episode(predictor, place):
     for first in (0, 20, 40):
         predictor.partial_fit(place.tracks[first : first + 20])
