@@ -82,13 +82,13 @@ def floats_of(values: Any) -> NDArray[np.float64]:
         return np.array(numbers, dtype=np.float64).reshape(cells.shape)
 
 
-def whole(argument: str, value: Any, least: int) -> int:
+def whole(argument: str, value: Any, least: int, most: int = 2**31 - 1) -> int:
     try:
         number = operator.index(value)
     except TypeError:
         number = least - 1
-    if isinstance(value, bool) or number < least:
-        raise ValueError(f"{argument}: expected a whole number of at least {least}, found {value!r}")
+    if isinstance(value, bool) or not least <= number <= most:
+        raise ValueError(f"{argument}: expected a whole number from {least} to {most}, found {value!r}")
     return number
 
 
@@ -113,7 +113,12 @@ def text_of(key: Any) -> str:
     """As a CSV would have it: 17.0 of a column that once had gaps is 17; empty for a missing one."""
     if isinstance(key, (float, np.floating)) and float(key).is_integer():
         return str(int(key))
-    return "" if _is_missing(key) else str(key).strip()
+    text = "" if _is_missing(key) else str(key).strip()
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"id or class: expected valid Unicode, found {text!r}") from None
+    return text
 
 
 def _is_missing(cell: Any) -> bool:

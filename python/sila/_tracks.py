@@ -173,8 +173,8 @@ def split_tracks(
     no common clock.
     """
     given = list(as_tracks(tracks))
-    seed, test_share = whole("split_tracks: seed", seed, 0), number("split_tracks: test_share", test_share)
-    train, test = _sila.split_tracks(given, test_share, seed, by)
+    seed, test_share = whole("split_tracks: seed", seed, 0, 2**64 - 1), number("split_tracks: test_share", test_share)
+    train, test = _sila.split_tracks(given, test_share, seed, str(by))
     if not train or not test:
         raise ValueError(
             f"split_tracks: expected tracks on both sides, found {len(train)} to learn from and {len(test)} held back "

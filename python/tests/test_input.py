@@ -189,6 +189,11 @@ def test_one_row_is_said_as_the_program_says_it():
 
 
 MISTAKES = {
+    "batch": (ValueError, "batch: .* from 1 to 2147483647", lambda model: sila.learn({"a": WALK}, batch=10**30)),
+    "threads": (ValueError, "threads .* from 0 to 2147483647", lambda model: sila.learn({"a": WALK}, threads=10**12)),
+    "large seed": (ValueError, "seed: .* found 1180591620", lambda model: sila.split_tracks({"a": WALK}, seed=2**70)),
+    "no split": (ValueError, 'split_tracks: by = "None"', lambda model: sila.split_tracks({"a": WALK}, by=None)),
+    "no Unicode": (ValueError, r"expected valid Unicode, found 'a\\ud800'", lambda model: sila.as_tracks({"a\ud800": WALK})),
     "two keys of one text": (
         ValueError,
         "tracks: expected keys of different text, found 1 and '1'",

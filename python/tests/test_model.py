@@ -150,7 +150,7 @@ def test_an_exception_of_the_progress_bar_ends_the_learning(place):
 
 
 def test_bad_arguments_are_named(place, model):
-    with pytest.raises(ValueError, match="batch: expected a whole number of at least 1, found 0"):
+    with pytest.raises(ValueError, match="batch: expected a whole number from 1 to 2147483647, found 0"):
         sila.learn(place.tracks, scene=place.scene, batch=0)
     for learn in (sila.learn, sila.train_batch):
         with pytest.raises(ValueError, match="tracks: expected at least one, found none"):
