@@ -21,6 +21,9 @@ class Predictions(Sequence[Prediction]):
 
     def __init__(self, predictions: Iterable[Prediction] = ()) -> None:
         self._predictions = list(predictions)
+        for prediction in self._predictions:
+            if not isinstance(prediction, Prediction):
+                raise TypeError(f"predictions: expected sila.Prediction, found {type(prediction).__name__}")
 
     def __len__(self) -> int:
         return len(self._predictions)

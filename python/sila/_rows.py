@@ -34,6 +34,7 @@ Rows = tuple[list[str], NDArray[np.float64], NDArray[np.float64], list[str]]
 
 def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str] = ()) -> Rows:
     """The rows of a data frame, which without a `track_id` has a column of them."""
+    require_different_columns("tracks", frame)
     columns = _COLUMNS if track_id is None else _COLUMNS[1:]
     missing = [column for column in columns if column not in frame.columns]
     if missing:
@@ -130,6 +131,13 @@ def names_of(person_classes: Any) -> list[str]:
     if not isinstance(person_classes, (int, Iterable)):
         raise TypeError(f"person_classes: expected names or numbers of classes, found {person_classes!r}")
     return [str(name) for name in ([person_classes] if isinstance(person_classes, (str, int)) else person_classes)]
+
+
+def require_different_columns(argument: str, frame: Any) -> None:
+    names = list(frame.columns)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{argument}: expected columns of different names, found {twice} twice")
 
 
 def labels_of_frame(argument: str, frame: Any, person_classes: Iterable[str]) -> list[str]:

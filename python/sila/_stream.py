@@ -15,7 +15,7 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, text_of
+from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, require_different_columns, text_of
 from ._sila import Model
 from ._tracks import SceneLike
 from ._verbs import _model, _place, _settings
@@ -166,6 +166,7 @@ def _rows(detections: Any, person_classes: list[str]) -> _Rows:
 
 
 def _of_frame(frame: Any, person_classes: list[str]) -> _Rows:
+    require_different_columns("detections", frame)
     key = next((name for name in ("track_id", "id") if name in frame.columns), None)
     if key is None or not {"x", "y"} <= set(frame.columns):
         found = ", ".join(map(str, frame.columns))
@@ -176,11 +177,17 @@ def _of_frame(frame: Any, person_classes: list[str]) -> _Rows:
 
 def _of_boxes(detections: Any) -> _Rows:
     """The feet of boxes: the middle of the bottom edge."""
-    if len(detections.xyxy) > 0 and detections.tracker_id is None:
+    boxes = floats_of(detections.xyxy)
+    if len(boxes) == 0:
+        return [], np.empty((0, 2)), []
+    if detections.tracker_id is None:
         raise ValueError("detections: they have no tracker_id; run a tracker first")
-    boxes = np.asarray(detections.xyxy, dtype=np.float64).reshape(-1, 4)
+    if boxes.ndim != 2 or boxes.shape[1] != 4:
+        raise ValueError(f"detections: xyxy: expected shape (n, 4), found {boxes.shape}")
+    if len(detections.tracker_id) != len(boxes):
+        raise ValueError(f"detections: tracker_id: expected {len(boxes)} ids, found {len(detections.tracker_id)}")
     feet = np.column_stack([(boxes[:, 0] + boxes[:, 2]) / 2.0, boxes[:, 3]])
-    return [text_of(key) for key in detections.tracker_id] if len(boxes) else [], feet, [""] * len(boxes)
+    return [text_of(key) for key in detections.tracker_id], feet, [""] * len(boxes)
 
 
 def _points(given: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections import Counter
@@ -125,7 +126,7 @@ def read_tracks(
             raise ValueError(f"read_tracks: {', '.join(unused)}: for files; a data frame has seconds and metres")
         rows = rows_of_frame(paths, person_classes=names_of(person_classes))
         return clean_rows(*rows, "data frame", merged("{}", config))
-    if paths is None and scene is None:
+    if paths is None and (place is None or not place.files):
         raise ValueError("read_tracks: expected paths, or a scene that names its files; found neither")
     files = _files(paths)
     tracks, text = _sila.read_files(
@@ -146,7 +147,7 @@ def read_tracks(
 def _files(paths: Any) -> list[Path]:
     if paths is None:
         return []
-    several = [paths] if isinstance(paths, (str, os.PathLike)) else paths
+    several = [paths] if isinstance(paths, (str, os.PathLike)) else listed(paths)
     if not isinstance(several, Iterable):
         raise TypeError(f"read_tracks: paths: expected paths or a data frame, found {type(paths).__name__}")
     files = list(several)
@@ -183,6 +184,13 @@ def split_tracks(
     return Tracks(train), Tracks(test)
 
 
+def listed(tracks: Any) -> Any:
+    """An iterator, which can be read once, as a list; all else as it is."""
+    if isinstance(tracks, io.IOBase):
+        raise TypeError(f"tracks: expected the path of a file, found an open file ({type(tracks).__name__})")
+    return list(tracks) if isinstance(tracks, Iterator) else tracks
+
+
 def as_scene(scene: Any) -> Scene:
     """A scene, or the path of a scene file. Shows its warnings, once although a call may come here several times."""
     global _warned
@@ -216,8 +224,7 @@ def as_tracks(
     transform of the `scene`; everything else is in metres, in its frame. `frames_per_second` is for files with frame numbers.
     """
     scene = None if scene is None else as_scene(scene)
-    if isinstance(tracks, Iterator):
-        tracks = list(tracks)
+    tracks = listed(tracks)
     if frames_per_second is not None and not _are_files(tracks):
         raise ValueError("frames_per_second: expected files, which may have frame numbers; other tracks have seconds")
     if isinstance(tracks, Tracks):
@@ -262,6 +269,8 @@ def clean_rows(
     """Rows to tracks; rows without an id are dropped. Raises FormatError, as for a file, if there are rows and not one
     track is left."""
     nameless = [row for row, name in enumerate(ids) if not name]
+    if nameless and len(nameless) == len(ids):
+        raise FormatError(source, 0, "rows with an id (track_id)", f"none in {counted(len(ids), 'row')}")
     if nameless:
         named = np.delete(np.arange(len(ids)), nameless)
         ids, t, xy, labels = [name for name in ids if name], t[named], xy[named], [labels[i] for i in named if labels]

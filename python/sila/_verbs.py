@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from . import _sila
 from ._config import ConfigLike, merged
@@ -15,7 +17,7 @@ from ._predictions import Predictions
 from ._progress import bar
 from ._rows import counted, number, warn, whole
 from ._sila import Model, Scene, Track
-from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean
+from ._tracks import SceneLike, Tracks, TracksLike, as_scene, as_tracks, clean, listed
 
 _CHUNK = 64  # tracks between two moves of the progress bar
 
@@ -51,8 +53,7 @@ def learn(
         raise ValueError(f"learn: units: expected metres or pixels, found {units!r}")
     if units == "metres" and json.loads(settings)["metres_per_pixel"] > 0:
         raise ValueError("learn: units: metres, but the model was learnt in pixels")
-    if isinstance(tracks, Iterator):
-        tracks = list(tracks)
+    tracks = listed(tracks)
     if units == "pixels":
         settings = _in_pixels(tracks, scene, start, settings, frames_per_second)
     batch = whole("learn: batch", batch, 1)
@@ -164,7 +165,7 @@ def predict(
     """
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     stride_s = number("stride_s", stride_s, "seconds")
-    _require_flag("at_end", at_end)
+    at_end = _flag("at_end", at_end)
     ready = _sila.ReadyPredictor(model, settings, given, place)
     found: list[_sila.Prediction] = []
     with bar(progress, len(given), "predicting", "track") as moving:
@@ -190,7 +191,7 @@ def explain(
     the primitives, transitions and terms behind its modes."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     stride_s = number("stride_s", stride_s, "seconds")
-    _require_flag("at_end", at_end)
+    at_end = _flag("at_end", at_end)
     ready = _sila.ReadyPredictor(model, settings, given, place)
     lines = ready.explain(stride_s, at_end, _threads(threads))
     return [json.loads(line) for line in _observed_enough("explain", lines, given, settings, at_end)]
@@ -292,9 +293,10 @@ def _observed_enough(verb: str, found: list[Any], tracks: list[Track], settings:
     return [entry for entry, is_enough in zip(found, enough) if is_enough] if at_end else found
 
 
-def _require_flag(argument: str, value: Any) -> None:
-    if not isinstance(value, bool):
+def _flag(argument: str, value: Any) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
         raise TypeError(f"{argument}: expected True or False, found {value!r}")
+    return bool(value)
 
 
 def _threads(threads: Any) -> int:

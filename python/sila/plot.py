@@ -212,6 +212,8 @@ def predictions(
 def learning_curve(model: Model, *, errors: Any = None, ax: Axes | None = None) -> Axes:
     """Model size after each episode over the tracks learnt. `errors`: pairs (tracks, error [m]) on a second axis, such
     as [(model.tracks, sila.evaluate(model, unseen, scene=scene).metric()), ...]."""
+    if not isinstance(model, Model):
+        raise TypeError(f"model: expected a sila.Model, found {type(model).__name__}")
     ax = plt.subplots(layout="constrained")[1] if ax is None else ax
     seen = np.cumsum([0, *(episode["tracks"] for episode in model.history)])
     sizes = [0, *(episode["size_after"] for episode in model.history)]

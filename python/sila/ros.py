@@ -94,12 +94,21 @@ def read_tracks(
 
 
 @contextmanager
+def _extra() -> Iterator[None]:
+    try:
+        yield
+    except ImportError as error:
+        raise ImportError(f"sila.ros needs {error.name}: pip install 'sila[ros]'") from error
+
+
+@contextmanager
 def _open(bag: str | os.PathLike[str]) -> Iterator[Any]:
     """A reader of a bag; what it complains of at opening and reading becomes a FormatError with the bag's name."""
-    from rosbags.highlevel import AnyReader, AnyReaderError
-    from rosbags.rosbag2 import ReaderError
-    from rosbags.serde import SerdeError
-    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    with _extra():
+        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.rosbag2 import ReaderError
+        from rosbags.serde import SerdeError
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     path = Path(bag)
     if not path.exists():
@@ -162,8 +171,9 @@ def write_predictions(
     the lighter; at the seconds `at_s` after t0 (at the horizon if there are none) the ellipse that is to hold the share
     `coverage`; with `tracks` also what was observed. Log times are t0 on the clock of the input, which must not be negative.
     """
-    from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-    from mcap_protobuf.writer import Writer
+    with _extra():
+        from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+        from mcap_protobuf.writer import Writer
 
     observed = {} if tracks is None else {track.id: track for track in as_tracks(tracks)}
     some = sorted(predictions, key=lambda prediction: prediction.t0_s)

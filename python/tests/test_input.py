@@ -1,8 +1,10 @@
 """Data frames mean what the same text in a file means, files are read by their scene, and mistakes are named."""
 
 import datetime
+import io
 import json
 import pickle
+import sys
 import warnings
 
 import numpy as np
@@ -10,6 +12,7 @@ import pandas
 import pytest
 import sila
 import sila.plot
+import sila.ros
 
 WALK = np.column_stack([np.arange(0.0, 12.0, 0.25), np.arange(48) * 0.3, np.arange(48) * -0.1])
 
@@ -76,8 +79,8 @@ def test_rows_without_an_id_are_dropped(missing):
     assert [track.id for track in tracks] == ["a"]
     assert (tracks.report["rows_read"], tracks.report["rows_kept"]) == (48, 45)
     assert tracks.report["dropped"]["missing_cells"]["rows"] == 3
-    with pytest.raises(sila.FormatError, match="found dropped rows that have too few columns: 3"):
-        sila.as_tracks(rows[:3])
+    with pytest.raises(sila.FormatError, match="dropped rows that have too few columns: 3"):
+        sila.as_tracks(rows[:4])
 
 
 def test_a_masked_or_missing_number_is_not_a_position():
@@ -189,6 +192,21 @@ def test_one_row_is_said_as_the_program_says_it():
 
 
 MISTAKES = {
+    "no ids": (
+        sila.FormatError,
+        r"data frame: expected rows with an id \(track_id\), found none in 48 rows",
+        lambda model: sila.as_tracks(frame(track_id=None)),
+    ),
+    "a column twice": (
+        ValueError,
+        "tracks: expected columns of different names, found x twice",
+        lambda model: sila.as_tracks(pandas.concat([frame(), frame()[["x"]]], axis=1)),
+    ),
+    "open file": (TypeError, "path of a file, found an open file", lambda model: sila.learn(io.StringIO("track_id,t,x,y"))),
+    "open file to read": (TypeError, "an open file .StringIO.", lambda model: sila.read_tracks(io.StringIO("t"))),
+    "scene without files": (ValueError, "found neither", lambda model: sila.read_tracks(scene=sila.Scene.of_model(model))),
+    "no prediction": (TypeError, "expected sila.Prediction, found int", lambda model: sila.Predictions([1])),
+    "no model to draw": (TypeError, "model: .* found list", lambda model: sila.plot.learning_curve([])),
     "batch": (ValueError, "batch: .* from 1 to 2147483647", lambda model: sila.learn({"a": WALK}, batch=10**30)),
     "threads": (ValueError, "threads .* from 0 to 2147483647", lambda model: sila.learn({"a": WALK}, threads=10**12)),
     "large seed": (ValueError, "seed: .* found 1180591620", lambda model: sila.split_tracks({"a": WALK}, seed=2**70)),
@@ -279,6 +297,16 @@ def test_whole_numbers_of_numpy_are_whole_numbers(model):
     assert sila.learn({"a": WALK}, batch=np.int64(20), threads=np.int32(1)) == sila.learn({"a": WALK})
     found = sila.predict(model, {7: WALK})
     assert len(found) > 0 and found.of(7) == found.of(np.int64(7)) == found.of("7") == found
+
+
+def test_a_missing_extra_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(ImportError, match=r"sila.ros needs rosbags.*: pip install 'sila\[ros\]'"):
+        sila.ros.tracked_topics(tmp_path)
+
+
+def test_a_flag_of_numpy_is_a_flag(model):
+    assert sila.predict(model, {7: WALK}, at_end=np.bool_(True)) == sila.predict(model, {7: WALK}, at_end=True)
 
 
 def test_an_evaluation_without_windows_has_no_errors(model):

@@ -165,6 +165,8 @@ def test_what_is_no_detection_is_an_error(tmp_path):
         (np.zeros((2, 2)), r"expected shape \(n, 3\)"),
         (pd.DataFrame({"id": ["a"], "x": [0.0]}), "expected the columns"),
         (SimpleNamespace(xyxy=np.zeros((1, 4)), tracker_id=None), "no tracker_id"),
+        (SimpleNamespace(xyxy=np.zeros((4, 3)), tracker_id=[1, 2, 3, 4]), r"xyxy: expected shape \(n, 4\), found \(4, 3\)"),
+        (SimpleNamespace(xyxy=np.zeros((2, 4)), tracker_id=[1]), "tracker_id: expected 2 ids, found 1"),
     ]:
         with pytest.raises(ValueError, match=words):
             stream.update(0.0, wrong)
