@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 #: Whatever tracks can be given as: see `as_tracks`.
 TracksLike = Union["Tracks", "pandas.DataFrame", Mapping[Any, Any], Iterable[Any], str, "os.PathLike[str]"]
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
+_ARRAYS = "arrays"  #: the source of their rows
 #: The last scene whose warnings were shown.
 _warned: Scene | None = None
 
@@ -234,7 +235,7 @@ def as_tracks(
     if isinstance(tracks, (str, os.PathLike)) or hasattr(tracks, "columns"):
         return read_tracks(tracks, scene=scene, frames_per_second=frames_per_second, config=config)
     if isinstance(tracks, Mapping):
-        return clean_rows(*_rows_of_arrays(list(tracks.items())), "arrays", merged("{}", config))
+        return clean_rows(*_rows_of_arrays(list(tracks.items())), _ARRAYS, merged("{}", config))
     if isinstance(tracks, np.ndarray) and tracks.dtype != object and tracks.ndim != 3:
         raise ValueError(f"tracks: expected arrays of shape (n, 3), one a track; found one of shape {tracks.shape}")
     try:
@@ -247,7 +248,7 @@ def as_tracks(
         return Tracks(entries)
     if all(isinstance(entry, (str, os.PathLike)) for entry in entries):
         return read_tracks(entries, scene=scene, frames_per_second=frames_per_second, config=config)
-    return clean_rows(*_rows_of_arrays(list(enumerate(entries))), "arrays", merged("{}", config))
+    return clean_rows(*_rows_of_arrays(list(enumerate(entries))), _ARRAYS, merged("{}", config))
 
 
 def _are_files(tracks: Any) -> bool:
@@ -279,11 +280,23 @@ def clean_rows(
     if nameless:
         report["rows_read"] += len(nameless)
         report["dropped"]["missing_cells"] = {"rows": len(nameless), "first": f"{source}, row {nameless[0]} (from 0)"}
+    if source == _ARRAYS:
+        report["warnings"] += _doubts(report)
     if report["rows_read"] and not tracks:
         found = "; ".join([_reasons(report["dropped"]), *report["warnings"]])
         raise FormatError(source, 0, "at least one track of two samples", found)
     warn(report)
     return Tracks(tracks, report=report)
+
+
+def _doubts(report: Mapping[str, Any]) -> list[str]:
+    """Whether arrays, which do not name their columns, have them in another order."""
+    dropped = sum(entry["rows"] for reason, entry in report["dropped"].items() if reason != "other_label")
+    unordered, jumps = report["out_of_order_rows"], report["splits_at_jumps"]
+    if 2 * (dropped + unordered + jumps) <= report["rows_read"]:
+        return []
+    found = f"{dropped} dropped, {unordered} out of order, {jumps} after a jump"
+    return [f"tracks: of {counted(report['rows_read'], 'row')} {found}; are the columns t, x, y?"]
 
 
 def _reasons(dropped: Mapping[str, Any]) -> str:

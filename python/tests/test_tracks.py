@@ -1,6 +1,7 @@
 import copy
 import gzip
 import pickle
+import warnings
 
 import numpy as np
 import pandas
@@ -113,6 +114,16 @@ def test_every_row_is_accounted_for():
     assert report["rows_read"] == 12
     assert report["rows_kept"] == 10
     assert {reason: entry["rows"] for reason, entry in report["dropped"].items()} == {"not_finite": 1, "other_label": 1}
+
+
+def test_columns_in_another_order_are_a_warning(place):
+    given = {track.id: np.c_[track.positions_m, track.times_s] for track in place.reported[:20]}
+    with pytest.warns(UserWarning, match=r"of \d+ rows \d+ dropped, .* after a jump; are the columns t, x, y\?") as caught:
+        tracks = sila.as_tracks(given)
+    assert len(caught) == 1 and len(tracks) > 20
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sila.as_tracks({track.id: np.c_[track.times_s, track.positions_m] for track in place.reported})
 
 
 def test_rows_that_make_no_track_are_rejected_with_the_reasons():
