@@ -74,6 +74,8 @@ METHOD_FILES = {
     "broken.py": "class Broken(:\n",
     "unfinished.py": "from sila.experiments import Method\n\n\nclass Own(Method):\n    {}\n",
     "gone.py": "import no_such_package\n",
+    "raises.py": "import beside_raises\n\nprint(beside_raises.VALUES[3])\n",
+    "beside_raises.py": "VALUES = []\n",
 }
 PREDICTS = "def predict(self, windows): ..."
 
@@ -86,6 +88,7 @@ PREDICTS = "def predict(self, windows): ..."
         (["unfinished.py:Own"], "pass", ["Own", "define predict"]),
         (["unfinished.py:Own"], PREDICTS, ["Own", "define partial_fit (fit is used with at_once = True)"]),
         (["unfinished.py:Own"], f"at_once = True\n    {PREDICTS}", ["define fit"]),
+        (["raises.py:Own"], "", ["raises.py", "a module that can be imported", "IndexError: list index out of range"]),
         (["silo"], "", ["sila"]),
         (None, "", ['"methods"', "no such key"]),
     ],

@@ -75,6 +75,11 @@ class Wrong(Method):
             "nan": lambda: replace(found, paths_m=np.nan * paths),
             "flat": lambda: replace(found, covariances_m2=0 * covariances),
             "skew": lambda: replace(found, covariances_m2=covariances + [[0, 9], [-9, 0]]),
+            "asymmetric": lambda: replace(found, covariances_m2=covariances + [[1, 0.1], [0, 1]]),
+            "far": lambda: replace(found, paths_m=paths + 2e6),
+            "few": lambda: [],
+            "flag": lambda: replace(found, fallback=np.ones(3)),
+            "ragged": lambda: replace(found, weights=[[1.0], [0.5, 0.5]]),
             "raises": lambda: windows.nothing,
         }[self.how]()
 """
@@ -87,10 +92,15 @@ class Wrong(Method):
         ("negative", ["weights: expected at least 0, found -0.5"]),
         ("none", ["expected a Forecast, found NoneType"]),
         ("short", ["paths_m: expected numbers of shape (", ", 1, 25, 2), found float64 of (", ", 1, 24, 2)"]),
-        ("nan", ["paths_m: expected finite numbers, found [nan, nan] in window 0"]),
+        ("nan", ["paths_m: expected finite numbers within 1e+06 m of the person, found [nan, nan] in window 0"]),
         ("flat", ["covariances_m2: expected positive definite, found [[0.0, 0.0], [0.0, 0.0]]"]),
         ("skew", ["covariances_m2: expected positive definite"]),
-        ("raises", ["no attribute 'nothing'", 'own.py", line 33', "lambda: windows.nothing"]),
+        ("asymmetric", ["covariances_m2: expected symmetric"]),
+        ("far", ["paths_m: expected finite numbers within 1e+06 m of the person"]),
+        ("few", [" predictions, one a window, found 0"]),
+        ("flag", ["fallback: expected True or False, found array"]),
+        ("ragged", ["weights: expected an array of numbers; ", "inhomogeneous"]),
+        ("raises", ["no attribute 'nothing'", 'own.py", line 38', "lambda: windows.nothing"]),
     ],
 )
 def test_a_wrong_forecast_is_rejected_with_the_method_and_the_window(tmp_path, how, words, capsys):

@@ -19,6 +19,8 @@ LEAST_DEVIATION_M, LEAST_GROWTH_MPS = 0.1, 0.1
 #: Constant velocity over the last seconds of what was observed, and how its deviation grows [m/s].
 CONSTANT_VELOCITY_S, FALLBACK_GROWTH_MPS = 0.8, 0.3
 
+FARTHEST_M = 1e6  #: from the last position, of a path
+
 
 @dataclass
 class Forecast:
@@ -125,15 +127,24 @@ def checked(found: Any, windows: WindowSet, method: Method) -> Forecast | Sequen
     """What a method has predicted, if it fits the windows.
 
     Raises TypeError for what is neither a Forecast nor the library's predictions; ValueError for wrong shapes, weights
-    that are negative or do not sum to 1, and paths that are not finite or covariances that are not positive definite in
-    modes with a weight.
+    that are negative or do not sum to 1, and paths that are not finite or covariances that are not symmetric and positive
+    definite in modes with a weight.
     """
     name = f"{type(method).__name__}.predict"
     if not isinstance(found, Forecast):
-        if isinstance(found, Sequence) and all(isinstance(prediction, Prediction) for prediction in found):
-            return found
-        raise TypeError(f"{name}: expected a Forecast, found {type(found).__name__}")
-    parts = {part: np.asarray(getattr(found, part)) for part in ("weights", "paths_m", "covariances_m2")}
+        if not (isinstance(found, Sequence) and all(isinstance(prediction, Prediction) for prediction in found)):
+            raise TypeError(f"{name}: expected a Forecast, found {type(found).__name__}")
+        if len(found) != len(windows):
+            raise ValueError(f"{name}: expected {len(windows)} predictions, one a window, found {len(found)}")
+        return found
+    if not isinstance(found.fallback, (bool, np.bool_)):
+        raise TypeError(f"{name}: fallback: expected True or False, found {found.fallback!r:.80}")
+    parts = {}
+    for part in ("weights", "paths_m", "covariances_m2"):
+        try:
+            parts[part] = np.asarray(getattr(found, part))
+        except ValueError as error:  # ragged
+            raise ValueError(f"{name}: {part}: expected an array of numbers; {error}") from None
     weights, paths, covariances = parts.values()
     n, t, k = len(windows), windows.steps, weights.shape[1] if weights.ndim > 1 else 1
     shapes = ((n, k, t) if weights.ndim == 3 else (n, k), (n, k, t, 2), (n, k, t, 2, 2))
@@ -152,9 +163,11 @@ def checked(found: Any, windows: WindowSet, method: Method) -> Forecast | Sequen
     sums = weights.sum(1, keepdims=True)
     require(weights >= 0, weights, "weights: expected at least 0")
     require(np.abs(sums - 1) <= 1e-5, sums, "weights: expected the sum 1")
-    require(np.isfinite(paths).all(3) | ~used, paths, "paths_m: expected finite numbers")
+    near = np.abs(paths - np.asarray(windows.past_m)[:, None, -1:]) < FARTHEST_M
+    require(near.all(3) | ~used, paths, f"paths_m: expected finite numbers within {FARTHEST_M:g} m of the person")
     require(definite | ~used, covariances, "covariances_m2: expected positive definite")
-    return Forecast(weights, paths, covariances, found.fallback)
+    require((np.abs(b - c) <= 1e-5 * np.sqrt(np.abs(a * d))) | ~used, covariances, "covariances_m2: expected symmetric")
+    return Forecast(weights, paths, covariances, bool(found.fallback))
 
 
 def modes_sorted(forecast: Forecast) -> Forecast:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -31,8 +32,8 @@ METHODS: dict[str, type[Method]] = {
 def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = MappingProxyType({})) -> type[Method]:
     """A known method, or the class of "file.py:Class" with the file beside the experiment's.
 
-    Raises ImportError where the file or these parameters need what is not installed; FormatError for a file that is not there or is no
-    Python; TypeError for a class that is no complete method.
+    Raises ImportError where the file or these parameters need what is not installed; FormatError for a file that is not there, is no
+    Python or raises; TypeError for a class that is no complete method.
     """
     if name in METHODS:
         return METHODS[name]
@@ -44,10 +45,17 @@ def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = Mapping
     if spec is None or spec.loader is None:
         raise ImportError(f"{path}: cannot be imported")
     module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(path.parent))  # for modules beside it
     try:
         spec.loader.exec_module(module)
     except SyntaxError as error:
         raise FormatError(error.filename or str(path), error.lineno or 0, "Python", error.msg) from None
+    except (ImportError, FileNotFoundError):
+        raise
+    except Exception as error:
+        raise FormatError(str(path), 0, "a module that can be imported", f"{type(error).__name__}: {error}") from error
+    finally:
+        sys.path.remove(str(path.parent))
     found = getattr(module, attribute, None)
     if not (isinstance(found, type) and issubclass(found, Method)):
         raise TypeError(f"{path}: expected a class {attribute} that is a sila.experiments.Method")
