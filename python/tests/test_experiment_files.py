@@ -90,6 +90,11 @@ PREDICTS = "def predict(self, windows): ..."
         (["unfinished.py:Own"], f"at_once = True\n    {PREDICTS}", ["define fit"]),
         (["raises.py:Own"], "", ["raises.py", "a module that can be imported", "IndexError: list index out of range"]),
         (["silo"], "", ["sila"]),
+        (["sila", "sila"], "", ["'sila' twice"]),
+        ([{"method": "sila", "name": 3}], "", ["method 1", 'a text "name"', "found 3"]),
+        ([{"method": "sila", "thresholds": [0.5, "x"]}], "", ["e.json", "method 1, thresholds", "a number", '"x"']),
+        ([{"method": "sila", "thresholds": [None]}], "", ["method 1, thresholds", "null"]),
+        ([{"method": "sila", "config": {"predict": 3}}], "", ["e.json", "method 1, config", "found 3"]),
         (None, "", ['"methods"', "no such key"]),
     ],
 )
@@ -101,8 +106,23 @@ def test_mistakes_in_methods_are_found_before_scenes_are_read(tmp_path, methods,
         path.write_text(json.dumps({key: value for key, value in SMALL.items() if key != "methods"}))
     assert run([str(path), "--out", str(tmp_path / "out")]) in (1, 2)
     said = capsys.readouterr().err
-    assert all(word in said for word in words), said
+    assert all(word in said for word in words) and "reading" not in said, said
     assert len(said.splitlines()) == 1 and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"reference": "knn"}, ["reference", "sila", '"knn"']),
+        ({"scenes": [SMALL["scenes"][0]] * 2}, ["'four-way' twice"]),
+        ({"scenes": [*SMALL["scenes"], {"name": "b", "simulate": {"tracks": -1}}]}, ["e.json", "scene 2", "simulate.tracks"]),
+        ({"config": {"predict": 3}}, ["e.json", "config: predict to be an object"]),
+    ],
+)
+def test_mistakes_in_names_are_found_before_scenes_are_read(tmp_path, changes, words, capsys):
+    assert run([str(written(tmp_path, **changes)), "--out", str(tmp_path / "out")]) in (1, 2)
+    said = capsys.readouterr().err
+    assert all(word in said for word in words) and "reading" not in said, said
 
 
 def test_other_mistakes_are_one_sentence(tmp_path, capsys):

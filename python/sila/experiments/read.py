@@ -56,19 +56,25 @@ def read_experiment(path: str | os.PathLike[str], overrides: Overrides | None = 
     settings_known = list(Settings.__dataclass_fields__)
     _require_keys(file, whole, "the experiment", ["about", "config", "scenes", "methods", "reference", *settings_known])
     settings = _settings(file, {key: whole[key] for key in settings_known if key in whole}, overrides)
-    base = merged("{}", _part(file, whole, "the experiment", "config"))
-    entries = [  # mistakes in them are found before scenes are read, which takes long
-        _entry(file, item, f"method {n}") for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1)
+    base = _merged(file, "config", "{}", _part(file, whole, "the experiment", "config"))
+    # Mistakes are found before scenes are read, which takes long.
+    items = _list(file, whole, "the experiment", "scenes")
+    _require_different("scenes", [_scene_name(file, item, f"scene {n}") for n, item in enumerate(items, 1)])
+    configs = [_scene_config(file, item, f"scene {n}", base) for n, item in enumerate(items, 1)]
+    entries = [
+        _entry(file, item, f"method {n}", configs[0])
+        for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1)
     ]
-    scenes = [
-        _scene(file, item, f"scene {n}", base, overrides)
-        for n, item in enumerate(_list(file, whole, "the experiment", "scenes"), 1)
-    ]
-    methods = [method for entry in entries for method in _methods(file, entry, scenes)]
-    names = [method.name for method in methods]
+    names = [entry.name(threshold) for entry in entries for threshold in entry.thresholds]
+    _require_different("methods", names)
     reference = whole.get("reference", "sila" if "sila" in names else names[0])
     if reference not in names:
-        raise FormatError(file, 0, f"reference to be a method (the nearest is {_nearest(reference, names)})", reference)
+        nearest = _nearest(reference, names)
+        raise FormatError(file, 0, f"reference to be a method (the nearest is {nearest})", json.dumps(reference))
+    scenes = [
+        _scene(file, item, f"scene {n}", config, overrides) for n, (item, config) in enumerate(zip(items, configs), 1)
+    ]
+    methods = [method for entry in entries for method in _methods(file, entry, scenes)]
     experiment = Experiment(settings, scenes, methods, reference, file, str(whole.get("about", "")))
     _check(experiment)
     return experiment
@@ -105,10 +111,31 @@ def _counts(file: str, value: Any) -> tuple[int, ...]:
     return tuple(counts)
 
 
-def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) -> ExperimentScene:
+def _merged(file: str, where: str, base: str, changes: Mapping[str, Any]) -> str:
+    """A configuration with changes, whose mistakes name the file and the place in it."""
+    try:
+        return merged(base, changes)
+    except FormatError as error:
+        raise FormatError(file, 0, f"{where}: {error.expected}", error.found) from None
+
+
+def _require_different(what: str, names: Sequence[str]) -> None:
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"experiment: {what} has '{twice}' twice, names must differ")
+
+
+def _scene_name(file: str, item: Any, where: str) -> str:
     _require_keys(file, item, where, ["name", "scene", "scenes", "simulate", "noise_m", "config", "used_for_choices"])
-    name = _text(file, item, where, "name")
-    config = merged(base, _part(file, item, where, "config"))
+    return _text(file, item, where, "name")
+
+
+def _scene_config(file: str, item: dict[str, Any], where: str, base: str) -> str:
+    config = _merged(file, f"{where}, config", base, _part(file, item, where, "config"))
+    return _merged(file, where, config, {"simulate": _part(file, item, where, "simulate")})
+
+
+def _scene(file: str, item: dict[str, Any], where: str, config: str, overrides: Overrides) -> ExperimentScene:
     sources = [key for key in ("scene", "scenes", "simulate") if key in item]
     if len(sources) != 1:
         raise FormatError(file, 0, f"{where} with one of scene, scenes and simulate", str(len(sources)))
@@ -117,8 +144,7 @@ def _scene(file: str, item: Any, where: str, base: str, overrides: Overrides) ->
         raise FormatError(file, 0, f"{where} with noise_m as a number from 0 to 10 beside scene", json.dumps(noise_m))
     if type(used := item.get("used_for_choices", False)) is not bool:
         raise FormatError(file, 0, f"{where} with used_for_choices as true or false", json.dumps(used))
-    config = merged(config, {"simulate": _part(file, item, where, "simulate")})
-    config = merged(config, overrides.config)
+    config, name = merged(config, overrides.config), item["name"]
     print(f"reading {name}", file=sys.stderr)
     if "simulate" in item:
         tracks = FramedTracks.simulated(config)
@@ -159,8 +185,11 @@ class _Entry:
     thresholds: Sequence[Any]
     method: ExperimentMethod  #: without configurations
 
+    def name(self, threshold: Any) -> str:
+        return self.method.name if threshold is None else f"{self.method.name} {json.dumps(threshold)}"
 
-def _entry(file: str, item: Any, where: str) -> _Entry:
+
+def _entry(file: str, item: Any, where: str, of_scene: str) -> _Entry:
     if isinstance(item, str):
         item = {"method": item}
     _require_keys(file, item, where, ["name", "method", "thresholds", "config", "parameters", "scene"])
@@ -180,7 +209,11 @@ def _entry(file: str, item: Any, where: str) -> _Entry:
     if type(item.get("scene", True)) is not bool:
         raise FormatError(file, 0, f"{where} with scene as true or false", json.dumps(item["scene"]))
     thresholds = _list(file, item, where, "thresholds") if "thresholds" in item else [None]
-    method = ExperimentMethod(item.get("name", kind), kind, parameters, [], cls, missing, item.get("scene", True))
+    _merged(file, f"{where}, config", of_scene, changes)
+    for threshold in thresholds if "thresholds" in item else []:
+        _merged(file, f"{where}, thresholds", of_scene, {"fuse": {"similarity_threshold": threshold}})
+    name = _text(file, item, where, "name") if "name" in item else kind
+    method = ExperimentMethod(name, kind, parameters, [], cls, missing, item.get("scene", True))
     return _Entry(where, changes, thresholds, method)
 
 
@@ -189,13 +222,12 @@ def _methods(file: str, entry: _Entry, scenes: Sequence[ExperimentScene]) -> lis
     for threshold in entry.thresholds:
         configs = []
         for scene in scenes:
-            config = merged(scene.config, entry.changes)
+            config = _merged(file, f"{entry.where}, config", scene.config, entry.changes)
             _require_scored_alike(file, entry.where, scene.config, config)
             if threshold is not None:
                 config = merged(config, {"fuse": {"similarity_threshold": threshold}})
             configs.append(config)
-        name = entry.method.name if threshold is None else f"{entry.method.name} {json.dumps(threshold)}"
-        made.append(replace(entry.method, name=name, configs=configs))
+        made.append(replace(entry.method, name=entry.name(threshold), configs=configs))
     return made
 
 
@@ -224,10 +256,6 @@ def _check(experiment: Experiment) -> None:
         raise ValueError("experiment: a method without a scene knows one place, so it needs the kind one_place")
     if settings.kind != "one_place" and len(scenes) < 2:
         raise ValueError("experiment: scenes = one, this kind needs at least two")
-    for what, names in (("scenes", [s.name for s in scenes]), ("methods", [m.name for m in methods])):
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise ValueError(f"experiment: {what} has '{twice}' twice, names must differ")
     for scene in scenes:
         for split in settings.splits:
             split_scene(scene, settings, 1, split)
