@@ -131,6 +131,7 @@ def test_other_mistakes_are_one_sentence(tmp_path, capsys):
     gone = written(tmp_path, methods=["gone.py:Gone"])
     for arguments, words in (
         ([tmp_path / "list.json"], "the experiment to be an object, found []"),
+        ([gone, "--threads", "-1"], "--threads: expected at least 0, found -1"),
         ([gone, "--workers", "0"], "--workers: expected at least 1, found 0"),
         ([gone], "expected a method that can run here, found none (gone.py:Gone: No module named 'no_such_package')"),
     ):

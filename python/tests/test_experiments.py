@@ -77,6 +77,19 @@ def test_goes_on_where_it_was_interrupted_and_rejects_results_of_another_making(
     assert "| knn |" in (out / "table.md").read_text()
 
 
+def test_a_damaged_run_is_named_and_made_anew(tmp_path, capsys):
+    command = [str(written(tmp_path)), "--out", str(tmp_path / "out")]
+    assert run(command) == 0
+    kept = next((tmp_path / "out/runs").iterdir())
+    whole = kept.read_text()
+    for damaged in (whole[:100], "", "[]", json.dumps({"key": json.loads(whole)["key"]}), json.dumps({"key": 3})):
+        kept.write_text(damaged)
+        assert run(command) == 2
+        assert f"the run file {kept} is damaged; delete it or give --redo" in capsys.readouterr().err
+    assert run([*command, "--redo"]) == 0
+    assert json.loads(kept.read_text())["key"] == json.loads(whole)["key"]
+
+
 def test_workers_give_the_same_numbers(tmp_path):
     path = written(tmp_path, methods=["sila", "linear"], split="both")
     one, two = tmp_path / "one", tmp_path / "two"

@@ -20,7 +20,7 @@ from .._sila import FramedTracks, Scene
 from ..errors import FormatError
 from .field_measures import collides, drawn_paths, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
-from .markdown import build_hash, hash_of, write_text
+from .markdown import build_hash, hash_of, kept_json, write_text
 from .measures import modes_of
 from .method import Array, Method, checked
 from .methods import load_method
@@ -222,8 +222,8 @@ def run_field(file: str, out: str, data_dir: str | None) -> None:
             others = [other.tracks.hash for other in scenes if entry["learnt"] == "elsewhere"]
             key = hash_of(build, said, scene.tracks.hash, others, seed)
             path = folder / "runs" / f"{m:02}-{scene.name}.json"
-            kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-            if kept.get("key") != key:
+            kept = kept_json(path) if path.exists() else {}
+            if kept.get("key") != key or "people" not in kept:
                 export = folder / "trajnet" / f"{m:02}"
                 kept = do_field(scenes, i, entry, seed, export)
                 kept |= {"key": key, "method": entry["name"], "learnt": entry["learnt"], "scene": scene.name}

@@ -86,6 +86,15 @@ def build_hash() -> str:
     return hash_of([hashlib.sha256(file.read_bytes()).hexdigest() for file in files])
 
 
+def kept_json(path: Path) -> dict[str, Any]:
+    """The object of a file; an empty one of what is no JSON object, such as half a file."""
+    try:
+        kept = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        return {}
+    return kept if isinstance(kept, dict) else {}
+
+
 def write_text(path: Path, text: str) -> None:
     """In one step, so that an interruption leaves no half file."""
     part = path.with_name(path.name + ".part")

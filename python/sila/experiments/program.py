@@ -22,6 +22,8 @@ def run(arguments: list[str]) -> int:
     try:
         if options.workers < 1:
             raise ValueError(f"--workers: expected at least 1, found {options.workers}")
+        if options.threads < 0:
+            raise ValueError(f"--threads: expected at least 0, found {options.threads}")
         _sila.limit_threads(options.threads)
         config = assignments(options.config, options.set)
         whole = json.loads(_sila.config_from_file(options.file))

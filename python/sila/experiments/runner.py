@@ -21,7 +21,7 @@ from .._sila import FramedTracks, Prediction, WindowSet
 from .changes import forecasts_of
 from .curves import point_of
 from .experiment import Experiment, ExperimentMethod, Overrides
-from .markdown import build_hash, hash_of, write_text
+from .markdown import build_hash, hash_of, kept_json, write_text
 from .measures import measures_of, modes_measures, modes_of, stepwise_measures
 from .method import Forecast, Method, checked
 from .neighbours import inputs_of
@@ -31,6 +31,8 @@ from .report import write_results
 from .scores import person_of, sums_of
 
 Json = dict[str, Any]
+#: Of what `do_run` gives.
+RESULT_KEYS = {"trial", "order", "split", "scene", "method", "published", "checkpoints", "places", "learning_curve"}
 NOTHING_ELSE = Overrides()
 #: The kernel's energy counters (Linux; many machines let only root read them).
 ENERGY_COUNTERS = Path("/sys/class/powercap")
@@ -184,18 +186,19 @@ _NAMES = {
 
 
 def kept_result(path: Path, key: Json, redo: bool) -> Json | None:
-    """The result of an earlier run, if there is one. Raises ValueError if it was made otherwise, unless `redo`."""
+    """The result of an earlier run, if there is one. Raises ValueError if it is damaged or was made otherwise, unless
+    `redo`."""
     if not path.exists():
         return None
-    try:
-        result: Json = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:  # half a file
-        result = {}
-    kept = result.get("key", {})
-    if kept == key:
+    result = kept_json(path)
+    kept = result.get("key")
+    whole = isinstance(kept, dict) and (kept != key or result.keys() >= RESULT_KEYS)
+    if whole and kept == key:
         return result
     if redo:
         return None
+    if not whole:
+        raise ValueError(f"experiment: the run file {path} is damaged; delete it or give --redo")
     other = next((text for name, text in _NAMES.items() if kept.get(name) != key[name]), "something else")
     raise ValueError(
         f"experiment: {path} was made with another {other}; name another --out, or say --redo to make such results anew"
