@@ -34,7 +34,6 @@ Rows = tuple[list[str], NDArray[np.float64], NDArray[np.float64], list[str]]
 
 def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str] = ()) -> Rows:
     """The rows of a data frame, which without a `track_id` has a column of them."""
-    require_different_columns("tracks", frame)
     columns = _COLUMNS if track_id is None else _COLUMNS[1:]
     missing = [column for column in columns if column not in frame.columns]
     if missing:
@@ -74,7 +73,8 @@ def _seconds_of(column: Any) -> NDArray[np.float64]:
 def floats_of(values: Any) -> NDArray[np.float64]:
     """Numbers, NaN where they are masked or missing."""
     if isinstance(values, np.ma.MaskedArray):
-        return np.asarray(values.astype(np.float64).filled(np.nan))
+        masked: Any = values.astype(np.float64)
+        return np.asarray(masked.filled(np.nan))
     try:
         return np.asarray(values, dtype=np.float64)
     except TypeError:  # pandas.NA among them
@@ -133,21 +133,18 @@ def names_of(person_classes: Any) -> list[str]:
     return [str(name) for name in ([person_classes] if isinstance(person_classes, (str, int)) else person_classes)]
 
 
-def require_different_columns(argument: str, frame: Any) -> None:
-    names = list(frame.columns)
-    twice = next((name for name in names if names.count(name) > 1), None)
+def labels_of_frame(argument: str, frame: Any, person_classes: Iterable[str]) -> list[str]:
+    """The classes of a data frame, whose columns must differ, as `label_for` gives them; none without a column of them."""
+    columns = list(frame.columns)
+    twice = next((column for column in columns if columns.count(column) > 1), None)
     if twice is not None:
         raise ValueError(f"{argument}: expected columns of different names, found {twice} twice")
-
-
-def labels_of_frame(argument: str, frame: Any, person_classes: Iterable[str]) -> list[str]:
-    """The classes of a data frame as `label_for` gives them; none without a column of them."""
-    named = {str(column).lower(): column for column in reversed(list(frame.columns))}
+    named = {str(column).lower(): column for column in reversed(columns)}
     column = next((named[name] for name in _CLASS_COLUMNS if name in named), None)
     if column is not None:
         return [label_for(text_of(label), person_classes) for label in frame[column]]
     if person_classes:
-        found = ", ".join(map(str, frame.columns))
+        found = ", ".join(map(str, columns))
         raise ValueError(f"{argument}: person_classes: expected a column of classes, such as label; found {found}")
     return []
 

@@ -15,7 +15,7 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, require_different_columns, text_of
+from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, text_of
 from ._sila import Model
 from ._tracks import SceneLike
 from ._verbs import _model, _place, _settings
@@ -72,7 +72,7 @@ class Stream:
     def __del__(self) -> None:
         if (own := self.__dict__.get("_own")) is None:  # the constructor has raised
             return
-        if os.getpid() != self._process:  # keep it for ever: its end would wait for a thread that the fork does not have
+        if os.getpid() != self._process:  # keep it: its end would wait for a thread that the fork does not have
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(own))
         elif not self._closed:
             warnings.warn(f"unclosed {self!r}: its last tracks are not learnt", ResourceWarning, source=self)
@@ -81,8 +81,9 @@ class Stream:
         """Takes the detections of the time `t` [s] and returns the predictions that are due, in their order.
 
         `detections`: tuples (id, x, y) or (id, x, y, label); a dictionary from id to (x, y); an array of shape (n, 3)
-        with the columns id, x, y; a data frame with the columns track_id or id, x, y (and label, class or category); or, with a camera,
-        Detections of Supervision that have ids, all of them pedestrians. Metres in the frame of the scene, or pixels.
+        with the columns id, x, y; a data frame with the columns track_id or id, x, y (and label, class or
+        category); or, with a camera, Detections of Supervision that have ids, all of them pedestrians. Metres in the
+        frame of the scene, or pixels.
 
         What the service would reject is rejected here and counted by reason: `counts["rejected"]`. Raises ValueError or
         TypeError for what is no detection at all, and ValueError after `close`.
@@ -166,7 +167,6 @@ def _rows(detections: Any, person_classes: list[str]) -> _Rows:
 
 
 def _of_frame(frame: Any, person_classes: list[str]) -> _Rows:
-    require_different_columns("detections", frame)
     key = next((name for name in ("track_id", "id") if name in frame.columns), None)
     if key is None or not {"x", "y"} <= set(frame.columns):
         found = ", ".join(map(str, frame.columns))

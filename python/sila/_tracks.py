@@ -96,7 +96,7 @@ class Tracks(Sequence[Track]):
         counts = Counter(track.id for track in self)
         twice = next((name for name, count in counts.items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"Tracks.{verb}: expected different ids, found {twice!r} twice; write each recording by itself")
+            raise ValueError(f"Tracks.{verb}: expected different ids, found {twice!r} twice; write recordings apart")
 
 
 def read_tracks(

@@ -288,8 +288,9 @@ def _observed_enough(verb: str, found: list[Any], tracks: list[Track], settings:
     """What was found, without the entries of tracks too short to be predicted, which has one a track at the end alone."""
     least_s = json.loads(settings)["predict"]["min_observe_s"]
     enough = [track.times_s[-1] - track.times_s[0] >= least_s - 1e-6 for track in tracks]
-    short = f"{enough.count(False)} of {counted(len(tracks), 'track')} shorter than predict.min_observe_s = {least_s:g} s"
-    warn({"warnings": [] if all(enough) else [f"{verb}: no prediction of {short}"]})
+    few = f"{enough.count(False)} of {counted(len(tracks), 'track')}"
+    text = f"{verb}: no prediction of {few} shorter than predict.min_observe_s = {least_s:g} s"
+    warn({"warnings": [] if all(enough) else [text]})
     return [entry for entry, is_enough in zip(found, enough) if is_enough] if at_end else found
 
 

@@ -191,8 +191,9 @@ def kept_result(path: Path, key: Json, redo: bool) -> Json | None:
     if not path.exists():
         return None
     result = kept_json(path)
-    kept = result.get("key")
-    whole = isinstance(kept, dict) and (kept != key or result.keys() >= RESULT_KEYS)
+    found = result.get("key")
+    kept: Json = found if isinstance(found, dict) else {}
+    whole = kept != {} and (kept != key or result.keys() >= RESULT_KEYS)
     if whole and kept == key:
         return result
     if redo:
