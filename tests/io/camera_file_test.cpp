@@ -59,7 +59,7 @@ TEST(CameraFile, KeepsTheSignOfItsCameraInASavedScene) {
     scene.camera->ground_from_image << 0.01, 0, 1, 0, 0.01, 1, w;
     const TempFolder folder;
     write_scene(folder / "s.json", scene);
-    const Scene again = read_scene(folder / "s.json", CurbScaling::metres);
+    const Scene again = read_scene(folder / "s.json");
     EXPECT_EQ(again.camera->ground_from_image, scene.camera->ground_from_image) << w;
   }
 }
