@@ -7,6 +7,7 @@
 #include <span>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "options.hpp"
@@ -117,6 +118,12 @@ class Batches {
   std::size_t tracks_ = 0;
 };
 
+/// Warns of a first batch of another place than that of the model.
+void warn_of_first(const StoredModel& stored, std::span<const FramedTrajectory> first) {
+  if (const std::string warning = warning_of_another_place(stored.model, first); !warning.empty())
+    std::cerr << "warning: " << warning << "\n";
+}
+
 /// Writes the k-anonymous part of a model, without records of episodes and without earlier models.
 void write_k_anonymous(const LearnOptions& options, const Model& model, const std::string& configuration) {
   StoredModel shared;
@@ -194,14 +201,17 @@ void learn_tracks(const LearnOptions& options) {
   const int before = last_episode(stored);
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
+  std::optional first = batches.next();
+  warn_of_first(stored, *first);
+  const auto next = [&] { return first ? *std::exchange(first, std::nullopt) : batches.next(); };
   Removed removed;
-  const auto [model, episodes, known] = run_batches(
-      std::move(stored.model), [&] { return batches.next(); }, config.episode, sila_update(config.episode),
-      [&](int number, const Model& previous, const Episode& episode) {
-        file.commit(episode.model, record_of(before + number, previous, episode), configuration);
-        print_episode(before + number, episode.report);
-        removed.add(episode.report);
-      });
+  const auto [model, episodes, known] =
+      run_batches(std::move(stored.model), next, config.episode, sila_update(config.episode),
+                  [&](int number, const Model& previous, const Episode& episode) {
+                    file.commit(episode.model, record_of(before + number, previous, episode), configuration);
+                    print_episode(before + number, episode.report);
+                    removed.add(episode.report);
+                  });
   if (batches.tracks() == 0)
     throw std::invalid_argument("learn: --hold-out holds back all tracks; give a smaller share");
   if (!options.share.empty()) write_k_anonymous(options, model, configuration);

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <iomanip>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "core/concatenate.hpp"
 #include "core/track_frame.hpp"
 #include "sila/io/scene.hpp"
 
@@ -14,6 +17,9 @@ Scene scene_of(const CurbFrame& frame) {
   scene.corners.push_back({"1", frame, {width_m, width_m, width_m}});
   return scene;
 }
+
+/// Tracks of one place lie nearer to what was learnt there [m].
+constexpr double kAnotherPlace_m = 500.0;
 
 /// Another scene beside a frame that was made from tracks would put later tracks into other cells than the earlier
 /// ones.
@@ -65,6 +71,26 @@ Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTr
                                 " sites; give the scene of these tracks, or the setting corners=nearest");
   }
   return scene;
+}
+
+std::string warning_of_another_place(const Model& model, std::span<const FramedTrajectory> batch) {
+  std::vector<Vector2> positions;  // curb units
+  for (const FramedTrajectory& entry : batch) {
+    for (const Vector2& position_m : entry.track.positions_m) positions.push_back(to_curb(entry.frame, position_m));
+  }
+  if (positions.empty()) return {};
+  const Vector2 middle = median_position(positions);
+  const Matrix2 to_metres = world_from_curb(batch.front().frame);
+  const auto distance_m = [&](const Vector2& point) { return (to_metres * (point - middle)).norm(); };
+  double nearest_m = model.empty() ? distance_m(Vector2::Zero()) : std::numeric_limits<double>::infinity();
+  for (const MotionPrimitive& primitive : model.primitives) {
+    for (const CellVelocity& entry : primitive.cells)
+      nearest_m = std::min(nearest_m, distance_m(centre_of(model.settings.grid, entry.cell)));
+  }
+  if (nearest_m <= kAnotherPlace_m) return {};
+  return concatenate("the tracks lie ", std::fixed, std::setprecision(1), nearest_m / 1000.0, " km from ",
+                     model.empty() ? "the corner of the scene" : "what the model has learnt",
+                     ": is it another place? learn another model, or give its scene");
 }
 
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks) {

@@ -170,6 +170,19 @@ TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
   EXPECT_NE(run("inspect n.sila").code, 0) << "nothing was learnt before the empty file was found";
 }
 
+TEST_F(Program, WarnsOfTracksOfAnotherPlace) {
+  learn();
+  const std::string warning = "warning: the tracks lie ";
+  write(folder_ / "far.csv", "track_id,t,x,y\n1,0,500000,5400000\n1,0.5,500000,5400000.6\n1,1,500000,5400001\n");
+  for (const char* model : {"m.sila", "new.sila"}) {
+    const Outcome far = run(std::string("learn far.csv --scene tracks.scene.json --model ") + model);
+    EXPECT_EQ(far.code, 0);
+    EXPECT_NE(far.err.find(warning + "5423.1 km from "), std::string::npos) << far.err;
+  }
+  for (const char* learn : {"tracks.csv --batch 30 --model m.sila", "far.csv --model own.sila"})
+    EXPECT_EQ(run(std::string("learn ") + learn).err.find(warning), std::string::npos) << learn;
+}
+
 TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
   std::string lines = R"({"t": 1, "id": "a", "x": 1, "y": 1})"
                       "\n";

@@ -67,6 +67,18 @@ TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
   EXPECT_EQ(scene_for({}, model, {}, CornerChoice::nearest).corners.size(), 2U);
 }
 
+TEST(ModelScene, WarnsOfTracksFarFromAllCellsOrFromTheCorner) {
+  Model model = model_at(CurbFrame{});
+  const auto warning = [&](double x_m) { return warning_of_another_place(model, walk(x_m)); };
+  EXPECT_EQ(warning(400), "");
+  EXPECT_TRUE(contains(warning(1299), "the tracks lie 1.3 km from the corner of the scene")) << warning(1299);
+  model.primitives.push_back({{{{0, 0}, Vector2::UnitX()}, {{1000, 0}, Vector2::UnitX()}}});
+  EXPECT_EQ(warning(1299), "");
+  EXPECT_TRUE(contains(warning(-2000), "2.0 km from what the model has learnt: is it another place?"))
+      << warning(-2000);
+  EXPECT_EQ(warning_of_another_place(model, {}), "");
+}
+
 TEST(ModelScene, OfAnEmptyModelCannotBeShown) {
   EXPECT_THROW(scene_of(Model{}), std::invalid_argument);
   EXPECT_THROW(scene_for({}, {}, {}, CornerChoice::primary), std::invalid_argument);

@@ -116,6 +116,10 @@ CurbFrame live_frame(const Scene& scene, const Model& model, const Trajectory& t
 Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTrajectory> first_batch,
                 CornerChoice corners);
 
+/// A sentence if the median position of a batch that has its frames lies more than 500 m from every cell of the model,
+/// or, if the model has none, from the corner; else empty.
+std::string warning_of_another_place(const Model& model, std::span<const FramedTrajectory> batch);
+
 /// Tracks with the default frame, for `place`.
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks);
 
