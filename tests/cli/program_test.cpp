@@ -139,6 +139,12 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   ASSERT_EQ(run(again + "n.sila --batch 25").code, 0);
   const Outcome fused = run("fuse m.sila n.sila --out both.sila --explain why.json");
   ASSERT_EQ(fused.code, 0) << fused.err;
+  EXPECT_EQ(fused.err, "");
+  ASSERT_EQ(run("simulate --tracks 40 --seed 2 --out other.csv").code, 0);
+  for (const char* name : {"tracks", "other"})
+    ASSERT_EQ(run(std::string("learn ") + name + ".csv --model " + name + ".sila").code, 0);
+  EXPECT_NE(run("fuse tracks.sila other.sila --out two.sila").err.find("warning: both models made their frames from"),
+            std::string::npos);
   EXPECT_EQ(nlohmann::json::parse(run("inspect both.sila --json").out).at("tracks"), 180);
   fs::create_directory(folder_ / "cases");
   fs::rename(folder_ / "why.json", folder_ / "cases" / "why.json");
