@@ -254,7 +254,8 @@ void require_folder_of(const std::string& path) {
 
 void require_no_records(const std::string& option, const std::string& path, bool may_be_shared) {
   require_folder_of(path);
-  if (!std::filesystem::exists(path)) return;
+  std::error_code error;
+  if (!std::filesystem::exists(path) || std::filesystem::file_size(path, error) == 0) return;
   const StoredModel old = load_model(path);
   if (old.episodes.empty() && (may_be_shared || old.model.tracks == 0)) return;
   throw std::invalid_argument(

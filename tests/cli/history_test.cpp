@@ -129,6 +129,7 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
 
 TEST_F(Program, BeginsANewPlaceWithAPrior) {
   learn();
+  write(folder_ / "p.sila", "");  // as after a full disk
   const Outcome made = run("prior make m.sila --out p.sila");
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_NE(made.out.find("begin each new place with a copy"), std::string::npos) << made.out;
