@@ -282,6 +282,11 @@ void add_picture(CLI::App& verb, std::string& path) {
 }
 
 void write_page(const std::string& page, const std::string& path) {
+  std::error_code error;
+  char first = 0;
+  if (std::filesystem::is_regular_file(path, error)) std::ifstream(path) >> first;
+  if (first == '{' && !page.starts_with('{'))
+    throw std::invalid_argument("--out = " + path + " is a JSON file, which would be lost; name another file");
   if (path.empty())
     std::cout << page;
   else

@@ -121,7 +121,8 @@ std::string first_line(const std::string& option, const std::string& path);
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene);
 void add_picture(CLI::App& verb, std::string& path);
 
-/// Writes a page to a file, or to stdout if none is named, and its size on stderr.
+/// Writes a page to a file, or to stdout if none is named, and its size on stderr. Throws:
+/// std::invalid_argument for HTML over a JSON file, e.g. a scene.
 void write_page(const std::string& page, const std::string& path);
 
 /// Reads the scene and opens the tracks, to be read part by part.

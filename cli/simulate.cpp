@@ -34,6 +34,16 @@ Scene scene_of(const Simulation& simulation, const std::filesystem::path& tracks
   return scene;
 }
 
+/// Rejects a standard stream, and a file of tracks without a scene file beside it, which no simulation wrote.
+void require_own_tracks(const std::string& out) {
+  if (out == "-" || out.starts_with("/dev/"))
+    throw UsageError("simulate: --out = " + out + ": expected a file, beside which its scene file is written");
+  require_folder_of(out);
+  if (std::filesystem::exists(out) && !std::filesystem::exists(scene_path(out)))
+    throw std::invalid_argument("simulate: expected no tracks of another origin at " + out +
+                                ", which would be lost; name another --out, or move that file");
+}
+
 /// Writes the scene file, but not over another scene.
 void write_beside(const std::filesystem::path& path, const Scene& scene) {
   std::ifstream file(path);
@@ -49,7 +59,7 @@ void simulate_tracks(const SimulateOptions& options) {
     if (!options.layout.empty()) config = set_field(config, "simulate.layout=" + options.layout);
     if (options.tracks) config = set_field(config, "simulate.tracks=" + std::to_string(*options.tracks));
   });
-  require_folder_of(options.out);
+  require_own_tracks(options.out);
   const Simulation simulation = simulate(config.simulate);
   write_beside(scene_path(options.out), scene_of(simulation, options.out));
   write_tracks_csv(options.out, simulation.tracks);

@@ -56,6 +56,13 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   write(folder_ / "own.scene.json", "{}");
   expect_rejected("simulate --tracks 5 --out own.csv", {"own.scene.json", "would be lost"});
   EXPECT_EQ(read(folder_ / "own.scene.json"), "{}");
+  write(folder_ / "real.csv", tracks);
+  expect_rejected("simulate --tracks 5 --out real.csv", {"real.csv", "would be lost"}, 1);
+  EXPECT_EQ(read(folder_ / "real.csv"), tracks);
+  EXPECT_FALSE(fs::exists(folder_ / "real.scene.json"));
+  for (const char* out : {"-", "/dev/stdout"})
+    expect_rejected(std::string("simulate --tracks 5 --out ") + out, {"expected a file"}, 2);
+  expect_rejected("scene edit real.csv --out tracks.scene.json", {"tracks.scene.json is a JSON file"}, 1);
   expect_rejected("report m.sila --out m.sila", {"name another file"});
   expect_rejected("scene edit tracks.csv --out tracks.csv", {"name another file"});
   expect_rejected("fuse m.sila m.sila --out f.sila --explain f.sila", {"--explain", "name another file"});
