@@ -162,6 +162,16 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
             "\n");
 }
 
+/// The scale of the first tracks of a stream; without one the report on its rows shows why.
+WalkingScale scale_of(std::span<const Trajectory> first, const TrackStream& stream) {
+  try {
+    return walking_scale(first);
+  } catch (const std::invalid_argument&) {
+    tell(stream.report());
+    throw;
+  }
+}
+
 /// The configuration with the scale of a model in pixels: that of a new one is measured on the first tracks.
 Config in_units(const LearnOptions& options, Config config, const StoredModel& stored) {
   if (options.units == "metres" && config.metres_per_pixel > 0.0)
@@ -181,7 +191,7 @@ Config in_units(const LearnOptions& options, Config config, const StoredModel& s
     if (first.size() >= kScaleTracks) break;
   }
   first.resize(std::min(first.size(), kScaleTracks));
-  const WalkingScale scale = walking_scale(first);
+  const WalkingScale scale = scale_of(first, stream);
   config.metres_per_pixel = scale.metres_per_pixel;
   std::cerr << "1 pixel = " << std::setprecision(3) << scale.metres_per_pixel << " m, by a walking speed of "
             << kWalkingSpeed_mps << " m/s, measured on " << scale.walking << " of the first " << first.size()

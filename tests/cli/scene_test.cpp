@@ -169,6 +169,8 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
   write(folder_ / "few.csv", rows.substr(0, 1000));
   expect_rejected("learn few.csv --units pixels --model n.sila", {"0 of the first 1 tracks", "camera"});
+  write(folder_ / "bad.csv", rows.substr(0, 1000) + "7,x,1,1\n");
+  expect_rejected("learn bad.csv --units pixels --model n.sila", {"dropped rows", "of the first 1 tracks"});
 }
 
 }  // namespace
