@@ -2,6 +2,7 @@
 
 #include <iostream>
 #include <span>
+#include <sstream>
 #include <string>
 
 #include "options.hpp"
@@ -25,9 +26,24 @@ struct EvaluateOptions {
   std::string model, predictions;
 };
 
-/// Reads predictions, and rejects those of another recording.
-RecordedPredictions predictions_of(const std::string& path, std::span<const FramedTrajectory> tracks) {
+/// Throws: FormatError for a prediction that ends before the horizon.
+void require_horizon(const RecordedPredictions& recorded, const std::string& path, double horizon_s) {
+  constexpr double kRounding_s = 0.01;
+  for (const auto& [of, prediction] : recorded) {
+    const double found_s = prediction.times_s.empty() ? 0.0 : prediction.times_s.back();
+    if (found_s > horizon_s - kRounding_s) continue;
+    std::ostringstream set, horizon;
+    set << "one of " << found_s << " s; give --set predict.horizon_s=" << found_s;
+    horizon << "predictions of predict.horizon_s = " << horizon_s << " s";
+    throw FormatError(path, 0, horizon.str(), set.str());
+  }
+}
+
+/// Reads predictions, and rejects those of another recording and those of a shorter horizon.
+RecordedPredictions predictions_of(const std::string& path, std::span<const FramedTrajectory> tracks,
+                                   double horizon_s) {
   RecordedPredictions recorded = read_predictions(path);
+  require_horizon(recorded, path, horizon_s);
   const std::size_t others = count_without_track(recorded, tracks);
   const std::string found = std::to_string(others) + " of " + counted(recorded.size(), "prediction") +
                             " without a sample of the same track and time";
@@ -42,7 +58,8 @@ void evaluate_model(const EvaluateOptions& options) {
   const Config config = configured(options.common, stored, options.model);
   SceneTracks input = read_placed(options.tracks, config, stored.model);
   const RecordedPredictions recorded =
-      options.predictions.empty() ? RecordedPredictions{} : predictions_of(options.predictions, input.tracks);
+      options.predictions.empty() ? RecordedPredictions{}
+                                  : predictions_of(options.predictions, input.tracks, config.episode.predict.horizon_s);
   if (options.tracks.hold_out > 0.0)
     input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
   if (options.predictions.empty()) warn_of_learnt(stored, input.tracks);

@@ -64,6 +64,8 @@ std::optional<ImagePoint> image_point(const Mode& mode, std::size_t j, const Cam
 Mode mode_of(const json& object) {
   Mode mode;
   mode.weight = object.at("weight").get<double>();
+  if (!object.contains("cov"))
+    throw std::invalid_argument("a prediction with covariances, made without --no-covariances");
   const json &x = object.at("x"), &y = object.at("y"), &cov = object.at("cov");
   for (std::size_t j = 0; j < x.size(); ++j) {
     mode.path_m.emplace_back(x.at(j).get<double>(), y.at(j).get<double>());

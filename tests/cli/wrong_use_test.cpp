@@ -235,6 +235,11 @@ TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
   write(folder_ / "others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
   write(folder_ / "some.ndjson", lines + others.substr(0, others.find('\n') + 1));
   write(folder_ / "none.ndjson", "");
+  ASSERT_EQ(run("predict" + with + "--horizon 2 --out short.ndjson").code, 0);
+  expect_rejected(evaluate + "short.ndjson", {"short.ndjson", "--set predict.horizon_s=2"}, 1);
+  EXPECT_EQ(run(evaluate + "short.ndjson --set predict.horizon_s=2").code, 0);
+  ASSERT_EQ(run("predict" + with + "--no-covariances --out means.ndjson").code, 0);
+  expect_rejected(evaluate + "means.ndjson", {"means.ndjson:1: expected", "--no-covariances"}, 1);
   expect_rejected(evaluate + "none.ndjson", {"none.ndjson", "predictions of these tracks"});
   expect_rejected(evaluate + "others.ndjson", {"others.ndjson", "predictions of these tracks", "without a sample"});
   const Outcome some = run(evaluate + "some.ndjson");
