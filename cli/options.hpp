@@ -98,7 +98,8 @@ std::string positive_number(const std::string& text);
 
 /// `base` with the profile, the configuration file, then the --set assignments, applied.
 Config configured(const CommonOptions& common, Config base = {});
-/// The same with the configuration that a model was learnt with as its base; `path` is for messages.
+/// The same with the configuration that a model was learnt with as its base; `path` is for messages. Throws:
+/// std::invalid_argument for another interval of samples than that of the model.
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path);
 
 /// Reads tracks and reports their rows on stderr.

@@ -143,6 +143,10 @@ TEST_F(Program, NamesTheSettingThatDoesNotFitAModel) {
   const std::string with = " tracks.csv --scene tracks.scene.json --model ";
   const std::string again = "learn" + with + "m.sila --batch 15 --set ";
   expect_rejected(again + "predict.horizon_s=3", {"predict.horizon_s", "= 3, but the model began with 5"}, 1);
+  for (const char* verb : {"predict", "evaluate", "report"})
+    expect_rejected((verb == std::string("report") ? "report m.sila tracks.csv" : verb + with + "m.sila") +
+                        " --set sampling.interval_s=0.4",
+                    {"sampling.interval_s = 0.4, but the model began with 0.2"}, 1);
   expect_rejected(again + "scaling=mean_width", {"scaling = mean_width, but the model began with metres"}, 1);
   ASSERT_EQ(run("simulate --tracks 60 --seed 2 --out other.csv").code, 0);
   ASSERT_EQ(run("learn other.csv --scene other.scene.json --model fine.sila --set sampling.interval_s=0.1 --set "
