@@ -42,6 +42,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   const bool alone = options.tracks.scene.empty() && options.tracks.paths.empty();
   SceneTracks read = alone ? SceneTracks{} : read_placed(options.tracks, config, input.stored.model);
   if (!options.picture.empty() && alone) throw UsageError("report: --picture needs tracks");
+  if (options.tracks.hold_out > 0.0 && alone) throw UsageError("report: --hold-out needs tracks");
   if (alone) return report_data(input);
   input.picture = picture_in("report", options.picture, read.scene);
   input.scene = std::move(read.scene);

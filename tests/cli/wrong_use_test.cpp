@@ -124,6 +124,7 @@ TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
                                     "serve --http off --model n.sila",
                                     "serve --batch 0 --model n.sila",
                                     "report m.sila --picture p.png",
+                                    "report m.sila --hold-out 0.3",
                                     "prior make m.sila --profile paper --out p.sila"})
     expect_rejected(wrong_command, {"sila: "}, 2);
   for (const char* bad_input :
