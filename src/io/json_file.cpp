@@ -50,7 +50,7 @@ std::optional<std::size_t> end_of_nesting(std::string_view text) {
 }  // namespace
 
 nlohmann::json read_json(const std::filesystem::path& path) {
-  return json_of_text(path.string(), read_text(path));
+  return json_of_text(path.string(), read_text(path, "a JSON text"));
 }
 
 nlohmann::json shallow_json(std::string_view text) {
@@ -68,7 +68,8 @@ nlohmann::json json_of_text(const std::string& path, const std::string& text) {
   try {
     return Json::parse(text, nullptr, true, true);
   } catch (const Json::parse_error& error) {
-    throw FormatError(path, line_of(error.byte), "JSON", excerpt(trimmed(text)));
+    const std::size_t end = text.find_last_not_of(" \t\r\n") + 1;  // of a text that is cut off: its last line
+    throw FormatError(path, line_of(std::min(error.byte, end)), "JSON", excerpt(trimmed(text)));
   } catch (const Json::out_of_range& error) {
     // The exception has the number in quotes, but not its position: take the first position that has this number.
     const std::string_view said = error.what();

@@ -86,16 +86,15 @@ void reject_binary(const std::string& path, std::string_view bytes) {
   throw FormatError(path, 0, "a text file", "binary data (a zero byte at offset " + std::to_string(zero) + ")");
 }
 
-std::string read_text(const std::filesystem::path& path) {
+std::string read_text(const std::filesystem::path& path, const std::string& content) {
   const std::string name = path.string();
-  return text_of_bytes(name, unzipped_bytes(name));
+  return text_of_bytes(name, unzipped_bytes(name), content);
 }
 
-std::string text_of_bytes(const std::string& path, std::string bytes) {
+std::string text_of_bytes(const std::string& path, std::string bytes, const std::string& content) {
   reject_binary(path, bytes);
   if (bytes.starts_with(kByteOrderMark)) bytes.erase(0, kByteOrderMark.size());
-  if (bytes.find_first_not_of(kBlank) == std::string::npos)
-    throw FormatError(path, 0, "a file with rows", "an empty file");
+  if (bytes.find_first_not_of(kBlank) == std::string::npos) throw FormatError(path, 0, content, "an empty file");
   return bytes;
 }
 

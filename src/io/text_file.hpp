@@ -39,11 +39,12 @@ inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 void reject_binary(const std::string& path, std::string_view bytes);
 
 /// The whole text of a file, unzipped if it is gzipped.
-/// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty or binary.
-std::string read_text(const std::filesystem::path& path);
+/// Throws: FormatError for a file that is missing, a folder, unreadable, truncated, empty (`content` was expected) or
+/// binary.
+std::string read_text(const std::filesystem::path& path, const std::string& content = "a file with rows");
 
 /// The text that the bytes of a file are, without a byte order mark. Throws: FormatError for empty or binary ones.
-std::string text_of_bytes(const std::string& path, std::string bytes);
+std::string text_of_bytes(const std::string& path, std::string bytes, const std::string& content = "a file with rows");
 
 struct TextLine {
   std::string_view text;   ///< without the line end

@@ -208,7 +208,9 @@ TEST(ConfigJson, ReadsJsonFilesWithCommentsAndNamesTheLineOfAnError) {
   write_file(folder / "cut.json", "{\n  \"a\": ");
   EXPECT_TRUE(says(message_of<FormatError>([&] { read_json(folder / "cut.json"); }), "cut.json:2: expected JSON"));
   write_file(folder / "empty.json", "");
-  EXPECT_TRUE(says(message_of<FormatError>([&] { read_json(folder / "empty.json"); }), "empty.json: expected"));
+  EXPECT_TRUE(says(message_of<FormatError>([&] { read_json(folder / "empty.json"); }), "expected a JSON text"));
+  write_file(folder / "open.json", "{\n");
+  EXPECT_TRUE(says(message_of<FormatError>([&] { read_json(folder / "open.json"); }), "open.json:1: expected JSON"));
   write_file(folder / "big.json", R"({"a": 1e999})");
   EXPECT_TRUE(says(message_of<FormatError>([&] { read_json(folder / "big.json"); }), "finite"));
   EXPECT_TRUE(says(message_of<FormatError>([&] { read_json(folder.path()); }), "folder"));
