@@ -146,7 +146,7 @@ std::string to_text(const Evaluation& evaluation) {
   return text;
 }
 
-std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
+std::size_t count_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
   std::set<std::size_t> sizes;  // of batches
   for (const EpisodeRecord& episode : stored.episodes) sizes.insert(static_cast<std::size_t>(episode.tracks));
   std::size_t learnt = 0;
@@ -158,6 +158,11 @@ std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedT
     }
     learnt = std::max(learnt, of_this_size);
   }
+  return learnt;
+}
+
+std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
+  const std::size_t learnt = count_learnt(stored, tracks);
   if (learnt == 0) return {};
   return "the model has learnt at least " + std::to_string(learnt) + " of these " + counted(tracks.size(), "track") +
          ", so the errors are too small; use other tracks, or hold some back (--hold-out in `sila learn` and here; in "

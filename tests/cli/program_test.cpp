@@ -134,7 +134,11 @@ TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
 TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   learn();
   const std::string again = "learn tracks.csv --scene tracks.scene.json --model ";
-  ASSERT_EQ(run(again + "m.sila --batch 30").code, 0);
+  const Outcome second = run(again + "m.sila --batch 30");
+  ASSERT_EQ(second.code, 0);
+  EXPECT_NE(second.err.find("warning: the model has learnt at least 60 of the first 60 tracks in other batches"),
+            std::string::npos)
+      << second.err;
   EXPECT_EQ(nlohmann::json::parse(run("inspect m.sila --json").out).at("episodes"), 5);
   ASSERT_EQ(run(again + "n.sila --batch 25").code, 0);
   const Outcome fused = run("fuse m.sila n.sila --out both.sila --explain why.json");

@@ -78,8 +78,9 @@ nlohmann::ordered_json to_json(const Evaluation& evaluation);
 /// The same for people: one line a group and horizon, the model beside constant velocity.
 std::string to_text(const Evaluation& evaluation);
 
-/// A sentence with the least number of these tracks that the model has learnt, as batches of the sizes of its episodes
-/// in this order: errors on them are too small. Empty if none is known to be learnt.
+/// The least number of these tracks that the model has learnt, as batches of the sizes of its episodes in this order.
+std::size_t count_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);
+/// A sentence with that number: errors on these tracks are too small. Empty if none is known to be learnt.
 std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);
 
 /// A worked example of a fusion, read from a JSON file whose indices are 1-based (docs/fuse.md describes the keys).
