@@ -106,7 +106,7 @@ class Batches {
 
   /// The last batch and what was read after it, in their frames.
   std::span<const FramedTrajectory> read_ahead() {
-    if (scene_) place(waiting_, *scene_, corners_);
+    if (scene_) place(waiting_, *scene_, corners_, scaling_);
     return waiting_;
   }
 
