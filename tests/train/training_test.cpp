@@ -289,12 +289,12 @@ TEST(Evaluate, WindowsCutShortHaveEquallyManyStates) {
   std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 3);
   std::mt19937 random(5);
   for (FramedTrajectory& placed : tracks) {  // irregular stamps
-    Trajectory thinned{placed.track.id, {}, {}, placed.track.recording};
+    Trajectory fewer{placed.track.id, {}, {}, placed.track.recording};
     for (std::size_t i = 0; i < placed.track.times_s.size(); i += 1 + random() % 4) {
-      thinned.times_s.push_back(placed.track.times_s[i]);
-      thinned.positions_m.push_back(placed.track.positions_m[i]);
+      fewer.times_s.push_back(placed.track.times_s[i]);
+      fewer.positions_m.push_back(placed.track.positions_m[i]);
     }
-    placed.track = std::move(thinned);
+    placed.track = std::move(fewer);
   }
   const std::vector<double> observed_s{1.1};
   for (const Window& window : windows_of(tracks, kConfig.sampling, kConfig.predict, 0.8, observed_s))
