@@ -132,7 +132,7 @@ TEST(FusionCases, ExplanationNamesTheReasonOfEachComponent) {
 
 TEST(FusionCases, BrokenFilesAreRejectedWithThePlace) {
   EXPECT_NE(rejection("").find("found an empty file"), std::string::npos);
-  EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:3: expected JSON"), std::string::npos);
+  EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:2: expected JSON"), std::string::npos);
   EXPECT_NE(rejection("[1]").find(R"(expected a JSON object, found "[1]")"), std::string::npos);
   EXPECT_NE(
       rejection("{\"similarity_threshold\": 0.7}").find("previous_primitives = a whole number, found no such field"),
