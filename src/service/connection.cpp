@@ -29,6 +29,7 @@ LineReceiver::~LineReceiver() {
 /// Checks the length of a line and the rate.
 std::optional<Rejection> LineReceiver::check(std::string_view line) {
   if (line.size() > static_cast<std::size_t>(registry_.config.max_line_bytes)) return Rejection::too_long;
+  if (before_ && registry_.options.wait) return std::nullopt;  // a file is read as fast as it is answered
   const double now_s = monotonic_s();
   const double rate_hz = registry_.config.max_rate_hz;
   allowance_ = std::min(rate_hz, allowance_ + rate_hz * (now_s - refilled_s_));

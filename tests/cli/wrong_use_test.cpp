@@ -283,9 +283,11 @@ TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
     }
   }
   write(folder_ / "lines.ndjson", lines);
-  const Outcome served = run("serve --stdin --wait --http off --model s.sila < lines.ndjson");
+  const Outcome served =
+      run("serve --stdin --wait --http off --set service.max_rate_hz=1 --model s.sila < lines.ndjson");
   ASSERT_EQ(served.code, 0) << served.err;
   EXPECT_EQ(served.out.find("dropped"), std::string::npos) << served.out;
+  EXPECT_EQ(served.out.find("rejected"), std::string::npos) << "a file has no rate: " << served.out;
 }
 
 TEST_F(Program, SaysThatStandardInputOrOutputOfAServiceFailed) {
