@@ -107,9 +107,8 @@ ReadTracks read_clean(const TrackOptions& options, const Config& config);
 
 /// Throws: FormatError if the folder of the file does not exist.
 void require_folder_of(const std::string& path);
-/// Rejects also a model file that has learnt tracks, because they may no longer exist; an empty file, which a failure
-/// leaves, is new. `may_be_shared`: a model without
-/// records of episodes (a k-anonymous copy) may be replaced.
+/// Rejects also a model file that has learnt tracks, because they may no longer exist. An empty file, which a failure
+/// leaves, counts as new. `may_be_shared`: a model without records of episodes (a k-anonymous copy) may be replaced.
 void require_no_records(const std::string& option, const std::string& path, bool may_be_shared = false);
 /// Warns if tracks that are scored are batches that the model has learnt.
 void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);

@@ -49,7 +49,7 @@ LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored
   validate_fields("LiveStream", config);
   validate(config.episode);
   const Model& model = stored.model;
-  settings_for(model, model.sites.empty() ? CurbFrame{} : model.sites.front().frame, config.episode);  // contradictions
+  require_fitting(model, config.episode);
   scene = std::move(options.scene);
   if (!scene.corners.empty() || !model.sites.empty()) scene = scene_for(scene, model, {}, config.corners);
   settings = {config.service,

@@ -368,6 +368,7 @@ void bind_experiments(nb::module_& module) {
              "fallback"_a);
   module.def("scores_of", &scores_of, "predictions"_a, "test"_a, "support"_a, "config"_a,
              nb::call_guard<nb::gil_scoped_release>());
+  module.def("person_of", &person_of, "track_id"_a, "The person of a track: tracklets of one are 17, 17#2, ...");
   module.def("orders_of", &orders_of, "sites"_a, "orders"_a, "seed"_a);
   module.def(
       "limit_threads",

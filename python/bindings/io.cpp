@@ -80,6 +80,9 @@ void bind_io(nb::module_& module) {
         return walking_scale(first).metres_per_pixel;
       },
       "tracks"_a, "Metres per pixel of tracks that were read at TRIAL_METRES_PER_PIXEL.");
+  module.def(
+      "class_columns", [] { return std::vector<std::string>(kClassColumns.begin(), kClassColumns.end()); },
+      "Names of the column of classes in a table; the first that is there is used.");
   module.attr("TRIAL_METRES_PER_PIXEL") = kTrialMetresPerPixel;
   module.def("write_csv", &write_csv, "path"_a, "tracks"_a, nb::call_guard<nb::gil_scoped_release>(),
              "Writes the generic CSV, track_id,t,x,y.");

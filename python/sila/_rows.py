@@ -14,19 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._sila import class_columns
+
 _COLUMNS = ("track_id", "t", "x", "y")
-#: Of the column of classes, as in files; the first that is there is used.
-_CLASS_COLUMNS = (
-    "label",
-    "class",
-    "class_name",
-    "agent_type",
-    "agent_class",
-    "object_type",
-    "object_class",
-    "category",
-    "class_id",
-)
 
 #: Ids, times [s], positions [m] of shape (n, 2), labels (none without a column of them).
 Rows = tuple[list[str], NDArray[np.float64], NDArray[np.float64], list[str]]
@@ -140,7 +130,7 @@ def labels_of_frame(argument: str, frame: Any, person_classes: Iterable[str]) ->
     if twice is not None:
         raise ValueError(f"{argument}: expected columns of different names, found {twice} twice")
     named = {str(column).lower(): column for column in reversed(columns)}
-    column = next((named[name] for name in _CLASS_COLUMNS if name in named), None)
+    column = next((named[name] for name in class_columns() if name in named), None)
     if column is not None:
         return [label_for(text_of(label), person_classes) for label in frame[column]]
     if person_classes:

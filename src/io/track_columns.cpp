@@ -2,6 +2,7 @@
 #include <array>
 #include <initializer_list>
 #include <map>
+#include <span>
 #include <stdexcept>
 
 #include "read_rows.hpp"
@@ -35,12 +36,16 @@ constexpr std::array<TrackFormatText, 19> kFormats{{
     {TrackFormat::opendatacam, "opendatacam", "a JSON array of {\"timestamp\": ..., \"objects\": [...]}"},
 }};
 
-std::size_t column(const std::vector<std::string>& names, Names aliases) {
+std::size_t column(const std::vector<std::string>& names, std::span<const std::string_view> aliases) {
   for (const std::string_view alias : aliases) {
     const auto found = std::find(names.begin(), names.end(), alias);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
   }
   return TrackColumns::kNone;
+}
+
+std::size_t column(const std::vector<std::string>& names, Names aliases) {
+  return column(names, std::span(aliases.begin(), aliases.size()));
 }
 
 char separator_of(std::string_view header) {
@@ -257,8 +262,7 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
       column(names, {"x", "x_m", "pos_x", "position_x", "xcenter", "x_est", "x_center", "world_x", "x_world", "px"});
   columns.y =
       column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
-  columns.label = column(names, {"label", "class", "class_name", "agent_type", "agent_class", "object_type",
-                                 "object_class", "category", "class_id"});
+  columns.label = column(names, kClassColumns);
   if (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone) find_box(columns, names);
   const bool timed = columns.time != TrackColumns::kNone ||
                      (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);

@@ -78,8 +78,8 @@ void add_stretches(const Vector2& centre, const Vector2& reach, double size, std
   }
 }
 
-/// One length scale away from a pseudo-input alone the variance of a field is above the support ratio. Between several,
-/// where it is lower, the buckets are so large that a field is seldom missed.
+/// One length scale away from a single pseudo-input the variance of a field is above the support ratio. Between two
+/// pseudo-inputs it may be lower farther away; the index may then miss the field, which is rare, as buckets are large.
 std::vector<std::int64_t> buckets_of(const SparseGp& gp, double bucket_size) {
   const Vector2 reach(gp.kernel.length_scales(0), gp.kernel.length_scales(1));
   if (!(count_buckets(-reach, reach, bucket_size) <= kMostBucketsReached)) return {kEverywhere};

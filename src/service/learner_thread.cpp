@@ -29,11 +29,6 @@ void lower_priority() {
 #endif
 }
 
-/// Throws: std::invalid_argument if the configuration contradicts the model.
-void require_fitting(const Model& model, const EpisodeConfig& config) {
-  settings_for(model, model.sites.empty() ? CurbFrame{} : model.sites.front().frame, config);
-}
-
 /// An empty model takes the sample interval of the configuration.
 Model ready_to_predict(Model model, const EpisodeConfig& config) {
   require_fitting(model, config);

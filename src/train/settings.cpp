@@ -66,6 +66,10 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   return kept;
 }
 
+void require_fitting(const Model& model, const EpisodeConfig& config) {
+  settings_for(model, model.sites.empty() ? CurbFrame{} : model.sites.front().frame, config);
+}
+
 void validate(const EpisodeConfig& config) {
   validate_fields("config", config);
   const double width_m = config.reference_width_m;

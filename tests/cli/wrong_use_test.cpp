@@ -1,11 +1,7 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
-#include <thread>
 
 #include "program.hpp"
 
@@ -271,77 +267,6 @@ TEST_F(Program, SaysHowManyPredictionsAreFallbacks) {
   const Outcome far = run("predict far.csv --scene tracks.scene.json --model m.sila --every 0.5");
   EXPECT_NE(far.err.find("2 predictions for 1 track; 2 of them without flow fields (fallback)"), std::string::npos)
       << far.err;
-}
-
-TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
-  std::string lines;
-  for (int k = 0; k < 20; ++k) {  // who comes first changes from one time stamp to the next
-    for (int i = 0; i < 2; ++i) {
-      const int id = (k + i) % 2;
-      lines +=
-          nlohmann::json{{"t", 0.1 * k}, {"id", std::to_string(id)}, {"x", 0.1 * k}, {"y", 5.0 * id}}.dump() + "\n";
-    }
-  }
-  write(folder_ / "lines.ndjson", lines);
-  const Outcome served =
-      run("serve --stdin --wait --http off --set service.max_rate_hz=1 --model s.sila < lines.ndjson");
-  ASSERT_EQ(served.code, 0) << served.err;
-  EXPECT_EQ(served.out.find("dropped"), std::string::npos) << served.out;
-  EXPECT_EQ(served.out.find("rejected"), std::string::npos) << "a file has no rate: " << served.out;
-}
-
-TEST_F(Program, SaysThatStandardInputOrOutputOfAServiceFailed) {
-  std::string lines;
-  for (int k = 0; k < 8; ++k)
-    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
-  const std::string serve = "serve --stdin --wait --http off --model s.sila ";
-  const std::string no_endless_loop = "ulimit -t 20; ";
-  for (const auto& [files, what] :
-       {std::pair{"< lines.ndjson > /dev/full", "standard output cannot be written: "},
-        std::pair{"< .", "standard input cannot be read: "}, std::pair{"<&-", "standard input is closed"}}) {
-    const Outcome outcome = run(serve + files, no_endless_loop);
-    EXPECT_EQ(outcome.code, 1) << files << outcome.err;
-    EXPECT_NE(outcome.err.find(std::string("sila: serve: ") + what), std::string::npos) << files << outcome.err;
-  }
-}
-
-TEST_F(Program, AServiceWritesAllPredictionsToASlowPipeThatDoesNotBlock) {
-  std::string lines;
-  for (int k = 0; k < 200; ++k)
-    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
-  int ends[2];
-  ASSERT_EQ(::pipe(ends), 0);
-  ASSERT_EQ(::fcntl(ends[1], F_SETFL, O_NONBLOCK), 0);
-  std::thread service([&] {
-    run("serve --stdin --wait --http off --model s.sila < lines.ndjson >&" + std::to_string(ends[1]));
-    ::close(ends[1]);
-  });
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  std::string out;
-  char buffer[4096];
-  for (ssize_t n; (n = ::read(ends[0], buffer, sizeof buffer)) > 0;) out.append(buffer, static_cast<std::size_t>(n));
-  service.join();
-  ::close(ends[0]);
-  EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 196) << "one from 0.4 s on for each detection";
-}
-
-TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {
-  simulate();
-  nlohmann::json scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
-  scene["camera"] = {{"homography", {{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 1}}}};
-  write(folder_ / "seen.json", scene.dump());
-  std::string lines;
-  for (int k = 0; k < 8; ++k)
-    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 10.0 + 0.3 * k}, {"y", 9.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
-  const std::string serve = "serve --stdin --wait --http off --scene seen.json --model s.sila < lines.ndjson";
-  expect_rejected(serve, {"seen.json has a camera", "--camera seen.json", "--camera off"});
-  EXPECT_NE(run(serve + " --camera seen.json").out.find("\"u\":"), std::string::npos);
-  const std::string metres = run(serve + " --camera off").out;
-  EXPECT_NE(metres.find("\"modes\":"), std::string::npos);
-  EXPECT_EQ(metres.find("\"u\":"), std::string::npos);
 }
 
 TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {

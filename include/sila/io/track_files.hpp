@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -71,6 +72,10 @@ ReadOptions first_of(const ReadOptions& first, const ReadOptions& second);
 /// Throws std::invalid_argument for a rate, interval or scale that is not positive and finite, and for a camera beside
 /// a scale.
 void validate(const ReadOptions& options);
+
+/// Names of the column of classes in a table; the first that is there is used.
+inline constexpr std::array<std::string_view, 9> kClassColumns = {
+    "label", "class", "class_name", "agent_type", "agent_class", "object_type", "object_class", "category", "class_id"};
 
 /// The content of a track file.
 struct TrackFile {

@@ -77,6 +77,8 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
 /// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model, or its error
 /// statistics (those of its prior while it has no site).
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
+/// Throws: as settings_for at the first site of the model.
+void require_fitting(const Model& model, const EpisodeConfig& config);
 
 /// The error statistics of a model on tracks that it has not learnt, for each site of the tracks.
 std::vector<SiteErrors> error_statistics_on(const Model& model, std::span<const FramedTrajectory> unseen,

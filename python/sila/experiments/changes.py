@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
+from .._sila import person_of
 from .markdown import number_text, table_text
 from .measures import ECE_BINS
 from .method import Array
-from .scores import person_of
 
 LONGEST_S = 2.4  #: the last horizon that is not above it
 LEAST_PEOPLE = 10  #: people who changed, and who did not, below which a place has no figures

@@ -16,7 +16,7 @@ import pandas as pd
 
 from .. import _sila
 from .._config import merged
-from .._sila import FramedTracks, Scene
+from .._sila import FramedTracks, Scene, person_of
 from ..errors import FormatError
 from .field_measures import collides, drawn_paths, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
@@ -27,7 +27,6 @@ from .methods import load_method
 from .neighbours import inputs_of
 from .read import _list, _require_keys, _text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler, together
-from .scores import person_of
 from .trajnet import write_trajnet
 
 CHUNK = 1000  # windows at once

@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from .._sila import FramedTracks, WindowSet
+from .._sila import FramedTracks, WindowSet, person_of
 from .method import Array, Forecast, Method, constant_fallback, constant_velocity
-from .scores import person_of
 
 STRIDE_S = 0.4  #: between the training windows of a track
 MOVING_M = 0.5  #: training windows are those who move, as those are scored

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from .._config import merged
-from .._sila import FramedTracks, WindowSet
+from .._sila import FramedTracks, WindowSet, person_of
 from .method import CONSTANT_VELOCITY_S, Array, Method
-from .scores import person_of
 
 RECENT_S = 0.5  #: a person whose last position is older is not present; interruptions of the tracker are shorter
 

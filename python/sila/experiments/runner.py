@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .. import _sila
-from .._sila import FramedTracks, Prediction, WindowSet
+from .._sila import FramedTracks, Prediction, WindowSet, person_of
 from .changes import forecasts_of
 from .curves import point_of
 from .experiment import Experiment, ExperimentMethod, Overrides
@@ -28,7 +28,7 @@ from .neighbours import inputs_of
 from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
 from .read import read_experiment
 from .report import write_results
-from .scores import person_of, sums_of
+from .scores import sums_of
 
 Json = dict[str, Any]
 #: Of what `do_run` gives.

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from .._sila import person_of
 from .method import Array
 
 Sums = dict[str, float]
@@ -61,11 +61,6 @@ def sums_of(windows: Sequence[Mapping[str, Any]], more: Mapping[str, Array]) -> 
 
     groups = {name: summed([i for i, w in enumerate(windows) if has(w)]) for name, has in _GROUPS.items()}
     return {"groups": groups, "people": {name: summed(rows) for name, rows in people.items()}}
-
-
-def person_of(track: str) -> str:
-    """The person of a track, as `person_of` in C++."""
-    return re.sub(r"(?<=[^:])#[0-9]+\Z", "", track)
 
 
 def _row(window: Mapping[str, Any]) -> list[float]:
