@@ -45,7 +45,7 @@ void replay_tracks(const ReplayVerb& options) {
   std::signal(SIGPIPE, SIG_IGN);
   if (options.to.empty()) {
     replay(lines, options.rate, [](const TimedLine& line) {
-      if (std::cout) std::cout << line.text << "\n" << std::flush;
+      return bool(std::cout << line.text << "\n" << std::flush);
     });
     return;
   }
@@ -73,7 +73,7 @@ void add_replay(CLI::App& app) {
   verb->add_option("--apart", options->apart_s,
                    "seconds between the starts of consecutive tracks, for tracks without a common clock")
       ->check(CLI::NonNegativeNumber);
-  verb->add_option("--linger", options->linger_s, "seconds to wait for the last predictions [2]")
+  verb->add_option("--linger", options->linger_s, "longest wait for the last predictions, in seconds [2]")
       ->needs(to)
       ->check(CLI::NonNegativeNumber);
   verb->add_option("--token-file", options->token_file, "file whose first line is the token of the service")

@@ -58,7 +58,9 @@ void make_report(const ReportOptions& options) {
   const ThreadLimit limit(options.common.threads);
   nlohmann::ordered_json data;
   if (std::filesystem::path(options.subject).extension() == ".json") {
-    if (!options.picture.empty()) throw UsageError("report: --picture needs a model file, not results");
+    if (!options.picture.empty() || !options.tracks.scene.empty() || !options.tracks.paths.empty() ||
+        options.tracks.hold_out > 0.0)
+      throw UsageError("report: tracks, --scene, --hold-out and --picture need a model file, not results");
     data = {{"sila", build_version()}, {"name", std::filesystem::path(options.subject).filename().string()}};
     data["results"] = read_results(options.subject);
   } else {

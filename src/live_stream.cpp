@@ -30,7 +30,8 @@ struct LiveStream::State {
   StreamCore core;
   std::array<std::uint64_t, kRejections.size()> rejected = {};
   bool closed = false;
-  mutable std::mutex mutex, stored_mutex;  ///< of `core`, `rejected` and `closed`; of `stored`
+  std::vector<std::string> failures;
+  mutable std::mutex mutex, stored_mutex;  ///< of `core`, `rejected` and `closed`; of `stored` and `failures`
   std::optional<LearnerThread> learner;    ///< the last member: its thread uses the others
 
   explicit State(LiveStreamOptions options);
@@ -77,6 +78,10 @@ void LiveStream::State::start_learner() {
       keep(previous, episode, calibration);
     };
   }
+  storage.failed = [this](const std::string& why) {
+    const std::lock_guard lock(stored_mutex);
+    failures.push_back(why);
+  };
   learner.emplace(stored.model, core.online_calibration, config.episode, config.service, std::move(storage));
 }
 
@@ -152,6 +157,14 @@ StoredModel LiveStream::model() const {
   }
   const std::lock_guard lock(state_->stored_mutex);
   return state_->stored;
+}
+
+std::vector<std::string> LiveStream::take_warnings() {
+  const std::lock_guard lock(state_->mutex);
+  std::vector<std::string> warnings = std::exchange(state_->core.warnings, {});
+  const std::lock_guard failures_lock(state_->stored_mutex);
+  for (std::string& failure : std::exchange(state_->failures, {})) warnings.push_back(std::move(failure));
+  return warnings;
 }
 
 ServiceMetrics LiveStream::metrics() const {

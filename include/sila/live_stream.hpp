@@ -71,6 +71,9 @@ class LiveStream {
   /// copy. Throws: FormatError for a model file that cannot be read.
   StoredModel model() const;
 
+  /// What a user must know, each sentence once: units that look wrong, episodes that failed.
+  std::vector<std::string> take_warnings();
+
   /// Counts of detections, rejections and episodes; errors and coverage of recent pedestrians. An episode that failed,
   /// for instance because the disk is full, is in `learner.failed_episodes` and `learner.last_error`. Those of lines
   /// and connections are zero, and so is `latency`.

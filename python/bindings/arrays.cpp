@@ -15,14 +15,20 @@ std::string shape_text(const Numbers& array) {
   throw nb::value_error((std::string(argument) + ": expected " + expected + ", found " + found).c_str());
 }
 
-/// The numbers and the array that owns them.
+/// The numbers, NaN where they are masked, and the array that owns them.
 std::pair<nb::object, Numbers> numbers_in(const char* argument, const std::string& expected, nb::handle given) {
+  const nb::module_ numpy = nb::module_::import_("numpy");
   nb::object array;
+  std::string kind;
   try {
-    array = nb::module_::import_("numpy").attr("ascontiguousarray")(given, "float64");
+    array = numpy.attr("asanyarray")(given);
+    kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
+    if (nb::hasattr(array, "filled")) array = array.attr("astype")("float64").attr("filled")(numpy.attr("nan"));
+    array = numpy.attr("ascontiguousarray")(array, "float64");
   } catch (nb::python_error&) {
     reject(argument, "numbers of shape " + expected, nb::cast<std::string>(nb::str(given.type().attr("__name__"))));
   }
+  if (kind == "m" || kind == "M") reject(argument, "numbers of shape " + expected, "dates or durations");
   const auto at_least_1d = nb::cast<Numbers>(array);
   return {array, at_least_1d};
 }

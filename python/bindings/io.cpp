@@ -43,10 +43,12 @@ std::pair<std::vector<Track>, std::string> read_files(const std::vector<std::fil
   options.frames_per_second = frames_per_second;
   options.metres_per_unit = metres_per_unit;
   options.camera = pixel_camera(settings, camera || metres_per_unit);
-  if (camera) options.camera = read_camera(*camera).camera;
+  CameraFile read;
+  if (camera) options.camera = (read = read_camera(*camera)).camera;
   options.person_classes = person_classes;
   const Scene place = scene == nullptr ? Scene{} : scene->scene;
   CleanTracks clean = read_tracks(paths, place, options, settings.clean);
+  std::ranges::move(read.warnings, std::back_inserter(clean.report.warnings));
   return {tracks_of(std::move(clean.trajectories), clean.input_ids), to_json(clean.report).dump()};
 }
 

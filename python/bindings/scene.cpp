@@ -27,6 +27,7 @@ DrawnScene make_scene(nb::handle origin_m, nb::handle axis_1, nb::handle axis_2,
   drawn.scene.corners = {
       {"1", make_curb_frame(pair_from("origin", origin_m), first, second, sidewalk_width_m), widths}};
   validate(drawn.scene);
+  drawn.scene.warnings = mirrored_axes(drawn.scene);
   return drawn;
 }
 

@@ -34,6 +34,11 @@ class PythonStream {
 
   void close() { live_.close(); }
   void wait() { live_.wait(); }
+  std::vector<std::string> take_warnings() {
+    std::vector<std::string> warnings = std::exchange(warnings_, {});
+    std::ranges::move(live_.take_warnings(), std::back_inserter(warnings));
+    return warnings;
+  }
   StoredModel model() const { return live_.model(); }
   std::string metrics() const { return metrics_message(live_.metrics()); }
 
@@ -75,17 +80,21 @@ class PythonStream {
 
  private:
   LiveStreamOptions options(const StoredModel& start, const std::optional<std::filesystem::path>& file,
-                            const DrawnScene& drawn, const std::optional<std::filesystem::path>& camera,
-                            bool metres) const {
+                            const DrawnScene& drawn, const std::optional<std::filesystem::path>& camera, bool metres) {
     LiveStreamOptions options{file, start, config_, drawn.scene, {}};
     if (options.scene.camera && !camera && !metres && !pixel_camera(config_))
       throw std::invalid_argument(
           "Stream: scene has a camera: expected camera= with its file for image points, or camera=False for metres");
-    if (camera) options.camera = read_camera(*camera).camera;
+    if (camera) {
+      CameraFile read = read_camera(*camera);
+      options.camera = read.camera;
+      warnings_ = std::move(read.warnings);
+    }
     return options;
   }
 
   Config config_;
+  std::vector<std::string> warnings_;  ///< about the camera, until they are taken
   LiveStream live_;
 };
 
@@ -101,6 +110,7 @@ void bind_stream(nb::module_& module) {
                    "labels: collections.abc.Sequence[str]) -> list[Prediction]"))
       .def("close", &PythonStream::close, nb::call_guard<nb::gil_scoped_release>())
       .def("wait", &PythonStream::wait, nb::call_guard<nb::gil_scoped_release>())
+      .def("take_warnings", &PythonStream::take_warnings)
       .def_prop_ro("model", &PythonStream::model)
       .def("metrics", &PythonStream::metrics)
       .def("counts", &PythonStream::counts, nb::sig("def counts(self) -> dict[str, typing.Any]"))

@@ -15,7 +15,7 @@ import numpy as np
 from . import _sila
 from ._config import ConfigLike, merged
 from ._predictions import Predictions
-from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, text_of
+from ._rows import counted, file_named, floats_of, label_for, labels_of_frame, names_of, number, text_of, warn
 from ._sila import Model
 from ._tracks import SceneLike
 from ._verbs import _model, _place, _settings
@@ -36,7 +36,8 @@ class Stream:
     pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes the
     configuration of the model; its group `service` has the limits. Methods may be called from several threads.
 
-    Raises FormatError for a model or camera file that cannot be used, or a configuration out of range.
+    Warns once if positions or stamps seem to have other units, and of each episode that fails (a full disk). Raises
+    FormatError for a model or camera file that cannot be used, or a configuration out of range.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class Stream:
         place = _place(scene, start, [], settings)
         self._process, self._closed = os.getpid(), False
         self._own = _sila.LiveStream(start, file, place, camera_file, camera is False, settings)
+        self._warn()
 
     @property
     def _live(self) -> _sila.LiveStream:
@@ -90,17 +92,21 @@ class Stream:
         """
         t_s = number("t", t, "seconds")
         ids, points, labels = _rows(detections, self._person_classes)
-        return Predictions(self._live.update(t_s, ids, points, labels))
+        predictions = Predictions(self._live.update(t_s, ids, points, labels))
+        self._warn()
+        return predictions
 
     def close(self) -> None:
         """Ends all tracks and learns them, the last in a smaller batch; returns when it is done. `model` and `counts`
         stay."""
         self._live.close()
         self._closed = True
+        self._warn()
 
     def wait(self) -> None:
         """Returns when no whole batch waits to be learnt: the result for a recording does not depend on speed."""
         self._live.wait()
+        self._warn()
 
     @property
     def model(self) -> Model:
@@ -122,6 +128,9 @@ class Stream:
     def to_image(self, points_m: Any) -> np.ndarray:
         """Points of shape (n, 2) on the ground [m] in the image [pixels], by the camera; NaN behind it."""
         return self._live.to_image(points_m)
+
+    def _warn(self) -> None:
+        warn({"warnings": self._live.take_warnings()})
 
     def __enter__(self) -> Stream:
         return self

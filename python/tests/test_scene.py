@@ -35,6 +35,19 @@ def test_parallel_curbs_are_rejected():
         sila.Scene(**{**OBLIQUE, "axis_2": [-3.0, -4.0]})
 
 
+def test_mirrored_axes_are_a_warning():
+    mirrored = {**OBLIQUE, "axis_1": OBLIQUE["axis_2"], "axis_2": OBLIQUE["axis_1"]}
+    (warning,) = sila.Scene(**mirrored).warnings
+    assert warning.startswith("scene: corner '1': axis_1 and axis_2 are mirrored")
+    assert sila.Scene(**OBLIQUE).warnings == sila.Scene(**mirrored, y_axis="down").warnings == []
+
+
+def test_equal_objects_have_no_hashes(place):
+    for value in (place.scene, place.scene.frame(), sila.Model(), sila.Track("a", [0, 1], [[0, 0], [1, 0]])):
+        with pytest.raises(TypeError, match="unhashable"):
+            hash(value)
+
+
 def test_a_scene_comes_back_from_its_file(tmp_path, place):
     place.scene.save(tmp_path / "corner.json")
     loaded = sila.Scene.load(tmp_path / "corner.json")

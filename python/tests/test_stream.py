@@ -258,6 +258,14 @@ def test_a_stream_is_not_copied_and_warns_if_it_is_not_closed():
         del stream
 
 
+def test_pixels_without_a_camera_are_a_warning(rows):
+    stream = sila.Stream()
+    with pytest.warns(UserWarning, match="look like pixels"):
+        for t, key, x, y in rows:
+            stream.update(t, [(key, 40 * x, 40 * y)])
+        stream.close()
+
+
 def test_several_threads_may_use_one_stream():
     stream = sila.Stream(batch=2)
     threads = [threading.Thread(target=walk, args=(stream, [f"{name}"])) for name in "abcd"]

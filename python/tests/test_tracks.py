@@ -1,5 +1,6 @@
 import copy
 import gzip
+import json
 import pickle
 import warnings
 
@@ -49,6 +50,14 @@ def test_a_wrong_shape_is_rejected_with_the_argument_and_both_shapes():
         sila.as_tracks({"a": WALK[:, :2]})
     with pytest.raises(ValueError, match=r"positions_m: expected numbers of shape \(n, 2\), found str"):
         sila.Track("7", WALK[:, 0], "here")
+
+
+def test_durations_are_no_seconds_and_masked_numbers_are_missing():
+    with pytest.raises(ValueError, match=r"times_s: expected numbers of shape \(n,\), found dates or durations"):
+        sila.Track("a", np.arange(3).astype("timedelta64[ms]"), np.zeros((3, 2)))
+    masked = np.ma.masked_array([[0, 0], [1, 0], [2, 0]], mask=[[0, 0], [1, 0], [0, 0]])
+    with pytest.raises(ValueError, match="finite"):
+        sila.Track("a", [0, 1, 2], masked)
 
 
 def test_times_that_do_not_increase_are_rejected_by_name():
@@ -104,6 +113,17 @@ def test_boxes_become_metres_through_a_camera(tmp_path):
     with pytest.raises(sila.FormatError, match="homography"):
         camera.write_text('{"homography": [[0, 0, 0], [0, 0, 0], [0, 0, 1]]}')
         sila.read_tracks(tmp_path / "mot.txt", frames_per_second=10.0, camera=camera)
+
+
+def test_a_camera_that_contradicts_itself_is_a_warning(tmp_path):
+    image = [[0, 0], [100, 0], [100, 100], [0, 100], [50, 50]]
+    ground = [[0, 0], [10, 0], [10, 10], [0, 10], [9, 2]]
+    (tmp_path / "camera.json").write_text(json.dumps({"image_points": image, "ground_points": ground}))
+    (tmp_path / "boxes.csv").write_text("track_id,t,x,y\na,0,10,10\na,0.1,11,10\n")
+    with pytest.warns(UserWarning, match="pair 5 of 5 lies"):
+        sila.read_tracks(tmp_path / "boxes.csv", camera=tmp_path / "camera.json")
+    with pytest.warns(UserWarning, match="pair 5 of 5 lies"):
+        sila.Stream(camera=tmp_path / "camera.json").close()
 
 
 def test_every_row_is_accounted_for():

@@ -86,17 +86,6 @@ void read_corners(Scene& scene, const JsonFields& fields) {
   if (scene.corners.empty()) scene.corners.push_back(first_level);
 }
 
-/// Seen from above axis_2 is axis_1 turned counter-clockwise; where y points down that is a negative cross product.
-void warn_of_mirrored_axes(Scene& scene) {
-  for (const Corner& corner : scene.corners) {
-    if ((cross(corner.frame.axis_1, corner.frame.axis_2) > 0.0) == (scene.y_axis == YAxis::up)) continue;
-    scene.warnings.push_back(
-        scene.path.string() + ": corner '" + corner.name +
-        "': axis_1 and axis_2 are mirrored (axis_2 should be axis_1 turned counter-clockwise, seen from above); "
-        "swap them, or correct y_axis");
-  }
-}
-
 ReadOptions options_in(const JsonFields& entry) {
   ReadOptions options;
   options.frames_per_second = entry.optional_positive("frames_per_second");
@@ -166,6 +155,19 @@ Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
   return {s.a * point_m.x() - s.b * point_m.y() + s.tx, s.b * point_m.x() + s.a * point_m.y() + s.ty};
 }
 
+/// Seen from above axis_2 is axis_1 turned counter-clockwise; where y points down that is a negative cross product.
+std::vector<std::string> mirrored_axes(const Scene& scene) {
+  std::vector<std::string> warnings;
+  for (const Corner& corner : scene.corners) {
+    if ((cross(corner.frame.axis_1, corner.frame.axis_2) > 0.0) == (scene.y_axis == YAxis::up)) continue;
+    warnings.push_back(
+        (scene.path.empty() ? "scene" : scene.path.string()) + ": corner '" + corner.name +
+        "': axis_1 and axis_2 are mirrored (axis_2 should be axis_1 turned counter-clockwise, seen from above); "
+        "swap them, or correct y_axis");
+  }
+  return warnings;
+}
+
 Scene read_scene(const std::filesystem::path& path, const std::filesystem::path& data_dir) {
   return scene_of_json(path, read_json(path), data_dir);
 }
@@ -178,7 +180,7 @@ Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& jso
   scene.name = fields.text_or("name", path.stem().string());
   scene.y_axis = y_axis_in(fields);
   read_corners(scene, fields);
-  warn_of_mirrored_axes(scene);
+  std::ranges::move(mirrored_axes(scene), std::back_inserter(scene.warnings));
   if (fields.has("camera")) {
     CameraFile read = camera_of_json(path.string(), json.at("camera"), "camera.");
     scene.camera = read.camera;

@@ -21,6 +21,8 @@ class Connection {
   virtual ~Connection() = default;
   virtual void send(std::string line, bool droppable) = 0;
   virtual void close() = 0;
+  /// All lines of the stream are answered and sent.
+  virtual void finish() {}
 };
 
 /// The connections of a service and their common state. Used by the thread that runs `context` alone, except the

@@ -181,9 +181,12 @@ void Engine::ingest_queued() {
 
 void Engine::ingest_event(const StreamEvent& event) {
   if (!event.detection) {
+    // The client may still read. A stepwise run predicts in steps alone.
+    while (!stepwise_ && due_predictions(core_) > 0) predict_and_score();
     report_losses();
     end_stream(core_, event.stream, settings_);
     last_arrival_s_.erase(event.stream);
+    if (output_.ended) output_.ended(event.stream);
     return;
   }
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
@@ -234,6 +237,9 @@ void Engine::send_predictions(const std::vector<PredictionRequest>& requests) {
 }
 
 void Engine::report(double now_s) {
+  for (const std::string& warning : std::exchange(core_.warnings, {})) {
+    if (output_.warn) output_.warn(warning);
+  }
   if (losses_timer_.has_passed(now_s)) report_losses();
   if (metrics_timer_.has_passed(now_s)) update_metrics();
   if (page_timer_.has_passed(now_s)) update_page();

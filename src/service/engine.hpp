@@ -49,8 +49,10 @@ class Engine {
   /// Called on the thread of the engine; must return at once.
   struct Output {
     std::function<void(std::vector<OutgoingLine>)> send;
-    std::function<void(std::string)> show;  ///< JSON for every live page
-    std::function<void()> failed = {};      ///< the engine has ended by an exception
+    std::function<void(std::string)> show;     ///< JSON for every live page
+    std::function<void()> failed = {};         ///< the engine has ended by an exception
+    std::function<void(StreamId)> ended = {};  ///< an ended stream is answered; after its last `send`
+    std::function<void(const std::string&)> warn = {};
   };
 
   /// `stepwise`: predictions, scores and learning happen in `drain` alone, so that they depend on what was offered but

@@ -7,6 +7,7 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
+#include <future>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -90,12 +91,12 @@ class Answers {
   ReplayReport report_;
 };
 
-/// Writes on this thread and reads on another.
+/// Writes on this thread and reads on another, until the service has answered all and closes the connection.
 template <class Socket>
 ReplayReport exchange(Socket& socket, const std::string& token, const std::vector<TimedLine>& lines, double rate,
                       double linger_s, const std::function<void(const std::string&)>& receive) {
   Answers answers;
-  std::thread reader([&] {
+  std::future<void> reader = std::async(std::launch::async, [&] {
     std::string buffer;
     boost::system::error_code error;
     while (true) {
@@ -110,17 +111,22 @@ ReplayReport exchange(Socket& socket, const std::string& token, const std::vecto
   boost::system::error_code error;
   if (!token.empty())
     boost::asio::write(socket, boost::asio::buffer(nlohmann::json{{"token", token}}.dump() + "\n"), error);
-  replay(lines, rate, [&](const TimedLine& line) {
-    if (error) return;
+  const bool complete = replay(lines, rate, [&](const TimedLine& line) {
+    if (error || reader.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
     answers.sent(line);
     boost::asio::write(socket, boost::asio::buffer(line.text + "\n"), error);
+    return !error;
   });
-  if (!error) std::this_thread::sleep_for(std::chrono::duration<double>(linger_s));
   boost::system::error_code ignored;
+  socket.shutdown(Socket::shutdown_send, ignored);
+  if (complete) reader.wait_for(std::chrono::duration<double>(linger_s));
   socket.shutdown(Socket::shutdown_both, ignored);
-  reader.join();
-  if (error) throw std::runtime_error("replay: the connection broke: " + error.message());
-  return answers.report();
+  reader.wait();
+  const ReplayReport report = answers.report();
+  if (!complete)
+    throw std::runtime_error(
+        concatenate("replay: the service closed the connection after ", report.sent, " of ", lines.size(), " lines"));
+  return report;
 }
 
 }  // namespace
@@ -145,13 +151,14 @@ std::vector<TimedLine> timed_lines(const CleanTracks& tracks, double apart_s) {
   return lines;
 }
 
-void replay(const std::vector<TimedLine>& lines, double rate, const std::function<void(const TimedLine&)>& send) {
+bool replay(const std::vector<TimedLine>& lines, double rate, const std::function<bool(const TimedLine&)>& send) {
   const auto start = std::chrono::steady_clock::now();
   for (const TimedLine& line : lines) {
     std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                               std::chrono::duration<double>(line.at_s / rate)));
-    send(line);
+    if (!send(line)) return false;
   }
+  return true;
 }
 
 ReplayReport replay_to(const std::string& address, const std::string& token, const std::vector<TimedLine>& lines,

@@ -39,7 +39,10 @@ tcp::acceptor listen_at(boost::asio::io_context& context, const detail::Address&
   try {
     return {context, tcp::endpoint(boost::asio::ip::make_address(address.host), address.port)};
   } catch (const boost::system::system_error& error) {
-    throw cannot_listen(address.host + ":" + std::to_string(address.port), error.code().message());
+    const bool in_use = error.code() == boost::asio::error::address_in_use;
+    throw cannot_listen(
+        address.host + ":" + std::to_string(address.port),
+        error.code().message() + (in_use ? "; give another port (--http, --tcp), 0 for any that is free" : ""));
   }
 }
 
@@ -117,6 +120,7 @@ struct Server::State {
   void listen_unix(const std::function<void(const std::string&)>& announce);
   void send(std::vector<OutgoingLine> outgoing);
   void show(std::string message);
+  void finish(StreamId stream);
   void close();
   void end_streams();
 };
@@ -176,6 +180,14 @@ void Server::State::show(std::string message) {
   });
 }
 
+void Server::State::finish(StreamId stream) {
+  boost::asio::post(registry.context, [this, stream] {
+    const auto found = registry.streams.find(stream);
+    if (found == registry.streams.end()) return;
+    if (const auto connection = found->second.lock()) connection->finish();
+  });
+}
+
 void Server::State::close() {
   boost::system::error_code ignored;
   if (http) http->close(ignored);
@@ -211,7 +223,9 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
   state.engine = std::make_unique<Engine>(
       std::move(settings), learner,
       Engine::Output{[&state](std::vector<OutgoingLine> lines) { state.send(std::move(lines)); },
-                     [&state](std::string message) { state.show(std::move(message)); }, close},
+                     [&state](std::string message) { state.show(std::move(message)); }, close,
+                     [&state](StreamId stream) { state.finish(stream); },
+                     [&state](const std::string& warning) { state.registry.announce("warning: " + warning); }},
       options.standard_input && options.wait);
   state.registry.engine = state.engine.get();
   state.registry.metrics = [&state] { return state.metrics(); };

@@ -21,7 +21,7 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
         open_(registry),
         id_(registry.next_id++),
         socket_(std::move(socket)),
-        token_timer_(registry.context),
+        timer_(registry.context),
         // Room for a carriage return, which does not count.
         lines_(static_cast<std::size_t>(registry.config.max_line_bytes) + 1),
         queue_(registry.max_send_bytes()) {}
@@ -39,8 +39,13 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
     if (writing_.empty()) write();
   }
   void close() override {
+    timer_.cancel();
     boost::system::error_code ignored;
     socket_.close(ignored);
+  }
+  void finish() override {
+    closing_ = true;
+    if (writing_.empty()) write();
   }
 
  private:
@@ -53,8 +58,8 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
 
   /// A connection without a token must not occupy a place for long.
   void expect_token() {
-    token_timer_.expires_after(registry_.options.token_timeout);
-    token_timer_.async_wait([weak = this->weak_from_this()](const boost::system::error_code& error) {
+    timer_.expires_after(registry_.options.token_timeout);
+    timer_.async_wait([weak = this->weak_from_this()](const boost::system::error_code& error) {
       const auto self = weak.lock();
       if (error || !self || self->receiver_) return;
       if (self->closing_) return self->close();
@@ -75,7 +80,16 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
       while (const auto line = self->lines_.next()) self->take(*line);
       if (!error && self->socket_.is_open()) return self->read();
       if (const auto line = self->lines_.last()) self->take(*line);
+      if (error == boost::asio::error::eof && self->receiver_) self->wait_for_answers();
     });
+  }
+
+  /// The client has sent its last line and may still read: the timer, which never ends, holds the connection until
+  /// `finish` or `close`.
+  void wait_for_answers() {
+    receiver_.reset();
+    timer_.expires_at(boost::asio::steady_timer::time_point::max());
+    timer_.async_wait([self = this->shared_from_this()](const boost::system::error_code&) {});
   }
 
   void take(std::string_view line) {
@@ -108,7 +122,7 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
   OpenSocket open_;
   StreamId id_;
   Socket socket_;
-  boost::asio::steady_timer token_timer_;
+  boost::asio::steady_timer timer_;
   std::array<char, kBlock> block_;
   LineBuffer lines_;
   SendQueue queue_;

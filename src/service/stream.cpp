@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "clock.hpp"
+#include "core/unit_warnings.hpp"
 #include "open_track.hpp"
 #include "sila/core/companions.hpp"
 #include "sila/core/sampling.hpp"
@@ -15,6 +16,8 @@ namespace {
 
 /// Interval at which the ends of tracks are checked, on the clock of the stream.
 constexpr double kCheckInterval_s = 0.25;
+/// Tracks by which units are checked.
+constexpr std::uint64_t kFirstTracks = 20;
 
 /// The score of a prediction on a path that has its future; none if the path does not, or has no sample at t0.
 std::optional<WindowScore> score_of(const Prediction& prediction, const Trajectory& path,
@@ -60,6 +63,18 @@ void queue_score(StreamCore& core, StreamId id, const std::string& track, Pedest
   core.due_scores.emplace_back(id, track);
 }
 
+/// Once, by the first tracks; before `clean`, which takes apart what moves too fast.
+void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings& settings) {
+  if (core.counters.tracks >= kFirstTracks) return;
+  Trajectory& path = core.first_tracks.emplace_back();
+  for (const Detection& row : track.rows) {
+    path.times_s.push_back(row.t_s);
+    path.positions_m.push_back(row.position_m);
+  }
+  if (core.first_tracks.size() == kFirstTracks)
+    core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s);
+}
+
 void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {
   if (pedestrian.queued) ++core.counters.superseded;
   std::vector<Trajectory> trajectories = trajectories_of(pedestrian.track, settings.clean);
@@ -73,6 +88,7 @@ void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSetti
   core.online_calibration = fitted(std::move(core.online_calibration), pedestrian.score,
                                    horizons_until(settings.episode.predict.horizon_s), ServiceConfig::calibration_step);
   add(core.scores, std::move(pedestrian.score), settings.service);
+  check_units(core, pedestrian.track, settings);
   ++core.counters.tracks;
   for (Trajectory& path : trajectories) {
     const CurbFrame frame = settings.frame_for(path);

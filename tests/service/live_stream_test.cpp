@@ -146,6 +146,35 @@ TEST(LiveStream, EndsAllTracksAfterSilence) {
   EXPECT_EQ(stream.metrics().pedestrians, 0u) << "a detection that is rejected is silence, too";
 }
 
+TEST(LiveStream, WarnsOnceOfUnitsThatLookWrong) {
+  for (const double scale : {1.0, 40.0}) {
+    LiveStream stream({});
+    std::vector<FramedTrajectory> walks = corner_walks(25, 5);
+    for (FramedTrajectory& walk : walks) {
+      for (Vector2& position : walk.track.positions_m) position *= scale;
+    }
+    feed(stream, walks);
+    stream.close();
+    const std::vector<std::string> warnings = stream.take_warnings();
+    EXPECT_EQ(warnings.size(), scale == 1.0 ? 0u : 1u);
+    EXPECT_TRUE(scale == 1.0 || says(warnings.at(0), "look like pixels"));
+    EXPECT_TRUE(stream.take_warnings().empty());
+  }
+}
+
+TEST(LiveStream, WarnsOfAnEpisodeThatFails) {
+  const tests::ScratchFolder folder;
+  std::filesystem::create_directory(folder / "gone");
+  LiveStream stream({.file = folder / "gone" / "m.sila", .config = small_batches()});
+  std::filesystem::remove_all(folder / "gone");
+  feed(stream, corner_walks(10, 5));
+  stream.close();
+  EXPECT_EQ(stream.metrics().learner.failed_episodes, 1u);
+  const std::vector<std::string> warnings = stream.take_warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(says(warnings.front(), "an episode failed, and 10 tracks are lost")) << warnings.front();
+}
+
 TEST(LiveStream, ServesSeveralThreads) {
   const tests::ScratchFolder folder;
   for (const bool with_file : {false, true}) {

@@ -37,6 +37,7 @@ class Client {
     send(
         nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump());
   }
+  void end() { socket_.shutdown(tcp::socket::shutdown_send); }
   /// The next line; none when the service closed the connection.
   std::optional<nlohmann::json> receive() {
     boost::system::error_code error;
@@ -67,6 +68,11 @@ std::string get(unsigned port, const std::string& target, const std::string& aut
   return std::to_string(response.result_int()) + "\n" + response.body();
 }
 
+/// Waits until it is true, at most two minutes.
+void wait_until(const std::function<bool()>& condition) {
+  for (int tries = 0; tries < 2400 && !condition(); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+}
+
 std::vector<Detection> one_walker(double seconds) {
   std::vector<Detection> rows;
   for (int k = 0; k <= static_cast<int>(10.0 * seconds); ++k) rows.push_back({"17", 0.1 * k, {0.13 * k, 1.0}});
@@ -85,6 +91,23 @@ TEST(Server, AnswersEachDueDetectionWithAPrediction) {
     EXPECT_EQ((*prediction)["t0"].get<double>(), row.t_s);
     EXPECT_EQ((*prediction)["t"].size(), 25u);
   }
+}
+
+TEST(Server, AnswersAClientThatHasClosedItsSendingSide) {
+  Running service;
+  Client client(service.server->tcp_port());
+  client.send("nonsense");
+  for (const Detection& row : one_walker(1.0)) client.send(row);
+  client.end();
+  std::vector<nlohmann::json> answers;
+  while (const auto line = client.receive()) answers.push_back(*line);
+  const auto has = [&](const char* key) {
+    return std::ranges::any_of(answers, [&](auto& line) { return line.contains(key); });
+  };
+  EXPECT_TRUE(has("rejected"));
+  EXPECT_TRUE(has("modes"));
+  wait_until([&] { return service.server->metrics().connections == 0; });
+  EXPECT_EQ(service.server->metrics().connections, 0u);
 }
 
 TEST(Server, ReportsRejectedLines) {
@@ -226,10 +249,7 @@ TEST(Server, ServesThePageAndTheMetrics) {
     }
   }
   std::string metrics;
-  for (int tries = 0; tries < 100 && metrics.find("sila_predictions_total 37") == std::string::npos; ++tries) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    metrics = get(port, "/metrics");
-  }
+  wait_until([&] { return (metrics = get(port, "/metrics")).find("sila_predictions_total 37") != std::string::npos; });
   for (const char* sample :
        {"sila_lines_total 41", "sila_detections_total 41", "sila_predictions_total 37", "sila_pedestrians 1",
         "sila_prediction_seconds_bucket{le=\"+Inf\"} 37", "# TYPE sila_prediction_seconds histogram"})
@@ -301,14 +321,13 @@ TEST(Server, LearnsWhilePredictingAndTheRestAtItsEnd) {
   EXPECT_EQ(report.sent, lines.size());
   EXPECT_GT(report.predictions, 0u);
   EXPECT_EQ(report.rejected, 0u);
-  for (int tries = 0; tries < 2400 && service.stored < 2; ++tries)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_until([&] { return service.stored >= 2; });
   EXPECT_EQ(service.stored, 2);
-  const Counters counters = service.server->metrics().counters;
+  Counters counters;  // at most half a second old
+  wait_until([&] { return (counters = service.server->metrics().counters).detections >= lines.size(); });
   EXPECT_EQ(counters.detections, lines.size());
   EXPECT_EQ(counters.detections, counters.not_due + counters.predictions + counters.superseded);
-  for (int tries = 0; tries < 2400 && service.learner->status().waiting_tracks == 0; ++tries)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_until([&] { return service.learner->status().waiting_tracks > 0; });
   service.stop();
   EXPECT_EQ(service.stored, 3);
 }
@@ -326,8 +345,7 @@ TEST(Server, LearnsTheOpenTracksOfAllConnectionsWhenItStops) {
     const nlohmann::json line{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", 2.0}};
     socket.write(asio::buffer(line.dump()));
   }
-  for (int tries = 0; tries < 600 && service.server->metrics().counters.detections < 82; ++tries)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_until([&] { return service.server->metrics().counters.detections >= 82; });
   EXPECT_EQ(service.learner->status().waiting_tracks, 0u);
   service.stop();
   EXPECT_EQ(service.learner->status().learnt_tracks, 2u);
@@ -343,6 +361,16 @@ TEST(Server, EndsWithTheExceptionOfItsEngine) {
   Client client(server.tcp_port());
   for (const Detection& row : one_walker(1.0)) client.send(row);
   EXPECT_THROW(server.run(), std::runtime_error);
+}
+
+TEST(Server, AReplayEndsWhenTheServiceDoes) {
+  Running service;
+  const std::string address = "tcp:127.0.0.1:" + std::to_string(service.server->tcp_port());
+  std::vector<TimedLine> lines;
+  for (int k = 0; k < 1200; ++k) lines.push_back({0.05 * k, "a", 0.05 * k, R"({"t": 0, "id": "a", "x": 1, "y": 1})"});
+  std::thread end([&] { service.server->stop(); });
+  EXPECT_THROW(replay_to(address, "", lines, 1.0, 0.0, [](const std::string&) {}), std::runtime_error);
+  end.join();
 }
 
 TEST(Server, AUnixSocketIsForItsOwnerAlone) {

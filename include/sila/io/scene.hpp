@@ -82,6 +82,9 @@ CameraFile read_camera(const std::filesystem::path& path);
 /// Throws: std::invalid_argument if the invariant does not hold.
 void validate(const Scene& scene);
 
+/// A warning for each corner whose axis_2 is not axis_1 turned counter-clockwise, seen from above.
+std::vector<std::string> mirrored_axes(const Scene& scene);
+
 /// A scene file: the text that `read_scene` reads. Throws: as validate.
 std::string to_text(const Scene& scene);
 

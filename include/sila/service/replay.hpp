@@ -32,12 +32,13 @@ struct ReplayReport {
 };
 
 /// Sends lines to tcp:ADDRESS:PORT or unix:PATH, `rate` times as fast as recorded, after a line {"token": ...} if there
-/// is a token, and passes each received line to `receive` (on another thread). Then waits `linger_s` for the last
-/// answers. Throws: std::invalid_argument for an invalid address, std::runtime_error if the connection fails.
+/// is a token, and passes each received line to `receive` (on another thread). Then waits for the last answers, at most
+/// `linger_s`. Throws: std::invalid_argument for an invalid address, std::runtime_error if the connection fails or the
+/// service closes it before the last line.
 ReplayReport replay_to(const std::string& address, const std::string& token, const std::vector<TimedLine>& lines,
                        double rate, double linger_s, const std::function<void(const std::string&)>& receive);
 
-/// Passes the lines to `send` at their times.
-void replay(const std::vector<TimedLine>& lines, double rate, const std::function<void(const TimedLine&)>& send);
+/// Passes the lines to `send` at their times; ends with false when `send` returns false.
+bool replay(const std::vector<TimedLine>& lines, double rate, const std::function<bool(const TimedLine&)>& send);
 
 }  // namespace sila
