@@ -73,6 +73,7 @@ void fuse_files(const FuseOptions& options) {
   const ThreadLimit limit(options.common.threads);
   const StoredModel previous = load_model(options.previous), incoming = load_model(options.incoming);
   const Config config = configured(options.common, previous, options.previous);
+  require_fitting(previous.model, config.episode);
   require_one_scale(config, configured(CommonOptions{}, incoming, options.incoming));
   const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
   warn_of_own_frames(previous.model, incoming.model, fused.model);

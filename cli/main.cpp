@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
@@ -50,6 +51,7 @@ void require_verb(const CLI::App& program, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file over the limit of the shell is an error of the write, as a full disk
   CLI::App app("Learns how pedestrians move at intersections, batch by batch, and predicts their next seconds.",
                "sila");
   app.set_version_flag("--version", "sila " + std::string(sila::build_version()));

@@ -4,7 +4,6 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "sila/config.hpp"
@@ -228,13 +227,7 @@ Config configured(const CommonOptions& common, Config base) {
 
 Config configured(const CommonOptions& common, const StoredModel& stored, const std::string& path) {
   const Config config = configured(common, config_of(stored, path));
-  const double given = config.episode.sampling.interval_s, kept = stored.model.settings.sample_interval_s;
-  if (stored.model.episodes > 0 && given != kept) {
-    std::ostringstream message;
-    message << "sampling.interval_s = " << given << ", but the model began with " << kept
-            << "; keep it, or learn a new model";
-    throw std::invalid_argument(message.str());
-  }
+  require_same_units(stored.model, config.episode);
   return config;
 }
 

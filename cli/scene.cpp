@@ -33,6 +33,11 @@ double heading_deg(const Vector2& axis) {
   return std::atan2(axis.y(), axis.x()) * kDegrees;
 }
 
+/// The y axis of a scene that comes without a file is that of its camera.
+void take_y_axis(Scene& scene, const TrackOptions& options) {
+  if (options.scene.empty() && scene.camera) scene.y_axis = y_axis_of(*scene.camera);
+}
+
 /// The proposed corner and its standard errors, as a sentence.
 std::string describe(const CornerProposal& made) {
   const CurbFrame& frame = made.frame;
@@ -56,8 +61,9 @@ void propose_scene(const MakeOptions& options) {
     throw UsageError("scene make: --map comes with the Python package; pip install 'sila[map]'");
   const Config config = configured(options.common);
   ReadTracks read = read_clean(options.tracks, config);
-  const CornerProposal made = propose_corner(read.tracks.trajectories);
   Scene scene = std::move(read.scene);
+  take_y_axis(scene, options.tracks);
+  const CornerProposal made = propose_corner(read.tracks.trajectories, scene.y_axis == YAxis::down);
   const std::vector<std::string>& paths = options.tracks.paths;
   if (scene.name.empty())
     scene.name = std::filesystem::path(paths.empty() ? options.tracks.scene : paths.front()).stem().string();
@@ -122,7 +128,7 @@ std::string add_corner(EditorInput& input, const std::vector<Trajectory>& tracks
   if (!input.scene.corners.empty()) return "The corner is that of " + input.file_name + ".";
   if (input.in_picture && !input.scene.camera) return "";
   try {
-    const CornerProposal made = propose_corner(tracks);
+    const CornerProposal made = propose_corner(tracks, input.scene.y_axis == YAxis::down);
     input.scene.corners = {{"corner", made.frame, made.widths}};
     return "The corner is where most tracks turn (" + std::to_string(made.turning_tracks) +
            " do); that need not be the curb.";
@@ -165,6 +171,7 @@ EditorInput editor_input(const EditOptions& options) {
     for (Vector2& position : track.positions_m) position /= scale;
   }
   input.scene = std::move(read.scene);
+  take_y_axis(input.scene, options.tracks);
   input.tracks = without_frames(read.tracks.trajectories);
   const std::filesystem::path named = options.tracks.scene.empty() ? paths.front() : options.tracks.scene;
   input.file_name = options.tracks.scene.empty() ? named.stem().string() + ".scene.json" : named.filename().string();

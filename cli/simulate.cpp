@@ -44,13 +44,11 @@ void require_own_tracks(const std::string& out) {
                                 ", which would be lost; name another --out, or move that file");
 }
 
-/// Writes the scene file, but not over another scene.
-void write_beside(const std::filesystem::path& path, const Scene& scene) {
+void require_no_other_scene(const std::filesystem::path& path, const Scene& scene) {
   std::ifstream file(path);
   if (file && std::string(std::istreambuf_iterator<char>(file), {}) != to_text(scene))
     throw std::invalid_argument("simulate: expected no other scene at " + path.string() +
                                 ", which would be lost; name another --out, or move that file");
-  write_scene(path, scene);
 }
 
 void simulate_tracks(const SimulateOptions& options) {
@@ -61,8 +59,10 @@ void simulate_tracks(const SimulateOptions& options) {
   });
   require_own_tracks(options.out);
   const Simulation simulation = simulate(config.simulate);
-  write_beside(scene_path(options.out), scene_of(simulation, options.out));
+  const Scene scene = scene_of(simulation, options.out);
+  require_no_other_scene(scene_path(options.out), scene);
   write_tracks_csv(options.out, simulation.tracks);
+  write_scene(scene_path(options.out), scene);
   std::cerr << counted(simulation.tracks.size(), "track") << " in " << options.out << ", scene in "
             << scene_path(options.out).string() << "\n";
 }

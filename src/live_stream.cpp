@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/service/learner_thread.hpp"
 #include "sila/service/stream.hpp"
@@ -139,9 +140,10 @@ std::vector<LivePrediction> LiveStream::update(double now_s, std::span<const Det
 void LiveStream::close() {
   {
     const std::lock_guard lock(state_->mutex);
-    if (std::exchange(state_->closed, true)) return;
-    end_stream(state_->core, kStream, state_->settings);
-    state_->learn_finished();
+    if (!std::exchange(state_->closed, true)) {
+      end_stream(state_->core, kStream, state_->settings);
+      state_->learn_finished();
+    }
   }
   state_->learner->drain();
 }
@@ -154,6 +156,8 @@ StoredModel LiveStream::model() const {
   if (state_->path) {
     ModelFile file = ModelFile::open_or_create(*state_->path);  // the learner's thread uses the other one
     if (!file.empty()) return file.read();
+    if (!state_->stored.episodes.empty() || state_->learner->status().episodes > 0)
+      throw FormatError(state_->path->string(), 0, "the model of this stream", "none; the file was removed");
   }
   const std::lock_guard lock(state_->stored_mutex);
   return state_->stored;

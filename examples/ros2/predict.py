@@ -80,11 +80,14 @@ class Predict(Node):
         for tracked in ros.tracked_objects(message):
             moved = do_transform_pose(tracked.pose, transform)
             tracked.pose.position, tracked.pose.orientation = moved.position, moved.orientation
+            if hasattr(tracked.source, "kinematics"):
+                state = tracked.source.kinematics.pose_with_covariance
+                state.covariance = ros.turned(state.covariance, transform.transform.rotation)
         header.frame_id = self._frame
         return True
 
     def _report(self) -> None:
-        self.get_logger().info(str(self._stream))
+        self.get_logger().info(f"{self._stream}, rejected {self._stream.counts['rejected']}")
 
     def close(self) -> None:
         """Learns the tracks that are left; ROS is shut down already and has no logger."""

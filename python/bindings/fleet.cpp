@@ -44,13 +44,13 @@ std::pair<std::vector<std::string>, FrameState> content_of_model(const StoredMod
 
 std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
     const std::vector<std::vector<std::string>>& episodes, const std::vector<FrameState>& sites,
-    const std::vector<std::string>& known) {
+    const std::vector<bool>& are_models, const std::vector<std::string>& known) {
   std::vector<CurbFrame> frames;
   for (const FrameState& site : sites) frames.push_back(frame_in(site));
   std::vector<std::vector<EpisodeId>> ids;
   for (const auto& of_partition : episodes) ids.push_back(ids_in(of_partition));
   std::vector<std::pair<std::size_t, std::vector<std::string>>> result;
-  for (const ChosenPartition& choice : choose_partitions(ids, frames, ids_in(known)))
+  for (const ChosenPartition& choice : choose_partitions(ids, frames, are_models, ids_in(known)))
     result.emplace_back(choice.partition, texts_of(choice.left_out));
   return result;
 }
@@ -112,6 +112,7 @@ PythonValue run_on_model(const std::string& step, const std::optional<StoredMode
 /// Whether a model may be fused with those that learn under this configuration; says what differs.
 void require_settings(const StoredModel& stored, const DrawnScene& drawn, const std::string& config_json) {
   const Config config = config_of(config_json);
+  require_one_scale(config, config_of(stored.configuration));
   const CurbFrame& frame = drawn.scene.corners.at(drawn.scene.primary).frame;
   (void)settings_for(stored.model, rescaled(frame, config.episode.scaling), config.episode);
 }
@@ -150,7 +151,7 @@ void bind_fleet(nb::module_& module) {
              nb::call_guard<nb::gil_scoped_release>(),
              "The episodes of a partition, and the frame of its first track.");
   module.def("content_of_model", &content_of_model, "model"_a, "The same of a partition that is a model.");
-  module.def("choose_partitions", &chosen, "episodes"_a, "sites"_a, "known"_a,
+  module.def("choose_partitions", &chosen, "episodes"_a, "sites"_a, "are_models"_a, "known"_a,
              "Indices of the partitions in canonical order, and which of their episodes are left out.");
   module.def("plan_fleet", &plan, "partitions"_a, "goes_on"_a, "config"_a,
              "(step, partition, inputs) of every task, in order.");

@@ -39,7 +39,4 @@ NB_MODULE(_sila, module) {
   bindings::bind_experiments(module);
   bindings::bind_sim(module);
   bindings::bind_stream(module);
-  // As in a class of Python that has __eq__ alone: equal objects must not have different hashes.
-  for (const char* name : {"Track", "CurbFrame", "Scene", "Model", "Prediction"})
-    module.attr(name).attr("__hash__") = nanobind::none();
 }

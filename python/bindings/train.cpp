@@ -51,6 +51,7 @@ StoredModel fuse_stored(const StoredModel& previous, const StoredModel& incoming
                         int threads) {
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
+  require_fitting(previous.model, config.episode);
   require_one_scale(config, config_of(incoming.configuration));
   StoredModel result;
   result.model = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual).model;
@@ -95,6 +96,12 @@ void bind_episode(nb::module_& module) {
              "on_episode"_a.none());
   module.def("train_batch", &learn_all, "tracks"_a, "scene"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
+  module.def(
+      "require_same_units",
+      [](const StoredModel& stored, const std::string& config) {
+        require_same_units(stored.model, config_of(config).episode);
+      },
+      "model"_a, "config"_a);
   module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def(

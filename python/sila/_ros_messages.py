@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._rows import names_of
 from ._sila import Prediction
 
 # Of messages, as their packages define them; for bags that do not bring the definitions themselves.
@@ -91,8 +92,9 @@ def tracked_objects(message: Any, pedestrian_labels: Collection[str] = ()) -> It
         seen = map(_of_vision, message.detections)
     else:
         raise TypeError(f"expected TrackedObjects or Detection3DArray, found {type(message).__name__}")
+    labels = names_of(pedestrian_labels)
     for tracked in seen:
-        yield tracked._replace(label="pedestrian") if tracked.label in pedestrian_labels else tracked
+        yield tracked._replace(label="pedestrian") if tracked.label in labels else tracked
 
 
 def detections(message: Any, *, pedestrian_labels: Collection[str] = ()) -> list[tuple[str, float, float, str]]:
@@ -100,6 +102,15 @@ def detections(message: Any, *, pedestrian_labels: Collection[str] = ()) -> list
     of the message."""
     objects = tracked_objects(message, pedestrian_labels)
     return [(one.id, one.pose.position.x, one.pose.position.y, one.label) for one in objects if one.id]
+
+
+def turned(covariance: Any, rotation: Any) -> np.ndarray:
+    """The covariance of a pose (6 x 6, row by row: position, then rotation about the fixed axes) in a frame that is turned by a
+    Quaternion message."""
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.kron(np.eye(2), np.eye(3) + 2.0 * (w * skew + skew @ skew))
+    return np.ravel(turn @ np.reshape(covariance, (6, 6)) @ turn.T)
 
 
 def _of_autoware(tracked: Any) -> TrackedObject:
@@ -128,7 +139,7 @@ def predicted_objects(
     and at its time, with a path for each mode of their prediction.
 
     `predictions`: those that `Stream.update` gave for `detections(message)`. An object without one (no pedestrian, or
-    seen for too short a time) has no path. A path begins at the position in the message, its points are `time_step`
+    seen for too short a time, or not due by `stride_s`) has no path. A path begins at the position in the message, its points are `time_step`
     apart and look ahead; equal paths are one, with the sum of their weights as `confidence`. Message types have no
     place for the covariances of a prediction. An object of a Detection3DArray gets speed and heading from its most
     likely path, and a UUID made from its id if this is none. `types` gives the class of a message by its name.

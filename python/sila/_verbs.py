@@ -267,7 +267,7 @@ def _model(argument: str, given: Any) -> Model:
 
 
 def _settings(argument: str, model: Any, config: ConfigLike) -> str:
-    """The configuration of a model with changes, which cannot change the scale and the interval that it was learnt at."""
+    """The configuration of a model with changes, which cannot change the units and the interval that it was learnt in."""
     settings = merged(_model(argument, model).config_json, config)
     if model.episodes == 0:
         return settings
@@ -276,11 +276,7 @@ def _settings(argument: str, model: Any, config: ConfigLike) -> str:
     if scale != learnt_at:
         units = f"at metres_per_pixel = {learnt_at:g}" if learnt_at > 0 else "in metres"
         raise ValueError(f"config: metres_per_pixel = {scale:g}, but the model was learnt {units}; learn a new one")
-    given, kept = now["sampling"]["interval_s"], then["sampling"]["interval_s"]
-    if given != kept:
-        raise ValueError(
-            f"config: sampling.interval_s = {given:g}, but the model began with {kept:g}; keep it, or learn a new model"
-        )
+    _sila.require_same_units(model, settings)
     return settings
 
 

@@ -27,6 +27,7 @@ from ._ros_messages import (
     predicted_objects,
     time_s,
     tracked_objects,
+    turned,
 )
 from ._sila import Prediction, Track
 from ._tracks import Tracks, TracksLike, as_tracks, clean_rows
@@ -40,6 +41,7 @@ __all__ = [
     "time_s",
     "tracked_objects",
     "tracked_topics",
+    "turned",
     "write_predictions",
 ]
 

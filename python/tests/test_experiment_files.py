@@ -1,13 +1,14 @@
 """Experiment files: what they may say, and mistakes in them, in one sentence each."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 pytest.importorskip("scipy")
 import sila
-from sila.experiments import read_experiment
+from sila.experiments import field, read_experiment
 from sila.experiments.experiment import Overrides
 from sila.experiments.program import run
 from test_experiments import SMALL, written
@@ -154,3 +155,15 @@ def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
     assert len(set(read[0.1])) == 1 and read[0.1][0] != read[0][0]
     with pytest.raises(sila.FormatError, match="noise_m as a number"):
         read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]), Overrides())
+
+
+def test_a_run_of_the_field_protocol_is_made_anew_after_a_change_of_its_method(tmp_path, monkeypatch):
+    entry = {"name": "m", "method": "m.py:M", "learnt": "in_place", "parameters": {}, "config": "{}", "cls": object}
+    scene, made = SimpleNamespace(name="a", tracks=SimpleNamespace(hash="h")), []
+    monkeypatch.setattr(field, "read_field", lambda *_: ({}, [scene], [entry]))
+    monkeypatch.setattr(field, "do_field", lambda *_: made.append(1) or {"people": []})
+    monkeypatch.setattr(field, "markdown", lambda *_: "")
+    for text, count in (("1", 1), ("1", 1), ("2", 2)):
+        (tmp_path / "m.py").write_text(text)
+        field.run_field(str(tmp_path / "f.json"), str(tmp_path / "out"), None)
+        assert len(made) == count

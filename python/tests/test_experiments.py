@@ -229,6 +229,12 @@ def test_measures_of_a_gaussian_are_those_of_the_textbook():
     assert np.isnan(narrowest["equal_area_95_m2"]).all()  # beyond its samples
 
 
+def test_a_density_without_error_covers_what_it_says():
+    truth = np.random.default_rng(2).normal(size=(40000, 1, 2)) * 0.7
+    (found,) = measures_of(modes_of(gaussians(40000, 0.7, 1)), truth, [True] * 40000, [""] * 40000)[1]["people"].values()
+    assert np.ravel(found[1]) / 40000 == pytest.approx(NOMINAL, abs=0.007)
+
+
 @pytest.mark.parametrize("of_each", [1, 50])
 def test_the_windows_of_one_person_are_not_independent(of_each):
     truth = np.repeat(np.random.default_rng(1).normal(size=(400, 1, 2)) * 0.7, of_each, 0)

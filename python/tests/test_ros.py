@@ -1,6 +1,7 @@
 """Bags are written here, message by message, as trackers write them."""
 
 from dataclasses import astuple
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -327,3 +328,20 @@ def test_absurd_positions_and_old_predictions_have_no_path(store):
     assert later.objects[0].kinematics.predicted_paths == []
     with pytest.raises(TypeError, match="expected TrackedObjects or Detection3DArray, found"):
         ros.detections(make.header(0.0, "map"))
+
+
+def test_a_covariance_turns_with_its_frame():
+    half = np.sqrt(0.5)
+    quarter = SimpleNamespace(x=0.0, y=0.0, z=half, w=half)
+    given = np.diag([4.0, 0.01, 0.2, 1.0, 2.0, 3.0])
+    given[0, 1] = given[1, 0] = 0.1
+    expected = np.diag([0.01, 4.0, 0.2, 2.0, 1.0, 3.0])
+    expected[0, 1] = expected[1, 0] = -0.1
+    np.testing.assert_allclose(ros.turned(np.ravel(given), quarter), np.ravel(expected), atol=1e-12)
+
+
+def test_a_label_given_as_a_text_is_one_name(store):
+    message = Messages(store).tracked(1.0, [(1, 0.0, 0.0, 1)])
+    (car,) = ros.tracked_objects(message)
+    assert [one.label for one in ros.tracked_objects(message, f"{car.label},person")] == [car.label]
+    assert [one.label for one in ros.tracked_objects(message, car.label)] == ["pedestrian"]

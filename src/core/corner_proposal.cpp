@@ -190,7 +190,7 @@ double curb_m(const Strip& strip, const Vector2& axis, const Vector2& other) {
 }
 
 /// The proposal without standard errors; none if there is no second direction.
-std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks) {
+std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks, bool y_down) {
   const std::vector<Piece> pieces = pieces_of(tracks);
   const auto headings = main_headings(pieces);
   if (!headings) return std::nullopt;
@@ -210,7 +210,7 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
   const Vector2 away_a = best->sense_a * axis_a, away_b = best->sense_b * axis_b;
   const Vector2 origin_m = crossing(axis_a, curb_m(best->a, axis_a, away_b), axis_b, curb_m(best->b, axis_b, away_a));
   const double width_a = best->a.high_m - best->a.low_m, width_b = best->b.high_m - best->b.low_m;
-  const bool swap = cross(away_a, away_b) < 0.0;
+  const bool swap = (cross(away_a, away_b) < 0.0) != y_down;
   CornerProposal result;
   result.widths = {0.5 * (width_a + width_b), swap ? width_b : width_a, swap ? width_a : width_b};
   result.frame = make_curb_frame(origin_m, swap ? away_b : away_a, swap ? away_a : away_b, result.widths.mean_m);
@@ -221,21 +221,21 @@ std::optional<CornerProposal> proposed(std::span<const Trajectory* const> tracks
 }
 
 /// The proposals of the jackknife: each without one of kParts parts of the tracks.
-std::vector<CornerProposal> proposed_without_parts(const std::vector<const Trajectory*>& tracks) {
+std::vector<CornerProposal> proposed_without_parts(const std::vector<const Trajectory*>& tracks, bool y_down) {
   std::vector<CornerProposal> proposals;
   for (std::size_t part = 0; part < kParts; ++part) {
     std::vector<const Trajectory*> others;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
       if (i % kParts != part) others.push_back(tracks[i]);
     }
-    if (const auto proposal = proposed(others)) proposals.push_back(*proposal);
+    if (const auto proposal = proposed(others, y_down)) proposals.push_back(*proposal);
   }
   return proposals;
 }
 
 }  // namespace
 
-CornerProposal propose_corner(std::span<const Trajectory> tracks) {
+CornerProposal propose_corner(std::span<const Trajectory> tracks, bool y_down) {
   std::vector<const Trajectory*> moving;
   for (const Trajectory& track : tracks) {
     validate(track);
@@ -244,13 +244,13 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks) {
   if (moving.size() < kParts)
     throw std::invalid_argument("no corner found: expected at least " + std::to_string(kParts) +
                                 " tracks that move 3 m or more, found " + std::to_string(moving.size()));
-  auto result = proposed(moving);
+  auto result = proposed(moving, y_down);
   if (!result)
     throw std::invalid_argument(
         "no corner found: all people walk along one line; a corner needs a second direction, 25 degrees or more from "
         "the "
         "first");
-  const std::vector<CornerProposal> parts = proposed_without_parts(moving);
+  const std::vector<CornerProposal> parts = proposed_without_parts(moving, y_down);
   const auto error = [&](const auto& distance) {  // of a jackknife, about the full estimate
     double sum = 0.0;
     for (const CornerProposal& part : parts) sum += std::pow(distance(part), 2);

@@ -196,6 +196,9 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
     throw std::invalid_argument(concatenate("trajectory '", track.id, "', sample ", from + i, ": ",
                                             increases ? "position is not finite" : "times do not increase"));
   }
+  if (const double density = config.acceleration_density; !(density > 0.0 && density <= 1000.0))
+    throw std::invalid_argument(
+        concatenate("sampling.acceleration_density = ", density, ", must be above 0, at most 1000"));
   const auto at_samples =
       smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from), config.acceleration_density);
   std::vector<MotionState> states;
@@ -218,6 +221,7 @@ CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFram
 
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config) {
   validate(track);
+  require_window("resample", track, track.times_s.size() - 1, config.interval_s, config.interval_s);
   std::vector<double> times_s;
   const double start = track.times_s.front(), end = track.times_s.back();
   for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k) {
@@ -237,6 +241,8 @@ std::vector<Vector2> past(const Trajectory& track, std::size_t last, double obse
 
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps,
                             const SamplingConfig& config) {
+  require_window("future", track, last, config.interval_s, config.interval_s);
+  require_sample("future", track, track.times_s.size() - 1);
   std::vector<Vector2> path_m;
   for (std::size_t j = 1; j <= steps; ++j) {
     const double time_s = track.times_s.at(last) + static_cast<double>(j) * config.interval_s;
@@ -254,7 +260,7 @@ std::optional<double> next_due_s(double due_s, double time_s, double stride_s) {
 }
 
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s) {
-  if (!(stride_s > 0.0)) throw std::invalid_argument("prediction_samples: stride_s must be positive");
+  if (!(stride_s >= 0.0)) throw std::invalid_argument("prediction_samples: stride_s must not be negative");
   validate(track);
   std::vector<std::size_t> samples;
   double due = track.times_s.front() + observe_s;

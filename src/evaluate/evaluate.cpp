@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -216,14 +217,20 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
   const auto steps = static_cast<std::size_t>(steps_of(config));
   TestWindows found = windows_with_future(tracks, config, evaluate_config, steps);
   // The paths of other references would be fitted to the windows that they are scored on.
-  const std::vector<LinearReference> own = references_on(
-      found.windows, steps, config.sampling.interval_s, [](const Window&) { return true; }, 2);
+  const auto own_of = [&](bool moving) {
+    return references_on(
+        found.windows, steps, config.sampling.interval_s,
+        [&](const Window& window) { return is_moving(window, config, evaluate_config) == moving; }, 2);
+  };
+  const std::array own{own_of(false), own_of(true)};
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);
   evaluation.skipped = std::move(found.skipped);
   evaluation.windows.resize(found.windows.size());
   tbb::parallel_for(std::size_t{0}, found.windows.size(), [&](std::size_t i) {
-    evaluation.windows[i] = score_forecast(forecast, found.windows[i], own, config, evaluate_config, support);
+    const Window& window = found.windows[i];
+    evaluation.windows[i] = score_forecast(forecast, window, own[is_moving(window, config, evaluate_config) ? 1 : 0],
+                                           config, evaluate_config, support);
   });
   std::erase_if(evaluation.windows, [](const WindowScore& window) { return window.modes == 0; });
   add_groups(evaluation, support != nullptr);

@@ -27,9 +27,11 @@ void reject(const fs::path& path, const sqlite::Error& error) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       reject(path, "one that another process has kept locked for 10 s; try again when it is done");
+    case SQLITE_CANTOPEN:
+      if (!fs::exists(status_of(path))) reject_write(path, "that the file was removed while it was in use" + said);
+      [[fallthrough]];
     case SQLITE_PERM:
     case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
       reject_write(path, "no permission for the file or its folder" + said);
     case SQLITE_FULL:
     case SQLITE_IOERR:
@@ -49,6 +51,7 @@ void require_regular(const fs::path& path, const fs::file_status& status) {
 }
 
 void require_writable(const fs::path& path, const fs::file_status& status) {
+  if (path.empty()) reject_write(path, "an empty path");
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder)) reject_write(path, "that the folder " + folder.string() + " does not exist");
   if (!may(folder, W_OK | X_OK)) reject_write(path, "no permission to write in the folder " + folder.string());

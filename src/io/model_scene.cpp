@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/concatenate.hpp"
+#include "core/kinematics.hpp"
 #include "core/track_frame.hpp"
 #include "sila/io/scene.hpp"
 
@@ -40,6 +41,8 @@ Scene scene_of(const Model& model) {
     corner.name = std::to_string(scene.corners.size() + 1);
     scene.corners.push_back(std::move(corner));
   }
+  const CurbFrame& first = scene.corners.front().frame;
+  if (cross(first.axis_1, first.axis_2) < 0.0) scene.y_axis = YAxis::down;
   return scene;
 }
 

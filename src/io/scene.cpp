@@ -155,6 +155,10 @@ Vector2 apply(const SimilarityTransform& s, const Vector2& point_m) {
   return {s.a * point_m.x() - s.b * point_m.y() + s.tx, s.b * point_m.x() + s.a * point_m.y() + s.ty};
 }
 
+YAxis y_axis_of(const Camera& camera) {  // v points down in the image
+  return camera.ground_from_image.determinant() < 0.0 ? YAxis::up : YAxis::down;
+}
+
 /// Seen from above axis_2 is axis_1 turned counter-clockwise; where y points down that is a negative cross product.
 std::vector<std::string> mirrored_axes(const Scene& scene) {
   std::vector<std::string> warnings;

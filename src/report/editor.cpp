@@ -17,7 +17,9 @@ using nlohmann::ordered_json;
 nlohmann::json file_json(const EditorInput& input) {
   nlohmann::json file = input.file.is_object() ? input.file : nlohmann::json::object();
   if (input.scene.corners.empty()) {
-    file.update({{"name", input.scene.name}, {"y_axis", "up"}, {"corners", nlohmann::json::array()}});
+    file.update({{"name", input.scene.name},
+                 {"y_axis", input.scene.y_axis == YAxis::up ? "up" : "down"},
+                 {"corners", nlohmann::json::array()}});
     return file;
   }
   nlohmann::json corners = nlohmann::json::parse(to_text(input.scene));

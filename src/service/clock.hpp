@@ -14,7 +14,8 @@ struct ClockReading {
 };
 
 /// Reads one time stamp. While no track is open any time is accepted. One stray stamp never moves the clock; the clock
-/// is reset by `clock_patience` consecutive stamps that agree with each other and are off it by over `clock_jump_s`.
+/// is reset by `clock_patience` consecutive stamps that agree with each other and are off it by over `clock_jump_s`, or
+/// are late but span a second.
 /// Units: seconds on the clock of the stream, finite.
 ClockReading read_stamp(const StreamClock& clock, double t_s, bool any_track, const ServiceConfig& config);
 

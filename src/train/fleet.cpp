@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "train/steps.hpp"
 
 namespace sila {
@@ -223,14 +224,19 @@ CurbFrame site_of(const Partition& partition) {
 }
 
 std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<EpisodeId>> episodes,
-                                               std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known) {
-  if (sites.size() != episodes.size()) {
-    throw std::invalid_argument("choose_partitions: sites = " + std::to_string(sites.size()) +
-                                ", must be one for each of " + std::to_string(episodes.size()) + " partitions");
+                                               std::span<const CurbFrame> sites, const std::vector<bool>& are_models,
+                                               const std::vector<EpisodeId>& known) {
+  if (sites.size() != episodes.size() || are_models.size() != episodes.size()) {
+    throw std::invalid_argument(concatenate("choose_partitions: sites = ", sites.size(),
+                                            ", are_models = ", are_models.size(), ", must be one for each of ",
+                                            episodes.size(), " partitions"));
   }
   std::vector<std::size_t> order(episodes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return episodes[a] < episodes[b]; });
+  // Models first: what they have in common with tracks can be left out of the tracks alone.
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
+    return are_models[a] != are_models[b] ? are_models[a] : episodes[a] < episodes[b];
+  });
   std::set<EpisodeId> taken(known.begin(), known.end());
   std::vector<ChosenPartition> chosen;
   for (const std::size_t partition : order) {
@@ -306,11 +312,13 @@ Model learn_fleet(const Model& start, std::vector<Partition> partitions, Episode
     config.reference_width_m = agreed_width_m(widths_of(partitions));
   std::vector<std::vector<EpisodeId>> episodes;
   std::vector<CurbFrame> sites;
+  std::vector<bool> are_models;
   for (const Partition& partition : partitions) {
     episodes.push_back(episodes_of(partition));
     sites.push_back(site_of(partition));
+    are_models.push_back(partition.model.has_value());
   }
-  const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, start.episode_ids);
+  const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, are_models, start.episode_ids);
   if (chosen.empty()) return start;
   for (const ChosenPartition& choice : chosen) partitions[choice.partition].left_out = choice.left_out;
   const FleetValue begin = start, nothing;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -17,8 +18,13 @@ constexpr double kLeastWidth_m = 0.1;
 /// Throws: std::invalid_argument unless a setting is what the model began with.
 void require_kept(const char* setting, const auto& given, const auto& kept) {
   if (given != kept)
-    throw std::invalid_argument(concatenate("learn: ", setting, " = ", given, ", but the model began with ", kept,
-                                            "; keep it, or learn a new model"));
+    throw std::invalid_argument(
+        concatenate(setting, " = ", given, ", but the model began with ", kept, "; keep it, or learn a new model"));
+}
+
+/// The name of a choice of the configuration.
+std::string name_of(std::span<const char* const> names, auto choice) {
+  return names[static_cast<std::size_t>(choice)];
 }
 
 /// Throws: std::invalid_argument unless new errors can be added to the error statistics of the model.
@@ -36,6 +42,12 @@ void require_kept_statistics(const Model& model, const EpisodeConfig& config) {
 
 }  // namespace
 
+void require_same_units(const Model& model, const EpisodeConfig& config) {
+  if (model.episodes == 0) return;
+  require_kept("scaling", name_of(kCurbScalings, config.scaling), name_of(kCurbScalings, model.settings.scaling));
+  require_kept("sampling.interval_s", config.sampling.interval_s, model.settings.sample_interval_s);
+}
+
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config) {
   validate(config);
   const bool metres = config.scaling == CurbScaling::metres;
@@ -50,16 +62,17 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   require_kept_statistics(previous, config);
   if (previous.episodes == 0) return fresh;
   const ModelSettings& kept = previous.settings;
-  const auto name_of = [](CurbScaling scaling) {
-    return std::string(kCurbScalings[static_cast<std::size_t>(scaling)]);
-  };
-  require_kept("scaling", name_of(fresh.scaling), name_of(kept.scaling));
-  require_kept("sampling.interval_s", fresh.sample_interval_s, kept.sample_interval_s);
+  require_same_units(previous, config);
   if (config.reference_width_m > 0.0)
     require_kept("reference_width_m", config.reference_width_m, kept.reference_width_m);
   const double cell_m = kept.grid.cell * kept.reference_width_m;
   const bool same_cell = std::abs(config.learn.grid.cell_m - cell_m) <= 1e-9 * cell_m;
   require_kept("learn.grid.cell_m", same_cell ? cell_m : config.learn.grid.cell_m, cell_m);
+  if (!previous.transitions.empty()) {
+    const bool independent = previous.transitions.front().field.independent();
+    require_kept("learn.field.outputs", name_of(kFieldOutputs, config.learn.field.outputs),
+                 name_of(kFieldOutputs, independent ? FieldOutputs::independent : FieldOutputs::shared));
+  }
   require_kept("predict.horizon_s of residual GPs (0: residual.enabled = false)",
                config.residual.enabled ? config.predict.horizon_s : 0.0,
                previous.refinement.residual_settings.horizon_s);

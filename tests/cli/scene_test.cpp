@@ -88,6 +88,9 @@ TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
   EXPECT_NEAR(seen["tracks"][0][0].get<double>(), 120.0, 0.01);
   EXPECT_EQ(seen["file"]["camera"]["image_points"].size(), 4u);
   EXPECT_EQ(seen["file"]["corners"].size(), 1u);
+  EXPECT_EQ(seen["file"]["y_axis"], "up");
+  write(folder_ / "above.json", R"({"homography": [[0.02, 0, 0], [0, 0.02, 0], [0, 0, 1]]})");
+  EXPECT_EQ(data_of("mot.txt --fps 10 --camera above.json")["file"]["y_axis"], "down");
   const auto metres = data_of("tracks.csv");
   EXPECT_EQ(metres["tracks_in"], "ground");
   EXPECT_EQ(metres["file"]["files"][0]["metres_per_unit"], 1.0) << "a camera that is saved is not that of the tracks";

@@ -144,8 +144,15 @@ TEST_F(Program, NamesTheSettingThatDoesNotFitAModel) {
     expect_rejected((verb == std::string("report") ? "report m.sila tracks.csv" : verb + with + "m.sila") +
                         " --set sampling.interval_s=0.4",
                     {"sampling.interval_s = 0.4, but the model began with 0.2"}, 1);
-  expect_rejected(again + "scaling=mean_width", {"scaling = mean_width, but the model began with metres"}, 1);
   ASSERT_EQ(run("simulate --tracks 60 --seed 2 --out other.csv").code, 0);
+  ASSERT_EQ(run("learn other.csv --scene tracks.scene.json --model second.sila").code, 0);
+  for (const std::string& verb : {"learn" + with + "m.sila", "predict" + with + "m.sila", "evaluate" + with + "m.sila",
+                                  std::string("fuse m.sila second.sila --out f.sila")})
+    expect_rejected(verb + " --set scaling=mean_width", {"scaling = mean_width, but the model began with metres"}, 1);
+  for (const char* verb :
+       {"learn other.csv --scene tracks.scene.json --model m.sila", "fuse m.sila second.sila --out f.sila"})
+    expect_rejected(verb + std::string(" --set learn.field.outputs=independent"),
+                    {"learn.field.outputs = independent, but the model began with shared"}, 1);
   ASSERT_EQ(run("learn other.csv --scene other.scene.json --model fine.sila --set sampling.interval_s=0.1 --set "
                 "learn.grid.cell_m=2")
                 .code,

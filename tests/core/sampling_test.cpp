@@ -159,6 +159,24 @@ TEST(Sampling, RejectsTracksThatBreakTheirInvariantAndMissingSamples) {
   EXPECT_THROW(companions_mps(track, 101, {}), std::invalid_argument);
 }
 
+TEST(Sampling, RejectsIntervalsAndDensitiesOutOfRange) {
+  Trajectory track{"a", {}, {}};
+  for (int k = 0; k < 40; ++k) {
+    track.times_s.push_back(0.1 * k);
+    track.positions_m.emplace_back(0.1 * k, 0.0);
+  }
+  EXPECT_THROW(future(track, 40, 3, {}), std::invalid_argument);
+  for (const double interval_s : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(future(track, 3, 3, {.interval_s = interval_s}), std::invalid_argument) << interval_s;
+    EXPECT_THROW(resample(track, CurbFrame{}, {.interval_s = interval_s}), std::invalid_argument) << interval_s;
+    EXPECT_THROW(observe(track, 39, CurbFrame{}, 3.2, {.acceleration_density = interval_s}), std::invalid_argument);
+  }
+  EXPECT_EQ(prediction_samples(track, 3.0, 0.0).size(), 10u);
+  EXPECT_THROW(prediction_samples(track, 3.0, -1.0), std::invalid_argument);
+  track.positions_m.resize(12);
+  EXPECT_THROW(future(track, 11, 10, {}), std::invalid_argument);
+}
+
 TEST(Sampling, RejectsAWindowWithoutTimes) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const Trajectory track = walk("a", {{0, 0}, {10, 0}}, 1.0);

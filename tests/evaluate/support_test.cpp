@@ -17,6 +17,30 @@ TEST(CoveredArea, HasTheCellsOfTheTracksAndTheirNeighbours) {
   EXPECT_FALSE(contains(area, {0.0, -0.1}));
 }
 
+/// The mean NLL of constant velocity over the standing windows.
+double standing_nll(const std::vector<FramedTrajectory>& tracks) {
+  const EpisodeConfig config;
+  const Evaluation evaluation = evaluate(Model{}, tracks, config, {});
+  const auto group = std::ranges::find(evaluation.groups, "standing", &GroupScore::name);
+  EXPECT_GT(group->windows, 0u);
+  return group->constant.back().nll;
+}
+
+TEST(Evaluate, ErrorsOfConstantVelocityAreThoseOfStandingAndMovingPeopleApart) {
+  std::vector<FramedTrajectory> tracks;
+  for (int i = 0; i < 5; ++i) {
+    Trajectory standing{"s" + std::to_string(i), {}, {}};
+    for (int k = 0; k < 150; ++k) {
+      standing.times_s.push_back(0.1 * k);
+      standing.positions_m.emplace_back(3.0 * i + 0.01 * std::sin(0.3 * k + i), 8.0 + 0.01 * std::cos(0.4 * k));
+    }
+    tracks.push_back({standing, testing::square_frame()});
+  }
+  const double alone = standing_nll(tracks);
+  std::ranges::move(testing::corner_walks(20, 15), std::back_inserter(tracks));
+  EXPECT_NEAR(standing_nll(tracks), alone, 1e-9);
+}
+
 TEST(EvaluateForecast, ScoresConstantVelocityAsItselfAndPartsInsideFromOutside) {
   const EpisodeConfig config;
   const std::vector<FramedTrajectory> train = testing::corner_walks(40, 14), test = testing::corner_walks(20, 15);

@@ -60,6 +60,14 @@ TEST(ModelScene, OfAFusedModelMayBeThatOfAnyOfItsSites) {
   EXPECT_TRUE(contains(rejection(scene_of(model_at(second)), model), "leave the scene out"));
 }
 
+TEST(ModelScene, HasTheYAxisOfItsFrames) {
+  CurbFrame frame;
+  EXPECT_EQ(scene_of(model_at(frame)).y_axis, YAxis::up);
+  std::swap(frame.axis_1, frame.axis_2);
+  EXPECT_EQ(scene_of(model_at(frame)).y_axis, YAxis::down);
+  EXPECT_TRUE(mirrored_axes(scene_of(model_at(frame))).empty());
+}
+
 TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
   Model model = model_at(frame_of_tracks(walk(5)));
   find_or_add_site(model.sites, frame_of_tracks(walk(500)));

@@ -87,6 +87,14 @@ TEST(Scene, WarnsOfMirroredAxes) {
   EXPECT_TRUE(contains(scene.warnings[0], "mirrored"));
 }
 
+TEST(Scene, TheYAxisOfACameraFromAboveIsThatOfItsGround) {
+  const auto y_axis = [](double scale) {
+    return y_axis_of(camera_of(Eigen::DiagonalMatrix<double, 3>(0.02, scale, 1.0)));
+  };
+  EXPECT_EQ(y_axis(-0.02), YAxis::up);
+  EXPECT_EQ(y_axis(0.02), YAxis::down);
+}
+
 struct BadField {
   const char* change;  ///< JSON merge patch
   const char* field;

@@ -56,6 +56,22 @@ TEST(StreamClock, WithoutAnOpenTrackAnyTimeIsAccepted) {
   }
 }
 
+TEST(StreamClock, AClockThatWasSetBackALittleIsFollowedAfterASecond) {
+  StreamClock clock;
+  read(clock, 100.0, false);
+  for (int k = 0; k < 10; ++k) EXPECT_EQ(read(clock, 97.0 + 0.1 * k, true).rejection, Rejection::late);
+  EXPECT_TRUE(read(clock, 98.0, true).reset);
+  EXPECT_FALSE(read(clock, 98.1, true).rejection);
+}
+
+TEST(StreamClock, SlightlyLateStampsBetweenOthersNeverResetTheClock) {
+  StreamClock clock;
+  for (int k = 0; k < 100; ++k) {
+    EXPECT_FALSE(read(clock, 0.1 * k, k > 0).rejection);
+    EXPECT_TRUE(k == 0 || read(clock, 0.1 * k - 2.0, true).rejection == Rejection::late);
+  }
+}
+
 TEST(StreamClock, SlightlyLateStampsNeverResetTheClock) {
   const ServiceConfig config;
   StreamClock clock;

@@ -175,6 +175,31 @@ TEST(LiveStream, WarnsOfAnEpisodeThatFails) {
   EXPECT_TRUE(says(warnings.front(), "an episode failed, and 10 tracks are lost")) << warnings.front();
 }
 
+TEST(LiveStream, AModelFileThatIsGoneIsAnError) {
+  EXPECT_TRUE(says(message_of([] { LiveStream({.file = ""}); }), "an empty path"));
+  const tests::ScratchFolder folder;
+  LiveStream stream({.file = folder / "m.sila", .config = small_batches()});
+  EXPECT_TRUE(stream.model().model.empty());
+  feed(stream, corner_walks(10, 5));
+  stream.close();
+  std::filesystem::remove(folder / "m.sila");
+  EXPECT_TRUE(says(message_of([&] { (void)stream.model(); }), "none; the file was removed"));
+}
+
+TEST(LiveStream, CloseOfEachThreadReturnsWhenAllIsLearnt) {
+  LiveStream stream({.config = small_batches()});
+  for (const Detection& row : stream_of(paths_of(corner_walks(9, 5)), 0.3)) stream.update(row.t_s, std::span(&row, 1));
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      stream.close();
+      EXPECT_EQ(stream.metrics().learner.waiting_tracks, 0u);
+      EXPECT_FALSE(stream.metrics().learner.learning);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
 TEST(LiveStream, ServesSeveralThreads) {
   const tests::ScratchFolder folder;
   for (const bool with_file : {false, true}) {

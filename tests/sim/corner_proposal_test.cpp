@@ -57,6 +57,20 @@ TEST(CornerProposal, MovesAndTurnsWithTheTracks) {
   EXPECT_LT(degrees_between(after.frame.axis_2, turned(before.frame.axis_2)), 1.0);
 }
 
+TEST(CornerProposal, IsTheSameCornerWhereYPointsDown) {
+  Simulation world = simulated(Layout::acute, 6);
+  const CornerProposal up = propose_corner(world.tracks);
+  const auto mirrored = [](const Vector2& p) { return Vector2(p.x(), -p.y()); };
+  for (Trajectory& track : world.tracks) {
+    for (Vector2& p : track.positions_m) p = mirrored(p);
+  }
+  const CornerProposal down = propose_corner(world.tracks, true);
+  EXPECT_LT((down.frame.origin_m - mirrored(up.frame.origin_m)).norm(), 0.3);
+  EXPECT_LT(degrees_between(down.frame.axis_1, mirrored(up.frame.axis_1)), 1.0);
+  EXPECT_LT(degrees_between(down.frame.axis_2, mirrored(up.frame.axis_2)), 1.0);
+  EXPECT_NEAR(down.widths.width_1_m, up.widths.width_1_m, 0.3);
+}
+
 TEST(CornerProposal, NeedsTenTracksAndTwoDirections) {
   std::vector<Trajectory> tracks;
   EXPECT_THROW(propose_corner(tracks), std::invalid_argument);

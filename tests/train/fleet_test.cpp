@@ -184,7 +184,8 @@ TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
     sites.push_back(testing::square_frame());
     sites.back().origin_m.x() = i < 8 ? 0.0 : 100.0;
   }
-  const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, {});
+  const std::vector<bool> are_models(12, false);
+  const std::vector<ChosenPartition> chosen = choose_partitions(episodes, sites, are_models, {});
   ASSERT_EQ(chosen.size(), 12u);
   const auto of_second = [&](std::size_t from) {
     return std::count_if(chosen.begin() + static_cast<std::ptrdiff_t>(from),
@@ -193,7 +194,17 @@ TEST(Fleet, SpreadsTheLeavesOfEachSiteOverBothHalves) {
   };
   EXPECT_EQ(of_second(0), 2);
   EXPECT_EQ(of_second(6), 2);
-  EXPECT_THROW(choose_partitions(episodes, std::span(sites).first(3), {}), std::invalid_argument);
+  EXPECT_THROW(choose_partitions(episodes, std::span(sites).first(3), are_models, {}), std::invalid_argument);
+  EXPECT_THROW(choose_partitions(episodes, sites, {}, {}), std::invalid_argument);
+}
+
+TEST(Fleet, LeavesWhatAModelHasOutOfTheTracks) {
+  for (const std::uint64_t first : {1U, 3U}) {  // in the order of content the model is the last or the first
+    const std::vector<std::vector<EpisodeId>> episodes{{{2, 0}, {3, 0}}, {{first, 0}, {3, 0}}};
+    const std::vector<CurbFrame> sites(2, testing::square_frame());
+    for (const ChosenPartition& choice : choose_partitions(episodes, sites, {false, true}, {}))
+      EXPECT_EQ(choice.left_out.empty(), choice.partition == 1) << first;
+  }
 }
 
 TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {

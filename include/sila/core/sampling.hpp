@@ -34,12 +34,14 @@ struct MotionState {
 /// sample and reaching back less than `observe_s` (16 states for 3.2 s at 0.2 s), or to the start of a shorter track.
 /// Later samples of the track are ignored, so a live program may keep one growing Trajectory for each person.
 /// Units: curb units of `frame`, and curb units/s. `observe_s` and `config` are those of the model's configuration.
-/// Throws: std::invalid_argument if there is no sample `last`, for an observe_s or interval that is not positive, and
-/// for times that do not increase or positions that are not finite, in the window or in the second before it.
+/// Throws: std::invalid_argument if there is no sample `last`, for a `config` out of range or an observe_s that is not
+/// positive, and for times that do not increase or positions that are not finite, in the window or in the second before
+/// it.
 CurbTrajectory observe(const Trajectory& track, std::size_t last, const CurbFrame& frame, double observe_s,
                        const SamplingConfig& config);
 
-/// A whole track, for learning: states every `interval_s` from its first sample to its last.
+/// A whole track, for learning: states every `interval_s` from its first sample to its last. Throws:
+/// std::invalid_argument for a track that breaks its invariant and an interval that is not positive.
 CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const SamplingConfig& config);
 
 /// The path until sample `last` as it was measured [m]: on straight lines between raw samples, at the times of
@@ -49,7 +51,8 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
 std::vector<Vector2> past(const Trajectory& track, std::size_t last, double observe_s, const SamplingConfig& config);
 
 /// The true path after sample `last` as it was measured [m]: on straight lines between raw samples, at the `steps`
-/// times that follow it by `interval_s`; shorter where the track ends.
+/// times that follow it by `interval_s`; shorter where the track ends. Throws: std::invalid_argument if there is no
+/// sample `last` or fewer positions than times, or the interval is not positive.
 std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size_t steps, const SamplingConfig& config);
 
 /// The rule of `prediction_samples` for a track that still grows. If a prediction that is due at `due_s` is made at the
@@ -58,7 +61,8 @@ std::vector<Vector2> future(const Trajectory& track, std::size_t last, std::size
 std::optional<double> next_due_s(double due_s, double time_s, double stride_s);
 
 /// Indices of the samples at which predictions are due: the first at or after `observe_s` from the start, then the
-/// first at or after each further `stride_s`, to the end of the track.
+/// first at or after each further `stride_s` (0: each sample), to the end of the track. Throws: std::invalid_argument
+/// for a track that breaks its invariant and a negative `stride_s`.
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s);
 
 /// How many steps of an interval a horizon has: none beyond it, but one if it is shorter than the interval. Prediction

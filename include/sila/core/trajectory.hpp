@@ -116,10 +116,11 @@ struct CornerProposal {
 /// peaks of the distribution of headings modulo 180 degrees, at least 25 degrees apart; along each, the strips in
 /// which people walk are the peaks of the distribution of lateral positions. The corner of the strips away from the
 /// block, which is where the turning tracks pass, is the origin. Widths are those of the strips that people use, which
-/// is less than from curb to wall.
+/// is less than from curb to wall. axis_2 is axis_1 turned counter-clockwise, seen from above; `y_down`: y points down,
+/// as in pictures.
 /// Shapes: at least 10 tracks that move 3 m. Units: metres, world frame.
 /// Throws: std::invalid_argument for fewer tracks, and without a second direction in which a twentieth of the distance
 /// is walked. Source: none; docs/decisions/0114-corner-from-tracks.md.
-CornerProposal propose_corner(std::span<const Trajectory> tracks);
+CornerProposal propose_corner(std::span<const Trajectory> tracks, bool y_down = false);
 
 }  // namespace sila

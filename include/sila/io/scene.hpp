@@ -79,6 +79,9 @@ struct CameraFile {
 /// Throws: FormatError naming the file for a camera that is missing, malformed or degenerate.
 CameraFile read_camera(const std::filesystem::path& path);
 
+/// The direction of the y axis of the ground that a camera sees from above.
+YAxis y_axis_of(const Camera& camera);
+
 /// Throws: std::invalid_argument if the invariant does not hold.
 void validate(const Scene& scene);
 

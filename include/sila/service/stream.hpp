@@ -32,7 +32,8 @@ struct ServiceSettings {
 /// The clock of a stream: its newest accepted time stamp.
 struct StreamClock {
   std::optional<double> now_s;
-  double candidate_s = 0.0;  ///< newest of the stamps that agree with each other but not with the clock
+  double since_s = 0.0;      ///< first of the stamps that agree with each other but not with the clock
+  double candidate_s = 0.0;  ///< newest of them
   int agreeing = 0;          ///< number of those stamps, consecutive
 };
 

@@ -31,11 +31,13 @@ struct ChosenPartition {
 CurbFrame site_of(const Partition& partition);
 
 /// Partitions in an order that depends on their content alone. Each site's partitions are evenly spread, so that
-/// several parts of a fleet know the site. Episodes that are known, or in an earlier partition, are left out, and
-/// partitions without any other episode. Shapes: `episodes` has those of each partition, sorted; `sites` a frame for
-/// each; `known` is sorted. Throws: std::invalid_argument for shapes that differ.
+/// several parts of a fleet know the site. Episodes that are known, in a model, or in an earlier partition, are left
+/// out, and partitions without any other episode. Shapes: `episodes` has those of each partition, sorted; `sites` a
+/// frame for each, `are_models` whether it is a model; `known` is sorted. Throws: std::invalid_argument for shapes that
+/// differ.
 std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<EpisodeId>> episodes,
-                                               std::span<const CurbFrame> sites, const std::vector<EpisodeId>& known);
+                                               std::span<const CurbFrame> sites, const std::vector<bool>& are_models,
+                                               const std::vector<EpisodeId>& known);
 
 /// Error statistics by site.
 struct SiteErrorStatistics {

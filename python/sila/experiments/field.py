@@ -23,7 +23,7 @@ from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
 from .markdown import build_hash, hash_of, kept_json, write_text
 from .measures import modes_of
 from .method import Array, Method, checked
-from .methods import load_method
+from .methods import load_method, source_of
 from .neighbours import inputs_of
 from .read import _list, _require_keys, _text
 from .sampler import DRAWN, SEEN, STEP_S, Sampler, together
@@ -219,7 +219,8 @@ def run_field(file: str, out: str, data_dir: str | None) -> None:
                 continue
             said = {key: entry[key] for key in ("name", "method", "learnt", "parameters", "config")}
             others = [other.tracks.hash for other in scenes if entry["learnt"] == "elsewhere"]
-            key = hash_of(build, said, scene.tracks.hash, others, seed)
+            source = source_of(entry["method"], Path(file).parent)
+            key = hash_of(build, said, source, scene.tracks.hash, others, seed)
             path = folder / "runs" / f"{m:02}-{scene.name}.json"
             kept = kept_json(path) if path.exists() else {}
             if kept.get("key") != key or "people" not in kept:

@@ -84,7 +84,7 @@ def measures_of(
     every = np.arange(steps - 1, -1, -2)[::-1]
     energy_score, densities = np.zeros(n), [np.zeros((0, SAMPLES, len(every)))]
     confidence = np.zeros((len(chosen), len(every)))
-    random = np.random.default_rng(0)
+    random, tied = np.random.default_rng(0), np.random.default_rng(1)
     for some in _chunks(len(chosen), len(every), modes[0].shape[1]):
         at = chosen[some]
         part = modes[0][at][:, :, every], modes[1][at][:, :, every], modes[2][at][:, :, every]
@@ -94,7 +94,9 @@ def measures_of(
         apart = np.linalg.norm(first - second, axis=-1).mean(1)
         energy_score[at] = (to_truth - 0.5 * apart).mean(1)
         densities.append(mixture_density(part, first))
-        confidence[some] = (densities[-1] > mixture_density(part, truth[:, None])).mean(1)
+        denser = (densities[-1] > mixture_density(part, truth[:, None])).sum(1)
+        # Of a density without error the rank is uniform among SAMPLES + 1, and this is uniform in [0, 1).
+        confidence[some] = (denser + tied.random(denser.shape)) / (SAMPLES + 1)
     values = {"energy_score_m": energy_score}
     held = confidence <= np.array(NOMINAL)[:, None, None]  # (nominal, windows, steps)
     whose = np.asarray(people)[chosen]
@@ -113,7 +115,7 @@ def _areas(density: Array, confidence: Array, chosen: NDArray[np.intp], n: int) 
         for name, level in (("area", p), ("equal_area", float(np.quantile(confidence, p)))):
             inside = density >= np.quantile(density, 1 - level, axis=1, keepdims=True)
             area = (inside / np.maximum(density, 1e-300)).mean(1).mean(1)
-            areas[f"{name}_{100 * p:.0f}_m2"][chosen] = area if level < 1 else np.nan
+            areas[f"{name}_{100 * p:.0f}_m2"][chosen] = area if level < SAMPLES / (SAMPLES + 1) else np.nan
     return areas
 
 

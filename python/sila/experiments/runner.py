@@ -24,6 +24,7 @@ from .experiment import Experiment, ExperimentMethod, Overrides
 from .markdown import build_hash, hash_of, kept_json, write_text
 from .measures import measures_of, modes_measures, modes_of, stepwise_measures
 from .method import Forecast, Method, checked
+from .methods import source_of
 from .neighbours import inputs_of
 from .protocol import Protocol, Run, TestSite, batches_of, first_tracks, protocol_of, runs_of
 from .read import read_experiment
@@ -164,9 +165,7 @@ def key_of(experiment: Experiment, run: Run, build: str) -> Json:
     method: ExperimentMethod = experiment.methods[run.method_index]
     one = experiment.settings.kind == "one_place" and not (method.cls is not None and method.cls.elsewhere)
     scenes = [experiment.scenes[run.scene_index]] if one else experiment.scenes
-    source = ""
-    if method.cls is not None and ".py:" in method.kind:
-        source = (Path(experiment.file).parent / method.kind.partition(":")[0]).read_text(encoding="utf-8")
+    source = "" if method.cls is None else source_of(method.kind, Path(experiment.file).parent)
     return {
         "version": _sila.version,
         "build": build,

@@ -29,6 +29,11 @@ METHODS: dict[str, type[Method]] = {
 }
 
 
+def source_of(name: str, folder: Path) -> str:
+    """The Python file of a method, of which its results depend; empty for a known method."""
+    return "" if name in METHODS else (folder / name.partition(":")[0]).read_text(encoding="utf-8")
+
+
 def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = MappingProxyType({})) -> type[Method]:
     """A known method, or the class of "file.py:Class" with the file beside the experiment's.
 
