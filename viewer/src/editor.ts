@@ -1,5 +1,5 @@
 // The page of `sila scene edit`: a scene over tracks or over the picture of a camera, changed by hand and saved as a file.
-import { applied, determinant, fitCamera, type PointPair } from "./camera";
+import { applied, determinant, fitCamera, type Homography, type PointPair } from "./camera";
 import { readData, type EditorData, type Scene } from "./data";
 import { placedBy } from "./distances";
 import { choice, h, number, plural, s } from "./dom";
@@ -29,6 +29,8 @@ class Editor {
   readonly element: HTMLElement;
   private corners: SceneCorner[];
   private chosen: number;
+  /** The corner is not edited yet and is where the camera puts the tracks. */
+  private follows: boolean;
   private pairs: PointPair[];
   private adding = false;
   private refused = "";
@@ -54,12 +56,14 @@ class Editor {
   private readonly saveButton = h("button", { type: "button", id: "save", class: "primary" }, "Save");
 
   constructor(private readonly data: EditorData, private readonly backdrop?: Backdrop) {
-    this.corners = data.file.corners;
+    this.corners = [...data.file.corners];
+    this.follows = this.corners.length === 0 && data.tracks_in === "picture";
     this.chosen = Math.max(0, this.corners.findIndex((corner) => corner.primary));
     this.pairs = pointsIn(data.file);
     this.scene = { name: data.file.name, known: true, y_axis: data.file.y_axis, primary: this.chosen, corners: [] };
     const ground = data.tracks_in === "ground" ? data.tracks.flatMap(pointsOf) : [];
-    const all = backdrop ? { x0: 0, y0: 0, x1: backdrop.width, y1: backdrop.height } : boundsOf([...ground, ...this.corners.map((corner) => corner.origin)], 3);
+    const origins = this.corners.map((corner) => corner.origin);
+    const all = backdrop ? { x0: 0, y0: 0, x1: backdrop.width, y1: backdrop.height } : boundsOf([...ground, ...origins], 3, 0.01, origins);
     this.map = new PlaceMap(this.scene, undefined, [], all, "Map of the tracks and the corner", backdrop);
     this.map.show("axes", false);
     this.map.top.append(this.tracks, this.curbs, this.arrows, this.ofCorner, this.ofCamera);
@@ -85,14 +89,19 @@ class Editor {
 
   private change(edited: SceneCorner | undefined): void {
     this.refused = edited ? "" : "The curbs must be 20.5 to 159.5 degrees apart.";
-    if (edited) this.corners[this.chosen] = edited;
+    if (edited) {
+      this.corners[this.chosen] = edited;
+      this.follows = false;
+    }
     this.update();
   }
 
   private makeForm(): void {
     const add = (text: string, step: number, get: (corner: SceneCorner) => number, set: (corner: SceneCorner, value: number) => SceneCorner | undefined): HTMLElement => {
       const made = field(text, step, (value) => { if (this.corner) this.change(set(this.corner, value)); });
-      this.fields.push({ set: () => made.set(this.corner ? get(this.corner) : NaN) });
+      const show = (): void => made.set(this.corner ? get(this.corner) : NaN);
+      this.fields.push({ set: show });
+      made.label.addEventListener("focusout", show);  // what is saved, if what was typed is not
       return made.label;
     };
     const heading = (corner: SceneCorner, axis: Axis, degrees: number): SceneCorner | undefined => {
@@ -248,14 +257,21 @@ class Editor {
     this.update();
   }
 
+  /** Puts the corner in the middle of the tracks in pixels: at each fit, because the first fits are of half-typed numbers. */
+  private propose(camera: Homography): void {
+    const middle = medianOf(this.data.tracks.map((track) => mapped(track, (pixel) => applied(camera, pixel))));
+    const made = squareCorner(middle, this.scene.y_axis);
+    this.corners = [{ ...made, name: this.corner?.name ?? made.name }];
+  }
+
   /** Everything that follows from the corner and the points. */
   private update(): void {
     const complete = this.pairs.filter((pair) => [...pair.image, ...pair.ground].every(Number.isFinite));
     const fit = fitCamera(complete);
-    if (this.map.backdrop) this.map.backdrop.camera = typeof fit === "string" ? this.data.camera : fit.camera;
-    const camera = this.map.backdrop?.camera;
-    if (typeof fit !== "string") this.scene.y_axis = this.data.file.y_axis = determinant(fit.camera) < 0 ? "up" : "down";
-    if (this.corners.length === 0 && camera && this.data.tracks_in === "picture") this.corners.push(squareCorner(medianOf(this.data.tracks.map((track) => mapped(track, (pixel) => applied(camera, pixel)))), this.scene.y_axis));
+    const camera = typeof fit === "string" ? this.data.camera : fit.camera;
+    if (this.map.backdrop) this.map.backdrop.camera = camera;
+    if (camera) this.scene.y_axis = this.data.file.y_axis = determinant(camera) < 0 ? "up" : "down";
+    if (camera && this.follows) this.propose(camera);
     this.scene.corners = this.corners.map(drawnCorner);
     this.points.querySelectorAll(".residual").forEach((cell, i) => { const k = complete.indexOf(this.pairs[i]!); cell.textContent = typeof fit === "string" || k < 0 ? "–" : `${number(fit.residuals_m[k]!)} m`; });
     this.cameraState.textContent = typeof fit !== "string" ? `The camera fits ${plural(complete.length, "point")}${complete.length === 4 ? " exactly, as every four; a fifth would show an error" : ` within ${number(Math.max(...fit.residuals_m))} m`}.` : `${this.data.camera ? "The camera of the file is used until four points replace it" : "There is no camera yet"}: ${fit}.`;

@@ -30,8 +30,9 @@ function tiles(data: ReportData): HTMLElement {
 }
 
 function page(data: ReportData, backdrop?: Backdrop): HTMLElement[] {
-  const title = data.scene?.known ? data.scene.name : data.model ? data.name : "Comparison of methods";
-  const heading = data.scene?.known ? title.charAt(0).toUpperCase() + title.slice(1) : title;
+  const place = data.scene?.known ? data.scene.name : "";  // the scene of a model has no name
+  const title = place || (data.model ? data.name : "Comparison of methods");
+  const heading = place.charAt(0).toUpperCase() + place.slice(1) || title;
   document.title = `sila: ${title}`;
   const player = playerSection(data, backdrop);
   const sections = [learntSection(data), player?.element, tryItSection(data), accuracySection(data), learningSection(data), worstSection(data, player?.show), settingsSection(data)].filter((section) => section !== undefined);

@@ -25,12 +25,16 @@ export async function backdropOf(url: string, camera?: Homography): Promise<Back
   return { url, width: image.naturalWidth, height: image.naturalHeight, camera };
 }
 
-/** The box of points, without the outermost share of each side. */
-export function boundsOf(points: readonly Point[], margin_m: number, trim = 0.01): Bounds {
-  const pick = (values: number[], q: number): number => values[Math.min(values.length - 1, Math.max(0, Math.round(q * (values.length - 1))))] ?? 0;
-  const xs = points.map((p) => p[0]).sort((a, b) => a - b);
-  const ys = points.map((p) => p[1]).sort((a, b) => a - b);
-  return { x0: pick(xs, trim) - margin_m, x1: pick(xs, 1 - trim) + margin_m, y0: pick(ys, trim) - margin_m, y1: pick(ys, 1 - trim) + margin_m };
+/** The box of points, without the outermost share of each side but with all of `whole`. */
+export function boundsOf(points: readonly Point[], margin_m: number, trim = 0.01, whole: readonly Point[] = []): Bounds {
+  const range = (axis: 0 | 1): [number, number] => {
+    const values = points.map((p) => p[axis]).sort((a, b) => a - b);
+    const pick = (q: number): number => values[Math.min(values.length - 1, Math.max(0, Math.round(q * (values.length - 1))))] ?? 0;
+    const kept = whole.map((p) => p[axis]);
+    return [Math.min(pick(trim), ...kept) - margin_m, Math.max(pick(1 - trim), ...kept) + margin_m];
+  };
+  const [[x0, x1], [y0, y1]] = [range(0), range(1)];
+  return { x0, x1, y0, y1 };
 }
 
 export class PlaceMap {

@@ -92,12 +92,18 @@ export function pointsIn({ camera }: SceneFile): PointPair[] {
   return (camera?.image_points ?? []).map((image, i) => ({ image, ground: camera?.ground_points?.[i] ?? [NaN, NaN] }));
 }
 
+const primaryOf = (corners: readonly SceneCorner[]): SceneCorner | undefined => corners.find((corner) => corner.primary) ?? corners[0];
+/** All but the name. */
+const shapeOf = (corner: SceneCorner | undefined): string => JSON.stringify({ ...corner, name: undefined });
+/** Without what `sila scene make` states about the corner that it proposes. */
+const ofProposal = { origin_uncertainty_m: undefined, axis_uncertainty_deg: undefined, tracks: undefined };
+
 /** The file with its corners (the primary one also at the first level) and, if there are points, the camera of these; all else as it was. */
 export function sceneText(file: SceneFile, corners: readonly SceneCorner[], pairs: readonly PointPair[]): string {
-  const primary = corners.find((corner) => corner.primary) ?? corners[0];
+  const primary = primaryOf(corners);
   const { name, primary: _, ...first } = primary ?? { name: "", primary: true };
   const camera = pairs.length > 0 ? { camera: { image_points: pairs.map((p) => p.image), ground_points: pairs.map((p) => p.ground) } } : {};
-  const text = JSON.stringify({ ...file, ...first, primary_corner: name, corners, ...camera }, null, 2);
+  const text = JSON.stringify({ ...file, ...(shapeOf(primary) === shapeOf(primaryOf(file.corners)) ? {} : ofProposal), ...first, primary_corner: name, corners, ...camera }, null, 2);
   return text.replace(/\[\s+(-?[\d.e+-]+),\s+(-?[\d.e+-]+)\s+\]/g, "[$1, $2]") + "\n";
 }
 

@@ -6,6 +6,7 @@ import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium, type Page } from "playwright-core";
+import { changedTests } from "./changed_browser";
 import { tryTests } from "./try_browser";
 import { cameraEditor, editor, folder, modelReport, nameless, picture, pictureReport, pictures, resultsReport, text, value, visiting, type BrowserTest } from "./visit";
 
@@ -292,6 +293,7 @@ const tests: BrowserTest[] = [
     assert.equal(await page.getByLabel("2 to 3 [m]", { exact: true }).inputValue(), "24", "the distances of the others stay");
     assert.deepEqual(await nameless(page), []);
   })],
+  ...changedTests,
   ["says so when there are no data, or strange ones", async (browser) => {
     const template = await readFile(new URL("../../dist/report.html", import.meta.url), "utf8");
     const file = join(pictures, "empty.html");

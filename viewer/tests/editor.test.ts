@@ -65,6 +65,13 @@ test("a file keeps what is not edited", () => {
   assert.deepEqual(pointsIn(withPoints), pairs);
 });
 
+test("uncertainties of a proposal are dropped with its corner", () => {
+  const file: SceneFile = { name: "here", y_axis: "up", origin_uncertainty_m: 0.4, axis_uncertainty_deg: 2, tracks: 30, corners: [{ ...corner, primary: true }] };
+  const kept = (edited: typeof corner): unknown[] => { const saved = JSON.parse(sceneText(file, [edited], [])) as SceneFile; return [saved["origin_uncertainty_m"], saved["axis_uncertainty_deg"], saved["tracks"]]; };
+  assert.deepEqual(kept({ ...corner, name: "north" }), [0.4, 2, 30]);
+  for (const edited of [moved(corner, [5, 2]), turned(corner, 1, [8, 3])!, widened(corner, 2, 4)]) assert.deepEqual(kept(edited), [undefined, undefined, undefined]);
+});
+
 test("paths are mapped and have a median", () => {
   assert.deepEqual(mapped([1, 2, 3, 4], ([x, y]) => x > 2 ? [y, x] : undefined), [4, 3]);
   assert.deepEqual(medianOf([[0, 0, 1, 10], [2, 5]]), [1, 5]);
