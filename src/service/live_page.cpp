@@ -76,6 +76,7 @@ std::string hello_message(const Scene& scene, const Model& model, const std::str
 
 std::string model_message(const Model& model) {
   ordered_json json{{"kind", "model"}};
+  if (!model.sites.empty()) json["scene"] = scene_json(scene_of(model), model.settings);
   json["model"] = model_json(model);
   return text_of(json);
 }

@@ -16,7 +16,7 @@ std::string live_page();
 /// is one: the first message.
 std::string hello_message(const Scene& scene, const Model& model, const std::string& picture);
 
-/// The model after an episode.
+/// The model after an episode, and its scene: without a given one the page learns only now where primitives are.
 std::string model_message(const Model& model);
 
 /// The pedestrians with open tracks, their last seconds and their predictions.

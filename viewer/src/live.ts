@@ -22,9 +22,8 @@ class LiveMap {
   private readonly pedestrians = s("g", { class: "pedestrians" });
   private frame: Frame = { kind: "frame", count: 0, pedestrians: [] };
   private box: Bounds | undefined;
-  readonly visible = { primitives: true, modes: true };
 
-  constructor(private readonly scene: Scene, model: ModelData, backdrop?: Backdrop) {
+  constructor(private readonly scene: Scene, model: ModelData, private readonly visible: { primitives: boolean; modes: boolean }, backdrop?: Backdrop) {
     const corner = scene.corners[scene.primary ?? 0]!;
     const [x, y] = corner.origin;
     this.map = new PlaceMap(scene, model.grid, [], { x0: x - 15, y0: y - 15, x1: x + 15, y1: y + 15 }, "Map of the scene now", backdrop);
@@ -35,13 +34,15 @@ class LiveMap {
     this.learnt(model);
   }
 
-  learnt(model: ModelData): void {
+  learnt(model: ModelData, scene?: Scene): void {
+    // Without a scene file the service has no corner before the first episode. The map draws the same object.
+    if (scene && !this.scene.known) Object.assign(this.scene, scene);
     const corner = this.scene.corners[this.scene.primary ?? 0]!;
     this.shapes = model.primitives.map((primitive, i) => shapeOf(primitive.cells, corner, model.grid, i));
     this.drawn.length = 0;
     this.drawn.push(...this.shapes.map((shape, i) => s("path", { class: "primitive", stroke: shape.colour, "data-primitive": i })));
     this.below.replaceChildren(...this.drawn);
-    this.draw();
+    this.map.draw();
   }
 
   show(frame: Frame): void {
@@ -101,6 +102,8 @@ function chart(title: string, alt: string, draw: (width: number) => Element, not
 class LivePage {
   readonly element: HTMLElement;
   private live: LiveMap | undefined;
+  /** By the check boxes; a new connection does not change them. */
+  private readonly visible = { primitives: true, modes: true };
   private readonly place = h("div", { id: "map" }, h("p", { class: "quiet" }, "Waiting for the service …"));
   private readonly title = h("h1", {}, "Live");
   private readonly state = h("p", { class: "state", id: "state", role: "status" }, "connecting");
@@ -118,7 +121,7 @@ class LivePage {
   private readonly counters = h("p", { class: "quiet", id: "counters" });
 
   constructor() {
-    const check = (text: string, key: "primitives" | "modes") => toggle(text, true, (on) => { if (this.live) { this.live.visible[key] = on; this.live.draw(); } });
+    const check = (text: string, key: "primitives" | "modes") => toggle(text, true, (on) => { this.visible[key] = on; this.live?.draw(); });
     this.element = h("div", {},
       h("header", {}, h("div", { class: "top" }, h("div", {}, h("p", { class: "brand" }, "sila · live"), this.title), themeButton()), this.state, this.alarm, h("ul", { class: "tiles" }, ...Object.values(this.tiles).map((t) => t.element))),
       h("main", { id: "main" },
@@ -133,15 +136,16 @@ class LivePage {
 
   async take(message: Message): Promise<void> {
     if (message.kind === "hello") {
-      const title = message.scene.known ? message.scene.name : "a scene without a name";
+      const title = (message.scene.known && message.scene.name) || "a scene without a name";
       this.title.textContent = title.charAt(0).toUpperCase() + title.slice(1);
       document.title = `sila live: ${title}`;
       const backdrop = message.picture ? await backdropOf(message.picture) : undefined;
-      this.live = new LiveMap(message.scene, message.model, backdrop);
+      this.live = new LiveMap(message.scene, message.model, this.visible, backdrop);
+      this.seen = undefined;  // a restarted service counts from 0
       if (backdrop) backdrop.camera = message.camera;  // only now: without a camera a picture is shown whole
       this.place.replaceChildren(this.live.map.element);
       this.connection(`connected to sila ${message.sila}`);
-    } else if (message.kind === "model") this.live?.learnt(message.model);
+    } else if (message.kind === "model") this.live?.learnt(message.model, message.scene);
     else if (message.kind === "frame") this.live?.show(message);
     else this.showMetrics(message);
   }

@@ -7,7 +7,8 @@ export interface LivePedestrian { id: string; name: string; trail: number[]; nov
 export interface HorizonError { windows: number; mhd_m: number; constant_mhd_m: number }
 
 export interface Hello { kind: "hello"; sila: string; scene: Scene; model: ModelData; picture?: string; camera?: Homography }
-export interface ModelMessage { kind: "model"; model: ModelData }
+/** `scene`: that of the model, once it has learnt. */
+export interface ModelMessage { kind: "model"; model: ModelData; scene?: Scene }
 export interface Frame { kind: "frame"; count: number; pedestrians: LivePedestrian[] }
 export interface Metrics {
   kind: "metrics";

@@ -7,6 +7,7 @@ import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium, type Page } from "playwright-core";
 import { changedTests } from "./changed_browser";
+import { messageTests } from "./messages_browser";
 import { tryTests } from "./try_browser";
 import { cameraEditor, editor, folder, modelReport, nameless, picture, pictureReport, pictures, resultsReport, text, value, visiting, type BrowserTest } from "./visit";
 
@@ -294,6 +295,7 @@ const tests: BrowserTest[] = [
     assert.deepEqual(await nameless(page), []);
   })],
   ...changedTests,
+  ...messageTests,
   ["says so when there are no data, or strange ones", async (browser) => {
     const template = await readFile(new URL("../../dist/report.html", import.meta.url), "utf8");
     const file = join(pictures, "empty.html");
