@@ -183,12 +183,14 @@ def predictions(
     at_s = [at_s] if isinstance(at_s, (int, float)) else at_s
     drawn: Callable[[Any], Any] = np.asarray
     some = Predictions([given] if isinstance(given, Prediction) else given)
+    if not some:
+        return _place(scene, ax) if image is None else _picture(image, ax)
     if image is None:
         ax = _place(scene, ax)
     elif camera is not None:
         with Stream(camera=camera) as stream:
             ax, drawn = _picture(image, ax), stream.to_image
-    elif scale := max((prediction.metres_per_pixel for prediction in some), default=0.0):
+    elif scale := max((prediction.metres_per_pixel for prediction in some)):
         ax, drawn = _picture(image, ax), lambda points: np.asarray(points) / (scale, -scale)
     else:
         raise ValueError("image: expected camera=, the file of the camera that took it, found none")

@@ -66,6 +66,11 @@ def test_the_label_says_which_seconds_the_ellipses_are_of(predictions):
     assert "at 1, 3 s: 50 %, 90 % coverage" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
+def test_without_predictions_only_the_picture_is_drawn():
+    ax = plot.predictions([], image=np.zeros((72, 128)))
+    assert (len(ax.images), len(ax.lines), ax.get_legend()) == (1, 0, None)
+
+
 def test_predictions_are_drawn_on_an_image_by_its_camera(tmp_path, unseen, predictions):
     camera = tmp_path / "camera.json"
     camera.write_text(
