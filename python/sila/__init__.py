@@ -39,6 +39,11 @@ from ._verbs import (
 )
 from .errors import FormatError, NumericalError
 
+# As in a class of Python that has __eq__ alone: equal objects must not have different hashes.
+for _compared in (CurbFrame, Model, Prediction, Scene, Track):
+    _compared.__hash__ = None  # type: ignore[assignment, method-assign]
+del _compared
+
 __all__ = [
     "CurbFrame",
     "Evaluation",

@@ -42,8 +42,9 @@ def test_mirrored_axes_are_a_warning():
     assert sila.Scene(**OBLIQUE).warnings == sila.Scene(**mirrored, y_axis="down").warnings == []
 
 
-def test_equal_objects_have_no_hashes(place):
-    for value in (place.scene, place.scene.frame(), sila.Model(), sila.Track("a", [0, 1], [[0, 0], [1, 0]])):
+def test_equal_objects_have_no_hashes(place, predictions):
+    track = sila.Track("a", [0, 1], [[0, 0], [1, 0]])
+    for value in (place.scene, place.scene.frame(), sila.Model(), track, predictions[0]):
         with pytest.raises(TypeError, match="unhashable"):
             hash(value)
 
