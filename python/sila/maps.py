@@ -185,7 +185,8 @@ def _positions(
     path: str | os.PathLike[str], nodes: dict[int, Any], origin: tuple[float, float] | None
 ) -> dict[int, Points]:
     if all("local_x" in tags and "local_y" in tags for _, tags in nodes.values()):
-        return {i: np.array([float(tags["local_x"]), float(tags["local_y"])]) for i, (_, tags) in nodes.items()}
+        names = "local_x", "local_y"
+        return {i: np.array([_metres(path, tags, name) for name in names]) for i, (_, tags) in nodes.items()}
     if any(at is None for at, _ in nodes.values()):
         raise FormatError(str(path), 0, "nodes with lat and lon, or local_x and local_y", "a node without")
     mean = np.mean([at for at, _ in nodes.values()], axis=0)
@@ -196,6 +197,16 @@ def _positions(
     phi = np.radians(origin[0])  # metres of a degree of latitude and longitude, WGS 84
     scale = 111132.95 - 559.82 * np.cos(2 * phi), 111412.84 * np.cos(phi) - 93.5 * np.cos(3 * phi)
     return {i: ((at - origin) * scale)[::-1] for i, (at, _) in nodes.items()}
+
+
+def _metres(path: str | os.PathLike[str], tags: dict[str, str], name: str) -> float:
+    try:
+        number = float(tags[name])
+    except ValueError:
+        number = np.nan
+    if not np.isfinite(number):
+        raise FormatError(str(path), 0, f"numbers in {name} of the nodes", repr(tags[name]))
+    return number
 
 
 def _kind(tags: dict[str, str]) -> str | None:
