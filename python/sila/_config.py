@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Union
 
 from . import _sila
-from .errors import FormatError
+from .errors import FormatError, UsageError
 
 #: A nested (or dotted) dictionary of fields, or the path of a JSON file with one. The key "profile" ("default",
 #: "paper" or "paper-literal") gives the values to begin with.
@@ -51,7 +51,7 @@ def assignments(file: str | os.PathLike[str] | None, assigned: Iterable[str]) ->
     for assignment in assigned:
         name, equals, value = assignment.partition("=")
         if not equals:
-            raise ValueError(f"--set: expected PATH=VALUE, found {assignment}")
+            raise UsageError(f"--set: expected PATH=VALUE, found {assignment}")
         # A dotted key replaces the same one of the file and is applied after a group of the file, as keys are sorted.
         try:
             changes[name] = json.loads(value)
@@ -60,7 +60,7 @@ def assignments(file: str | os.PathLike[str] | None, assigned: Iterable[str]) ->
     try:
         config(changes)
     except FormatError as error:  # of the assignments, for the file was checked
-        raise ValueError(f"--set: {error}") from None
+        raise UsageError(f"--set: {error}") from None
     return changes
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import logging
 import os
 import sys
 from collections.abc import Iterator
@@ -27,8 +28,8 @@ def run(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
         outcome = _learn(options)
-    except (ValueError, TypeError, ImportError, OSError, RuntimeError) as error:
-        return failed(error)
+    except (ValueError, TypeError, ImportError, OSError, RuntimeError, KeyboardInterrupt) as error:
+        return failed(error, "nothing was written")
     for path, reason in outcome.unread.items():
         print(f"{path}: left out: {reason}", file=sys.stderr)
     if options.json:
@@ -77,7 +78,7 @@ def _count(text: str) -> int:
 
 def _learn(options: argparse.Namespace) -> fleet.Outcome:
     path = Path(options.model)
-    start = Model.load(path) if path.exists() else None
+    start = Model.load(path) if path.exists() else Model()
     if not path.parent.is_dir():
         raise FormatError(str(path), 0, "a model file that can be written", "no such folder")
     with _client(options) as client:
@@ -92,6 +93,9 @@ def _learn(options: argparse.Namespace) -> fleet.Outcome:
             strict=options.strict,
         )
     if outcome.tracks > 0:
+        # What another process learnt into the file since the start would be lost.
+        if path.exists() and Model.load(path) != start:
+            raise RuntimeError(f"{path} has changed since this run began; nothing was written, run the command again")
         outcome.model.save(path)
     return outcome
 
@@ -102,6 +106,7 @@ def _client(options: argparse.Namespace) -> Iterator[Client]:
         with fleet.engine().Client(options.scheduler) as client:
             yield client
         return
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # it tells of each task that an interrupt cancels
     with fleet.local_client(options.workers) as client:
         yield client
 

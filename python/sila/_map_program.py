@@ -7,30 +7,60 @@ import json
 import sys
 from typing import Any
 
+from . import _sila
+from ._config import assignments
 from ._rows import counted
-from ._tracks import read_tracks
-from .errors import failed
+from ._sila import Scene
+from ._tracks import Tracks, read_tracks
+from .errors import FormatError, UsageError, failed
 from .maps import scene_json
 
 
 def run(arguments: list[str]) -> int:
-    given = _parser().parse_args(arguments)
+    parser = _parser()
+    given, others = parser.parse_known_args(arguments)
+    if others:
+        parser.error(f"with --map expected only the options above, found {' '.join(others)}")
     try:
-        tracks = read_tracks(
-            given.tracks,
+        scene = scene_json(given.map, _tracks(given), given.origin) | _kept(given)
+    except (ValueError, TypeError, ImportError, OSError, KeyboardInterrupt) as error:
+        return failed(error, "nothing was written")
+    print(json.dumps(scene, indent=2))
+    if not given.json:
+        print(_summary(scene), file=sys.stderr)
+    return 0
+
+
+def _tracks(given: argparse.Namespace) -> Tracks:
+    scene = None if given.scene is None else Scene.load(given.scene, data_dir=given.data_dir)
+    config = assignments(given.config, given.set)
+    try:
+        return read_tracks(
+            given.tracks or None,
+            scene=scene,
             format=given.format,
             frames_per_second=given.fps,
             metres_per_unit=given.metres_per_unit,
             camera=given.camera,
             person_classes=given.person,
+            config=config,
         )
-        scene = scene_json(given.map, tracks, given.origin)
-    except (ValueError, TypeError, ImportError, OSError) as error:
-        return failed(error)
-    print(json.dumps(scene, indent=2))
-    if not given.json:
-        print(_summary(scene), file=sys.stderr)
-    return 0
+    except FormatError:
+        raise
+    except ValueError as error:  # of an argument: what is wrong with a file is a FormatError
+        raise UsageError(str(error)) from None
+
+
+def _kept(given: argparse.Namespace) -> dict[str, Any]:
+    """The camera, and what the given scene file says about its recordings, as `scene make` without a map keeps them."""
+    kept: dict[str, Any] = {}
+    if given.scene is not None:
+        scene = json.loads(_sila.config_from_file(given.scene))
+        kept = {name: scene[name] for name in ("camera", "files") if name in scene}
+    if given.camera is not None:
+        camera = json.loads(_sila.config_from_file(given.camera))
+        kept["camera"] = camera.get("camera", camera)
+    return kept
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -41,14 +71,21 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     add = parser.add_argument
-    add("tracks", nargs="+", metavar="TRACKS", help="track files or folders, in the frame of the map")
+    files = "track files or folders, in the frame of the map [those that the scene names]"
+    add("tracks", nargs="*", metavar="TRACKS", help=files)
     add("--map", required=True, metavar="FILE", help="the map: .osm, .osm.gz or .osm.pbf")
     add("--origin", nargs=2, type=float, metavar=("LAT", "LON"), help="of the point (0, 0) of the tracks [0 0]")
-    add("--camera", metavar="FILE", help="file with the camera by which pixels become metres")
+    add("--scene", metavar="FILE", help="scene file: its camera, units and files; its corners are replaced")
+    add("--data-dir", default="", metavar="DIR", help="also look here for the files that the scene names")
+    scale = parser.add_mutually_exclusive_group()
+    camera = "file with the camera by which pixels become metres [that of the scene]"
+    scale.add_argument("--camera", metavar="FILE", help=camera)
     add("--person", action="append", default=[], metavar="CLASS", help="class that is a pedestrian; may be repeated")
     add("--format", help="format of the tracks [recognised by content]")
     add("--fps", type=float, help="frames per second, for files with frame numbers")
-    add("--metres-per-unit", type=float, help="scale of the positions, e.g. metres per pixel [1]")
+    scale.add_argument("--metres-per-unit", type=float, help="scale of the positions, e.g. metres per pixel [1]")
+    add("--config", metavar="FILE", help="JSON file with configuration")
+    add("--set", action="append", default=[], metavar="PATH=VALUE", help="one configuration field; see `sila config`")
     add("--json", action="store_true", help="no summary")
     return parser
 

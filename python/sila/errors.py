@@ -27,7 +27,15 @@ class NumericalError(ArithmeticError):
     """A computation that failed after every documented remedy."""
 
 
-def failed(error: Exception) -> int:
-    """Says on stderr why a verb of the program ends; the exit code: 1 for bad input, 2 for wrong use."""
+class UsageError(ValueError):
+    """A wrong command line, whatever the files contain: exit code 2."""
+
+
+def failed(error: BaseException, interrupted: str) -> int:
+    """Says on stderr why a verb of the program ends, `interrupted` what an interrupt leaves; the exit code: 1 for bad
+    input, 2 for a wrong command line or a missing extra, 130 for an interrupt."""
+    if isinstance(error, KeyboardInterrupt):
+        print(f"sila: interrupted; {interrupted}", file=sys.stderr)
+        return 130
     print(f"sila: {error}", file=sys.stderr)
-    return 1 if isinstance(error, (FormatError, OSError, RuntimeError)) else 2
+    return 2 if isinstance(error, (UsageError, ImportError)) else 1

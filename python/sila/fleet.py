@@ -11,10 +11,12 @@ import importlib
 import json
 import logging
 import os
+import signal
 import time
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
@@ -268,7 +270,7 @@ def _found(
             unread[str(path)] = "a folder without files"
         for file in files:
             if file.suffix == MODEL_SUFFIX:
-                models.append((file, Model.load(file)))
+                models += [(file, loaded) for loaded in _model_in(file, unread)]
                 continue
             with_scene.append((file, _scene_beside(file) if own is None else own))
     if with_scene and all(own is None for _, own in with_scene):
@@ -281,11 +283,22 @@ def _found(
     return found, unread
 
 
+def _model_in(file: Path, unread: dict[str, str]) -> list[Model]:
+    """The model of a file; none, and the reason in `unread`, if it is damaged. Another schema is rejected."""
+    try:
+        return [Model.load(file)]
+    except (FormatError, OSError) as error:
+        if isinstance(error, FormatError) and error.found.startswith("schema "):
+            raise
+        unread[str(file)] = str(error)
+        return []
+
+
 def _files_in(path: Path) -> list[Path]:
     if path.is_file():
         return [path]
-    files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.startswith("."))
-    return [file for file in files if not file.name.endswith("scene.json")]
+    files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.endswith("scene.json"))
+    return [file for file in files if not any(part.startswith(".") for part in file.relative_to(path).parts)]
 
 
 def _names_beside(file: Path) -> list[str]:
@@ -365,7 +378,15 @@ def local_client(workers: int | None = None) -> Iterator[Client]:
     dask = engine()
     # Failed tasks raise here; what is logged beside them are connections that end while the cluster closes.
     given = {"n_workers": workers or os.cpu_count(), "threads_per_worker": 1, "silence_logs": logging.CRITICAL}
-    with dask.LocalCluster(**given, dashboard_address="127.0.0.1:0") as cluster, dask.Client(cluster) as connected:
+    with contextlib.ExitStack() as opened:
+        resource_tracker.ensure_running()  # its start unblocks interrupts
+        # An interrupt waits until the cluster can be closed. Its threads and processes inherit the mask and see none.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        try:
+            cluster = opened.enter_context(dask.LocalCluster(**given, dashboard_address="127.0.0.1:0"))
+            connected = opened.enter_context(dask.Client(cluster))
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         yield connected
 
 

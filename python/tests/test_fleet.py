@@ -1,5 +1,6 @@
 """A fleet gives one model, whoever does the work and whatever happens to them."""
 
+import contextlib
 import os
 import pickle
 import signal
@@ -13,6 +14,7 @@ import pytest
 import sila
 import sila.fleet
 from distributed import Client, LocalCluster
+from sila import _fleet_program
 from sila._program import PROGRAM
 
 PARTITION = 20
@@ -146,6 +148,26 @@ def test_an_unreadable_source_is_reported_and_ends_the_run_only_if_it_should(cli
         sila.fleet.learn(sources, client=client, batch=10, partition=PARTITION, strict=True)
 
 
+def test_a_damaged_model_is_left_out_and_named(client, outcome, sites, tmp_path):
+    damaged = tmp_path / "damaged.sila"
+    damaged.write_bytes(saved(outcome.model, tmp_path, "whole.sila")[:5000])
+    (tmp_path / "whole.sila").unlink()
+    rest = sila.fleet.learn([sites, tmp_path], client=client, batch=10, partition=PARTITION)
+    assert rest.model == outcome.model
+    assert list(rest.unread) == [str(damaged)]
+    with pytest.raises(sila.FormatError, match="damaged.sila: expected a source that can be read"):
+        sila.fleet.learn([sites, tmp_path], client=client, batch=10, partition=PARTITION, strict=True)
+
+
+def test_hidden_files_and_folders_are_no_sources(client, sites, tmp_path):
+    track_file = (sites / "1" / "day0.csv").read_bytes()
+    for name in ("day0.csv", ".day0.csv", ".ipynb_checkpoints/day0-checkpoint.csv", ".cache/1/day0.csv"):
+        (tmp_path / ".run" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / ".run" / name).write_bytes(track_file)
+    found = sila.fleet.learn(tmp_path / ".run", client=client, batch=10, partition=PARTITION)
+    assert found.sources == 1, "the folder that was named counts, hidden or not"
+
+
 class NoClient:
     """Work that is rejected before it starts needs no cluster."""
 
@@ -245,6 +267,44 @@ def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
     assert program(sites).returncode == 2
     wrong = program(sites, "--model", tmp_path / "m.sila", "--workers", 1, "--set", "fuse.similarity_threshold=7")
     assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (2, True)
+
+
+def test_the_program_tells_a_model_that_does_not_fit_from_wrong_use(outcome, sites, tmp_path):
+    outcome.model.save(tmp_path / "city.sila")
+    other_grid = ["--set", "learn.grid.cell_m=2.2"]
+    unfit = program(sites, "--model", tmp_path / "city.sila", "--workers", 1, *other_grid)
+    assert (unfit.returncode, "cell_m" in unfit.stderr, unfit.stderr.count("\n")) == (1, True, 1), unfit.stderr
+
+
+def test_a_model_file_that_changed_meanwhile_is_kept(client, outcome, sites, tmp_path, monkeypatch, capsys):
+    path, learn = tmp_path / "city.sila", sila.fleet.learn
+
+    def slowly(*sources, **options):
+        outcome.model.save(path)
+        return learn(*sources, **options)
+
+    monkeypatch.setattr(sila.fleet, "learn", slowly)
+    monkeypatch.setattr(_fleet_program, "_client", lambda _: contextlib.nullcontext(client))
+    assert _fleet_program.run([str(sites / "1" / "day0.csv"), "--model", str(path)]) == 1
+    assert "city.sila has changed since this run began; nothing was written" in capsys.readouterr().err
+    assert sila.Model.load(path) == outcome.model
+
+
+def test_an_interrupt_of_the_program_is_one_line(sites, tmp_path):
+    """As Ctrl-C: the workers get the signal, too."""
+    begun = (
+        "import os, signal, sila.fleet, sila._fleet_program as program\n"
+        "def interrupted(*sources, client, **options):\n"
+        "    learnt = client.submit(__import__('time').sleep, 60)\n"
+        "    os.killpg(0, signal.SIGINT)\n"
+        "    client.gather([learnt])\n"
+        "sila.fleet.learn = interrupted\n"
+        f"raise SystemExit(program.run([{str(sites)!r}, '--model', {str(tmp_path / 'm.sila')!r}, '--workers', '2']))"
+    )
+    command = [sys.executable, "-c", begun]
+    run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, start_new_session=True)
+    assert (run.returncode, run.stderr) == (130, "sila: interrupted; nothing was written\n")
+    assert not (tmp_path / "m.sila").exists()
 
 
 def test_the_plain_program_says_where_the_fleet_is():

@@ -163,6 +163,8 @@ FOOTWAY = {"highway": "footway"}
         ("<osm version='0.6'/>", "footways, found none in 0 ways"),
         (osm(CROSSINGS, EDGES), "footways, found none in 4 ways"),
         (osm({"a": (0, 0)}, [("1", "ab", FOOTWAY)]), "none in 1 way"),
+        (osm({"a": ("east", 0)}, [], local=True), "map.osm: expected numbers in local_x of the nodes, found 'east'"),
+        (osm({"a": (0, "nan")}, [], local=True), "numbers in local_y of the nodes, found 'nan'"),
         ("<osm version='0.6'><node id='1'/></osm>", "nodes with lat and lon"),
         ("<osm version='0.6'><node id='1' lat='49' lon='8'/></osm>", "--origin LAT LON.* around 49.00000 8.00000"),
         (osm({"a": (0, 0), "b": (9, 0)}, [("1", "ab", FOOTWAY)]), "meet at a corner, found none of 1 straight"),
@@ -187,23 +189,50 @@ def test_a_missing_reader_is_named_with_the_remedy(tmp_path, monkeypatch):
         maps.scene_json(tmp_path / "map.osm")
 
 
-def test_the_program_prints_a_scene_file_or_one_sentence(tmp_path, capsys, monkeypatch):
+@pytest.fixture
+def program(tmp_path, capsys, monkeypatch):
+    """`sila scene make` beside a map and the tracks of six people at its corner."""
     (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
     sila.Tracks(sila.as_tracks(walked([(40, 2), (2, 2), (2, 40)], 6))).save(tmp_path / "tracks.csv")
 
-    def program(*arguments):
-        monkeypatch.setattr("sys.argv", ["sila", "scene", "make", str(tmp_path / "tracks.csv"), *arguments])
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["sila", "scene", "make", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
             _program.main()
         return ended.value.code, *capsys.readouterr()
 
-    code, made, said = program("--map", str(tmp_path / "map.osm"))
+    return run
+
+
+def test_the_program_prints_a_scene_file_or_one_sentence(tmp_path, program):
+    tracks = tmp_path / "tracks.csv"
+    code, made, said = program(tracks, "--map", tmp_path / "map.osm")
     assert code == 0 and "which 6 tracks pass; the scene has 1 corner, 0 crosswalks and 0 walkways" in said
     assert json.loads(made)["corners"][0]["tracks"] == 6
     (tmp_path / "made.json").write_text(made)
     assert sila.learn(tmp_path / "tracks.csv", scene=tmp_path / "made.json").tracks == 6
-    code, made, said = program(f"--map={tmp_path / 'none.osm'}")
+    code, made, said = program(tracks, f"--map={tmp_path / 'none.osm'}")
     assert (code, made) == (1, "") and said.startswith("sila: ") and "none.osm" in said and said.count("\n") == 1
+    for option, value, named in (("--format", "foo", "foo"), ("--fps", "0", "frames_"), ("--set", "x", "--set")):
+        code, made, said = program(tracks, "--map", tmp_path / "map.osm", option, value)
+        assert (code, made) == (2, "") and named in said and said.count("\n") == 1, said
+    code, made, said = program(tracks, "--map", tmp_path / "map.osm", "--seed", "3")
+    assert (code, made) == (2, "") and "with --map expected only the options above, found --seed 3" in said
+
+
+def test_a_scene_from_a_map_keeps_the_camera_and_the_recordings(tmp_path, program):
+    square = {"homography": [[2, 0, 0], [0, -2, 0], [0, 0, 1]], "seen": [0, 0]}
+    (tmp_path / "camera.json").write_text(json.dumps(square))
+    pixels = {name: rows * [1, 0.5, -0.5] for name, rows in walked([(40, 2), (2, 2), (2, 40)], 6).items()}
+    sila.Tracks(sila.as_tracks(pixels)).save(tmp_path / "pixels.csv")
+    camera = ["--camera", tmp_path / "camera.json"]
+    code, made, said = program(tmp_path / "pixels.csv", "--map", tmp_path / "map.osm", *camera)
+    assert code == 0 and json.loads(made)["camera"] == square, said
+    scene = json.loads(made) | {"files": [{"path": "pixels.csv"}]}
+    assert scene["tracks"] == 6
+    (tmp_path / "made.json").write_text(json.dumps(scene))
+    code, made, said = program("--scene", tmp_path / "made.json", "--map", tmp_path / "map.osm", "--json")
+    assert code == 0 and json.loads(made) == scene, said
 
 
 # Zebra crossings as measured by hand in the drone pictures of SinD (centre [m], direction [degrees]). The pictures were registered to

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .. import _sila
 from .._config import assignments
-from ..errors import failed
+from ..errors import UsageError, failed
 from .experiment import Overrides
 from .read import SPLITS, read_experiment
 from .runner import run_experiment
@@ -21,9 +21,9 @@ def run(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
         if options.workers < 1:
-            raise ValueError(f"--workers: expected at least 1, found {options.workers}")
+            raise UsageError(f"--workers: expected at least 1, found {options.workers}")
         if options.threads < 0:
-            raise ValueError(f"--threads: expected at least 0, found {options.threads}")
+            raise UsageError(f"--threads: expected at least 0, found {options.threads}")
         _sila.limit_threads(options.threads)
         config = assignments(options.config, options.set)
         whole = json.loads(_sila.config_from_file(options.file))
@@ -44,11 +44,8 @@ def run(arguments: list[str]) -> int:
 
             for path in draw(Path(options.out), png=options.png):
                 print(path, file=sys.stderr)
-    except (ValueError, TypeError, ImportError, OSError, RuntimeError) as error:
-        return failed(error)
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here", file=sys.stderr)
-        return 130
+    except (ValueError, TypeError, ImportError, OSError, RuntimeError, KeyboardInterrupt) as error:
+        return failed(error, "the same command goes on from here")
     for name, reason in written["not_run_here"].items():
         print(f"{name}: not run here: {reason}", file=sys.stderr)
     if options.json:
@@ -58,11 +55,11 @@ def run(arguments: list[str]) -> int:
 
 
 def _reject_unused(options: argparse.Namespace) -> None:
-    """Raises ValueError for what an experiment of the kind "field" does not read."""
+    """Raises UsageError for what an experiment of the kind "field" does not read."""
     without = vars(_parser().parse_args([options.file, "--out", options.out]))
     for name, value in vars(options).items():
         if name not in ("data_dir", "threads") and value != without[name]:
-            raise ValueError(f"--{name}: has no effect on an experiment of the kind field; leave it out")
+            raise UsageError(f"--{name}: has no effect on an experiment of the kind field; leave it out")
 
 
 def _parser() -> argparse.ArgumentParser:
