@@ -77,7 +77,8 @@ void bind_track(nb::module_& module) {
                     a.trajectory.times_s == b.trajectory.times_s &&
                     a.trajectory.positions_m == b.trajectory.positions_m;
            })
-      .def("__eq__", [](const Track&, nb::handle) { return false; })
+      .def(
+          "__eq__", [](const Track&, nb::handle) { return false; }, nb::arg().none())
       .def("__repr__",
            [](const Track& track) {
              const std::vector<double>& times = track.trajectory.times_s;
@@ -136,7 +137,8 @@ void bind_frame(nb::module_& module) {
       .def("velocity_to_world", mapped<velocity_to_world>("velocities"), "velocities"_a,
            SILA_MAP_SIGNATURE("velocity_to_world", "velocities"), "Velocities (n, 2) [curb units/s] to (n, 2) [m/s].")
       .def("__eq__", [](const CurbFrame& a, const CurbFrame& b) { return state_of(a) == state_of(b); })
-      .def("__eq__", [](const CurbFrame&, nb::handle) { return false; })
+      .def(
+          "__eq__", [](const CurbFrame&, nb::handle) { return false; }, nb::arg().none())
       .def("__repr__",
            [](const CurbFrame& f) {
              return nb::str("CurbFrame(origin_m=({:.2f}, {:.2f}), sidewalk_width_m={:.2f})")

@@ -183,7 +183,8 @@ void bind_model(nb::module_& module) {
       .def(
           "__eq__", [](const StoredModel& a, const StoredModel& b) { return identical(a.model, b.model); },
           "Whether two models are the same bit for bit, whenever and with whatever names they were learnt.")
-      .def("__eq__", [](const StoredModel&, nb::handle) { return false; })
+      .def(
+          "__eq__", [](const StoredModel&, nb::handle) { return false; }, nb::arg().none())
       .def("__repr__", &repr)
       .def("__copy__", [](const StoredModel& stored) { return stored; })
       .def("__deepcopy__", [](const StoredModel& stored, const nb::dict&) { return stored; })

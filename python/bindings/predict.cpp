@@ -300,7 +300,8 @@ void bind_prediction(nb::module_& module) {
           "One row a mode and time: track_id, t0, fallback, novelty, mode, weight, variant, t, x, y, cov_xx, cov_xy, "
           "cov_yy.")
       .def("__eq__", [](const TrackPrediction& a, const TrackPrediction& b) { return state_of(a) == state_of(b); })
-      .def("__eq__", [](const TrackPrediction&, nb::handle) { return false; })
+      .def(
+          "__eq__", [](const TrackPrediction&, nb::handle) { return false; }, nb::arg().none())
       .def("__repr__",
            [](const TrackPrediction& p) {
              return nb::str("Prediction(track='{}', t0_s={:g}, {} modes, {} steps{})")

@@ -219,7 +219,8 @@ void bind_scene(nb::module_& module) {
       .def("frame", &frame_of, nb::kw_only(), "corner"_a = nb::none(), "scaling"_a = kCurbScalings[0],
            "The frame of a corner, the primary one if none is named by its index.")
       .def("__eq__", [](const DrawnScene& a, const DrawnScene& b) { return state_of(a).equal(state_of(b)); })
-      .def("__eq__", [](const DrawnScene&, nb::handle) { return false; })
+      .def(
+          "__eq__", [](const DrawnScene&, nb::handle) { return false; }, nb::arg().none())
       .def("__repr__",
            [](const DrawnScene& scene) {
              return nb::str("Scene('{}', {} corners, {} files)")

@@ -130,7 +130,7 @@ class _Run:
         if unread and (strict or not partitions):
             path, reason = next(iter(unread.items()))
             raise FormatError(path, 0, f"a source that can be read ({len(unread)} of {sources} cannot)", reason)
-        chosen = _sila.choose_partitions(episodes, sites, start.episode_ids)
+        chosen = _sila.choose_partitions(episodes, sites, [model for _, model, _ in partitions], start.episode_ids)
         known = sum(map(len, episodes)) - sum(len(episodes[i]) - len(out) for i, out in chosen)
         if any(out for i, out in chosen if partitions[i][1]):
             shared = next(partitions[i][2] for i, out in chosen if out and partitions[i][1])

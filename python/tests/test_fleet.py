@@ -205,6 +205,7 @@ def test_sources_without_any_scene_are_one_place(client, sites, tmp_path):
         ({"learn": {"grid": {"cell_m": 2.2}}}, "cell_m"),
         ({"sampling": {"interval_s": 0.1}}, "interval_s"),
         ({"predict": {"horizon_s": 4.0}}, "horizon_s"),
+        ({"metres_per_pixel": 0.5}, "metres_per_pixel"),
     ],
 )
 def test_models_of_another_grid_are_rejected_before_any_work(sites, tmp_path, changes, named):

@@ -47,6 +47,7 @@ def test_equal_objects_have_no_hashes(place, predictions):
     for value in (place.scene, place.scene.frame(), sila.Model(), track, predictions[0]):
         with pytest.raises(TypeError, match="unhashable"):
             hash(value)
+        assert value.__eq__(None) is False
 
 
 def test_a_scene_comes_back_from_its_file(tmp_path, place):

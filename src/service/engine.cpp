@@ -125,6 +125,7 @@ void Engine::work() {
       if (may_predict) step_ = Step::running;
     }
     busy = may_predict && predict_and_score();
+    end_streams(false);
     // In a stepwise run a new model must not come into use in the middle of a step.
     const bool may_learn = !stepwise_ || (may_predict && !busy);
     if (may_learn && !core_.finished.empty()) learner_.add(std::exchange(core_.finished, {}), core_.online_calibration);
@@ -181,18 +182,31 @@ void Engine::ingest_queued() {
 
 void Engine::ingest_event(const StreamEvent& event) {
   if (!event.detection) {
-    // The client may still read. A stepwise run predicts in steps alone.
-    while (!stepwise_ && due_predictions(core_) > 0) predict_and_score();
-    report_losses();
-    end_stream(core_, event.stream, settings_);
-    last_arrival_s_.erase(event.stream);
-    if (output_.ended) output_.ended(event.stream);
+    ending_.insert(event.stream);
+    if (stepwise_) end_streams(true);
     return;
   }
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
   last_arrival_s_[event.stream] = event.arrived_s;
   if (result.superseded) ++superseded_[event.stream];
   if (result.rejection) reject(event.stream, *result.rejection);
+}
+
+/// Ends the streams whose lines have ended, once their predictions are made: the client may still read.
+void Engine::end_streams(bool at_once) {
+  for (auto next = ending_.begin(); next != ending_.end();) {
+    const StreamId id = *next;
+    const auto stream = core_.streams.find(id);
+    if (!at_once && stream != core_.streams.end() && !stream->second.due.empty()) {
+      ++next;
+      continue;
+    }
+    report_losses();
+    end_stream(core_, id, settings_);
+    last_arrival_s_.erase(id);
+    if (output_.ended) output_.ended(id);
+    next = ending_.erase(next);
+  }
 }
 
 /// A stream that still has queued lines is not silent: the engine is late.

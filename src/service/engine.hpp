@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -90,6 +91,7 @@ class Engine {
   bool predict_and_score();
   void send_predictions(const std::vector<PredictionRequest>& requests);
   void end_silent_streams(double now_s);
+  void end_streams(bool at_once);
   void report(double now_s);
   void report_losses();
   void count_rejection(StreamId stream, Rejection rejection);  // mutex_ is held
@@ -105,6 +107,7 @@ class Engine {
   StreamCore core_;
   std::map<StreamId, std::size_t> superseded_;  // not reported yet
   std::map<StreamId, double> last_arrival_s_;
+  std::set<StreamId> ending_;  // their lines have ended
   LatencyHistogram latency_;
   Timer losses_timer_{1.0}, metrics_timer_{0.25}, page_timer_{ServiceConfig::page_interval_s};
   int shown_episodes_ = -1;

@@ -133,7 +133,7 @@ TEST(Sampling, PredictionsAreDueAtRealSamplesFromTheObservedSpanOn) {
   // Due at 13.2, 14.2, 15.2, 16.2; the first samples at or after them.
   EXPECT_EQ(prediction_samples(track, 3.2, 1.0), (std::vector<std::size_t>{4, 7, 9}));
   EXPECT_TRUE(prediction_samples(track, 60.0, 1.0).empty());
-  EXPECT_THROW(prediction_samples(track, 3.2, 0.0), std::invalid_argument);
+  EXPECT_EQ(prediction_samples(track, 3.2, 0.0), (std::vector<std::size_t>{4, 5, 6, 7, 8, 9}));
 }
 
 TEST(Sampling, TheFutureEndsWithTheTrack) {
@@ -171,7 +171,6 @@ TEST(Sampling, RejectsIntervalsAndDensitiesOutOfRange) {
     EXPECT_THROW(resample(track, CurbFrame{}, {.interval_s = interval_s}), std::invalid_argument) << interval_s;
     EXPECT_THROW(observe(track, 39, CurbFrame{}, 3.2, {.acceleration_density = interval_s}), std::invalid_argument);
   }
-  EXPECT_EQ(prediction_samples(track, 3.0, 0.0).size(), 10u);
   EXPECT_THROW(prediction_samples(track, 3.0, -1.0), std::invalid_argument);
   track.positions_m.resize(12);
   EXPECT_THROW(future(track, 11, 10, {}), std::invalid_argument);

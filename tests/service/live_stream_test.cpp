@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "service/streams.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
 #include "support/scratch.hpp"
@@ -176,14 +177,14 @@ TEST(LiveStream, WarnsOfAnEpisodeThatFails) {
 }
 
 TEST(LiveStream, AModelFileThatIsGoneIsAnError) {
-  EXPECT_TRUE(says(message_of([] { LiveStream({.file = ""}); }), "an empty path"));
+  EXPECT_THROW(LiveStream({.file = ""}), FormatError);
   const tests::ScratchFolder folder;
   LiveStream stream({.file = folder / "m.sila", .config = small_batches()});
   EXPECT_TRUE(stream.model().model.empty());
   feed(stream, corner_walks(10, 5));
   stream.close();
   std::filesystem::remove(folder / "m.sila");
-  EXPECT_TRUE(says(message_of([&] { (void)stream.model(); }), "none; the file was removed"));
+  EXPECT_THROW((void)stream.model(), FormatError);
 }
 
 TEST(LiveStream, CloseOfEachThreadReturnsWhenAllIsLearnt) {
