@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 TracksLike = Union["Tracks", "pandas.DataFrame", Mapping[Any, Any], Iterable[Any], str, "os.PathLike[str]"]
 SceneLike = Union[Scene, str, "os.PathLike[str]"]
 _ARRAYS = "arrays"  #: the source of their rows
-#: The warnings of a scene that were shown last.
-_warned: list[str] = []
+#: The last scene whose warnings were shown.
+_warned: Scene | None = None
 
 
 class Tracks(Sequence[Track]):
@@ -199,8 +199,8 @@ def as_scene(scene: Any) -> Scene:
         scene = Scene.load(Path(scene))
     if not isinstance(scene, Scene):
         raise TypeError(f"scene: expected a sila.Scene or the path of a scene file, found {type(scene).__name__}")
-    if scene.warnings != _warned:
-        _warned = scene.warnings
+    if scene.warnings and scene is not _warned:
+        _warned = scene
         warn({"warnings": scene.warnings})
     return scene
 
