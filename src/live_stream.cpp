@@ -154,10 +154,11 @@ void LiveStream::wait() {
 
 StoredModel LiveStream::model() const {
   if (state_->path) {
+    // Before the file is read: the first episode may be stored meanwhile.
+    const bool learnt = !state_->stored.episodes.empty() || state_->learner->status().episodes > 0;
     ModelFile file = ModelFile::open_or_create(*state_->path);  // the learner's thread uses the other one
     if (!file.empty()) return file.read();
-    if (!state_->stored.episodes.empty() || state_->learner->status().episodes > 0)
-      throw FormatError(state_->path->string(), 0, "the model of this stream", "none; the file was removed");
+    if (learnt) throw FormatError(state_->path->string(), 0, "the model of this stream", "none; the file was removed");
   }
   const std::lock_guard lock(state_->stored_mutex);
   return state_->stored;

@@ -71,7 +71,7 @@ class LiveStream {
   /// copy. Throws: FormatError for a model file that cannot be read.
   StoredModel model() const;
 
-  /// What a user must know, each sentence once: units that look wrong, episodes that failed.
+  /// Returns each new warning once: positions that do not look like metres, episodes that failed.
   std::vector<std::string> take_warnings();
 
   /// Counts of detections, rejections and episodes; errors and coverage of recent pedestrians. An episode that failed,

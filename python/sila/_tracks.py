@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import io
 import json
 import os
@@ -190,6 +191,12 @@ def listed(tracks: Any) -> Any:
     if isinstance(tracks, io.IOBase):
         raise TypeError(f"tracks: expected the path of a file, found an open file ({type(tracks).__name__})")
     return list(tracks) if isinstance(tracks, Iterator) else tracks
+
+
+@atexit.register
+def _forget_warned() -> None:  # nanobind reports objects that outlive the interpreter
+    global _warned
+    _warned = None
 
 
 def as_scene(scene: Any) -> Scene:

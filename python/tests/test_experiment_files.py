@@ -157,7 +157,7 @@ def test_noise_is_added_to_a_recorded_scene_the_same_each_time(tmp_path):
         read_experiment(written(tmp_path, scenes=[{"name": "s", "scene": "s.json", "noise_m": -1}]), Overrides())
 
 
-def test_a_run_of_the_field_protocol_is_made_anew_after_a_change_of_its_method(tmp_path, monkeypatch):
+def test_a_changed_method_makes_runs_of_the_field_anew(tmp_path, monkeypatch):
     entry = {"name": "m", "method": "m.py:M", "learnt": "in_place", "parameters": {}, "config": "{}", "cls": object}
     scene, made = SimpleNamespace(name="a", tracks=SimpleNamespace(hash="h")), []
     monkeypatch.setattr(field, "read_field", lambda *_: ({}, [scene], [entry]))

@@ -270,7 +270,7 @@ def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
     assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (2, True)
 
 
-def test_the_program_tells_a_model_that_does_not_fit_from_wrong_use(outcome, sites, tmp_path):
+def test_a_model_that_does_not_fit_is_no_wrong_use(outcome, sites, tmp_path):
     outcome.model.save(tmp_path / "city.sila")
     other_grid = ["--set", "learn.grid.cell_m=2.2"]
     unfit = program(sites, "--model", tmp_path / "city.sila", "--workers", 1, *other_grid)

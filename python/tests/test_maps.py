@@ -220,7 +220,7 @@ def test_the_program_prints_a_scene_file_or_one_sentence(tmp_path, program):
     assert (code, made) == (2, "") and "with --map expected only the options above, found --seed 3" in said
 
 
-def test_a_scene_from_a_map_keeps_the_camera_and_the_recordings(tmp_path, program):
+def test_a_scene_from_a_map_keeps_camera_and_recordings(tmp_path, program):
     square = {"homography": [[2, 0, 0], [0, -2, 0], [0, 0, 1]], "seen": [0, 0]}
     (tmp_path / "camera.json").write_text(json.dumps(square))
     pixels = {name: rows * [1, 0.5, -0.5] for name, rows in walked([(40, 2), (2, 2), (2, 40)], 6).items()}

@@ -12,9 +12,6 @@ namespace {
 constexpr double kRunner_mps = 10.0;    ///< no quarter of the pedestrians of a place moves faster
 constexpr double kLargePlace_m = 50.0;  ///< coordinates in whole and half numbers over a larger place are not metres
 constexpr double kDegreesPlace = 0.01;  ///< a place of 1 km in degrees; in metres the noise of any tracker is larger
-constexpr const char* kRemedy =
-    "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels "
-    "(units=\"pixels\")";
 constexpr std::size_t kFewRows = 10;    ///< too few to say anything
 constexpr double kSlowWalk_mps = 0.25;  ///< people who walk are faster, also in a dense crowd
 
@@ -104,7 +101,8 @@ std::vector<double> walking_speeds(std::span<const Trajectory> tracks) {
   return speeds;
 }
 
-std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s) {
+std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s,
+                                       const std::string& remedy) {
   const TrackSummary seen = summary_of(tracks);
   std::vector<std::string> warnings;
   if (seen.rows < kFewRows) return warnings;
@@ -117,10 +115,10 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
     warnings.push_back(concatenate(
         "these look like pixels (or centimetres, or stamps that are not seconds): a quarter of the tracks is faster "
         "than ",
-        seen.upper_quartile_mps, " m/s, in a place of ", size_text(seen.box), " m; ", kRemedy));
+        seen.upper_quartile_mps, " m/s, in a place of ", size_text(seen.box), " m; ", remedy));
   } else if (seen.half_numbers && large) {
     warnings.push_back("these look like pixels: all coordinates are multiples of one half, in a place of " +
-                       size_text(seen.box) + " m; " + kRemedy);
+                       size_text(seen.box) + " m; " + remedy);
   }
   if (const double size = seen.box.sizes().maxCoeff(); size > 0.0 && size < kDegreesPlace) {
     warnings.push_back(concatenate("all positions lie within ", size_text(seen.box),

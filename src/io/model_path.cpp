@@ -28,7 +28,8 @@ void reject(const fs::path& path, const sqlite::Error& error) {
     case SQLITE_LOCKED:
       reject(path, "one that another process has kept locked for 10 s; try again when it is done");
     case SQLITE_CANTOPEN:
-      if (!fs::exists(status_of(path))) reject_write(path, "that the file was removed while it was in use" + said);
+      if (!fs::exists(status_of(path)))
+        reject_write(path, "that it cannot be made, or was removed while it was in use" + said);
       [[fallthrough]];
     case SQLITE_PERM:
     case SQLITE_READONLY:

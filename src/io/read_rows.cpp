@@ -60,6 +60,8 @@ class RowReader {
     if (columns_.id == TrackColumns::kNone) return only_track;
     const std::string_view cell = cells_[columns_.id];
     if (cell.empty()) fault_ = Fault{DropReason::missing_cells, "an empty track id"};
+    const bool boxes = columns_.format == TrackFormat::mot || columns_.format == TrackFormat::boxes;
+    if (boxes && cell.starts_with('-') && number_of(cell)) fault_ = Fault{DropReason::missing_cells, "the track id -1"};
     if (!columns_.numeric_ids) return std::string(cell);
     const double value = number(columns_.id);
     return std::abs(value) < 1e15 && value == std::floor(value) ? std::to_string(static_cast<long long>(value))
@@ -94,7 +96,8 @@ void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::
   if (entry.rows++ > 0) return;
   entry.first = path + ":" + std::to_string(line);
   if (!found.empty()) entry.first += ", found " + excerpt(found);
-  if (reason == DropReason::not_a_number && found.find(',') != std::string_view::npos)
+  const bool decimal_comma = found.find_first_not_of("+-0123456789eE,") == std::string_view::npos;
+  if (reason == DropReason::not_a_number && decimal_comma && std::ranges::count(found, ',') == 1)
     entry.first += "; numbers need a decimal point";
 }
 

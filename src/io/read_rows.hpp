@@ -56,6 +56,8 @@ TrackFormat ndjson_format(const TextTable& table);
 /// The columns that the content shows, or nothing for a format of JSON lines.
 /// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.
 std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced);
+/// Warnings of names in the first line that are not used, although the positions or tracks may depend on them.
+std::vector<std::string> column_warnings(const TextTable& table, const TrackColumns& columns);
 
 /// As read_detections, for the text of a file. `path` is for messages and, in the format of inD,
 /// for the meta files beside it.

@@ -207,7 +207,7 @@ TrackFile in_metres(TrackFile file, const ReadOptions& options, double of_format
 std::optional<TableReader> table_reader(const TextTable& first, const ReadOptions& options) {
   const auto columns = columns_of(first, options.format);
   if (!columns) return std::nullopt;
-  TableReader reader{*columns, options, {}, 1.0, {}};
+  TableReader reader{*columns, options, {}, 1.0, {}, column_warnings(first, *columns)};
   if (columns->time == TrackColumns::kNone) reader.clock = format_clock(columns->format, first);
   if (columns->format == TrackFormat::juelich) reader.metres_per_unit = commented_metres_per_unit(first);
   if (columns->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);
@@ -217,6 +217,7 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
 TrackFile read_table(const TextTable& table, const TableReader& reader, const std::string& only_track) {
   const TrackColumns& columns = reader.columns;
   TrackFile file{read_rows(table, columns, only_track), columns.format, {}, columns.pixels};
+  file.detections.warnings = reader.warnings;
   if (columns.format == TrackFormat::ind) {
     for (Detection& row : file.detections.rows) {
       const auto found = reader.classes.find(row.track);

@@ -32,6 +32,7 @@ struct TableReader {
   FrameClock clock;                            ///< of the format, if there are frame numbers alone
   double metres_per_unit = 1.0;                ///< of the format; the options win
   std::map<std::string, std::string> classes;  ///< by track id, where another file has them (inD)
+  std::vector<std::string> warnings = {};      ///< of its columns
 };
 
 /// Nothing for a format of JSON lines. `first`: the whole file, or its first lines. Throws: FormatError.

@@ -254,7 +254,8 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
   std::vector<std::string> names;
   for (const std::string_view cell : cells_of(header, columns.separator)) names.push_back(lower(cell));
   columns.id = column(names, {"track_id", "trackid", "track", "ped_id", "pedestrian_id", "person_id", "agent_id",
-                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "id"});
+                              "object_id", "obj_id", "traj_id", "trajectory_id", "tracker_id", "tracking_id",
+                              "track id", "personid", "pedestrianid", "objectid", "tid", "id"});
   find_time(columns, names);
   columns.frame =
       column(names, {"frame", "frame_id", "frameid", "frame_number", "frame_no", "frame_index", "frame_idx"});
@@ -352,6 +353,29 @@ std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<Tra
   if (auto columns = header_columns(table.rows.front().text)) return columns;
   if (auto columns = headerless_columns(table)) return columns;
   reject_unknown(table);
+}
+
+std::vector<std::string> column_warnings(const TextTable& table, const TrackColumns& columns) {
+  const std::string_view first = table.rows.front().text;
+  const std::string start = table.path + ": ", names = excerpt(trimmed(first));
+  std::vector<std::string> cells;
+  for (const std::string_view cell : cells_of(first, columns.separator)) cells.push_back(lower(cell));
+  const auto has = [&](const std::initializer_list<std::string_view>& wanted) {
+    return column(cells, wanted) != TrackColumns::kNone;
+  };
+  if (!columns.header) {
+    if (std::ranges::any_of(cells, [](const std::string& cell) { return number_of(cell).has_value(); })) return {};
+    return {start + "no known header line in " + names +
+            ", so columns are taken by their position; name them as in track_id,t,x,y"};
+  }
+  std::vector<std::string> warnings;
+  const std::size_t used = columns.label == TrackColumns::kNone ? 3 : 4;
+  if (columns.id == TrackColumns::kNone && cells.size() > used)
+    warnings.push_back(start + "no column of track ids in " + names + ", so all rows are one track; name it track_id");
+  if (columns.x2 == TrackColumns::kNone && has({"w", "width"}) && has({"h", "height"}) && has({"x"}))
+    warnings.push_back(start + "x, y in " + names +
+                       " are points, their widths and heights are not used; name the edges of boxes x1,y1,x2,y2");
+  return warnings;
 }
 
 }  // namespace sila

@@ -72,7 +72,8 @@ void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings
     path.positions_m.push_back(row.position_m);
   }
   if (core.first_tracks.size() == kFirstTracks)
-    core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s);
+    core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
+                                  "give a camera (--camera, in Python camera=), or send metres and seconds");
 }
 
 void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {

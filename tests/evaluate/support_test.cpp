@@ -26,7 +26,7 @@ double standing_nll(const std::vector<FramedTrajectory>& tracks) {
   return group->constant.back().nll;
 }
 
-TEST(Evaluate, ErrorsOfConstantVelocityAreThoseOfStandingAndMovingPeopleApart) {
+TEST(Evaluate, FitsConstantVelocityToStandingAndMovingPeopleApart) {
   std::vector<FramedTrajectory> tracks;
   for (int i = 0; i < 5; ++i) {
     Trajectory standing{"s" + std::to_string(i), {}, {}};

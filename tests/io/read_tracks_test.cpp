@@ -69,6 +69,30 @@ TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
   EXPECT_TRUE(contains(error->expected, "frames_per_second"));
 }
 
+TEST(GenericCsv, WarnsOfColumnsThatAreNotUsed) {
+  const TempFolder folder;
+  const auto warning = [&](const std::string& header, const std::string& row) {
+    ReadOptions options{.frames_per_second = 10.0};
+    const auto& warnings = read_detections(folder.write("t.csv", header + row), options).detections.warnings;
+    return warnings.empty() ? std::string() : warnings.front();
+  };
+  EXPECT_EQ(warning("frame,personId,x,y,type\n", "1,7,2,3,car\n"), "");
+  EXPECT_EQ(warning("timestamp,x,y,label\n", "1,2,3,person\n"), "");
+  EXPECT_TRUE(contains(warning("timestamp,walker,x,y\n", "1,7,2,3\n"), "no column of track ids"));
+  EXPECT_TRUE(contains(warning("frame,id,x,y,w,h\n", "1,7,2,3,4,5\n"), "widths and heights are not used"));
+  EXPECT_TRUE(contains(warning("f,who,a,b,c,d,e\n", "1,7,2,3,4,5,1\n2,7,2,3,4,5,1\n"), "no known header line"));
+}
+
+TEST(GenericCsv, BoxesWithoutATrackAreCounted) {
+  const TempFolder folder;
+  const Detections read = read_detections(folder.write("t.csv", "frame,id,x1,y1,x2,y2\n1,-1,2,3,4,5\n1,7,2,3,4,5\n"),
+                                          {.frames_per_second = 10.0, .metres_per_unit = 1.0})
+                              .detections;
+  EXPECT_EQ(read.rows.size(), 1u);
+  ASSERT_EQ(read.dropped.size(), 1u);
+  EXPECT_EQ(read.dropped.front().reason, DropReason::missing_cells);
+}
+
 TEST(GenericCsv, PrefersTimeStampsToFrames) {
   const TempFolder folder;
   const auto path = folder.write("a.csv", "track_id,frame,t,x,y\n1,50,0.7,0,0\n");

@@ -87,7 +87,7 @@ TEST(Scene, WarnsOfMirroredAxes) {
   EXPECT_TRUE(contains(scene.warnings[0], "mirrored"));
 }
 
-TEST(Scene, TheYAxisOfACameraFromAboveIsThatOfItsGround) {
+TEST(Scene, HasTheYAxisOfTheGroundOfACamera) {
   const auto y_axis = [](double scale) {
     return y_axis_of(camera_of(Eigen::DiagonalMatrix<double, 3>(0.02, scale, 1.0)));
   };

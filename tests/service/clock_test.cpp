@@ -56,7 +56,7 @@ TEST(StreamClock, WithoutAnOpenTrackAnyTimeIsAccepted) {
   }
 }
 
-TEST(StreamClock, AClockThatWasSetBackALittleIsFollowedAfterASecond) {
+TEST(StreamClock, FollowsAClockThatWasSetBackALittle) {
   StreamClock clock;
   read(clock, 100.0, false);
   for (int k = 0; k < 10; ++k) EXPECT_EQ(read(clock, 97.0 + 0.1 * k, true).rejection, Rejection::late);

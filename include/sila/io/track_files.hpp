@@ -74,8 +74,9 @@ ReadOptions first_of(const ReadOptions& first, const ReadOptions& second);
 void validate(const ReadOptions& options);
 
 /// Names of the column of classes in a table; the first that is there is used.
-inline constexpr std::array<std::string_view, 9> kClassColumns = {
-    "label", "class", "class_name", "agent_type", "agent_class", "object_type", "object_class", "category", "class_id"};
+inline constexpr std::array<std::string_view, 13> kClassColumns = {
+    "label",    "class",    "class_name", "agent_type",  "agent_class", "object_type", "object_class",
+    "category", "class_id", "cls",        "class_label", "obj_class",   "type"};
 
 /// The content of a track file.
 struct TrackFile {

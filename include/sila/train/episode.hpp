@@ -77,8 +77,8 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
 /// configuration. Throws: std::invalid_argument if the configuration contradicts those of the model, or its error
 /// statistics (those of its prior while it has no site).
 ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const EpisodeConfig& config);
-/// What each use of a model needs. Throws: std::invalid_argument if `scaling` or `sampling.interval_s` is another than
-/// that of the model.
+/// Checks the settings that each use of a model needs. Throws: std::invalid_argument if `scaling` or
+/// `sampling.interval_s` is another than that of the model.
 void require_same_units(const Model& model, const EpisodeConfig& config);
 /// Throws: as settings_for at the first site of the model.
 void require_fitting(const Model& model, const EpisodeConfig& config);

@@ -17,7 +17,7 @@ import pandas as pd
 from .. import _sila
 from .._config import merged
 from .._sila import FramedTracks, Scene, person_of
-from ..errors import FormatError
+from ..errors import FormatError, UsageError
 from .field_measures import collides, drawn_paths, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
 from .markdown import build_hash, hash_of, kept_json, write_text
@@ -183,7 +183,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
     whole = json.loads(_sila.config_from_file(file))
     _require_keys(file, whole, "the experiment", _KEYS)
     if data_dir is None:
-        raise ValueError("experiment: this one needs --data-dir, the folder of the recorded tracks")
+        raise UsageError("experiment: this one needs --data-dir, the folder of the recorded tracks")
     config = merged(merged("{}", CONFIG), whole.get("config", {}))
     methods = []
     for n, item in enumerate(_list(file, whole, "the experiment", "methods"), 1):
