@@ -81,7 +81,7 @@ void LiveStream::State::start_learner() {
   }
   storage.failed = [this](const std::string& why) {
     const std::lock_guard lock(stored_mutex);
-    failures.push_back(why);
+    if (failures.empty() || failures.back() != why) failures.push_back(why);  // a full disk fails them all
   };
   learner.emplace(stored.model, core.online_calibration, config.episode, config.service, std::move(storage));
 }

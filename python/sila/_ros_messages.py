@@ -138,9 +138,9 @@ def predicted_objects(
     """The PredictedObjects (autoware_perception_msgs) that answers a message: its objects that have ids, in its frame
     and at its time, with a path for each mode of their prediction.
 
-    `predictions`: those that `Stream.update` gave for `detections(message)`. An object without one (no pedestrian, or
-    seen for too short a time, or not due by `stride_s`) has no path. A path begins at the position in the message, its points are `time_step`
-    apart and look ahead; equal paths are one, with the sum of their weights as `confidence`. Message types have no
+    `predictions`: those that `Stream.update` gave for `detections(message)`. An object without one (no pedestrian, seen
+    for too short a time, or not due by `stride_s`) has no path. A path begins at the position in the message, its points
+    are `time_step` apart and look ahead; equal paths are one, with the sum of their weights as `confidence`. Message types have no
     place for the covariances of a prediction. An object of a Detection3DArray gets speed and heading from its most
     likely path, and a UUID made from its id if this is none. `types` gives the class of a message by its name.
     """

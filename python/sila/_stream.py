@@ -36,7 +36,7 @@ class Stream:
     pedestrian, 0: one for each detection. `batch`: finished tracks that make an episode. `config` changes the
     configuration of the model; its group `service` has the limits. Methods may be called from several threads.
 
-    Warns once if positions or stamps seem to have other units, and of each episode that fails (a full disk). Raises
+    Warns once if positions do not seem to be metres, and of each episode that fails (a full disk). Raises
     FormatError for a model or camera file that cannot be used, or a configuration out of range.
     """
 

@@ -103,7 +103,7 @@ def learn(
     for source in found:
         if source.model is not None:
             _named(source.path, lambda s=source: _sila.require_settings(s.model, s.scene, settings))
-    with _connected(client) as cluster:
+    with local_client() if client is None else contextlib.nullcontext(client) as cluster:
         run = _Run(cluster, settings, batch, max(batch, partition // batch * batch), progress)
         return run.learn(found, unread, start, strict, began)
 
@@ -396,12 +396,3 @@ def engine() -> Any:
         return importlib.import_module("distributed")
     except ImportError as error:
         raise ImportError("sila.fleet needs dask.distributed: pip install 'sila[fleet]'") from error
-
-
-@contextlib.contextmanager
-def _connected(client: Client | None) -> Iterator[Client]:
-    if client is not None:
-        yield client
-        return
-    with local_client() as connected:
-        yield connected

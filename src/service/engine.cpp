@@ -125,7 +125,7 @@ void Engine::work() {
       if (may_predict) step_ = Step::running;
     }
     busy = may_predict && predict_and_score();
-    end_streams(false);
+    end_streams();
     // In a stepwise run a new model must not come into use in the middle of a step.
     const bool may_learn = !stepwise_ || (may_predict && !busy);
     if (may_learn && !core_.finished.empty()) learner_.add(std::exchange(core_.finished, {}), core_.online_calibration);
@@ -183,7 +183,7 @@ void Engine::ingest_queued() {
 void Engine::ingest_event(const StreamEvent& event) {
   if (!event.detection) {
     ending_.insert(event.stream);
-    if (stepwise_) end_streams(true);
+    if (stepwise_) end_streams();
     return;
   }
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
@@ -192,12 +192,13 @@ void Engine::ingest_event(const StreamEvent& event) {
   if (result.rejection) reject(event.stream, *result.rejection);
 }
 
-/// Ends the streams whose lines have ended, once their predictions are made: the client may still read.
-void Engine::end_streams(bool at_once) {
+/// Ends the streams whose lines have ended, once their predictions are made: the client may still read. A stepwise run,
+/// which predicts in steps alone, ends them at once.
+void Engine::end_streams() {
   for (auto next = ending_.begin(); next != ending_.end();) {
     const StreamId id = *next;
     const auto stream = core_.streams.find(id);
-    if (!at_once && stream != core_.streams.end() && !stream->second.due.empty()) {
+    if (!stepwise_ && stream != core_.streams.end() && !stream->second.due.empty()) {
       ++next;
       continue;
     }

@@ -91,7 +91,7 @@ class Engine {
   bool predict_and_score();
   void send_predictions(const std::vector<PredictionRequest>& requests);
   void end_silent_streams(double now_s);
-  void end_streams(bool at_once);
+  void end_streams();
   void report(double now_s);
   void report_losses();
   void count_rejection(StreamId stream, Rejection rejection);  // mutex_ is held

@@ -26,6 +26,10 @@ using asio::ip::tcp;
 using testing::corner_walks;
 using testing::Running;
 
+std::string line_of(const Detection& row) {
+  return nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump();
+}
+
 /// A client that sends lines and waits for answers.
 class Client {
  public:
@@ -33,10 +37,7 @@ class Client {
     socket_.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)});
   }
   void send(const std::string& line) { asio::write(socket_, asio::buffer(line + "\n")); }
-  void send(const Detection& row) {
-    send(
-        nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump());
-  }
+  void send(const Detection& row) { send(line_of(row)); }
   void end() { socket_.shutdown(tcp::socket::shutdown_send); }
   /// The next line; none when the service closed the connection.
   std::optional<nlohmann::json> receive() {
@@ -291,11 +292,7 @@ TEST(Server, WebSocketsCarryLinesAndThePage) {
   EXPECT_EQ(hello["kind"], "hello");
   EXPECT_TRUE(hello["scene"]["known"].template get<bool>());
   std::string message;
-  for (const Detection& row : one_walker(4.0)) {
-    message +=
-        nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump() +
-        "\n";
-  }
+  for (const Detection& row : one_walker(4.0)) message += line_of(row) + "\n";
   stream->write(asio::buffer(message));
   EXPECT_TRUE(receive(stream).contains("modes"));
   bool metrics = false, pedestrians = false;
@@ -391,11 +388,7 @@ TEST(Server, AUnixSocketIsForItsOwnerAlone) {
     EXPECT_EQ(std::filesystem::status(path).permissions() & std::filesystem::perms::others_all,
               std::filesystem::perms::none);
     std::vector<TimedLine> lines;
-    for (const Detection& row : one_walker(4.0)) {
-      lines.push_back(
-          {row.t_s, row.track, row.t_s,
-           nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", 1.0}}.dump()});
-    }
+    for (const Detection& row : one_walker(4.0)) lines.push_back({row.t_s, row.track, row.t_s, line_of(row)});
     EXPECT_GT(replay_to("unix:" + path.string(), "", lines, 10.0, 2.0, [](const std::string&) {}).predictions, 0u);
   }
   EXPECT_FALSE(std::filesystem::exists(path));
