@@ -104,6 +104,17 @@ WindowSet without_future(WindowSet set) {
   return set;
 }
 
+/// Each as of a recording of its own, so that nobody has companions.
+FramedTracks apart(FramedTracks framed) {
+  for (std::size_t i = 0; i < framed.tracks.size(); ++i) framed.tracks[i].track.recording = i;
+  return framed;
+}
+
+WindowSet without_companions(WindowSet set) {
+  for (Window& window : set.windows) window.observed.companions_mps.setZero();
+  return set;
+}
+
 /// Positions (n, 2) [m] and velocities (n, 2) [m/s] of the resampled tracks, as at the site of `frame`.
 nb::tuple samples_of(const FramedTracks& framed, const std::string& config_json, const CurbFrame& frame) {
   const SamplingConfig sampling = config_of(config_json).episode.sampling;
@@ -292,6 +303,7 @@ void bind_framed_tracks(nb::module_& module) {
       .def(
           "frame", [](const FramedTracks& f, std::size_t i) { return f.tracks.at(i).frame; }, "index"_a)
       .def("take", &taken, "indices"_a)
+      .def("apart", &apart, "Each track as of a recording of its own, so that nobody has companions.")
       .def("rescaled", &rescaled_for, "config"_a, "In the curb units of a configuration.")
       .def("without_scene", &without_scene, "first_batch"_a, "config"_a,
            "In the frame that a model without a scene makes of its first batch.")
@@ -336,6 +348,7 @@ void bind_window_set(nb::module_& module) {
           "future_m", [](const WindowSet& set) { return stacked(set, &Window::future_m); }, nb::rv_policy::automatic,
           "Shape (n, steps, 2), metres: raw positions after t0; (n, 0, 2) where it is hidden.")
       .def("without_future", &without_future)
+      .def("without_companions", &without_companions)
       .def("laid_back", &laid_back, "paths_m"_a, "frame"_a,
            "Paths (n, k, t, 2) at the site of a frame as at the site of each window.")
       .def("laid_over", &laid_over, "frame"_a,

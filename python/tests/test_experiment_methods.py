@@ -9,8 +9,10 @@ import pytest
 pytest.importorskip("scipy")
 from sila.experiments import Method, read_experiment, run_experiment
 from sila._config import merged
+from sila._sila import FramedTracks
 from sila.experiments.experiment import Overrides
 from sila.experiments.field import CONFIG, predicted, read_scene
+from sila.experiments.methods import METHODS
 from sila.experiments.methods.cliff import fit_mixture
 from sila.experiments.program import run
 from sila.experiments.protocol import protocol_of, runs_of
@@ -41,6 +43,21 @@ def test_the_new_baseline_of_the_page_runs(tmp_path):
     assert table.loc["own", "nll"] < table.loc["own", "constant_nll"]
     assert "no_such_package" in written_results["not_run_here"]["gone"]
     assert "gone (not run here)" in (tmp_path / "out/table.md").read_text()
+
+
+def test_a_method_without_companions_learns_and_predicts_each_person_alone():
+    config = merged("{}", {"simulate": {"tracks": 40}})
+    tracks = FramedTracks.simulated(config)
+    apart = tracks.apart()
+
+    def paths(name, tracks):
+        method = METHODS[name](config)
+        method.fit(tracks)
+        return [prediction.modes[0].path_m for prediction in method.predict(tracks.windows(config, 0.8))]
+
+    alone = paths("sila without companions", tracks)
+    assert np.array_equal(alone, paths("sila", apart))
+    assert not np.array_equal(alone, paths("sila", tracks))
 
 
 WRONG = """

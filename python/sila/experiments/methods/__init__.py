@@ -13,10 +13,11 @@ from ...errors import FormatError
 from ..method import Method
 from .cliff import Cliff
 from .knn import Knn
-from .library import Accumulate, Batch, Linear, Retrain, Sila, SilaWithPrior, SilaWithSimulatedPrior, Tree
+from .library import Accumulate, Batch, Linear, Retrain, Sila, SilaAlone, SilaWithPrior, SilaWithSimulatedPrior, Tree
 
 METHODS: dict[str, type[Method]] = {
     "sila": Sila,
+    "sila without companions": SilaAlone,
     "accumulate": Accumulate,
     "sila with prior": SilaWithPrior,
     "sila with simulated prior": SilaWithSimulatedPrior,

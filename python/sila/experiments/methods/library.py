@@ -38,6 +38,16 @@ class Sila(Method):
         return self.learner.predict(windows)
 
 
+class SilaAlone(Sila):
+    """Gets each person alone, as most methods of others: it neither learns from companions nor predicts with them."""
+
+    def partial_fit(self, tracks: FramedTracks) -> None:
+        self.learner.learn(tracks.apart())
+
+    def predict(self, windows: WindowSet) -> Sequence[Prediction]:
+        return self.learner.predict(windows.without_companions())
+
+
 @lru_cache(maxsize=1)
 def learnt(config: str, batch: int, places: tuple[FramedTracks, ...]) -> list[ModelLearner]:
     """A model of each place."""
