@@ -71,7 +71,8 @@ std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& co
   std::unordered_map<std::string_view, std::size_t> index;
   for (const Detection& row : source.rows) {
     if (const auto fault = fault_of(row, config)) {
-      drop(report, *fault, source.source, row.track, row.line);
+      const bool other = fault == DropReason::other_label;
+      drop(report, *fault, source.source, row.track + (other ? ", class " + row.label : ""), row.line);
       continue;
     }
     const auto [entry, is_new] = index.try_emplace(row.track, tracks.size());
@@ -213,6 +214,15 @@ std::vector<std::string> unit_warnings(const Detections& source, const std::vect
   return warnings;
 }
 
+/// Rows that share their time stamp with others of their track.
+std::size_t rows_of_shared_stamps(const TrackReport& report) {
+  std::size_t rows = 0;
+  for (const DroppedRows& entry : report.dropped) {
+    if (entry.reason == DropReason::averaged || entry.reason == DropReason::contradictory) rows += entry.rows;
+  }
+  return rows;
+}
+
 /// A trajectory and the id that the input gave it.
 struct CleanedTrack {
   Trajectory trajectory;
@@ -223,6 +233,7 @@ struct CleanedTrack {
 std::vector<CleanedTrack> clean_source(const Detections& source, const std::string& prefix, const CleanConfig& config,
                                        TrackReport& report) {
   add(report.dropped, source.dropped);
+  const std::size_t shared_before = rows_of_shared_stamps(report);
   const std::vector<RawTrack> tracks = raw_tracks(source, config, report);
   auto& warnings = report.warnings;
   warnings.insert(warnings.end(), source.warnings.begin(), source.warnings.end());
@@ -232,6 +243,10 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
     for (Tracklet& tracklet : tracklets_of(track, source.source, config, report))
       tracklets.push_back(std::move(tracklet));
   }
+  if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
+    warnings.push_back(source.source +
+                       ": most rows have the time stamp of another row of their track; if the stamps are whole "
+                       "seconds, give the frames without them, and their rate");
   std::sort(tracklets.begin(), tracklets.end(), [](const Tracklet& a, const Tracklet& b) {
     if (a.samples.front().t_s != b.samples.front().t_s) return a.samples.front().t_s < b.samples.front().t_s;
     return id_less(a.track->id, b.track->id);

@@ -149,6 +149,18 @@ BoxRows ottrk_rows(const Json& seen) {
             shifted(y, member(seen, "h"), 1.0), member(seen, "class")}}};
 }
 
+/// Files of OTVision until version 1.0 of its detections have the centres of boxes instead of their corners.
+bool has_centres(std::string_view text) {
+  const std::size_t at = value_of_key(text, "otdet_version", '"');
+  return at != std::string_view::npos && (text[at + 1] == '0' || text.substr(at).starts_with("\"1.0\""));
+}
+
+void move_to_corner(Json& seen) {
+  if (!seen.is_object()) return;
+  seen["x"] = shifted(member(seen, "x"), member(seen, "w"), -0.5);
+  seen["y"] = shifted(member(seen, "y"), member(seen, "h"), -0.5);
+}
+
 BoxRows opendatacam_rows(const Json& frame) {
   const Json& objects = member(frame, "objects");
   if (!objects.is_array()) return std::nullopt;
@@ -235,9 +247,11 @@ std::optional<TrackFormat> json_boxes_format(std::string_view text, std::optiona
 TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackFormat format,
                           const ReadOptions& options) {
   JsonTable table{.path = path};
+  const bool centred = format == TrackFormat::ottrk && has_centres(text);
   std::set<std::string> cameras;
   for (const TextLine& element : box_elements(path, text, format)) {
-    const Json object = shallow_json(element.text);
+    Json object = shallow_json(element.text);
+    if (centred) move_to_corner(object);
     const bool counts = add_boxes(table, element, object, format, options) && !options.frigate_camera;
     if (counts && format == TrackFormat::frigate) cameras.insert(camera_of_event(object));
   }
@@ -262,27 +276,30 @@ std::optional<TrackFile> live_detections(const nlohmann::json& object, const Rea
 
 TrackFile read_json_array(const std::string& path, std::string_view text, const ReadOptions& options,
                           const std::string& only_track) {
-  std::vector<std::string> names;
-  JsonTable objects{.path = path};
-  for (const TextLine& element : elements_of(path, text)) {
+  const std::vector<TextLine> elements = elements_of(path, text);
+  std::set<std::string> names;  // an object may lack some, as detectors leave out the id of a new track
+  std::size_t first_line = 0;
+  for (const TextLine& element : elements) {
     const Json object = shallow_json(element.text);
-    if (!object.is_object()) {
-      objects.reject(element);
-      continue;
-    }
-    if (objects.lines.empty()) {
-      objects.rows = "object";
-      for (const auto& [name, value] : object.items()) objects.rows += '\t' + json_cell(names.emplace_back(name));
-      std::ranges::replace_if(
-          objects.rows, [](char c) { return c == ',' || c == ';'; }, ' ');  // tabs separate
-      objects.rows += '\n';
-      objects.lines.push_back(element.number);
-    }
+    if (object.is_object() && first_line == 0) first_line = element.number;
+    if (object.is_object())
+      for (const auto& [name, value] : object.items()) names.insert(name);
+  }
+  if (first_line == 0) throw FormatError(path, 1, "a JSON array of objects, one a detection", "none");
+  JsonTable objects{.path = path, .rows = "object", .lines = {first_line}};
+  for (const std::string& name : names) objects.rows += '\t' + json_cell(name);
+  std::ranges::replace_if(
+      objects.rows, [](char c) { return c == ',' || c == ';'; }, ' ');  // tabs separate
+  objects.rows += '\n';
+  for (const TextLine& element : elements) {
+    const Json object = shallow_json(element.text);
     std::vector<Json> values;
     for (const std::string& name : names) values.push_back(member(object, name.c_str()));
-    objects.add(values, element.number);
+    if (object.is_object())
+      objects.add(values, element.number);
+    else
+      objects.reject(element);
   }
-  if (objects.lines.empty()) throw FormatError(path, 1, "a JSON array of objects, one a detection", "none");
   const TextTable table = objects.table();
   const auto reader = table_reader(table, options);
   if (!reader)

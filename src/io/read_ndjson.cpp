@@ -31,8 +31,9 @@ std::optional<Detection> detection_of(const nlohmann::json& json) {
   const auto t_s = number_in(json, "t"), x_m = number_in(json, "x"), y_m = number_in(json, "y");
   if (!id || id->empty() || id->size() > kMaxIdBytes || !t_s || !x_m || !y_m) return std::nullopt;
   Detection row{*id, *t_s, {*x_m, *y_m}};
-  if (const auto label = json.find("label"); label != json.end() && label->is_string())
-    row.label = label->get<std::string>();
+  const auto label = json.contains("label") ? json.find("label") : json.find("class");
+  if (label != json.end() && label->is_string()) row.label = label->get<std::string>();
+  if (label != json.end() && label->is_number()) row.label = label->dump();
   return row;
 }
 

@@ -52,7 +52,9 @@ class RowReader {
   double stamp() {
     if (columns_.time == TrackColumns::kNone) return number(columns_.frame);
     const auto date_s = columns_.time < cells_.size() ? seconds_of_date(cells_[columns_.time]) : std::nullopt;
-    return date_s && !fault_ ? *date_s : number(columns_.time) * columns_.seconds_per_time;
+    if (date_s && !fault_) return *date_s;
+    const double nanoseconds = columns_.nanoseconds == TrackColumns::kNone ? 0.0 : number(columns_.nanoseconds);
+    return number(columns_.time) * columns_.seconds_per_time + 1e-9 * nanoseconds;
   }
 
   std::string track(const std::string& only_track) {
@@ -62,7 +64,7 @@ class RowReader {
     if (cell.empty()) fault_ = Fault{DropReason::missing_cells, "an empty track id"};
     const bool boxes = columns_.format == TrackFormat::mot || columns_.format == TrackFormat::boxes;
     if (boxes && cell.starts_with('-') && number_of(cell)) fault_ = Fault{DropReason::missing_cells, "the track id -1"};
-    if (!columns_.numeric_ids) return std::string(cell);
+    if (!columns_.numeric_ids) return utf8_of(cell);
     const double value = number(columns_.id);
     return std::abs(value) < 1e15 && value == std::floor(value) ? std::to_string(static_cast<long long>(value))
                                                                 : std::string(cell);
@@ -74,6 +76,8 @@ class RowReader {
   }
 
   void reject_lost() {
+    if (columns_.format == TrackFormat::kitti && number(columns_.x) == kUnknownKittiPlace_m && !fault_)
+      fault_ = Fault{DropReason::lost, {}};
     if (columns_.lost != TrackColumns::kNone && number(columns_.lost) != 0.0 && !fault_)
       fault_ = Fault{DropReason::lost, {}};
     if (columns_.considered != TrackColumns::kNone && number(columns_.considered) == 0.0 && !fault_)

@@ -18,11 +18,12 @@ struct TrackColumns {
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
   TrackFormat format = TrackFormat::csv;
-  char separator = ',';         ///< ' ' for runs of blanks
-  bool header = false;          ///< the first line names the columns
-  std::size_t id = kNone;       ///< kNone: the file is one track
-  std::size_t time = kNone;     ///< wins over `frame`
-  double seconds_per_time = 1;  ///< unit of `time`
+  char separator = ',';             ///< ' ' for runs of blanks
+  bool header = false;              ///< the first line names the columns
+  std::size_t id = kNone;           ///< kNone: the file is one track
+  std::size_t time = kNone;         ///< wins over `frame`
+  double seconds_per_time = 1;      ///< unit of `time`
+  std::size_t nanoseconds = kNone;  ///< to add to `time`, as ROS splits a stamp
   std::string time_name = {};
   std::size_t frame = kNone;
   std::size_t x = kNone;
@@ -39,6 +40,9 @@ struct TrackColumns {
   std::size_t cells = 0;           ///< a row with fewer is bad
   bool numeric_ids = false;        ///< ids are written as "1.000e+00" and mean "1"
 };
+
+/// What a KITTI file has for a place that is not known [m].
+inline constexpr double kUnknownKittiPlace_m = -1000.0;
 
 /// The lines of a text that are rows, and the comments (lines that begin with '#') apart.
 struct TextTable {

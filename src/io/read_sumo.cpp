@@ -65,7 +65,9 @@ void begin_element(void* data, const XML_Char* element, const XML_Char** attribu
   } else if (!reading.timed || !x_m || !y_m) {
     count_bad(reading.detections.dropped, DropReason::not_a_number, reading.path, line, id);
   } else {
-    reading.detections.rows.push_back({id, reading.t_s, {*x_m, *y_m}, element, line});
+    const char* const vehicle = attribute(attributes, "vehicle");
+    const bool rides = vehicle != nullptr && *vehicle != '\0';
+    reading.detections.rows.push_back({id, reading.t_s, {*x_m, *y_m}, rides ? "passenger" : element, line});
   }
 }
 

@@ -170,6 +170,16 @@ TrackFile at_interval(TrackFile file, double interval_s) {
   return file;
 }
 
+/// The unit [s] of Unix times whose column names none, by their size: seconds reach 1e11 in the year 5138.
+double unix_unit(const TextTable& table, const TrackColumns& columns) {
+  const std::size_t first = columns.header ? 1 : 0;
+  if (columns.time == TrackColumns::kNone || columns.seconds_per_time != 1.0 || table.rows.size() <= first) return 1.0;
+  const auto cells = cells_of(table.rows[first].text, columns.separator);
+  const double stamp = columns.time < cells.size() ? number_of(cells[columns.time]).value_or(0.0) : 0.0;
+  if (stamp < 1e11) return 1.0;
+  return stamp < 1e14 ? 1e-3 : stamp < 1e17 ? 1e-6 : 1e-9;
+}
+
 /// The number of `digits` digits at an offset of a text; -1 for any other text.
 int digits_at(std::string_view text, std::size_t at, std::size_t digits) {
   if (at + digits > text.size()) return -1;
@@ -181,10 +191,11 @@ int digits_at(std::string_view text, std::size_t at, std::size_t digits) {
   return value;
 }
 
-/// The seconds of an offset from UTC, `+02:00`; 0 for none or Z; null for any other text.
+/// The seconds of an offset from UTC, `+02:00` or `+02`; 0 for none or Z; null for any other text.
 std::optional<double> offset_s(std::string_view text) {
   if (text.empty() || text == "Z") return 0.0;
-  const int hours = digits_at(text, 1, 2), minutes = digits_at(text, text.find(':') == 3 ? 4 : 3, 2);
+  const int hours = digits_at(text, 1, 2);
+  const int minutes = text.size() == 3 ? 0 : digits_at(text, text.find(':') == 3 ? 4 : 3, 2);
   if ((text[0] != '+' && text[0] != '-') || text.size() > 6 || hours < 0 || minutes < 0) return std::nullopt;
   return (text[0] == '-' ? -60.0 : 60.0) * (60 * hours + minutes);
 }
@@ -208,6 +219,9 @@ std::optional<TableReader> table_reader(const TextTable& first, const ReadOption
   const auto columns = columns_of(first, options.format);
   if (!columns) return std::nullopt;
   TableReader reader{*columns, options, {}, 1.0, {}, column_warnings(first, *columns)};
+  reader.columns.seconds_per_time *= unix_unit(first, *columns);
+  if (columns->label == TrackColumns::kNone && columns->format != TrackFormat::ind && !options.person_classes.empty())
+    reader.warnings.push_back(first.path + ": no column of classes, so the classes of pedestrians have no effect");
   if (columns->time == TrackColumns::kNone) reader.clock = format_clock(columns->format, first);
   if (columns->format == TrackFormat::juelich) reader.metres_per_unit = commented_metres_per_unit(first);
   if (columns->format == TrackFormat::ind) reader.classes = read_ind_classes(first.path);

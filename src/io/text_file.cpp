@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "sila/core/errors.hpp"
@@ -152,6 +153,18 @@ std::optional<double> number_of(std::string_view cell) {
   const auto [stop, error] = std::from_chars(cell.data(), end, value);
   if (error != std::errc() || stop != end) return std::nullopt;
   return value;
+}
+
+std::string utf8_of(std::string_view id) {
+  const auto is_high = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
+  if (std::ranges::none_of(id, is_high) || nlohmann::json::accept('"' + std::string(id) + '"')) return std::string(id);
+  std::string text;
+  for (const char c : id) {
+    const auto code = static_cast<unsigned char>(c);
+    if (is_high(c)) text += static_cast<char>(0xc0 | (code >> 6));
+    text += is_high(c) ? static_cast<char>(0x80 | (code & 0x3f)) : c;
+  }
+  return text;
 }
 
 std::string excerpt(std::string_view text) {

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <initializer_list>
 #include <map>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "read_rows.hpp"
 #include "sila/core/errors.hpp"
@@ -49,15 +51,9 @@ std::size_t column(const std::vector<std::string>& names, Names aliases) {
 }
 
 char separator_of(std::string_view header) {
-  char best = ' ';
-  std::ptrdiff_t most = 0;
-  for (const char candidate : {',', ';', '\t'}) {
-    const std::ptrdiff_t count = std::count(header.begin(), header.end(), candidate);
-    if (count <= most) continue;
-    best = candidate;
-    most = count;
-  }
-  return best;
+  const auto count = [&](char separator) { return std::ranges::count(header, separator); };
+  const char best = *std::ranges::max_element(std::string_view(",;\t"), {}, count);
+  return count(best) > 0 ? best : ' ';
 }
 
 void find_time(TrackColumns& columns, const std::vector<std::string>& names) {
@@ -70,16 +66,28 @@ void find_time(TrackColumns& columns, const std::vector<std::string>& names) {
   use({"t_ms", "time_ms", "timestamp_ms", "milliseconds"}, 1e-3);
   use({"t_us", "time_us", "timestamp_us", "microseconds"}, 1e-6);
   use({"t_ns", "time_ns", "timestamp_ns", "stamp_ns", "nanoseconds"}, 1e-9);
+  columns.nanoseconds = column(names, {"nsec", "nsecs", "nanosec", "nanosecs"});
   if (columns.time != TrackColumns::kNone) columns.time_name = names[columns.time];
 }
 
+/// The edges of a box, or its left and top edge with its size.
 void find_box(TrackColumns& columns, const std::vector<std::string>& names) {
-  columns.x = column(names, {"x_min", "xmin", "x1", "left"});
-  columns.y = column(names, {"y_min", "ymin", "y1", "top"});
+  columns.x = column(names, {"x_min", "xmin", "x1", "left", "bb_left", "bbox_left"});
+  columns.y = column(names, {"y_min", "ymin", "y1", "top", "bb_top", "bbox_top"});
   columns.x2 = column(names, {"x_max", "xmax", "x2", "right"});
   columns.y2 = column(names, {"y_max", "ymax", "y2", "bottom"});
-  if (columns.x2 == TrackColumns::kNone || columns.y2 == TrackColumns::kNone) columns.x = TrackColumns::kNone;
+  if (columns.x2 == TrackColumns::kNone || columns.y2 == TrackColumns::kNone) {
+    columns.x2 = TrackColumns::kNone;
+    columns.width = column(names, {"width", "w", "bb_width", "bbox_width"});
+    columns.height = column(names, {"height", "h", "bb_height", "bbox_height"});
+    if (columns.width == TrackColumns::kNone || columns.height == TrackColumns::kNone) columns.x = TrackColumns::kNone;
+  }
   columns.foot = columns.pixels = true;
+}
+
+/// Names of MOTChallenge, whose x, y and z are not used.
+bool has_mot_names(const std::vector<std::string>& names) {
+  return column(names, {"bb_left", "bbox_left"}) != TrackColumns::kNone;
 }
 
 TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
@@ -88,14 +96,14 @@ TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::
   if (has("trackid") && has("xcenter") && has("ycenter") && has("frame")) return TrackFormat::ind;
   if (has("track_id") && has("timestamp_ms") && has("agent_type")) return TrackFormat::sind;
   if (has("x_est") && has("y_est") && has("frame")) return TrackFormat::dut;
-  if (columns.x2 != TrackColumns::kNone) return TrackFormat::boxes;
+  if (columns.pixels) return has_mot_names(names) ? TrackFormat::mot : TrackFormat::boxes;
   return TrackFormat::csv;
 }
 
 std::size_t widest(const TrackColumns& columns) {
   std::size_t last = 0;
-  for (const std::size_t index :
-       {columns.id, columns.time, columns.frame, columns.x, columns.y, columns.x2, columns.y2, columns.lost}) {
+  for (const std::size_t index : {columns.id, columns.time, columns.nanoseconds, columns.frame, columns.x, columns.y,
+                                  columns.x2, columns.y2, columns.width, columns.height, columns.lost}) {
     if (index != TrackColumns::kNone) last = std::max(last, index);
   }
   return last + 1;
@@ -163,13 +171,12 @@ TrackColumns mot_columns(std::size_t cells) {
 
 /// The 3D place in the camera frame (x to the right, z ahead) where there is one, else the box.
 TrackColumns kitti_columns(const TextTable& table) {
-  constexpr double unknown = -1000.0;
   bool placed = false;
   for (std::size_t i = 0; i < std::min(kInspectedRows, table.rows.size()); ++i) {
     const auto cells = cells_of(table.rows[i].text, ' ');
     if (cells.size() < 17) continue;
     const auto x = number_of(cells[13]), z = number_of(cells[15]);
-    placed = placed || (x && z && *x != unknown && *z != unknown && (*x != 0.0 || *z != 0.0));
+    placed = placed || (x && z && *x != kUnknownKittiPlace_m && *z != kUnknownKittiPlace_m && (*x != 0.0 || *z != 0.0));
   }
   TrackColumns columns{.format = TrackFormat::kitti,
                        .separator = ' ',
@@ -224,6 +231,19 @@ bool comments_name_juelich(const TextTable& table) {
   });
 }
 
+/// frame id x y; the first column has seconds if not all its numbers are whole.
+TrackColumns frame_or_time_columns(const TextTable& table) {
+  TrackColumns columns = *fixed_columns(TrackFormat::frame_id_x_y);
+  const auto has_part = [](const TextLine& row) {
+    return std::abs(std::fmod(number_of(cells_of(row.text, ' ').front()).value_or(0.0), 1.0)) > 0.0;
+  };
+  if (std::ranges::any_of(table.rows, has_part)) {
+    columns.time = std::exchange(columns.frame, TrackColumns::kNone);
+    columns.time_name = "1";
+  }
+  return columns;
+}
+
 std::optional<TrackColumns> headerless_columns(const TextTable& table) {
   const Shape commas = common_shape(table, true);  // of other numbers of columns the meaning is not known
   if (commas.numbers == commas.cells && (commas.cells == 7 || commas.cells == 9 || commas.cells == 10))
@@ -235,7 +255,7 @@ std::optional<TrackColumns> headerless_columns(const TextTable& table) {
   if (shape.cells == 8) return fixed_columns(TrackFormat::obsmat);
   if (shape.cells == 5 || (shape.cells == 4 && comments_name_juelich(table)))
     return fixed_columns(TrackFormat::juelich);
-  if (shape.cells == 4) return fixed_columns(TrackFormat::frame_id_x_y);
+  if (shape.cells == 4) return frame_or_time_columns(table);
   return std::nullopt;
 }
 
@@ -264,7 +284,8 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
   columns.y =
       column(names, {"y", "y_m", "pos_y", "position_y", "ycenter", "y_est", "y_center", "world_y", "y_world", "py"});
   columns.label = column(names, kClassColumns);
-  if (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone) find_box(columns, names);
+  if (has_mot_names(names) || (columns.x == TrackColumns::kNone && columns.y == TrackColumns::kNone))
+    find_box(columns, names);
   const bool timed = columns.time != TrackColumns::kNone ||
                      (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
   if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
@@ -282,10 +303,9 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
   auto columns = header_columns(header.text);
   const bool fits =
       columns && (columns->format == format || (format == TrackFormat::csv && columns->format != TrackFormat::vru));
-  if (!fits) {
+  if (!fits)
     throw FormatError(table.path, header.number, std::string(kFormats[static_cast<std::size_t>(format)].columns),
                       excerpt(header.text));
-  }
   columns->format = format;
   return columns;
 }
@@ -317,10 +337,8 @@ std::string_view name_of(TrackFormat format) {
 }
 
 std::optional<TrackFormat> track_format(std::string_view name) {
-  for (const TrackFormatText& format : kFormats) {
-    if (format.name == name) return format.format;
-  }
-  return std::nullopt;
+  const auto found = std::ranges::find(kFormats, name, &TrackFormatText::name);
+  return found == kFormats.end() ? std::nullopt : std::optional(found->format);
 }
 
 TrackFormat required_format(std::string_view name, const std::string& what) {
@@ -337,6 +355,7 @@ TrackFormat ndjson_format(const TextTable& table) {
 TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line) {
   TextTable table{path, {}, {}};
   std::vector<TextLine> lines = lines_of(text, first_line);
+  if (!lines.empty() && lines.front().text.starts_with("sep=")) lines.erase(lines.begin());  // of Excel
   const auto is_comment = [](const TextLine& line) { return trimmed(line.text).front() == '#'; };
   for (const TextLine& line : lines) {
     if (is_comment(line)) table.comments.push_back(line.text);
@@ -350,25 +369,24 @@ TextTable table_of(const std::string& path, std::string_view text, std::size_t f
 std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced) {
   if (forced) return forced_columns(table, *forced);
   if (looks_like_ndjson(table)) return std::nullopt;
-  if (auto columns = header_columns(table.rows.front().text)) return columns;
-  if (auto columns = headerless_columns(table)) return columns;
-  reject_unknown(table);
+  const std::string_view first = table.rows.front().text;
+  if (auto columns = header_columns(first)) return columns;
+  auto columns = headerless_columns(table);
+  if (!columns) reject_unknown(table);
+  const auto cells = cells_of(first, columns->separator);
+  if (std::ranges::any_of(cells, [](std::string_view cell) { return number_of(cell).has_value(); })) return columns;
+  throw FormatError(table.path, table.rows.front().number,
+                    "known names in the header line, such as track_id,t,x,y; or a format that is named (--format)",
+                    excerpt(trimmed(first)));
 }
 
 std::vector<std::string> column_warnings(const TextTable& table, const TrackColumns& columns) {
+  if (!columns.header) return {};
   const std::string_view first = table.rows.front().text;
   const std::string start = table.path + ": ", names = excerpt(trimmed(first));
-  std::vector<std::string> cells;
+  std::vector<std::string> cells, warnings;
   for (const std::string_view cell : cells_of(first, columns.separator)) cells.push_back(lower(cell));
-  const auto has = [&](const std::initializer_list<std::string_view>& wanted) {
-    return column(cells, wanted) != TrackColumns::kNone;
-  };
-  if (!columns.header) {
-    if (std::ranges::any_of(cells, [](const std::string& cell) { return number_of(cell).has_value(); })) return {};
-    return {start + "no known header line in " + names +
-            ", so columns are taken by their position; name them as in track_id,t,x,y"};
-  }
-  std::vector<std::string> warnings;
+  const auto has = [&](Names wanted) { return column(cells, wanted) != TrackColumns::kNone; };
   const std::size_t used = columns.label == TrackColumns::kNone ? 3 : 4;
   if (columns.id == TrackColumns::kNone && cells.size() > used)
     warnings.push_back(start + "no column of track ids in " + names + ", so all rows are one track; name it track_id");

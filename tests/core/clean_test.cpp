@@ -57,6 +57,15 @@ std::vector<std::string> ids_of(const CleanTracks& tracks) {
   return ids;
 }
 
+TEST(Clean, WarnsOfStampsInWholeSeconds) {
+  std::vector<Detection> rows = walk("a", 0.0, 40);
+  for (Detection& row : rows) row.t_s = std::floor(row.t_s);
+  const CleanTracks tracks = clean_one(rows);
+  ASSERT_FALSE(tracks.report.warnings.empty());
+  EXPECT_NE(tracks.report.warnings[0].find("most rows have the time stamp of another row"), std::string::npos);
+  EXPECT_TRUE(clean_one(walk("a", 0.0, 40) + walk("b", 0.0, 40)).report.warnings.empty());
+}
+
 TEST(Clean, KeepsAnOrdinaryTrackAsItIs) {
   const CleanTracks tracks = clean_one(walk("17", 5.0, 4));
   ASSERT_EQ(ids_of(tracks), std::vector<std::string>{"17"});
