@@ -235,7 +235,8 @@ bool comments_name_juelich(const TextTable& table) {
 TrackColumns frame_or_time_columns(const TextTable& table) {
   TrackColumns columns = *fixed_columns(TrackFormat::frame_id_x_y);
   const auto has_part = [](const TextLine& row) {
-    return std::abs(std::fmod(number_of(cells_of(row.text, ' ').front()).value_or(0.0), 1.0)) > 0.0;
+    const auto cells = cells_of(row.text, ' ');  // none in a row of separators
+    return !cells.empty() && std::abs(std::fmod(number_of(cells[0]).value_or(0.0), 1.0)) > 0.0;
   };
   if (std::ranges::any_of(table.rows, has_part)) {
     columns.time = std::exchange(columns.frame, TrackColumns::kNone);

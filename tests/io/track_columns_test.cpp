@@ -21,6 +21,7 @@ Detections read(const std::string& name, const std::string& text, const ReadOpti
 
 TEST(ColumnsWithoutAHeader, BeginWithSecondsIfTheFirstNumbersAreNotWhole) {
   expect_row(read("t.txt", "0.0 7 1 2\n0.1 7 1.5 2\n0.2 7 2 2\n").rows[1], "7", 0.1, 1.5, 2.0);
+  EXPECT_EQ(read("t.txt", "0.0 7 1 2\n,,,\n0.1 7 1.5 2\n").rows.size(), 2U);
   expect_row(read("t.txt", "780.0 7 1 2\n790.0 7 1.5 2\n").rows[0], "7", 31.2, 1.0, 2.0);
 }
 
