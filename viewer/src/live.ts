@@ -42,18 +42,21 @@ class LiveMap {
     this.drawn.length = 0;
     this.drawn.push(...this.shapes.map((shape, i) => s("path", { class: "primitive", stroke: shape.colour, "data-primitive": i })));
     this.below.replaceChildren(...this.drawn);
-    this.map.draw();
+    if (!this.reach(this.shapes.map(({ arrows }) => ({ trail: arrows.flatMap(({ to }) => to) })), 2)) this.map.draw();
   }
 
   show(frame: Frame): void {
     this.frame = frame;
-    const box = this.map.backdrop ? undefined : grown(this.box, frame.pedestrians, 6);  // a picture is shown whole
-    if (box && box !== this.box) {
-      this.box = box;
-      this.map.frame(box);  // which draws
-    } else {
-      this.drawPedestrians();
-    }
+    if (!this.reach(frame.pedestrians, 6)) this.drawPedestrians();
+  }
+
+  /** Enlarges the map so that it has these trails, and draws it then; whether it was too small. */
+  private reach(seen: readonly { trail: readonly number[] }[], margin_m: number): boolean {
+    const box = this.map.backdrop ? undefined : grown(this.box, seen, margin_m);  // a picture is shown whole
+    if (!box || box === this.box) return false;
+    this.box = box;
+    this.map.frame(box);
+    return true;
   }
 
   draw(): void {

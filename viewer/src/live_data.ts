@@ -59,10 +59,10 @@ export function lit(pedestrians: readonly LivePedestrian[]): Map<number, number>
   return weights;
 }
 
-/** Bounds of the pedestrians. They only grow, with a margin, so that the map rarely moves. */
-export function grown(box: { x0: number; y0: number; x1: number; y1: number } | undefined, pedestrians: readonly LivePedestrian[], margin: number): { x0: number; y0: number; x1: number; y1: number } | undefined {
+/** Bounds of trails. They only grow, with a margin, so that the map rarely moves. */
+export function grown(box: { x0: number; y0: number; x1: number; y1: number } | undefined, seen: readonly { trail: readonly number[] }[], margin: number): { x0: number; y0: number; x1: number; y1: number } | undefined {
   let next = box;
-  for (const { trail } of pedestrians) {
+  for (const { trail } of seen) {
     for (let i = 0; i + 1 < trail.length; i += 2) {
       const [x, y] = [trail[i]!, trail[i + 1]!];
       if (next && x >= next.x0 && x <= next.x1 && y >= next.y0 && y <= next.y1) continue;
