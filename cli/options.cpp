@@ -50,7 +50,7 @@ std::vector<const CLI::Option*> outputs_of(const CLI::App& verb) {
   std::vector<const CLI::Option*> outputs;
   for (const char* name : {"--out", "--share", "--explain"}) {
     const CLI::Option* output = verb.get_option_no_throw(name);
-    if (output != nullptr && output->get_type_size() > 0 && output->count() > 0) outputs.push_back(output);
+    if (output != nullptr && output->get_expected_max() > 0 && output->count() > 0) outputs.push_back(output);
   }
   return outputs;
 }
@@ -274,7 +274,7 @@ void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory>
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {
   if (path.empty()) return {};
   if (!scene.camera)
-    throw std::invalid_argument(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
+    throw UsageError(verb + ": --picture needs --camera, a scene file with a camera, or a model in pixels");
   return picture_url(path);
 }
 

@@ -83,7 +83,7 @@ void predict_tracks(const PredictOptions& options) {
   const Config config = predict_config(options, stored);
   const SceneTracks input = read_placed(options.tracks, config, stored.model);
   if (options.image && !input.scene.camera)
-    throw std::invalid_argument("predict: --image needs --camera, or a scene file with a camera");
+    throw UsageError("predict: --image needs --camera, or a scene file with a camera");
   const bool pixels = config.metres_per_pixel > 0.0;
   const Camera* const camera = options.image || pixels ? &*input.scene.camera : nullptr;
   const Predictor predictor(stored.model, config.episode.predict);

@@ -2,6 +2,8 @@
 
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
+#include <poll.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <chrono>
@@ -53,6 +55,19 @@ void keep_session(mosquitto* client) {
   mosquitto_property_free_all(&properties);
 }
 
+/// Waits until the connection is made, or failed, and returns why; empty if it is made. With TLS mosquitto_loop does
+/// not notice that it failed.
+std::string connection_error(mosquitto* client, const std::atomic<bool>& stopping) {
+  pollfd connecting{mosquitto_socket(client), POLLOUT, 0};
+  while (!stopping && poll(&connecting, 1, kStopCheck_ms) == 0) {
+  }
+  int error = 0;
+  socklen_t size = sizeof error;
+  getsockopt(connecting.fd, SOL_SOCKET, SO_ERROR, &error, &size);
+  if (error != 0) return std::generic_category().message(error);
+  return (connecting.revents & POLLHUP) != 0 ? "no connection" : "";  // mosquitto took the error
+}
+
 }  // namespace
 
 MqttAddress parse_mqtt_address(const std::string& text) {
@@ -84,7 +99,11 @@ MqttConnection::MqttConnection(ConnectionRegistry& registry)
   mosquitto_threaded_set(client_.get(), true);
   if (!address_.user.empty())
     mosquitto_username_pw_set(client_.get(), address_.user.c_str(), options.mqtt_password.c_str());
-  if (address_.tls && options.mqtt_ca.empty()) mosquitto_int_option(client_.get(), MOSQ_OPT_TLS_USE_OS_CERTS, 1);
+  if (address_.tls && options.mqtt_ca.empty()) {
+    mosquitto_int_option(client_.get(), MOSQ_OPT_TLS_USE_OS_CERTS, 1);
+    mosquitto_int_option(client_.get(), MOSQ_OPT_SSL_CTX_WITH_DEFAULTS,
+                         0);  // else it rejects its own at a reconnection
+  }
   if (address_.tls && !options.mqtt_ca.empty())
     require(mosquitto_tls_set(client_.get(), options.mqtt_ca.c_str(), nullptr, nullptr, nullptr, nullptr), "--mqtt-ca",
             options.mqtt_ca, "cannot be read");
@@ -162,7 +181,10 @@ void MqttConnection::run() {
 
 /// Returns when the connection is lost or cannot be made, or the service stops. `result`: of the attempt to connect.
 void MqttConnection::stay_connected(int result) {
-  while (result == MOSQ_ERR_SUCCESS && !stopping_) result = mosquitto_loop(client_.get(), kStopCheck_ms, 1);
+  const std::string failed = result == MOSQ_ERR_SUCCESS ? connection_error(client_.get(), stopping_) : "";
+  if (!failed.empty()) error_ = failed;
+  while (failed.empty() && result == MOSQ_ERR_SUCCESS && !stopping_)
+    result = mosquitto_loop(client_.get(), kStopCheck_ms, 1);
   if (error_.empty()) error_ = mosquitto_strerror(result);
   if (error_.ends_with('.')) error_.pop_back();
   if (!stopping_) announce_change("not reachable (" + error_ + "); trying again");

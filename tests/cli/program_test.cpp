@@ -18,6 +18,9 @@ TEST_F(Program, LearnsPredictsAndEvaluatesASimulatedIntersection) {
             inspected.at("primitives").get<int>() + inspected.at("transitions").get<int>());
   EXPECT_EQ(inspected.at("bytes").get<std::uintmax_t>(), fs::file_size(folder_ / "m.sila"));
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila --out p.ndjson").code, 0);
+  const std::string all = "--every 5 --outcomes --explain --digits 6 --out all.ndjson";  // of one line
+  ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila " + all).code, 0);
+  EXPECT_NE(read(folder_ / "all.ndjson").find("explanation"), std::string::npos);
   const Outcome evaluated = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
   const auto groups = nlohmann::json::parse(evaluated.out).at("groups");
   EXPECT_GT(groups.at("moving").at("windows").get<int>(), 50);

@@ -303,20 +303,34 @@ TEST(Mqtt, TheCertificateOfTheBrokerIsChecked) {
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ofstream(broker.folder / "mosquitto.conf", std::ios::app)
       << "allow_anonymous true\ncertfile " << certificate << "\nkeyfile " << key << "\n";
-  broker.start();
   ServerOptions options = broker.options();
+  options.mqtt.insert(4, "s");
   {
-    Running plain({}, options);
+    Running absent({}, options);
+    EXPECT_TRUE(says(absent, "not reachable (no connection); trying again"));
+  }
+  broker.start();
+  {
+    ServerOptions without_tls = options;
+    without_tls.mqtt.erase(4, 1);
+    Running plain({}, without_tls);
     EXPECT_TRUE(says(plain, "not reachable"));
   }
-  options.mqtt.insert(4, "s");
   {
     Running unknown({}, options);
     EXPECT_TRUE(says(unknown, "certificate verify failed"));
   }
-  options.mqtt_ca = certificate;
-  Running trusting({}, options);
-  EXPECT_TRUE(says(trusting, ": connected"));
+  setenv("SSL_CERT_FILE", certificate.c_str(), 1);  // as if it were one of the system
+  for (const std::string& ca : {std::string(), certificate}) {
+    options.mqtt_ca = ca;
+    Running trusting({}, options);
+    EXPECT_TRUE(says(trusting, ": connected"));
+    broker.stop();
+    EXPECT_TRUE(says(trusting, "not reachable"));
+    broker.start();
+    EXPECT_TRUE(says(trusting, ": connected", 2)) << "the certificate of " << (ca.empty() ? "the system" : "--mqtt-ca");
+  }
+  unsetenv("SSL_CERT_FILE");
 }
 
 TEST(Mqtt, ARejectedPasswordIsSaid) {
