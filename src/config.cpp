@@ -90,10 +90,6 @@ Config with_profile(Config config, std::string_view name) {
   return config;
 }
 
-Config profile(std::string_view name) {
-  return with_profile(Config{}, name);
-}
-
 std::optional<Camera> pixel_camera(const Config& config, bool else_given) {
   if (config.metres_per_pixel == 0.0) return std::nullopt;
   if (else_given) {

@@ -56,9 +56,6 @@ std::vector<std::string> profile_names();
 /// Throws: std::invalid_argument for an unknown name (with the nearest known one).
 Config with_profile(Config config, std::string_view name);
 
-/// The whole configuration of a profile. Throws: as with_profile.
-Config profile(std::string_view name);
-
 /// The camera for tracks in pixels, with the scale `metres_per_pixel`; null if that is 0. `else_given`: the caller has
 /// a camera, scale or scene as well. Throws: std::invalid_argument if both are given.
 std::optional<Camera> pixel_camera(const Config& config, bool else_given = false);

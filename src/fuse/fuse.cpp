@@ -30,14 +30,13 @@ void require_compatible(const std::string& function, const Model& previous, cons
                                 " sets, there must be none or one for each of the " + std::to_string(transitions) +
                                 " transitions");
   }
-  for (const TransitionSamples& samples : incoming.samples) {
-    const Eigen::Index points = samples.positions.cols();
-    if (points == 0 && samples.velocities.rows() == 0) continue;
-    if (samples.positions.rows() == 2 && samples.velocities.rows() == points && samples.velocities.cols() == 2)
-      continue;
-    throw std::invalid_argument(concatenate(function, ": incoming.samples has positions ", samples.positions.rows(),
-                                            " x ", points, " and velocities ", samples.velocities.rows(), " x ",
-                                            samples.velocities.cols(), ", they must be 2 x n and n x 2"));
+  for (const GpData& samples : incoming.samples) {
+    const Eigen::Index points = samples.inputs.cols();
+    if (points == 0 && samples.outputs.rows() == 0) continue;
+    if (samples.inputs.rows() == 2 && samples.outputs.rows() == points && samples.outputs.cols() == 2) continue;
+    throw std::invalid_argument(concatenate(function, ": incoming.samples has positions ", samples.inputs.rows(), " x ",
+                                            points, " and velocities ", samples.outputs.rows(), " x ",
+                                            samples.outputs.cols(), ", they must be 2 x n and n x 2"));
   }
 }
 

@@ -2,40 +2,9 @@
 
 #include <algorithm>
 
-#include "gp/fit.hpp"
 #include "gp/fuse_gps.hpp"
 
 namespace sila {
-namespace {
-
-using Gps = std::vector<const SparseGp*>;
-
-/// The part of a field that one GP represents.
-enum class Part { both, x, y };
-
-Gps gps_of(const std::vector<const Transition*>& transitions, Part part) {
-  Gps gps;
-  for (const Transition* transition : transitions)
-    gps.push_back(part == Part::y ? transition->field.second() : &transition->field.gp);
-  return gps;
-}
-
-GpData pooled_fields(const std::vector<const TransitionSamples*>& samples, Part part) {
-  GpData data = pooled(samples, &TransitionSamples::positions, &TransitionSamples::velocities);
-  if (part != Part::both) data.outputs = data.outputs.col(part == Part::y ? 1 : 0).eval();
-  return data;
-}
-
-SparseGp fuse_sources(const FieldSources& sources, const GpConfig& config, Part part) {
-  if (sources.fresh.empty()) return fuse_gps(gps_of(sources.stored, part), {}, config);
-  const Hyperparameters of_data = fused_hyperparameters(gps_of(sources.fresh, part));
-  const GpData data = pooled_fields(sources.samples, part);
-  if (sources.stored.empty()) return fit_sparse_gp(data, of_data, config);
-  return fuse_gps(gps_of(sources.stored, part), data, config, of_data);
-}
-
-}  // namespace
-
 std::pair<const Model*, std::size_t> source_of(std::pair<int, int> edge, const Model& previous, const Model& incoming) {
   const int shift = static_cast<int>(previous.primitives.size());
   const bool first = edge.first < shift;
@@ -46,26 +15,35 @@ std::pair<const Model*, std::size_t> source_of(std::pair<int, int> edge, const M
   return {first ? &previous : &incoming, static_cast<std::size_t>(found - list.begin())};
 }
 
-FieldSources sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming) {
-  FieldSources sources;
+std::vector<FieldSource> sources_of(const TransitionGroup& group, const Model& previous, const Increment& incoming) {
+  std::vector<FieldSource> sources;
   for (const std::pair<int, int>& edge : group.sources) {
     const auto [model, index] = source_of(edge, previous, incoming.model);
     const bool has_samples =
-        model != &previous && !incoming.samples.empty() && incoming.samples[index].positions.cols() > 0;
-    (has_samples ? sources.fresh : sources.stored).push_back(&model->transitions[index]);
-    if (has_samples) sources.samples.push_back(&incoming.samples[index]);
+        model != &previous && !incoming.samples.empty() && incoming.samples[index].inputs.cols() > 0;
+    sources.push_back({&model->transitions[index], has_samples ? &incoming.samples[index] : nullptr});
   }
   return sources;
 }
 
-FlowField fuse_fields(const FieldSources& sources, const GpConfig& config) {
-  std::vector<const Transition*> all = sources.stored;
-  all.insert(all.end(), sources.fresh.begin(), sources.fresh.end());
-  if (all.size() == 1) return all.front()->field;
-  const bool independent = all.front()->field.independent();
-  FlowField field{fuse_sources(sources, config, independent ? Part::x : Part::both), all.front()->field.extent};
-  if (independent) field.gp_y = fuse_sources(sources, config, Part::y);
-  for (const Transition* transition : all) field.extent.extend(transition->field.extent);
+FlowField fuse_fields(std::span<const FieldSource> sources, const GpConfig& config) {
+  FlowField field = sources.front().transition->field;
+  if (sources.size() == 1) return field;
+  const bool independent = field.independent();
+  const auto fused = [&](Eigen::Index component) {
+    std::vector<GpSource> gps;
+    std::vector<GpData> data(sources.size());  // of this component
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const auto& [transition, samples] = sources[i];
+      if (samples && independent) data[i] = {samples->inputs, samples->outputs.col(component)};
+      gps.push_back({component == 0 ? &transition->field.gp : transition->field.second(),
+                     samples && independent ? &data[i] : samples});
+    }
+    return fuse_sources(gps, config);
+  };
+  field.gp = fused(0);
+  if (independent) field.gp_y = fused(1);
+  for (const FieldSource& source : sources) field.extent.extend(source.transition->field.extent);
   return field;
 }
 

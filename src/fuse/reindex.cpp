@@ -20,19 +20,17 @@ bool stronger(const Similarity& a, const Similarity& b) {
 class PrimitiveSets {
  public:
   explicit PrimitiveSets(const SimilarityEdges& edges) {
-    for (const Similarity& edge : edges) primitives_.insert(primitives_.end(), {edge.first, edge.second});
-    std::sort(primitives_.begin(), primitives_.end());
-    primitives_.erase(std::unique(primitives_.begin(), primitives_.end()), primitives_.end());
-    parent_.resize(primitives_.size());
+    int last = -1;
+    for (const Similarity& edge : edges) last = std::max({last, edge.first, edge.second});
+    parent_.resize(static_cast<std::size_t>(last + 1));
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
 
   std::size_t size() const { return parent_.size(); }
 
-  /// The set of a primitive: the position of its smallest member.
+  /// The set of a primitive: its smallest member.
   std::size_t of(int primitive) {
-    const auto place = std::lower_bound(primitives_.begin(), primitives_.end(), primitive);
-    std::size_t set = static_cast<std::size_t>(place - primitives_.begin());
+    auto set = static_cast<std::size_t>(primitive);
     while (parent_[set] != set) set = parent_[set] = parent_[parent_[set]];
     return set;
   }
@@ -40,7 +38,6 @@ class PrimitiveSets {
   std::size_t join(std::size_t a, std::size_t b) { return parent_[std::max(a, b)] = std::min(a, b); }
 
  private:
-  std::vector<int> primitives_;
   std::vector<std::size_t> parent_;
 };
 

@@ -37,49 +37,33 @@ void require_parts(std::span<const SparseGp* const> parts, const GpData& data,
   if (data.inputs.cols() > 0) validate("fuse_gps", data, inputs, outputs);
 }
 
-/// A weighted mean of logarithms that leaves equal numbers as they are, bit for bit.
-class LogMean {
- public:
-  void add(double value, double weight) {
-    if (weight_ == 0.0) first_ = value;
-    same_ = same_ && value == first_;
-    sum_ += weight * std::log(value);
-    weight_ += weight;
-  }
-  double value() const { return same_ ? first_ : std::exp(sum_ / weight_); }
-
- private:
-  double first_ = 0.0;
-  double sum_ = 0.0;
-  double weight_ = 0.0;
-  bool same_ = true;
-};
+/// Signal variance, noise variance and length scales.
+Eigen::ArrayXd theta_of(const Kernel& kernel, double noise_variance) {
+  Eigen::ArrayXd theta(2 + kernel.length_scales.size());
+  theta << kernel.signal_variance, noise_variance, kernel.length_scales.array();
+  return theta;
+}
 
 }  // namespace
 
 Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
                                       const std::optional<Hyperparameters>& of_data, double data_points) {
-  const Eigen::Index dimensions =
-      parts.empty() ? of_data->kernel.length_scales.size() : parts.front()->kernel.length_scales.size();
-  LogMean signal;
-  LogMean noise;
-  std::vector<LogMean> lengths(static_cast<std::size_t>(dimensions));
-  const auto add = [&](const Kernel& kernel, double noise_variance, double weight) {
-    signal.add(kernel.signal_variance, weight);
-    noise.add(noise_variance, weight);
-    for (Eigen::Index d = 0; d < dimensions; ++d) {
-      lengths[static_cast<std::size_t>(d)].add(kernel.length_scales(d), weight);
-    }
+  const Eigen::ArrayXd first = parts.empty() ? theta_of(of_data->kernel, of_data->noise_variance)
+                                             : theta_of(parts.front()->kernel, parts.front()->noise_variance);
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(first.size());
+  Eigen::Array<bool, Eigen::Dynamic, 1> same = first == first;
+  double weights = 0.0;
+  const auto add = [&](const Eigen::ArrayXd& theta, double weight) {
+    same = same && theta == first;
+    sum += weight * theta.unaryExpr([](double value) { return std::log(value); });
+    weights += weight;
   };
-  for (const SparseGp* part : parts) add(part->kernel, part->noise_variance, part->points);
-  if (of_data && (data_points > 0.0 || parts.empty())) {
-    add(of_data->kernel, of_data->noise_variance, std::max(data_points, 1.0));
-  }
-  Hyperparameters fused{{signal.value(), Eigen::VectorXd(dimensions)}, noise.value()};
-  for (Eigen::Index d = 0; d < dimensions; ++d) {
-    fused.kernel.length_scales(d) = lengths[static_cast<std::size_t>(d)].value();
-  }
-  return fused;
+  for (const SparseGp* part : parts) add(theta_of(part->kernel, part->noise_variance), part->points);
+  if (of_data && (data_points > 0.0 || parts.empty()))
+    add(theta_of(of_data->kernel, of_data->noise_variance), std::max(data_points, 1.0));
+  const Eigen::ArrayXd means = (sum / weights).unaryExpr([](double mean) { return std::exp(mean); });
+  const Eigen::ArrayXd fused = same.select(first, means);  // equal numbers stay as they are, bit for bit
+  return {{fused(0), fused.tail(fused.size() - 2)}, fused(1)};
 }
 
 namespace {
@@ -209,6 +193,21 @@ detail::Statistics pseudo_data_statistics(const SparseGp& part, const SparseGp& 
                                into.kernel.signal_variance);
 }
 
+/// Columns of `inputs` and rows of `outputs` of all parts.
+GpData pooled(const std::vector<const GpData*>& parts) {
+  Eigen::Index points = 0;
+  for (const GpData* part : parts) points += part->inputs.cols();
+  GpData data{Eigen::MatrixXd(parts.front()->inputs.rows(), points),
+              Eigen::MatrixXd(points, parts.front()->outputs.cols())};
+  Eigen::Index filled = 0;
+  for (const GpData* part : parts) {
+    data.inputs.middleCols(filled, part->inputs.cols()) = part->inputs;
+    data.outputs.middleRows(filled, part->inputs.cols()) = part->outputs;
+    filled += part->inputs.cols();
+  }
+  return data;
+}
+
 }  // namespace
 
 SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, const GpConfig& config,
@@ -244,6 +243,20 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   }
   if (data_points > 0.0) detail::add_data(fused, data, std::move(basis.features));
   return fused;
+}
+
+SparseGp fuse_sources(std::span<const GpSource> sources, const GpConfig& config) {
+  Parts stored, fresh;
+  std::vector<const GpData*> data;
+  for (const auto& [gp, data_of_gp] : sources) {
+    if (!(gp->points > 0.0)) continue;
+    (data_of_gp ? fresh : stored).push_back(gp);
+    if (data_of_gp) data.push_back(data_of_gp);
+  }
+  if (stored.size() + fresh.size() == 0) return {};
+  if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
+  if (fresh.empty()) return fuse_gps(stored, {}, config);
+  return fuse_gps(stored, pooled(data), config, fused_hyperparameters(fresh));
 }
 
 SparseGp reduce_pseudo_inputs(const SparseGp& gp, int max_pseudo_inputs) {

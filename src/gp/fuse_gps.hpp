@@ -25,6 +25,16 @@ Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
                                       const std::optional<Hyperparameters>& of_data = std::nullopt,
                                       double data_points = 0.0);
 
+/// A GP that is fused with others.
+struct GpSource {
+  const SparseGp* gp;
+  const GpData* data = nullptr;  ///< that it was trained on; null: they are gone
+};
+
+/// The GP of all sources; without points if none has one. A single source is copied bit for bit. Data replace the GPs
+/// that were trained on them, so no data counts twice.
+SparseGp fuse_sources(std::span<const GpSource> sources, const GpConfig& config);
+
 /// The same GP on at most `max_pseudo_inputs` of its pseudo-inputs, chosen greedily. Throws: as fuse_gps.
 SparseGp reduce_pseudo_inputs(const SparseGp& gp, int max_pseudo_inputs);
 

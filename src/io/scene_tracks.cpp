@@ -25,14 +25,6 @@ std::size_t common_tail(const std::filesystem::path& a, const std::filesystem::p
   return static_cast<std::size_t>(end - left.rbegin());
 }
 
-bool same_settings(const SceneFile& a, const SceneFile& b) {
-  return a.to_scene == b.to_scene && a.options.format == b.options.format &&
-         a.options.frames_per_second == b.options.frames_per_second &&
-         a.options.sample_interval_s == b.options.sample_interval_s &&
-         a.options.metres_per_unit == b.options.metres_per_unit &&
-         a.options.person_classes == b.options.person_classes && a.options.frigate_camera == b.options.frigate_camera;
-}
-
 /// The camera of the scene, where nothing else says how positions become metres.
 ReadOptions with_camera(const ReadOptions& options, const Scene& scene) {
   ReadOptions of_scene;
@@ -52,7 +44,7 @@ const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path&
     if (!file.resolved.empty() && std::filesystem::equivalent(file.resolved, path, unknown)) return &file;
     const std::size_t length = common_tail(normal, std::filesystem::path(file.path).lexically_normal());
     if (length == 0 || length < longest) continue;
-    ambiguous = length == longest && !same_settings(file, *best);
+    ambiguous = length == longest && !(file.to_scene == best->to_scene && file.options == best->options);
     if (length > longest) best = &file;
     longest = length;
   }

@@ -225,12 +225,6 @@ Removal removal_of(const CodingProblem& problem, const CodingState& state, const
   return removal;
 }
 
-Overlap without(Overlap overlap, int primitive) {
-  overlap.gram.row(primitive).setZero();
-  overlap.gram.col(primitive).setZero();
-  return overlap;
-}
-
 CodingState without(const CodingState& state, const std::vector<bool>& drop) {
   CodingState rest;
   rest.objective = state.objective;

@@ -75,9 +75,6 @@ struct Removal {
 /// `overlap` is that of `state`.
 Removal removal_of(const CodingProblem& problem, const CodingState& state, const Overlap& overlap, int primitive);
 
-/// The overlap without a primitive; its index stays, with zero norm, so that no code uses it.
-Overlap without(Overlap overlap, int primitive);
-
 /// The state without the primitives for which `drop` is true; no code may use them.
 CodingState without(const CodingState& state, const std::vector<bool>& drop);
 

@@ -158,7 +158,9 @@ CodingState drop_unprofitable(const CodingProblem& problem, CodingState state, s
     if (removal.cost >= gain_cells) continue;
     for (auto& [track, code] : removal.codes) state.codes[track] = std::move(code);
     state.objective += removal.cost;
-    overlap = without(std::move(overlap), static_cast<int>(k));
+    // Its index stays, with zero norm, so that no code uses it.
+    overlap.gram.row(static_cast<Eigen::Index>(k)).setZero();
+    overlap.gram.col(static_cast<Eigen::Index>(k)).setZero();
     drop[k] = true;
   }
   return without(state, drop);

@@ -22,9 +22,8 @@ using Observed = std::map<TransitionKey, ObservedTransition>;
 std::vector<GpData> gp_data(const Observed& observed, std::optional<Eigen::Index> component) {
   std::vector<GpData> data;
   for (const auto& [key, transition] : observed) {
-    const TransitionSamples& samples = transition.samples;
-    data.push_back({samples.positions, samples.velocities});
-    if (component) data.back().outputs = samples.velocities.col(*component);
+    data.push_back(transition.samples);
+    if (component) data.back().outputs = transition.samples.outputs.col(*component);
   }
   return data;
 }
@@ -70,8 +69,7 @@ std::vector<Transition> fit_transitions(const Observed& observed, const Hyperpar
     transition.sites = observation.sites;
     transition.count = total_count(transition.sites);
     transition.support = static_cast<int>(transition.count);  // of one batch: each track once
-    transition.field.extent =
-        box_of(observation.samples.positions, config.lattice_step * first[i].kernel.length_scales);
+    transition.field.extent = box_of(observation.samples.inputs, config.lattice_step * first[i].kernel.length_scales);
     transition.field.gp = std::move(first[i]);
     if (independent) transition.field.gp_y = std::move(second[i]);
   }

@@ -35,13 +35,13 @@ std::vector<SampleOf> subsampled(std::span<const CurbTrajectory> tracks, const s
   return samples;
 }
 
-TransitionSamples gather(std::span<const CurbTrajectory> tracks, const std::vector<SampleOf>& chosen) {
+GpData gather(std::span<const CurbTrajectory> tracks, const std::vector<SampleOf>& chosen) {
   const auto rows = static_cast<Eigen::Index>(chosen.size());
-  TransitionSamples samples{Eigen::MatrixXd(2, rows), Eigen::MatrixXd(rows, 2)};
+  GpData samples{Eigen::MatrixXd(2, rows), Eigen::MatrixXd(rows, 2)};
   Eigen::Index row = 0;
   for (const auto& [track, t] : chosen) {
-    samples.positions.col(row) = tracks[track].positions[t];
-    samples.velocities.row(row++) = tracks[track].velocities[t].transpose();
+    samples.inputs.col(row) = tracks[track].positions[t];
+    samples.outputs.row(row++) = tracks[track].velocities[t].transpose();
   }
   return samples;
 }

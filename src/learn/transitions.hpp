@@ -23,7 +23,7 @@ std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coeffi
 /// One transition in the tracks of a batch.
 struct ObservedTransition {
   std::vector<SiteCount> sites;  ///< trajectories that showed it, T(i, j), by site
-  TransitionSamples samples;
+  GpData samples;
 };
 
 /// From and to of a transition.

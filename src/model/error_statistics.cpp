@@ -154,39 +154,17 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
   return sum;
 }
 
-void accumulate(ErrorStatistics& sum, const ErrorStatistics& more) {
-  if (more.empty()) return;
-  if (sum.empty()) {
-    sum = more;
-    return;
-  }
-  require_like(sum, more);
-  add_sums(sum, more);
-}
-
 void validate(const ErrorStatistics& error_statistics) {
-  const auto& [steps, interval_s, observe_s, stacking, density, density_place_free, scores, novelties, slow, changes,
-               global_motion, motion, motion_share, correction, correction_share] = error_statistics;
+  const auto& [steps, interval_s, observe_s] =
+      std::tie(error_statistics.steps, error_statistics.interval_s, error_statistics.observe_s);
   if (steps < 0) reject_statistics(concatenate("steps = ", steps));
   if (!(interval_s > 0.0) || !std::isfinite(interval_s)) reject_statistics("interval_s must be positive");
   if (!(observe_s > 0.0) || !std::isfinite(observe_s)) reject_statistics("observe_s must be positive");
   // First, so that no damaged number of steps asks for very large tables.
-  if (stacking.size() != static_cast<std::size_t>(steps) * kSpeedClasses)
-    reject_statistics(concatenate("stacking has ", stacking.size(), " entries for ", steps, " steps"));
-  const ErrorStatistics like =
-      error_statistics.empty() ? ErrorStatistics{} : zero_error_statistics(steps, interval_s, observe_s);
-  require_sums("stacking", stacking, like.stacking);
-  require_sums("density", density, like.density);
-  require_sums("density_place_free", density_place_free, like.density_place_free);
-  require_sums("scores", scores, like.scores);
-  require_sums("novelties", novelties, like.novelties);
-  require_sums("slow", slow, like.slow);
-  require_sums("changes", changes, like.changes);
-  require_sums("global_motion", global_motion, like.global_motion);
-  require_sums("motion", motion, like.motion);
-  require_sums("motion_share", motion_share, like.motion_share);
-  require_sums("correction", correction, like.correction);
-  require_sums("correction_share", correction_share, like.correction_share);
+  if (const auto cells = error_statistics.stacking.size(); cells != static_cast<std::size_t>(steps) * kSpeedClasses)
+    reject_statistics(concatenate("stacking has ", cells, " entries for ", steps, " steps"));
+  require_sums("error_statistics", error_statistics,
+               error_statistics.empty() ? ErrorStatistics{} : zero_error_statistics(steps, interval_s, observe_s));
 }
 
 }  // namespace sila

@@ -127,12 +127,11 @@ void fill(const CellSummaries& summaries, const FlowFieldIndex::Field& field, co
 
 FlowFieldIndex::FlowFieldIndex(const Model& model, const PredictConfig& config, const Model* earlier,
                                const FlowFieldIndex* of_earlier)
-    : leaving_(model.primitives.size()) {
+    : sites_(model.sites), leaving_(model.primitives.size()) {
   bucket_size_ = model.settings.grid.cell;
   max_shortlisted_ = static_cast<std::size_t>(config.max_shortlisted);
   apart_ = model.sharing == SiteSharing::apart;
-  for (const Site& site : model.sites) site_frames_.push_back(site.frame);
-  buckets_.resize(apart_ ? site_frames_.size() : 1);
+  buckets_.resize(apart_ ? sites_.size() : 1);
   std::vector<double> leaving_count(model.primitives.size(), 0.0);
   for (const Transition& transition : model.transitions)
     leaving_count[static_cast<std::size_t>(transition.from)] += transition.count;
@@ -213,9 +212,7 @@ void FlowFieldIndex::add_summaries() {
 }
 
 std::optional<int> FlowFieldIndex::site(const CurbFrame& frame) const {
-  const auto found = std::ranges::find_if(site_frames_, [&](const CurbFrame& site) { return same_site(site, frame); });
-  if (found == site_frames_.end()) return std::nullopt;
-  return static_cast<int>(found - site_frames_.begin());
+  return find_site(sites_, frame);
 }
 
 const FlowFieldIndex::Bucket* FlowFieldIndex::bucket_at(const Vector2& position, std::optional<int> site) const {

@@ -63,7 +63,7 @@ class FlowFieldIndex {
 
   double bucket_size_ = 1.0;
   std::size_t max_shortlisted_ = 0;
-  std::vector<CurbFrame> site_frames_;
+  std::vector<Site> sites_;
   bool apart_ = true;
   std::vector<Field> fields_;
   std::vector<std::vector<int>> leaving_;

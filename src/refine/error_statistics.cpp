@@ -205,7 +205,8 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
 
 ErrorStatistics pooled_error_statistics(const Model& model) {
   ErrorStatistics sum = model.refinement.prior;
-  for (const ErrorStatistics& statistics : model.refinement.error_statistics) accumulate(sum, statistics);
+  for (const ErrorStatistics& statistics : model.refinement.error_statistics)
+    sum = add_error_statistics(sum, statistics);
   if (sum.empty()) return sum;
   ErrorStatistics free = zero_error_statistics(sum.steps, sum.interval_s, sum.observe_s);
   free.density_place_free = std::move(sum.density_place_free);
@@ -234,8 +235,8 @@ ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
   }
   const ErrorStatistics& prior = model.refinement.prior;
   const double windows = windows_in(prior.density);
-  if (windows > 0.0) accumulate(own, discounted(prior, std::min(1.0, kElsewhereWindows / windows)));
-  return own;
+  if (!(windows > 0.0)) return own;
+  return add_error_statistics(own, discounted(prior, std::min(1.0, kElsewhereWindows / windows)));
 }
 
 }  // namespace sila

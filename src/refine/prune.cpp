@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fuse/fuse_fields.hpp"
+#include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
 #include "refine/refine.hpp"
 
@@ -46,7 +47,7 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
              const ResidualConfig& residual) {
   Transition& target = state.model.transitions[into];
   const Transition& source = state.model.transitions[rare];
-  const FieldSources both{{&target, &source}, {}, {}};
+  const FieldSource both[] = {{&target}, {&source}};
   std::vector<SiteCount> sites = target.sites;
   for (const SiteCount& part : source.sites) add_count(sites, part);
   Transition fused{target.from,
@@ -57,8 +58,8 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
                    std::max(target.support, source.support)};
   target = std::move(fused);
   if (std::vector<SparseGp>& residuals = state.model.refinement.residuals; !residuals.empty()) {
-    const ResidualSource sources[] = {{&residuals[into]}, {&residuals[rare]}};
-    residuals[into] = merged_residual(sources, residual_gp_config(residual));
+    const GpSource sources[] = {{&residuals[into]}, {&residuals[rare]}};
+    residuals[into] = fuse_sources(sources, residual_gp_config(residual));
   }
   state.kept[rare] = false;
   state.index.remove(rare);

@@ -12,20 +12,6 @@
 
 namespace sila {
 
-SparseGp merged_residual(std::span<const ResidualSource> sources, const GpConfig& config) {
-  std::vector<const SparseGp*> stored, fresh;
-  std::vector<const GpData*> samples;
-  for (const auto& [gp, samples_of_gp] : sources) {
-    if (!(gp->points > 0.0)) continue;
-    (samples_of_gp ? fresh : stored).push_back(gp);
-    if (samples_of_gp) samples.push_back(samples_of_gp);
-  }
-  if (stored.size() + fresh.size() == 0) return {};
-  if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
-  if (fresh.empty()) return fuse_gps(stored, {}, config);
-  return fuse_gps(stored, pooled(samples, &GpData::inputs, &GpData::outputs), config, fused_hyperparameters(fresh));
-}
-
 namespace {
 
 /// The transition at a sample: from its segment to the next one; in the last segment the transition that led there.
@@ -74,14 +60,14 @@ FuseResult with_residuals(FuseResult fused, const Model& previous, const Increme
   refinement.residual_settings = (previous.empty() ? incoming.model : previous).refinement.residual_settings;
   refinement.residuals.resize(fused.plan.groups.size());
   tbb::parallel_for(std::size_t{0}, fused.plan.groups.size(), [&](std::size_t g) {
-    std::vector<ResidualSource> sources;
+    std::vector<GpSource> sources;
     for (const std::pair<int, int>& edge : fused.plan.groups[g].sources) {
       const auto [model, index] = source_of(edge, previous, incoming.model);
       const bool has_samples = model != &previous && !incoming.residual_samples.empty();
       sources.push_back(
           {&entry_of(model->refinement.residuals, index), has_samples ? &incoming.residual_samples[index] : nullptr});
     }
-    refinement.residuals[g] = merged_residual(sources, residual_gp_config(config));
+    refinement.residuals[g] = fuse_sources(sources, residual_gp_config(config));
   });
   return fused;
 }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "refine/residual.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/gp/sparse_gp.hpp"
@@ -17,15 +15,5 @@ LearnResult learn(const Batch& batch, const ModelSettings& settings, const Learn
 FuseResult fuse(const Model& previous, const Increment& incoming, const FuseConfig& config,
                 const ResidualConfig& residual);
 FuseResult accumulate(const Model& previous, const Increment& incoming, const ResidualConfig& residual);
-
-/// A residual GP that is merged with others.
-struct ResidualSource {
-  const SparseGp* gp;
-  const GpData* samples = nullptr;  ///< that it was trained on; null: they are gone
-};
-
-/// The residual GP of a group of transitions; without points if no source has one. Samples replace the GPs that were
-/// trained on them.
-SparseGp merged_residual(std::span<const ResidualSource> sources, const GpConfig& config);
 
 }  // namespace sila

@@ -24,8 +24,9 @@ Model make_prior(std::span<const Model> models) {
         throw std::invalid_argument("prior: two models have learnt episode " + to_text(id) +
                                     ", which would count twice; leave one of them out");
     }
-    if (counted.insert(pack(model.refinement.prior)).second) accumulate(sum, model.refinement.prior);
-    for (const ErrorStatistics& statistics : model.refinement.error_statistics) accumulate(sum, statistics);
+    if (counted.insert(pack(model.refinement.prior)).second) sum = add_error_statistics(sum, model.refinement.prior);
+    for (const ErrorStatistics& statistics : model.refinement.error_statistics)
+      sum = add_error_statistics(sum, statistics);
   }
   if (!(windows_in(sum.density) > 0.0))
     throw std::invalid_argument(

@@ -40,10 +40,8 @@ Window window_at(const FramedTrajectory& framed, std::size_t last, double observ
 std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
                                const RefineConfig& predict, double stride_s, std::span<const double> observed_s,
                                const PresentPeople* present) {
-  if (present == nullptr) {
-    const PresentPeople own(tracks);
-    return windows_of(tracks, sampling, predict, stride_s, observed_s, &own);
-  }
+  const PresentPeople own(present ? std::span<const FramedTrajectory>() : tracks);
+  if (!present) present = &own;
   std::vector<Window> windows;
   for (const FramedTrajectory& framed : tracks) {
     for (std::size_t last : prediction_samples(framed.track, predict.observe_s, stride_s)) {

@@ -34,7 +34,7 @@ double ratio(const EpisodeConfig& config, const Update& update) {
 }
 
 TEST(Profile, FiguresOnSimulatedTracksStayWithinTheirBands) {
-  const EpisodeConfig paper = profile("paper").episode, literal = profile("paper-literal").episode;
+  const EpisodeConfig paper = with_profile({}, "paper").episode, literal = with_profile({}, "paper-literal").episode;
   const double fused = ratio(paper, sila_update(paper)), sum = ratio(paper, accumulate_update(paper));
   const double to_the_letter = ratio(literal, sila_update(literal));
   // Measured: .726, .722 and 1.069. The bands allow for another split of so few people.

@@ -41,11 +41,13 @@ inline FuseCounts counts_of(const FusionPlan& plan, const Model& previous, const
     }
   }
   for (const TransitionGroup& group : plan.groups) {
-    const FieldSources sources = sources_of(group, previous, incoming);
-    const bool single = sources.stored.size() + sources.fresh.size() == 1;
+    const std::vector<FieldSource> sources = sources_of(group, previous, incoming);
+    const bool single = sources.size() == 1;
+    const bool fresh =
+        std::ranges::all_of(sources, [](const FieldSource& source) { return source.samples != nullptr; });
     counts.copied += single;
-    counts.refitted += !single && sources.stored.empty();
-    counts.fused += !single && !sources.stored.empty();
+    counts.refitted += !single && fresh;
+    counts.fused += !single && !fresh;
     counts.split_credit += group.credit;
   }
   return counts;

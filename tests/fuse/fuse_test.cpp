@@ -168,7 +168,7 @@ TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {
   Random random(8);
   const Model previous = random_model(random);
   Increment incoming = random_increment(random);
-  incoming.samples[0].velocities.resize(1, 2);
+  incoming.samples[0].outputs.resize(1, 2);
   EXPECT_NE(message_of([&] { fuse(previous, incoming); }).find("they must be 2 x n and n x 2"), std::string::npos);
   incoming.samples.pop_back();
   EXPECT_NE(message_of([&] { fuse(previous, incoming); }).find("one for each of the"), std::string::npos);

@@ -23,11 +23,11 @@ Increment increment_of(std::vector<MotionPrimitive> primitives, const std::vecto
   return increment;
 }
 
-TransitionSamples both(const TransitionSamples& a, const TransitionSamples& b) {
-  TransitionSamples all{Eigen::MatrixXd(2, a.positions.cols() + b.positions.cols()),
-                        Eigen::MatrixXd(a.velocities.rows() + b.velocities.rows(), 2)};
-  all.positions << a.positions, b.positions;
-  all.velocities << a.velocities, b.velocities;
+GpData both(const GpData& a, const GpData& b) {
+  GpData all{Eigen::MatrixXd(2, a.inputs.cols() + b.inputs.cols()),
+             Eigen::MatrixXd(a.outputs.rows() + b.outputs.rows(), 2)};
+  all.inputs << a.inputs, b.inputs;
+  all.outputs << a.outputs, b.outputs;
   return all;
 }
 
@@ -61,8 +61,8 @@ TEST(Fuse, TakesSamplesInPlaceOfTheGpsThatWereTrainedOnThem) {
   ASSERT_EQ(counts_of(fused.plan, first.model, second).fused, 1);
   const SparseGp& old = first.model.transitions[0].field.gp;
   const std::vector<const SparseGp*> parts{&old};
-  const GpData data{second.samples[0].positions, second.samples[0].velocities};
-  const SparseGp expected = fuse_gps(parts, data, GpConfig{}, Hyperparameters{old.kernel, old.noise_variance});
+  const SparseGp expected =
+      fuse_gps(parts, second.samples[0], GpConfig{}, Hyperparameters{old.kernel, old.noise_variance});
   EXPECT_TRUE(fused.model.transitions[0].field.gp == expected);
   EXPECT_EQ(fused.model.transitions[0].count, 5.0);
 }
@@ -86,7 +86,7 @@ TEST(Fuse, FitsATransitionOfTheIncrementAloneToItsPooledSamples) {
   ASSERT_EQ(counts.case_2, 1);
   ASSERT_EQ(counts.refitted, 1);
   ASSERT_EQ(fused.model.transitions.size(), 1u);
-  const TransitionSamples pooled = both(incoming.samples[0], incoming.samples[1]);
+  const GpData pooled = both(incoming.samples[0], incoming.samples[1]);
   EXPECT_TRUE(same(fused.model.transitions[0].field, field_of(pooled)));
   EXPECT_EQ(fused.model.transitions[0].count, 3.0);
 }

@@ -11,20 +11,20 @@ namespace {
 using nlohmann::json;
 
 TEST(Profile, DefaultIsTheDefaultConfigurationAndUndoesTheOthers) {
-  EXPECT_EQ(to_json(profile("default")), to_json(Config{}));
+  EXPECT_EQ(to_json(with_profile({}, "default")), to_json(Config{}));
   for (const std::string& name : profile_names())
-    EXPECT_EQ(to_json(with_profile(profile(name), "default")), to_json(Config{})) << name;
-  EXPECT_EQ(to_json(with_profile(profile("paper-literal"), "paper")), to_json(profile("paper")));
+    EXPECT_EQ(to_json(with_profile(with_profile({}, name), "default")), to_json(Config{})) << name;
+  EXPECT_EQ(to_json(with_profile(with_profile({}, "paper-literal"), "paper")), to_json(with_profile({}, "paper")));
 }
 
 TEST(Profile, OfThePaperHasNothingThatWeAdded) {
   for (const char* name : {"paper", "paper-literal"}) {
-    const EpisodeConfig config = profile(name).episode;
+    const EpisodeConfig config = with_profile({}, name).episode;
     EXPECT_FALSE(config.residual.enabled || config.error_statistics.enabled || config.prune.enabled ||
                  config.predict.stacking);
   }
-  EXPECT_EQ(profile("paper-literal").episode.learn.field.outputs, FieldOutputs::independent);
-  EXPECT_EQ(profile("paper-literal").episode.fuse.gp.fusion, GpFusion::pseudo_data);
+  EXPECT_EQ(with_profile({}, "paper-literal").episode.learn.field.outputs, FieldOutputs::independent);
+  EXPECT_EQ(with_profile({}, "paper-literal").episode.fuse.gp.fusion, GpFusion::pseudo_data);
 }
 
 TEST(Profile, LeavesOtherFieldsAndYieldsToThoseBesideIt) {
@@ -57,7 +57,7 @@ TEST(Profile, AnUnknownOneIsRejectedWithTheNearestName) {
   expect_rejected("papr", "paper");
   expect_rejected("paper_literal", "paper-literal");
   expect_rejected(3, "paper");
-  EXPECT_THROW(profile("fast"), std::invalid_argument);
+  EXPECT_THROW(with_profile({}, "fast"), std::invalid_argument);
 }
 
 }  // namespace

@@ -53,10 +53,10 @@ TEST(Transitions, CountATrackOnceAPairAndKeepTheSamplesOfBothRuns) {
   const auto observed = observe_transitions(tracks, segments, std::vector{0, 1});
   ASSERT_EQ(observed.size(), 3u);
   EXPECT_EQ(observed.at({0, 1}).sites, (std::vector<SiteCount>{{0, 1.0, 1}}));  // seen twice by one track
-  EXPECT_EQ(observed.at({0, 1}).samples.positions.cols(), static_cast<Eigen::Index>(n));
-  EXPECT_EQ(observed.at({1, 0}).samples.positions.cols(), 20);
+  EXPECT_EQ(observed.at({0, 1}).samples.inputs.cols(), static_cast<Eigen::Index>(n));
+  EXPECT_EQ(observed.at({1, 0}).samples.inputs.cols(), 20);
   EXPECT_EQ(observed.at({2, 2}).sites, (std::vector<SiteCount>{{1, 1.0, 1}}));
-  EXPECT_EQ(observed.at({2, 2}).samples.velocities.rows(), static_cast<Eigen::Index>(n));
+  EXPECT_EQ(observed.at({2, 2}).samples.outputs.rows(), static_cast<Eigen::Index>(n));
 }
 
 TEST(Learn, MakesAModelThatPassesItsCheckAndCountsEveryTrackOnce) {

@@ -114,8 +114,8 @@ TEST(Workspace, OnceItIsLargeEnoughAPredictionNeitherAllocatesNorLocks) {
 }
 
 TEST(Workspace, TheSameInThePapersProfile) {
-  expect_quiet(profile("paper").episode);
-  expect_quiet(profile("paper-literal").episode);
+  expect_quiet(with_profile({}, "paper").episode);
+  expect_quiet(with_profile({}, "paper-literal").episode);
 }
 
 TEST(FlowFieldIndex, OfFieldsThatReachFarOnAFineGridMakesNoBuckets) {

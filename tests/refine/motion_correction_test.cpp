@@ -90,8 +90,7 @@ TEST(MotionCorrection, HoldsAlsoFarFromTheSpeedsThatItLearnt) {
 }
 
 TEST(MotionCorrection, OfTwoModelsIsThatOfTheirSum) {
-  ErrorStatistics sum = learnt(4), more = learnt(6);
-  accumulate(sum, more);
+  const ErrorStatistics more = learnt(6), sum = add_error_statistics(learnt(4), more);
   EXPECT_EQ(sum.motion[0].weight, learnt(4).motion[0].weight + more.motion[0].weight);
   EXPECT_TRUE(sum.motion[1].features.isApprox(learnt(4).motion[1].features + more.motion[1].features));
 }

@@ -12,7 +12,7 @@ namespace sila {
 namespace {
 
 TEST(PaperAlone, IsWhatTheProfileOfThePaperDoes) {
-  const EpisodeConfig config = profile("paper").episode;
+  const EpisodeConfig config = with_profile({}, "paper").episode;
   const std::vector<FramedTrajectory> tracks = testing::walks_in_widths(60, 3);
   const Model whole = run_episodes({}, tracks, 20, config, sila_update(config)).model;
   const Model alone = testing::learn_paper_alone(tracks, config.sampling, config.learn, config.fuse);

@@ -317,7 +317,7 @@ TEST(Merging, MakesOneModeOfNearPathsAndKeepsTheirSpread) {
 
 TEST(Predictor, OwnDeviationBeginsWithTheObservedVelocityAndFades) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 21);
-  EpisodeConfig config = profile("paper").episode;
+  EpisodeConfig config = with_profile({}, "paper").episode;
   config.predict.merge_radius_m = 0.0;
   const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
   RefineConfig without = config.predict;

@@ -33,10 +33,10 @@ Model grown_model(Random& random, int batches = 4) {
 
 /// `count` people who walk along y = 0 from x = `from_x` on, at 1 width/s.
 Transition walk_along(int from, int to, double count, double from_x, double velocity = 1.0) {
-  TransitionSamples samples{Eigen::MatrixXd(2, 9), Eigen::MatrixXd(9, 2)};
+  GpData samples{Eigen::MatrixXd(2, 9), Eigen::MatrixXd(9, 2)};
   for (Eigen::Index n = 0; n < 9; ++n) {
-    samples.positions.col(n) << from_x + 0.5 * static_cast<double>(n), 0.0;
-    samples.velocities.row(n) << velocity, 0.0;
+    samples.inputs.col(n) << from_x + 0.5 * static_cast<double>(n), 0.0;
+    samples.outputs.row(n) << velocity, 0.0;
   }
   return {from, to, count, field_of(samples), {{0, count, 1}}};
 }

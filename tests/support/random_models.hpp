@@ -65,21 +65,21 @@ inline MotionPrimitive random_primitive(Random& random) {
   return primitive;
 }
 
-inline TransitionSamples random_samples(Random& random) {
+inline GpData random_samples(Random& random) {
   const Eigen::Index points = integer(random, 3, 12);
-  TransitionSamples samples{Eigen::MatrixXd(2, points), Eigen::MatrixXd(points, 2)};
+  GpData samples{Eigen::MatrixXd(2, points), Eigen::MatrixXd(points, 2)};
   for (Eigen::Index n = 0; n < points; ++n) {
     const Vector2 place(uniform(random, 0, 8), uniform(random, 0, 8));
-    samples.positions.col(n) = place;
-    samples.velocities.row(n) << std::sin(0.5 * place.x()), std::cos(0.5 * place.y());
+    samples.inputs.col(n) = place;
+    samples.outputs.row(n) << std::sin(0.5 * place.x()), std::cos(0.5 * place.y());
   }
   return samples;
 }
 
-inline FlowField field_of(const TransitionSamples& samples) {
+inline FlowField field_of(const GpData& samples) {
   const Hyperparameters hyperparameters{{0.5, Eigen::VectorXd::Constant(2, 2.0)}, 0.05};
-  FlowField field{fit_sparse_gp({samples.positions, samples.velocities}, hyperparameters, GpConfig{}), {}};
-  for (Eigen::Index n = 0; n < samples.positions.cols(); ++n) field.extent.extend(Vector2(samples.positions.col(n)));
+  FlowField field{fit_sparse_gp(samples, hyperparameters, GpConfig{}), {}};
+  for (Eigen::Index n = 0; n < samples.inputs.cols(); ++n) field.extent.extend(Vector2(samples.inputs.col(n)));
   return field;
 }
 

@@ -12,7 +12,7 @@ namespace sila {
 namespace {
 
 EpisodeConfig with_outputs(FieldOutputs outputs) {
-  EpisodeConfig config = profile("paper").episode;
+  EpisodeConfig config = with_profile({}, "paper").episode;
   config.learn.field.outputs = outputs;
   return config;
 }
@@ -44,7 +44,7 @@ TEST(IndependentOutputs, PredictAsSharedOnesUnderOneTheta) {
 }
 
 TEST(IndependentOutputs, HaveAThetaAndPseudoInputsOfTheirOwn) {
-  EpisodeConfig config = profile("paper-literal").episode;
+  EpisodeConfig config = with_profile({}, "paper-literal").episode;
   const Model model = learnt(config, testing::corner_walks(40, 5));
   std::size_t apart = 0;
   for (const Transition& transition : model.transitions) {

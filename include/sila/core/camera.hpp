@@ -14,6 +14,7 @@ namespace sila {
 /// Invariant: finite, invertible, and w > 0 for image points below the horizon, where (x w, y w, w) = H (u, v, 1).
 struct Camera {
   Eigen::Matrix3d ground_from_image = Eigen::Matrix3d::Identity();
+  bool operator==(const Camera&) const = default;
 };
 
 /// A point in the image and the same point on the ground.

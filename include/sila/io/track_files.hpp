@@ -64,6 +64,7 @@ struct ReadOptions {
   std::optional<Camera> camera = {};             ///< makes metres of pixels, instead of `metres_per_unit`
   std::vector<std::string> person_classes = {};  ///< names or numbers that are pedestrians; empty: those of the format
   std::optional<std::string> frigate_camera = {};  ///< whose events count; unset: all
+  bool operator==(const ReadOptions&) const = default;
 };
 
 /// `first` where it is set, else `second`, field by field.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <vector>
 
 #include "sila/model/person_class.hpp"
@@ -117,17 +118,15 @@ void forget_positions(ErrorStatistics& error_statistics);
 ErrorStatistics discounted(ErrorStatistics error_statistics, double share);
 
 /// The sum of past and recent error statistics; each recent window multiplies past ones by exp(-1 / memory_windows).
-/// Unless the memory is infinite, recent windows count more in the nonconformity scores and in the densities of people
-/// who walk. Throws: std::invalid_argument if they differ in shape.
-ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent, double memory_windows);
+/// Unless the memory is infinite (as if one model had gathered both), recent windows count more in the nonconformity
+/// scores and in the densities of people who walk. Throws: std::invalid_argument if they differ in shape.
+ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorStatistics& recent,
+                                     double memory_windows = std::numeric_limits<double>::infinity());
 
 /// Throws: std::invalid_argument if neither argument is empty and their shapes differ.
 void require_like(const ErrorStatistics& a, const ErrorStatistics& b);
 /// The same of each pair in a list.
 void require_one_shape(const std::vector<ErrorStatistics>& list);
-
-/// Adds `more` to `sum`, as if one model had gathered both. Throws: std::invalid_argument if they differ in shape.
-void accumulate(ErrorStatistics& sum, const ErrorStatistics& more);
 
 /// Throws: std::invalid_argument for tables whose shape does not follow from the steps and classes, numbers that are
 /// not finite, weights and sums of squares below 0.

@@ -41,12 +41,14 @@ struct PruneReport {
   int primitives = 0;  ///< removed because no transition touches them any more
 };
 
-/// A pruned model.
-struct PruneResult {
+/// A smaller model.
+template <class Report>
+struct Smaller {
   Model model;
-  PruneReport report;
+  Report report;
   std::vector<int> kept;  ///< the primitives that stay, by their old index
 };
+using PruneResult = Smaller<PruneReport>;
 
 /// Merges rare transitions into those whose fields agree with them (counts add, fields and residual GPs are fused), and
 /// transitions without recent observations into one that knows their place, also if it disagrees. Removes primitives
@@ -77,12 +79,7 @@ struct BudgetReport {
   int reduced = 0;     ///< residual GPs with fewer pseudo-inputs than before; reduced twice counts twice
 };
 
-/// A model within its budget.
-struct BudgetResult {
-  Model model;
-  BudgetReport report;
-  std::vector<int> kept;  ///< the primitives that stay, by their old index
-};
+using BudgetResult = Smaller<BudgetReport>;
 
 /// Evicts the transitions of least worth until the model is within its budget; if bytes are short, reduces the
 /// pseudo-inputs of residual GPs before that. Worth: the transition's count times the share of its field, at least a
