@@ -14,11 +14,11 @@ namespace {
 constexpr double kNominalVelocity_mps = 0.15, kNominalPosition_m = 0.01;
 /// The mixture before any error was seen, with the weight of this number of windows.
 struct Prior {
-  double relative[kMixtureComponents];  ///< variances, relative to nominal ones
+  double relative[kMixtureComponents];  ///< variances, relative to nominal ones; of people who walk after 5 s
   double shares[kMixtureComponents];
 };
-constexpr Prior kPriors[kMotionStates] = {{{0.2, 1.2, 5.0}, {0.7, 0.25, 0.05}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
-constexpr double kPriorWindows = 10.0;
+constexpr Prior kPriors[kMotionStates] = {{{0.8, 4.8, 20.0}, {0.7, 0.25, 0.05}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
+constexpr double kPriorWindows = 5.0;
 /// Ridge of the regression of the scale, towards no dependence.
 constexpr double kScaleRidge = 60.0;
 /// Keeps the logarithm of an error of zero finite.
@@ -31,6 +31,11 @@ constexpr double kMaxLogScale = 4.0;
 /// Along and across.
 double nominal_variance_m2(std::size_t step, double interval_s) {
   return square(kNominalPosition_m + kNominalVelocity_mps * static_cast<double>(step + 1) * interval_s);
+}
+
+/// Errors of people who walk grow faster than nominal ones.
+double prior_growth(double seconds) {
+  return std::pow(seconds / 5.0, 0.7);
 }
 
 /// A logarithm, centred and scaled so that one ridge serves all features.
@@ -73,13 +78,14 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
   const Prior& before = kPriors[state];
   std::array<double, kMixtureComponents> counts = {};
   for (std::size_t step = 0; step < steps_; ++step) {
+    const double growth = state == kStanding ? 1.0 : prior_growth(static_cast<double>(step + 1) * interval_s_);
     auto& relative = relative_.emplace_back();
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
       const ErrorMoments& seen = moments.components[step * kMixtureComponents + c];
       const double prior = kPriorWindows * before.shares[c];
       counts[c] += seen.weight + prior;
-      relative[c] =
-          (Vector2(seen.along, seen.across) + Vector2::Constant(prior * before.relative[c])) / (seen.weight + prior);
+      relative[c] = (Vector2(seen.along, seen.across) + Vector2::Constant(prior * before.relative[c] * growth)) /
+                    (seen.weight + prior);
     }
   }
   double total = 0.0;

@@ -17,10 +17,13 @@ constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.
                                            2.3, 2.6, 3.0, 3.5, 4.2, 5.0, 6.0, 7.5, 9.5,  12., 16., 22.0, 32.0};
 /// Weight of the pooled classes, in windows of the speed class.
 constexpr double kPooledWindows = 20.0;
-/// Weight of the scores of a Gaussian in the pooled classes, in windows.
-constexpr double kGaussianWindows = 10.0;
-/// Mean score of a person who hardly moves, before any score is known. People who stay make the density narrow, so the
-/// scores of the others are large.
+/// Weight of the prior scores in the pooled classes, in windows.
+constexpr double kPriorWindows = 10.0;
+/// Mean score of a person who walks, before any score is known. That of a Gaussian would be 1, but the density has a
+/// narrow peak and wide tails (error_density.cpp).
+constexpr double kWalkingScore = 2.0;
+/// The same of a person who hardly moves. People who stay make the density narrow, so the scores of the others are
+/// large.
 constexpr double kStandingScore = 4.5;
 constexpr double kLeastDensity = 1e-300;
 
@@ -34,8 +37,7 @@ double lower_edge(int bin) {
   return bin == 0 ? 0.0 : kEdges[bin - 1];
 }
 
-/// Shares of the bins for exponentially distributed scores. Those of a Gaussian are, with a mean of 1: they are half of
-/// the squared Mahalanobis distance in two dimensions.
+/// Shares of the bins for exponentially distributed scores.
 std::vector<double> exponential_shares(double mean) {
   std::vector<double> shares;
   for (int bin = 0; bin < kScoreBins; ++bin) {
@@ -108,7 +110,7 @@ int novelty_bin(double raw_novelty) {
 Calibration::Calibration(const ErrorStatistics& error_statistics) {
   if (error_statistics.empty() || error_statistics.scores.empty()) return;
   steps_ = error_statistics.steps;
-  const std::vector<double> gaussian = exponential_shares(1.0), standing = exponential_shares(kStandingScore);
+  const std::vector<double> walking = exponential_shares(kWalkingScore), standing = exponential_shares(kStandingScore);
   for (int step = 0; step < steps_; ++step) {
     std::vector<double> pooled(kScoreBins, 0.0);  // without people who stand: their scores differ
     const auto cell = [&](int c) -> const std::vector<double>& {
@@ -117,7 +119,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
     for (int c = 1; c < kSpeedClasses; ++c) {
       for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
     }
-    const std::vector<double> all = shrunk(pooled, gaussian, kGaussianWindows);
+    const std::vector<double> all = shrunk(pooled, walking, kPriorWindows);
     for (int c = 0; c < kScoreClasses; ++c) {
       const bool stands = motion_state_of(static_cast<std::size_t>(c)) == kStanding;
       const std::vector<double> shares = shrunk(cell(c), stands ? standing : all, kPooledWindows);

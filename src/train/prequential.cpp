@@ -37,7 +37,8 @@ std::vector<double> shorter_observed_s(const EpisodeConfig& config) {
 /// people of the batch.
 BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<FramedTrajectory>> unseen,
                       const PresentPeople& present, const EpisodeConfig& config) {
-  // Every other window is used a second time, cut short as if the person had just appeared (docs/decisions/0112).
+  // Every other window is used a second time, cut short as if the person had just appeared, and each track has windows
+  // at its beginning, where people differ (docs/decisions/0112, 0133).
   const std::vector<double> shorter_s = shorter_observed_s(config);
   BatchErrors errors;
   for (const std::vector<FramedTrajectory>& tracks : unseen) {
@@ -47,6 +48,8 @@ BatchErrors errors_by(const Predictor& predictor, std::span<const std::vector<Fr
     std::vector<Window> all = windows(config.error_statistics.stride_s, {});
     if (!shorter_s.empty())
       std::ranges::move(windows(2.0 * config.error_statistics.stride_s, shorter_s), std::back_inserter(all));
+    std::ranges::move(first_windows_of(tracks, config.sampling, config.predict, shorter_s, present),
+                      std::back_inserter(all));
     GatheredErrors gathered = gather_errors(predictor, all);
     errors.sites.push_back({tracks.front().frame, std::move(gathered.statistics)});
     errors.path += gathered.path;

@@ -18,6 +18,12 @@ ModelChange change_by_retraining(const Model& previous, const Model& updated);
 /// The change after later steps (pruning, budget) that keep only the updated primitives in `kept` (sorted indices).
 ModelChange without_dropped(ModelChange change, const std::vector<int>& kept);
 
+/// Windows of people who have just appeared: of each track one for each of `observed_s`, from its beginning. `present`:
+/// as in windows_of. Throws: as windows_of.
+std::vector<Window> first_windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
+                                     const RefineConfig& predict, std::span<const double> observed_s,
+                                     const PresentPeople& present);
+
 /// The errors of a batch, predicted before it is learnt.
 struct BatchErrors {
   std::vector<SiteErrors> sites;

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "sila/core/sampling.hpp"
-#include "sila/train/episode.hpp"
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {
@@ -47,6 +47,19 @@ std::vector<Window> windows_of(std::span<const FramedTrajectory> tracks, const S
     for (std::size_t last : prediction_samples(framed.track, predict.observe_s, stride_s)) {
       const double seconds = observed_s.empty() ? predict.observe_s : observed_s[windows.size() % observed_s.size()];
       windows.push_back(window_at(framed, last, seconds, *present, sampling, predict));
+    }
+  }
+  return windows;
+}
+
+std::vector<Window> first_windows_of(std::span<const FramedTrajectory> tracks, const SamplingConfig& sampling,
+                                     const RefineConfig& predict, std::span<const double> observed_s,
+                                     const PresentPeople& present) {
+  std::vector<Window> windows;
+  for (const FramedTrajectory& framed : tracks) {
+    for (const double seconds : observed_s) {
+      const std::vector<std::size_t> samples = prediction_samples(framed.track, seconds, predict.horizon_s);
+      if (!samples.empty()) windows.push_back(window_at(framed, samples.front(), seconds, present, sampling, predict));
     }
   }
   return windows;

@@ -70,9 +70,11 @@ TEST(Calibration, LevelsFollowWhatHappened) {
   EXPECT_EQ(score_bin(calibration.level(0, 1, kHalf)), bin);
 }
 
-TEST(Calibration, OfAFewWindowsStaysNearTheGaussian) {
-  const Calibration calibration(error_statistics_with(score_bin(20.0), 2.0));
-  EXPECT_LT(calibration.level(0, 3, kHalf), 1.5);
+TEST(Calibration, OfAFewWindowsStaysNearThePrior) {
+  const Calibration none(error_statistics_with(0, 0.0)), few(error_statistics_with(score_bin(20.0), 2.0));
+  EXPECT_NEAR(none.level(0, 3, kHalf), 2.0 * std::log(2.0), 0.1);  // wider than those of a Gaussian
+  EXPECT_NEAR(none.level(0, 3, kNineTenths), 2.0 * std::log(10.0), 0.2);
+  EXPECT_LT(few.level(0, 3, kHalf), none.level(0, 3, kHalf) + 1.0);
 }
 
 TEST(Calibration, ExpectsLargerScoresOfPeopleWhoStand) {
