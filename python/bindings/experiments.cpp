@@ -105,7 +105,7 @@ WindowSet without_future(WindowSet set) {
 }
 
 /// Each as of a recording of its own, so that nobody has companions.
-FramedTracks apart(FramedTracks framed) {
+FramedTracks without_companions(FramedTracks framed) {
   for (std::size_t i = 0; i < framed.tracks.size(); ++i) framed.tracks[i].track.recording = i;
   return framed;
 }
@@ -303,7 +303,8 @@ void bind_framed_tracks(nb::module_& module) {
       .def(
           "frame", [](const FramedTracks& f, std::size_t i) { return f.tracks.at(i).frame; }, "index"_a)
       .def("take", &taken, "indices"_a)
-      .def("apart", &apart, "Each track as of a recording of its own, so that nobody has companions.")
+      .def("without_companions", nb::overload_cast<FramedTracks>(&without_companions),
+           "Each track as of a recording of its own, so that nobody has companions.")
       .def("rescaled", &rescaled_for, "config"_a, "In the curb units of a configuration.")
       .def("without_scene", &without_scene, "first_batch"_a, "config"_a,
            "In the frame that a model without a scene makes of its first batch.")
@@ -348,7 +349,7 @@ void bind_window_set(nb::module_& module) {
           "future_m", [](const WindowSet& set) { return stacked(set, &Window::future_m); }, nb::rv_policy::automatic,
           "Shape (n, steps, 2), metres: raw positions after t0; (n, 0, 2) where it is hidden.")
       .def("without_future", &without_future)
-      .def("without_companions", &without_companions)
+      .def("without_companions", nb::overload_cast<WindowSet>(&without_companions))
       .def("laid_back", &laid_back, "paths_m"_a, "frame"_a,
            "Paths (n, k, t, 2) at the site of a frame as at the site of each window.")
       .def("laid_over", &laid_over, "frame"_a,

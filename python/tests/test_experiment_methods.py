@@ -48,7 +48,7 @@ def test_the_new_baseline_of_the_page_runs(tmp_path):
 def test_a_method_without_companions_learns_and_predicts_each_person_alone():
     config = merged("{}", {"simulate": {"tracks": 40}})
     tracks = FramedTracks.simulated(config)
-    apart = tracks.apart()
+    strangers = tracks.without_companions()
 
     def paths(name, tracks):
         method = METHODS[name](config)
@@ -56,7 +56,7 @@ def test_a_method_without_companions_learns_and_predicts_each_person_alone():
         return [prediction.modes[0].path_m for prediction in method.predict(tracks.windows(config, 0.8))]
 
     alone = paths("sila without companions", tracks)
-    assert np.array_equal(alone, paths("sila", apart))
+    assert np.array_equal(alone, paths("sila", strangers))
     assert not np.array_equal(alone, paths("sila", tracks))
 
 

@@ -71,8 +71,8 @@ std::vector<RawTrack> raw_tracks(const Detections& source, const CleanConfig& co
   std::unordered_map<std::string_view, std::size_t> index;
   for (const Detection& row : source.rows) {
     if (const auto fault = fault_of(row, config)) {
-      const bool other = fault == DropReason::other_label;
-      drop(report, *fault, source.source, row.track + (other ? ", class " + row.label : ""), row.line);
+      const bool named = fault == DropReason::other_label && row.label.size() <= kMaxIdBytes;
+      drop(report, *fault, source.source, row.track + (named ? ", class " + row.label : ""), row.line);
       continue;
     }
     const auto [entry, is_new] = index.try_emplace(row.track, tracks.size());
@@ -246,7 +246,7 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   if (2 * (rows_of_shared_stamps(report) - shared_before) > source.rows.size())
     warnings.push_back(source.source +
                        ": most rows have the time stamp of another row of their track; if the stamps are whole "
-                       "seconds, give the frames without them, and their rate");
+                       "seconds, leave them out and give frame numbers and the frame rate");
   std::sort(tracklets.begin(), tracklets.end(), [](const Tracklet& a, const Tracklet& b) {
     if (a.samples.front().t_s != b.samples.front().t_s) return a.samples.front().t_s < b.samples.front().t_s;
     return id_less(a.track->id, b.track->id);

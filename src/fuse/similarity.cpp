@@ -32,6 +32,47 @@ double product(const MotionPrimitive& a, const MotionPrimitive& b) {
   return sum;
 }
 
+/// Rounding must not make a cosine of more than 1.
+double cosine(double product, double length_a, double length_b) {
+  const double lengths = length_a * length_b;
+  return lengths > 0.0 ? std::clamp(product / lengths, -1.0, 1.0) : 0.0;
+}
+
+/// An arrow and the primitive that has it.
+struct OwnedArrow {
+  CellKey cell;
+  std::size_t primitive = 0;
+  Vector2 velocity;
+};
+
+/// The arrows of all primitives, sorted by cell.
+std::vector<OwnedArrow> arrows_by_cell(const Model& model) {
+  std::vector<OwnedArrow> arrows;
+  for (std::size_t p = 0; p < model.primitives.size(); ++p) {
+    for (const CellVelocity& arrow : model.primitives[p].cells) arrows.push_back({arrow.cell, p, arrow.velocity});
+  }
+  std::ranges::sort(arrows, {}, [](const OwnedArrow& arrow) { return std::pair(arrow.cell, arrow.primitive); });
+  return arrows;
+}
+
+std::vector<double> lengths_of(const Model& model) {
+  std::vector<double> lengths;
+  for (const MotionPrimitive& primitive : model.primitives) lengths.push_back(length(primitive));
+  return lengths;
+}
+
+/// Products of one primitive with all that share a cell with it, in the order of cells as in `product`.
+std::map<std::size_t, double> products_with(const std::vector<OwnedArrow>& arrows, const MotionPrimitive& primitive) {
+  std::map<std::size_t, double> products;
+  for (const CellVelocity& mine : primitive.cells) {
+    auto theirs = std::ranges::lower_bound(arrows, mine.cell, {}, &OwnedArrow::cell);
+    for (; theirs != arrows.end() && theirs->cell == mine.cell; ++theirs) {
+      products[theirs->primitive] += theirs->velocity.dot(mine.velocity);
+    }
+  }
+  return products;
+}
+
 /// Primitives with a common neighbour, each pair once.
 std::vector<std::pair<int, int>> siblings(const SimilarityEdges& edges) {
   std::map<int, std::vector<int>> neighbours;
@@ -53,8 +94,7 @@ std::vector<std::pair<int, int>> siblings(const SimilarityEdges& edges) {
 }  // namespace
 
 double similarity(const MotionPrimitive& a, const MotionPrimitive& b) {
-  const double lengths = length(a) * length(b);
-  return lengths > 0.0 ? std::clamp(product(a, b) / lengths, -1.0, 1.0) : 0.0;  // rounding must not make it over 1
+  return cosine(product(a, b), length(a), length(b));
 }
 
 SimilarityEdges sorted(SimilarityEdges edges) {
@@ -73,11 +113,14 @@ SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, d
     throw std::invalid_argument(concatenate("similarity_graph: threshold = ", threshold, ", it must be positive"));
   const int shift = static_cast<int>(previous.primitives.size());
   SimilarityEdges edges;
+  const std::vector<OwnedArrow> arrows = arrows_by_cell(previous);
+  const std::vector<double> lengths = lengths_of(previous);
   for (std::size_t j = 0; j < incoming.primitives.size(); ++j) {
-    for (std::size_t i = 0; i < previous.primitives.size(); ++i) {
-      const double value = similarity(previous.primitives[i], incoming.primitives[j]);
-      if (value >= threshold - kSimilaritySlack && value != 0.0)
-        edges.push_back({static_cast<int>(i), shift + static_cast<int>(j), value});
+    const double own_length = length(incoming.primitives[j]);
+    for (const auto& [i, sum] : products_with(arrows, incoming.primitives[j])) {
+      const double value = cosine(sum, lengths[i], own_length);
+      if (value < threshold - kSimilaritySlack) continue;
+      edges.push_back({static_cast<int>(i), shift + static_cast<int>(j), value});
     }
   }
   return sorted(std::move(edges));

@@ -50,7 +50,7 @@ double similarity(const MotionPrimitive& a, const MotionPrimitive& b);
 const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming, int joint);
 
 /// The similarity graph G_s between the primitives of two models: all pairs of a previous and an incoming primitive
-/// with S >= threshold - kSimilaritySlack, in joint indices. Throws:
+/// with S >= threshold - kSimilaritySlack, in joint indices. Primitives that share no cell are never compared. Throws:
 /// std::invalid_argument if the threshold is not positive. Source: SILA paper, Eq. 2.
 SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, double threshold);
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "gp/fit.hpp"
 #include "gp/posterior.hpp"
 #include "statistics.hpp"
 
@@ -256,7 +257,9 @@ SparseGp fuse_sources(std::span<const GpSource> sources, const GpConfig& config)
   if (stored.size() + fresh.size() == 0) return {};
   if (stored.size() + fresh.size() == 1) return stored.empty() ? *fresh.front() : *stored.front();
   if (fresh.empty()) return fuse_gps(stored, {}, config);
-  return fuse_gps(stored, pooled(data), config, fused_hyperparameters(fresh));
+  const Hyperparameters of_data = fused_hyperparameters(fresh);
+  return stored.empty() ? fit_sparse_gp(pooled(data), of_data, config)
+                        : fuse_gps(stored, pooled(data), config, of_data);
 }
 
 SparseGp reduce_pseudo_inputs(const SparseGp& gp, int max_pseudo_inputs) {

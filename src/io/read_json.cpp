@@ -151,8 +151,8 @@ BoxRows ottrk_rows(const Json& seen) {
 
 /// Files of OTVision until version 1.0 of its detections have the centres of boxes instead of their corners.
 bool has_centres(std::string_view text) {
-  const std::size_t at = value_of_key(text, "otdet_version", '"');
-  return at != std::string_view::npos && (text[at + 1] == '0' || text.substr(at).starts_with("\"1.0\""));
+  const std::size_t at = std::min(value_of_key(text, "otdet_version", '"'), text.size());
+  return text.substr(at).starts_with("\"0") || text.substr(at).starts_with("\"1.0\"");
 }
 
 void move_to_corner(Json& seen) {

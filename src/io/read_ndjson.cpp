@@ -31,9 +31,11 @@ std::optional<Detection> detection_of(const nlohmann::json& json) {
   const auto t_s = number_in(json, "t"), x_m = number_in(json, "x"), y_m = number_in(json, "y");
   if (!id || id->empty() || id->size() > kMaxIdBytes || !t_s || !x_m || !y_m) return std::nullopt;
   Detection row{*id, *t_s, {*x_m, *y_m}};
-  const auto label = json.contains("label") ? json.find("label") : json.find("class");
-  if (label != json.end() && label->is_string()) row.label = label->get<std::string>();
-  if (label != json.end() && label->is_number()) row.label = label->dump();
+  for (const char* key : {"class", "label"}) {
+    const auto label = json.find(key);
+    if (label != json.end() && label->is_string()) row.label = label->get<std::string>();
+    if (label != json.end() && label->is_number()) row.label = label->dump();
+  }
   return row;
 }
 

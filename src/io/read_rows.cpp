@@ -72,7 +72,7 @@ class RowReader {
 
   std::string label() const {
     const bool present = columns_.label != TrackColumns::kNone && columns_.label < cells_.size();
-    return present ? std::string(cells_[columns_.label]) : std::string();
+    return present ? utf8_of(cells_[columns_.label]) : std::string();
   }
 
   void reject_lost() {

@@ -1,6 +1,7 @@
 #include "table_reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -115,7 +116,7 @@ TrackFile on_ground(TrackFile file, const Camera& camera) {
 /// The number of a pedestrian where classes are numbers: 1 in MOTChallenge, 0 in COCO, which detectors use.
 std::string_view person_number(TrackFormat format) {
   if (format == TrackFormat::mot) return "1";
-  return format == TrackFormat::boxes ? "0" : "";
+  return format == TrackFormat::boxes || format == TrackFormat::ndjson ? "0" : "";
 }
 
 TrackFile with_persons(TrackFile file, std::vector<std::string> person_classes) {
@@ -172,12 +173,16 @@ TrackFile at_interval(TrackFile file, double interval_s) {
 
 /// The unit [s] of Unix times whose column names none, by their size: seconds reach 1e11 in the year 5138.
 double unix_unit(const TextTable& table, const TrackColumns& columns) {
-  const std::size_t first = columns.header ? 1 : 0;
-  if (columns.time == TrackColumns::kNone || columns.seconds_per_time != 1.0 || table.rows.size() <= first) return 1.0;
-  const auto cells = cells_of(table.rows[first].text, columns.separator);
-  const double stamp = columns.time < cells.size() ? number_of(cells[columns.time]).value_or(0.0) : 0.0;
-  if (stamp < 1e11) return 1.0;
-  return stamp < 1e14 ? 1e-3 : stamp < 1e17 ? 1e-6 : 1e-9;
+  constexpr std::array<std::string_view, 4> kWithoutUnit{"t", "time", "timestamp", "stamp"};
+  if (columns.time == TrackColumns::kNone || std::ranges::find(kWithoutUnit, columns.time_name) == kWithoutUnit.end())
+    return 1.0;
+  for (const TextLine& row : table.rows) {
+    const auto cells = cells_of(row.text, columns.separator);
+    const auto stamp = columns.time < cells.size() ? number_of(cells[columns.time]) : std::nullopt;
+    if (!stamp || !std::isfinite(*stamp)) continue;
+    return *stamp < 1e11 ? 1.0 : *stamp < 1e14 ? 1e-3 : *stamp < 1e17 ? 1e-6 : 1e-9;
+  }
+  return 1.0;
 }
 
 /// The number of `digits` digits at an offset of a text; -1 for any other text.

@@ -157,8 +157,14 @@ std::optional<double> number_of(std::string_view cell) {
 
 std::string utf8_of(std::string_view id) {
   const auto is_high = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
-  if (std::ranges::none_of(id, is_high) || nlohmann::json::accept('"' + std::string(id) + '"')) return std::string(id);
-  std::string text;
+  std::string text(id);
+  if (std::ranges::none_of(id, is_high)) return text;
+  try {
+    static_cast<void>(nlohmann::json(text).dump());
+    return text;
+  } catch (const nlohmann::json::type_error&) {  // is not UTF-8
+    text.clear();
+  }
   for (const char c : id) {
     const auto code = static_cast<unsigned char>(c);
     if (is_high(c)) text += static_cast<char>(0xc0 | (code >> 6));

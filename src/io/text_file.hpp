@@ -60,7 +60,7 @@ std::string_view trimmed(std::string_view text);
 /// A separator inside quotes does not separate.
 std::vector<std::string_view> cells_of(std::string_view line, char separator);
 
-/// An id as UTF-8; one that is not valid is read as Latin-1.
+/// An id or a class as UTF-8; one that is not valid is read as Latin-1.
 std::string utf8_of(std::string_view id);
 
 /// A number that fills the whole cell; in every locale the same. "nan" and "inf" are numbers here.

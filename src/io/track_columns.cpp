@@ -85,9 +85,11 @@ void find_box(TrackColumns& columns, const std::vector<std::string>& names) {
   columns.foot = columns.pixels = true;
 }
 
-/// Names of MOTChallenge, whose x, y and z are not used.
+/// Names of MOTChallenge; its x, y and z are not used.
 bool has_mot_names(const std::vector<std::string>& names) {
-  return column(names, {"bb_left", "bbox_left"}) != TrackColumns::kNone;
+  const auto has = [&](std::string_view name) { return std::ranges::find(names, name) != names.end(); };
+  return has("frame") && has("bb_left") && has("bb_top") && has("bb_width") && has("bb_height") &&
+         (!has("x") || has("z"));
 }
 
 TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
@@ -238,7 +240,8 @@ TrackColumns frame_or_time_columns(const TextTable& table) {
     const auto cells = cells_of(row.text, ' ');  // none in a row of separators
     return !cells.empty() && std::abs(std::fmod(number_of(cells[0]).value_or(0.0), 1.0)) > 0.0;
   };
-  if (std::ranges::any_of(table.rows, has_part)) {
+  // Of stamps 0.5 s apart every other one; a few damaged frame numbers do not decide.
+  if (4 * std::ranges::count_if(table.rows, has_part) > std::ssize(table.rows)) {
     columns.time = std::exchange(columns.frame, TrackColumns::kNone);
     columns.time_name = "1";
   }
@@ -291,17 +294,21 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
                      (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
   if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
   columns.format = format_of_names(columns, names);
+  if (columns.format == TrackFormat::mot && column(names, {"visibility"}) != TrackColumns::kNone)
+    columns.considered = column(names, {"conf"});  // of a ground truth a flag
   columns.cells = widest(columns);
   return columns;
 }
 
 std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat format) {
   if (format == TrackFormat::trajnetpp || format == TrackFormat::ndjson) return std::nullopt;
+  if (format == TrackFormat::frame_id_x_y) return frame_or_time_columns(table);
   if (const auto columns = fixed_columns(format)) return columns;
-  if (format == TrackFormat::mot) return mot_columns(common_shape(table, true).cells);
   if (format == TrackFormat::kitti) return kitti_columns(table);
   const TextLine& header = table.rows.front();
   auto columns = header_columns(header.text);
+  if (format == TrackFormat::mot && !(columns && columns->format == format))
+    return mot_columns(common_shape(table, true).cells);
   const bool fits =
       columns && (columns->format == format || (format == TrackFormat::csv && columns->format != TrackFormat::vru));
   if (!fits)
@@ -377,7 +384,7 @@ std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<Tra
   const auto cells = cells_of(first, columns->separator);
   if (std::ranges::any_of(cells, [](std::string_view cell) { return number_of(cell).has_value(); })) return columns;
   throw FormatError(table.path, table.rows.front().number,
-                    "known names in the header line, such as track_id,t,x,y; or a format that is named (--format)",
+                    "known names in the header line, such as track_id,t,x,y; or name the format with --format",
                     excerpt(trimmed(first)));
 }
 
@@ -391,7 +398,7 @@ std::vector<std::string> column_warnings(const TextTable& table, const TrackColu
   const std::size_t used = columns.label == TrackColumns::kNone ? 3 : 4;
   if (columns.id == TrackColumns::kNone && cells.size() > used)
     warnings.push_back(start + "no column of track ids in " + names + ", so all rows are one track; name it track_id");
-  if (columns.x2 == TrackColumns::kNone && has({"w", "width"}) && has({"h", "height"}) && has({"x"}))
+  if (!columns.pixels && has({"w", "width"}) && has({"h", "height"}) && has({"x"}))
     warnings.push_back(start + "x, y in " + names +
                        " are points, their widths and heights are not used; name the edges of boxes x1,y1,x2,y2");
   return warnings;

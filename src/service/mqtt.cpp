@@ -59,7 +59,9 @@ void keep_session(mosquitto* client) {
 /// not notice that it failed.
 std::string connection_error(mosquitto* client, const std::atomic<bool>& stopping) {
   pollfd connecting{mosquitto_socket(client), POLLOUT, 0};
+  const double until_s = monotonic_s() + kKeepAlive_s;
   while (!stopping && poll(&connecting, 1, kStopCheck_ms) == 0) {
+    if (connecting.fd < 0 || monotonic_s() > until_s) return "no answer";
   }
   int error = 0;
   socklen_t size = sizeof error;
@@ -101,8 +103,8 @@ MqttConnection::MqttConnection(ConnectionRegistry& registry)
     mosquitto_username_pw_set(client_.get(), address_.user.c_str(), options.mqtt_password.c_str());
   if (address_.tls && options.mqtt_ca.empty()) {
     mosquitto_int_option(client_.get(), MOSQ_OPT_TLS_USE_OS_CERTS, 1);
-    mosquitto_int_option(client_.get(), MOSQ_OPT_SSL_CTX_WITH_DEFAULTS,
-                         0);  // else it rejects its own at a reconnection
+    // With defaults libmosquitto rejects, at a reconnection, the TLS context that it made itself.
+    mosquitto_int_option(client_.get(), MOSQ_OPT_SSL_CTX_WITH_DEFAULTS, 0);
   }
   if (address_.tls && !options.mqtt_ca.empty())
     require(mosquitto_tls_set(client_.get(), options.mqtt_ca.c_str(), nullptr, nullptr, nullptr, nullptr), "--mqtt-ca",

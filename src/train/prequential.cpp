@@ -28,7 +28,8 @@ std::vector<double> shorter_observed_s(const EpisodeConfig& config) {
   std::vector<double> shorter_s;
   for (const double seconds : kShorterObserved_s) {
     const double cut_s = interval_s * std::ceil(seconds / interval_s - 1e-6);
-    if (cut_s < config.predict.observe_s - interval_s - 1e-6) shorter_s.push_back(cut_s);
+    const bool again = !shorter_s.empty() && cut_s == shorter_s.back();
+    if (!again && cut_s < config.predict.observe_s - interval_s - 1e-6) shorter_s.push_back(cut_s);
   }
   return shorter_s;
 }

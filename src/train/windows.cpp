@@ -8,12 +8,13 @@
 namespace sila {
 namespace {
 
+constexpr double kSlack_s = 1e-6;
+
 /// The part of a track until sample `last`, cut as if the person had appeared `seconds` before that sample.
 Trajectory appeared(const Trajectory& track, std::size_t last, double seconds) {
-  constexpr double slack_s = 1e-6;
   const auto begin = track.times_s.begin();
   const auto later =
-      std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(last), track.times_s[last] - seconds + slack_s);
+      std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(last), track.times_s[last] - seconds + kSlack_s);
   const auto from = std::max<std::ptrdiff_t>(1, later - begin) - 1, end = static_cast<std::ptrdiff_t>(last) + 1;
   Trajectory recent{track.id, {begin + from, begin + end}, {}, track.recording};
   recent.positions_m.assign(track.positions_m.begin() + from, track.positions_m.begin() + end);
@@ -57,9 +58,13 @@ std::vector<Window> first_windows_of(std::span<const FramedTrajectory> tracks, c
                                      const PresentPeople& present) {
   std::vector<Window> windows;
   for (const FramedTrajectory& framed : tracks) {
+    const std::vector<double>& times_s = framed.track.times_s;
     for (const double seconds : observed_s) {
-      const std::vector<std::size_t> samples = prediction_samples(framed.track, seconds, predict.horizon_s);
-      if (!samples.empty()) windows.push_back(window_at(framed, samples.front(), seconds, present, sampling, predict));
+      const double due_s = times_s.front() + seconds - kSlack_s;
+      const auto last = std::ranges::lower_bound(times_s, due_s);
+      if (last == times_s.end() || *last - due_s > sampling.interval_s) continue;  // a gap: no window of this age
+      windows.push_back(
+          window_at(framed, static_cast<std::size_t>(last - times_s.begin()), seconds, present, sampling, predict));
     }
   }
   return windows;

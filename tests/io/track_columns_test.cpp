@@ -22,6 +22,12 @@ Detections read(const std::string& name, const std::string& text, const ReadOpti
 TEST(ColumnsWithoutAHeader, BeginWithSecondsIfTheFirstNumbersAreNotWhole) {
   expect_row(read("t.txt", "0.0 7 1 2\n0.1 7 1.5 2\n0.2 7 2 2\n").rows[1], "7", 0.1, 1.5, 2.0);
   EXPECT_EQ(read("t.txt", "0.0 7 1 2\n,,,\n0.1 7 1.5 2\n").rows.size(), 2U);
+  std::string frames;  // one of many is damaged
+  for (int k = 0; k < 20; ++k) frames += std::to_string(10 * k) + (k == 11 ? ".5" : "") + " 7 1 2\n";
+  EXPECT_EQ(read("t.txt", frames).rows.at(1).t_s, 0.4);
+  ReadOptions forced;
+  forced.format = TrackFormat::frame_id_x_y;
+  EXPECT_EQ(read("t.txt", "0.0 7 1 2\n0.1 7 1.5 2\n", forced).rows.at(1).t_s, 0.1);
   expect_row(read("t.txt", "780.0 7 1 2\n790.0 7 1.5 2\n").rows[0], "7", 31.2, 1.0, 2.0);
 }
 
@@ -43,6 +49,14 @@ TEST(ColumnNames, OfMotChallengeAreThoseOfBoxes) {
             "person");
   expect_row(read("t.csv", header + "5,7,100,50,40,120,1,-1,-1,-1\n", at_rate(10.0)).rows.at(0), "7", 0.5, 120.0,
              170.0);
+  ReadOptions forced = at_rate(10.0);
+  forced.format = TrackFormat::mot;
+  EXPECT_EQ(read("t.csv", header + "5,7,100,50,40,120,1,-1,-1,-1\n", forced).rows.at(0).track, "7");
+  const std::string flags = "frame,id,bb_left,bb_top,bb_width,bb_height,conf,class,visibility\n";
+  EXPECT_EQ(rows_of(read("t.csv", flags + "5,7,0,0,4,2,0,1,1\n5,8,0,0,4,2,1,1,1\n", at_rate(10.0)), DropReason::lost),
+            1U);
+  const std::string metres = "track_id,t,x,y,bbox_left,bbox_top,bbox_width,bbox_height\n7,0,1,2,700,400,40,90\n";
+  expect_row(read("t.csv", metres).rows.at(0), "7", 0.0, 1.0, 2.0);
   const std::string other = "frame,class,id,left,top,width,height\n0,0,7,100,50,40,120\n0,2,8,0,0,9,9\n";
   const auto rows = read("t.csv", other, at_rate(10.0)).rows;
   expect_row(rows.at(0), "7", 0.0, 120.0, 170.0);
@@ -62,6 +76,8 @@ TEST(TimeStamps, OfUnixMayBeInPartsOfASecond) {
   EXPECT_DOUBLE_EQ(seconds_of("1714737600250"), 1714737600.25);
   EXPECT_DOUBLE_EQ(seconds_of("1714737600250000"), 1714737600.25);
   EXPECT_DOUBLE_EQ(seconds_of("1714737600250000000"), 1714737600.25);
+  EXPECT_EQ(read("t.csv", "id,timestamp,x,y\n7,nan,1,2\n7,1.5,1,2\n").rows.back().t_s, 1.5);
+  EXPECT_EQ(read("t.csv", "id,time_s,x,y\n7,1714737600250,1,2\n").rows.at(0).t_s, 1714737600250.0);
   EXPECT_DOUBLE_EQ(seconds_of("2024-05-03 14:00:00.25+02"), 1714737600.25);  // as PostgreSQL writes it
 }
 
@@ -69,6 +85,8 @@ TEST(TrackIds, AreUtf8) {
   const auto rows = read("t.csv", "id,t,x,y\nJos\xe9,0,1,2\nJos\xc3\xa9,0,1,2\n").rows;
   EXPECT_EQ(rows.at(0).track, "Jos\xc3\xa9");
   EXPECT_EQ(rows.at(1).track, "Jos\xc3\xa9");
+  EXPECT_EQ(read("t.csv", "id,t,x,y\ncam\xc3\xa9ra\\17,0,1,2\n").rows.at(0).track, "cam\xc3\xa9ra\\17");
+  EXPECT_EQ(read("t.csv", "id,t,x,y,class\n7,0,1,2,pi\xe9ton\n").rows.at(0).label, "pi\xc3\xa9ton");
 }
 
 TEST(Classes, ThatAreAskedForNeedAColumn) {
@@ -81,6 +99,12 @@ TEST(Classes, ThatAreAskedForNeedAColumn) {
 }
 
 TEST(Classes, OfLinesMayBeNumbers) {
+  const auto label_of = [](const std::string& keys) {
+    return read("t.ndjson", R"({"t": 0, "id": 7, "x": 1, "y": 2, )" + keys + "}").rows.at(0).label;
+  };
+  EXPECT_EQ(label_of(R"("class": 0)"), "person");
+  EXPECT_EQ(label_of(R"("label": null, "class": "car")"), "car");
+  EXPECT_EQ(label_of(R"("label": "person", "class": "car")"), "person");
   const std::string text = R"({"t": 0, "id": 7, "x": 1, "y": 2, "class": 2})";
   EXPECT_EQ(read("t.ndjson", text).rows.at(0).label, "2");
   ReadOptions options;

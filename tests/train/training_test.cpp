@@ -12,6 +12,7 @@
 #include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
 #include "support/walks.hpp"
+#include "train/steps.hpp"
 
 namespace sila {
 namespace {
@@ -190,6 +191,22 @@ TEST(Episode, ShortWindowsHaveDensitiesOfTheirOwn) {
   }
   // Every other window once more, and three at the beginning of each track.
   EXPECT_NEAR(shorter, 0.5 * windows_in(densities) + 3 * 60, 0.1 * windows_in(densities));
+}
+
+TEST(Windows, OfPeopleWhoHaveJustAppearedBeginWithTheirTracks) {
+  const std::vector<FramedTrajectory> tracks{
+      {testing::walk("a", {{0, 1}, {9, 1}}, 1.0, 0.1, 0.0, 1), testing::square_frame()}};
+  const PresentPeople present(tracks);
+  const std::vector<double> observed_s{0.4, 0.8};
+  const auto windows = first_windows_of(tracks, kConfig.sampling, kConfig.predict, observed_s, present);
+  ASSERT_EQ(windows.size(), 2u);
+  EXPECT_NEAR(windows[0].observed.times_s.back() - windows[0].observed.times_s.front(), 0.4, 1e-9);
+  EXPECT_NEAR(windows[1].observed.times_s.back(), tracks[0].track.times_s.front() + 0.8, 1e-9);
+  std::vector<FramedTrajectory> gap = tracks;  // no sample from 0.1 to 0.9 s
+  Trajectory& track = gap[0].track;
+  track.times_s.erase(track.times_s.begin() + 2, track.times_s.begin() + 9);
+  track.positions_m.erase(track.positions_m.begin() + 2, track.positions_m.begin() + 9);
+  EXPECT_EQ(first_windows_of(gap, kConfig.sampling, kConfig.predict, observed_s, PresentPeople(gap)).size(), 1u);
 }
 
 /// Stands for `still_s`, then walks away.

@@ -43,12 +43,12 @@ struct PruneReport {
 
 /// A smaller model.
 template <class Report>
-struct Smaller {
+struct ReductionResult {
   Model model;
   Report report;
   std::vector<int> kept;  ///< the primitives that stay, by their old index
 };
-using PruneResult = Smaller<PruneReport>;
+using PruneResult = ReductionResult<PruneReport>;
 
 /// Merges rare transitions into those whose fields agree with them (counts add, fields and residual GPs are fused), and
 /// transitions without recent observations into one that knows their place, also if it disagrees. Removes primitives
@@ -79,7 +79,7 @@ struct BudgetReport {
   int reduced = 0;     ///< residual GPs with fewer pseudo-inputs than before; reduced twice counts twice
 };
 
-using BudgetResult = Smaller<BudgetReport>;
+using BudgetResult = ReductionResult<BudgetReport>;
 
 /// Evicts the transitions of least worth until the model is within its budget; if bytes are short, reduces the
 /// pseudo-inputs of residual GPs before that. Worth: the transition's count times the share of its field, at least a

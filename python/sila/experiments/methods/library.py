@@ -42,7 +42,7 @@ class SilaAlone(Sila):
     """Gets each person alone, as most methods of others: it neither learns from companions nor predicts with them."""
 
     def partial_fit(self, tracks: FramedTracks) -> None:
-        self.learner.learn(tracks.apart())
+        self.learner.learn(tracks.without_companions())
 
     def predict(self, windows: WindowSet) -> Sequence[Prediction]:
         return self.learner.predict(windows.without_companions())
