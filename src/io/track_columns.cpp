@@ -15,29 +15,6 @@ namespace {
 
 using Names = std::initializer_list<std::string_view>;
 
-constexpr std::array<TrackFormatText, 19> kFormats{{
-    {TrackFormat::csv, "csv", "a header line with track_id,t,x,y"},
-    {TrackFormat::obsmat, "obsmat", "8 columns: frame id x z y vx vz vy"},
-    {TrackFormat::frame_id_x_y, "frame-id-x-y", "4 columns: frame id x y"},
-    {TrackFormat::trajnetpp, "trajnetpp", "lines like {\"track\": {\"f\": 0, \"p\": 1, \"x\": 0.5, \"y\": 2.0}}"},
-    {TrackFormat::stanford_drone, "sdd", "10 columns: id xmin ymin xmax ymax frame lost occluded generated \"label\""},
-    {TrackFormat::ind, "ind", "a header line with trackId,frame,xCenter,yCenter"},
-    {TrackFormat::sind, "sind", "a header line with track_id,timestamp_ms,agent_type,x,y"},
-    {TrackFormat::dut, "dut", "a header line with id,frame,label,x_est,y_est"},
-    {TrackFormat::vru, "vru", "a header line with timestamp,x,y"},
-    {TrackFormat::juelich, "juelich", "columns: id frame x y z"},
-    {TrackFormat::ndjson, "ndjson", "lines like {\"t\": 0.1, \"id\": \"a\", \"x\": 0.5, \"y\": 2.0}"},
-    {TrackFormat::mot, "mot", "7, 9 or 10 columns with commas: frame,id,left,top,width,height,confidence"},
-    {TrackFormat::kitti, "kitti", "17 or 18 columns: frame id type truncated occluded alpha left top right bottom ..."},
-    {TrackFormat::sumo_fcd, "sumo-fcd", "XML like <fcd-export><timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>"},
-    {TrackFormat::boxes, "boxes", "a header line with x_min,y_min,x_max,y_max,tracker_id and a frame or time"},
-    {TrackFormat::frigate, "frigate",
-     "lines like {\"after\": {\"id\": \"a\", \"frame_time\": 1.5, \"box\": [1, 2, 3, 4]}}"},
-    {TrackFormat::axis, "axis", "lines like {\"frame\": {\"timestamp\": ..., \"observations\": [...]}}"},
-    {TrackFormat::ottrk, "ottrk", "JSON like {\"metadata\": ..., \"data\": {\"detections\": [...]}}"},
-    {TrackFormat::opendatacam, "opendatacam", "a JSON array of {\"timestamp\": ..., \"objects\": [...]}"},
-}};
-
 std::size_t column(const std::vector<std::string>& names, std::span<const std::string_view> aliases) {
   for (const std::string_view alias : aliases) {
     const auto found = std::find(names.begin(), names.end(), alias);
@@ -85,19 +62,22 @@ void find_box(TrackColumns& columns, const std::vector<std::string>& names) {
   columns.foot = columns.pixels = true;
 }
 
+bool has(const std::vector<std::string>& names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
 /// Names of MOTChallenge; its x, y and z are not used.
 bool has_mot_names(const std::vector<std::string>& names) {
-  const auto has = [&](std::string_view name) { return std::ranges::find(names, name) != names.end(); };
-  return has("frame") && has("bb_left") && has("bb_top") && has("bb_width") && has("bb_height") &&
-         (!has("x") || has("z"));
+  return has(names, "frame") && has(names, "bb_left") && has(names, "bb_top") && has(names, "bb_width") &&
+         has(names, "bb_height") && (!has(names, "x") || has(names, "z"));
 }
 
 TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
-  const auto has = [&](std::string_view name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   if (columns.id == TrackColumns::kNone) return TrackFormat::vru;
-  if (has("trackid") && has("xcenter") && has("ycenter") && has("frame")) return TrackFormat::ind;
-  if (has("track_id") && has("timestamp_ms") && has("agent_type")) return TrackFormat::sind;
-  if (has("x_est") && has("y_est") && has("frame")) return TrackFormat::dut;
+  if (has(names, "trackid") && has(names, "xcenter") && has(names, "ycenter") && has(names, "frame"))
+    return TrackFormat::ind;
+  if (has(names, "track_id") && has(names, "timestamp_ms") && has(names, "agent_type")) return TrackFormat::sind;
+  if (has(names, "x_est") && has(names, "y_est") && has(names, "frame")) return TrackFormat::dut;
   if (columns.pixels) return has_mot_names(names) ? TrackFormat::mot : TrackFormat::boxes;
   return TrackFormat::csv;
 }
@@ -294,7 +274,7 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
                      (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
   if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
   columns.format = format_of_names(columns, names);
-  if (columns.format == TrackFormat::mot && column(names, {"visibility"}) != TrackColumns::kNone)
+  if (columns.format == TrackFormat::mot && has(names, "visibility"))
     columns.considered = column(names, {"conf"});  // of a ground truth a flag
   columns.cells = widest(columns);
   return columns;
@@ -312,7 +292,7 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
   const bool fits =
       columns && (columns->format == format || (format == TrackFormat::csv && columns->format != TrackFormat::vru));
   if (!fits)
-    throw FormatError(table.path, header.number, std::string(kFormats[static_cast<std::size_t>(format)].columns),
+    throw FormatError(table.path, header.number, std::string(track_formats()[static_cast<std::size_t>(format)].columns),
                       excerpt(header.text));
   columns->format = format;
   return columns;
@@ -335,26 +315,6 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
 }
 
 }  // namespace
-
-std::span<const TrackFormatText> track_formats() {
-  return kFormats;
-}
-
-std::string_view name_of(TrackFormat format) {
-  return kFormats[static_cast<std::size_t>(format)].name;
-}
-
-std::optional<TrackFormat> track_format(std::string_view name) {
-  const auto found = std::ranges::find(kFormats, name, &TrackFormatText::name);
-  return found == kFormats.end() ? std::nullopt : std::optional(found->format);
-}
-
-TrackFormat required_format(std::string_view name, const std::string& what) {
-  if (const auto format = track_format(name)) return *format;
-  std::string known;
-  for (const TrackFormatText& format : kFormats) known += (known.empty() ? "" : ", ") + std::string(format.name);
-  throw std::invalid_argument(what + " is not one of " + known);
-}
 
 TrackFormat ndjson_format(const TextTable& table) {
   return table.rows.front().text.find("\"t\"") != std::string_view::npos ? TrackFormat::ndjson : TrackFormat::trajnetpp;
