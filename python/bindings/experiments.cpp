@@ -104,7 +104,7 @@ WindowSet without_future(WindowSet set) {
   return set;
 }
 
-/// Each as of a recording of its own, so that nobody has companions.
+/// Gives each track a recording of its own. People of other recordings are no companions, so nobody has any.
 FramedTracks without_companions(FramedTracks framed) {
   for (std::size_t i = 0; i < framed.tracks.size(); ++i) framed.tracks[i].track.recording = i;
   return framed;
@@ -304,7 +304,7 @@ void bind_framed_tracks(nb::module_& module) {
           "frame", [](const FramedTracks& f, std::size_t i) { return f.tracks.at(i).frame; }, "index"_a)
       .def("take", &taken, "indices"_a)
       .def("without_companions", nb::overload_cast<FramedTracks>(&without_companions),
-           "Each track as of a recording of its own, so that nobody has companions.")
+           "Each track in a recording of its own, so that nobody has companions.")
       .def("rescaled", &rescaled_for, "config"_a, "In the curb units of a configuration.")
       .def("without_scene", &without_scene, "first_batch"_a, "config"_a,
            "In the frame that a model without a scene makes of its first batch.")

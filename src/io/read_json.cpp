@@ -277,7 +277,9 @@ std::optional<TrackFile> live_detections(const nlohmann::json& object, const Rea
 TrackFile read_json_array(const std::string& path, std::string_view text, const ReadOptions& options,
                           const std::string& only_track) {
   const std::vector<TextLine> elements = elements_of(path, text);
-  std::set<std::string> names;  // an object may lack some, as detectors leave out the id of a new track
+  // An object may lack names, as detectors leave out the id of a new track. Objects are parsed twice, because all of
+  // them take many times the memory of the text.
+  std::set<std::string> names;
   std::size_t first_line = 0;
   for (const TextLine& element : elements) {
     const Json object = shallow_json(element.text);

@@ -27,6 +27,10 @@ std::size_t column(const std::vector<std::string>& names, Names aliases) {
   return column(names, std::span(aliases.begin(), aliases.size()));
 }
 
+bool has(const std::vector<std::string>& names, Names aliases) {
+  return column(names, aliases) != TrackColumns::kNone;
+}
+
 char separator_of(std::string_view header) {
   const auto count = [&](char separator) { return std::ranges::count(header, separator); };
   const char best = *std::ranges::max_element(std::string_view(",;\t"), {}, count);
@@ -62,22 +66,18 @@ void find_box(TrackColumns& columns, const std::vector<std::string>& names) {
   columns.foot = columns.pixels = true;
 }
 
-bool has(const std::vector<std::string>& names, std::string_view name) {
-  return std::ranges::find(names, name) != names.end();
-}
-
 /// Names of MOTChallenge; its x, y and z are not used.
 bool has_mot_names(const std::vector<std::string>& names) {
-  return has(names, "frame") && has(names, "bb_left") && has(names, "bb_top") && has(names, "bb_width") &&
-         has(names, "bb_height") && (!has(names, "x") || has(names, "z"));
+  return has(names, {"frame"}) && has(names, {"bb_left"}) && has(names, {"bb_top"}) && has(names, {"bb_width"}) &&
+         has(names, {"bb_height"}) && (!has(names, {"x"}) || has(names, {"z"}));
 }
 
 TrackFormat format_of_names(const TrackColumns& columns, const std::vector<std::string>& names) {
   if (columns.id == TrackColumns::kNone) return TrackFormat::vru;
-  if (has(names, "trackid") && has(names, "xcenter") && has(names, "ycenter") && has(names, "frame"))
+  if (has(names, {"trackid"}) && has(names, {"xcenter"}) && has(names, {"ycenter"}) && has(names, {"frame"}))
     return TrackFormat::ind;
-  if (has(names, "track_id") && has(names, "timestamp_ms") && has(names, "agent_type")) return TrackFormat::sind;
-  if (has(names, "x_est") && has(names, "y_est") && has(names, "frame")) return TrackFormat::dut;
+  if (has(names, {"track_id"}) && has(names, {"timestamp_ms"}) && has(names, {"agent_type"})) return TrackFormat::sind;
+  if (has(names, {"x_est"}) && has(names, {"y_est"}) && has(names, {"frame"})) return TrackFormat::dut;
   if (columns.pixels) return has_mot_names(names) ? TrackFormat::mot : TrackFormat::boxes;
   return TrackFormat::csv;
 }
@@ -274,7 +274,7 @@ std::optional<TrackColumns> header_columns(std::string_view header) {
                      (columns.frame != TrackColumns::kNone && columns.id != TrackColumns::kNone);
   if (!timed || columns.x == TrackColumns::kNone || columns.y == TrackColumns::kNone) return std::nullopt;
   columns.format = format_of_names(columns, names);
-  if (columns.format == TrackFormat::mot && has(names, "visibility"))
+  if (columns.format == TrackFormat::mot && has(names, {"visibility"}))
     columns.considered = column(names, {"conf"});  // of a ground truth a flag
   columns.cells = widest(columns);
   return columns;
@@ -354,11 +354,10 @@ std::vector<std::string> column_warnings(const TextTable& table, const TrackColu
   const std::string start = table.path + ": ", names = excerpt(trimmed(first));
   std::vector<std::string> cells, warnings;
   for (const std::string_view cell : cells_of(first, columns.separator)) cells.push_back(lower(cell));
-  const auto has = [&](Names wanted) { return column(cells, wanted) != TrackColumns::kNone; };
   const std::size_t used = columns.label == TrackColumns::kNone ? 3 : 4;
   if (columns.id == TrackColumns::kNone && cells.size() > used)
     warnings.push_back(start + "no column of track ids in " + names + ", so all rows are one track; name it track_id");
-  if (!columns.pixels && has({"w", "width"}) && has({"h", "height"}) && has({"x"}))
+  if (!columns.pixels && has(cells, {"w", "width"}) && has(cells, {"h", "height"}) && has(cells, {"x"}))
     warnings.push_back(start + "x, y in " + names +
                        " are points, their widths and heights are not used; name the edges of boxes x1,y1,x2,y2");
   return warnings;

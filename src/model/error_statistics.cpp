@@ -155,8 +155,8 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
 }
 
 void validate(const ErrorStatistics& error_statistics) {
-  const auto& [steps, interval_s, observe_s] =
-      std::tie(error_statistics.steps, error_statistics.interval_s, error_statistics.observe_s);
+  const int steps = error_statistics.steps;
+  const double interval_s = error_statistics.interval_s, observe_s = error_statistics.observe_s;
   if (steps < 0) reject_statistics(concatenate("steps = ", steps));
   if (!(interval_s > 0.0) || !std::isfinite(interval_s)) reject_statistics("interval_s must be positive");
   if (!(observe_s > 0.0) || !std::isfinite(observe_s)) reject_statistics("observe_s must be positive");

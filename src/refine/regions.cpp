@@ -18,9 +18,9 @@ constexpr double kEdges[kScoreBins - 1] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.
 /// Weight of the pooled classes, in windows of the speed class.
 constexpr double kPooledWindows = 20.0;
 /// Weight of the prior scores in the pooled classes, in windows.
-constexpr double kPriorWindows = 10.0;
-/// Mean score of a person who walks, before any score is known. That of a Gaussian would be 1, but the density has a
-/// narrow peak and wide tails (error_density.cpp).
+constexpr double kPriorScoreWindows = 10.0;
+/// Mean score of people who walk, before any score is known. A Gaussian has a mean score of 1; this density has a
+/// narrow peak and wide tails (error_density.cpp), so its scores are larger.
 constexpr double kWalkingScore = 2.0;
 /// The same of a person who hardly moves. People who stay make the density narrow, so the scores of the others are
 /// large.
@@ -119,7 +119,7 @@ Calibration::Calibration(const ErrorStatistics& error_statistics) {
     for (int c = 1; c < kSpeedClasses; ++c) {
       for (std::size_t bin = 0; bin < pooled.size(); ++bin) pooled[bin] += cell(c)[bin];
     }
-    const std::vector<double> all = shrunk(pooled, walking, kPriorWindows);
+    const std::vector<double> all = shrunk(pooled, walking, kPriorScoreWindows);
     for (int c = 0; c < kScoreClasses; ++c) {
       const bool stands = motion_state_of(static_cast<std::size_t>(c)) == kStanding;
       const std::vector<double> shares = shrunk(cell(c), stands ? standing : all, kPooledWindows);
