@@ -46,8 +46,7 @@ struct Example {
   std::vector<double> nonconformities;
   MotionInput motion;
   Corrections corrections;
-  HazardFeatures hazard;
-  std::optional<std::size_t> change;  ///< the step in which the motion changed
+  ChangeWindow change;
   PrequentialError path;
 };
 
@@ -96,7 +95,6 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   example.fitted = seen.site && stacking.fitted();
   example.corrected = stacking.corrects(seen);
   example.path = path_error(prediction, window, seen.person, steps, interval_s);
-  const Vector2 start_m = to_world(window.observed.frame, window.observed.positions.back());
   const std::size_t last = stacking.fitted() ? stacking.last_step() : static_cast<std::size_t>(steps) - 1;
   const Vector2 to_horizon =
       stacking.velocity_mps(stacked_features(seen, seen.residuals, last, interval_s), last, seen);
@@ -104,7 +102,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   example.corrections = stacking.corrections(window.observed, seen, to_horizon, interval_s);
   for (std::size_t j = 0; j < std::min(window.future_m.size(), static_cast<std::size_t>(steps)); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
-    const Vector2 truth = window.future_m[j] - start_m;
+    const Vector2 truth = window.future_m[j] - prediction.start_m;
     example.features.push_back(stacked_features(seen, seen.residuals, j, interval_s));
     example.truths_mps.push_back(truth / seconds);
     example.stacked_mps.push_back(stacking.velocity_mps(example.features.back(), j, seen));
@@ -117,9 +115,10 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
   const PastVelocities past_mps = seen.kinematics.leftCols<4>();
   example.scale = scale_features(past_mps, to_horizon, seen.residuals.effective_samples);
   example.scale_place_free = scale_features(past_mps, place_free_mps(seen, last, interval_s), 0.0);
-  example.hazard = hazard_features(past_mps, to_horizon, mean_speed_mps(window.observed), window.observed.still_s,
-                                   position_at_corner_m(window.observed));
-  example.change = change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s);
+  example.change = {hazard_features(past_mps, to_horizon, mean_speed_mps(window.observed), window.observed.still_s,
+                                    position_at_corner_m(window.observed)),
+                    change_step(motion_state(seen.person.speed), window.past_m, window.future_m, interval_s),
+                    example.features.size()};
   if (seen.person.slow) example.slow_errors = slow_errors_of(example, stacking, interval_s);
   return example;
 }
@@ -143,13 +142,10 @@ KnotErrors constant_errors(const Example& example) {
   return knot_errors(errors_mps);
 }
 
-/// Statistics of the stacking and of changes of motion: only from windows that were observed whole.
+/// Statistics of the path: only from windows that were observed whole.
 void add_path(ErrorStatistics& error_statistics, const Example& example, const CurbTrajectory& observed,
               const Stacking& stacking) {
   const ErrorDensity& walking = stacking.density(kWalking, true);
-  const std::size_t state = motion_state(example.person.speed);
-  stacking.change(state).add_window(error_statistics.changes[state], example.hazard, example.change,
-                                    example.features.size());
   if (example.person.slow) add_sums(error_statistics.slow[*example.person.slow], example.slow_errors);
   const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
   if (walks(example.person) && whole)
@@ -192,14 +188,19 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   tbb::parallel_for(std::size_t{0}, windows.size(),
                     [&](std::size_t i) { each[i] = example_of(predictor, windows[i], steps, workspaces.local()); });
   GatheredErrors sum{zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s), {}};
-  const Stacking unfitted(sum.statistics, predictor.config());
+  if (windows.empty()) return sum;
+  const PreparedModel& model = prepared_in(predictor);
+  const Stacking &known = model.stacking(model.fields().site(windows.front().observed.frame)),
+                 unfitted(sum.statistics, predictor.config()), &stacking = known.fitted() ? known : unfitted;
+  std::array<std::vector<ChangeWindow>, kMotionStates> changes;
   // In the order of the windows, so that rounding does not depend on the threads.
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    const Stacking& stacking =
-        prepared_in(predictor).stacking(prepared_in(predictor).fields().site(windows[i].observed.frame));
-    add(sum.statistics, each[i], windows[i].observed, stacking.fitted() ? stacking : unfitted);
+    add(sum.statistics, each[i], windows[i].observed, stacking);
     sum.path += each[i].path;
+    if (each[i].person.observed == 0) changes[motion_state(each[i].person.speed)].push_back(each[i].change);
   }
+  for (std::size_t state = 0; state < kMotionStates; ++state)
+    sum.statistics.changes[state] = stacking.change(state).moments_of(changes[state]);
   return sum;
 }
 

@@ -13,8 +13,8 @@ struct GatheredErrors {
   PrequentialError path;
 };
 
-/// The errors of the predictor on these windows. Prequential: the windows must be of tracks that its model has not
-/// learnt.
+/// The errors of the predictor on these windows of one site. Prequential: the windows must be of tracks that its model
+/// has not learnt.
 GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window> windows);
 
 /// The sum of the error statistics of all sites and of the prior, for an untrained site: without the sums of

@@ -45,10 +45,11 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
     VariantKind kind;
     Vector2 direction;  ///< along, across
   };
-  static const Variant variants[] = {{VariantKind::slower, {-1.0, 0.0}},
-                                     {VariantKind::faster, {1.0, 0.0}},
-                                     {VariantKind::left, {0.0, 1.0}},
-                                     {VariantKind::right, {0.0, -1.0}}};
+  const double left = workspace.prediction.mirrored ? -1.0 : 1.0;
+  const Variant variants[] = {{VariantKind::slower, {-1.0, 0.0}},
+                              {VariantKind::faster, {1.0, 0.0}},
+                              {VariantKind::left, {0.0, left}},
+                              {VariantKind::right, {0.0, -left}}};
   std::vector<Mode>& modes = workspace.prediction.modes;
   const int room = config.max_modes - (kMixtureComponents - 1) - static_cast<int>(modes.size());
   const int count = std::max(0, std::min(room, config.mode_variants) / 2 * 2);

@@ -12,8 +12,10 @@ namespace {
 
 /// Added to speeds and times before their logarithm is taken.
 constexpr double kLeastSpeed_mps = 0.05, kLeastStill_s = 0.3;
-/// Ridge towards the coefficients to begin with.
-constexpr double kHazardRidge = 10.0;
+/// Ridge towards the coefficients to begin with. It is weaker for the level, which differs most from place to place.
+constexpr double kHazardRidge = 10.0, kLevelRidge = 3.0;
+/// Newton steps of an episode. With one the first episodes stay near the coefficients to begin with (decision 0134).
+constexpr int kNewtonSteps = 2;
 constexpr double kNominalInterval_s = 0.2;
 /// Longest step of one example in log odds: where a hazard is far too low Newton's step is far too long.
 constexpr double kLongestStep = 3.0;
@@ -73,10 +75,18 @@ MotionChange::MotionChange(const RegressionMoments& moments, std::size_t state, 
     : interval_s_(interval_s), coefficients_(HazardFeatures::Zero()) {
   std::ranges::copy(state == kStanding ? kStarting : kStopping, coefficients_.begin());
   coefficients_(0) += std::log(interval_s / kNominalInterval_s);
+  HazardFeatures ridge = HazardFeatures::Constant(kHazardRidge);
+  ridge(0) = kLevelRidge;
+  precision_ = ridge.asDiagonal();
+  products_ = ridge.cwiseProduct(coefficients_);
   if (moments.weight <= 0.0) return;
-  using Matrix = Eigen::Matrix<double, kHazardFeatures, kHazardFeatures>;
-  const Matrix precision = moments.features + kHazardRidge * Matrix::Identity();
-  const HazardFeatures solved = precision.ldlt().solve(moments.products + kHazardRidge * coefficients_);
+  precision_ += moments.features;
+  products_ += moments.products;
+  solve(precision_, products_);
+}
+
+void MotionChange::solve(const Precision& precision, const HazardFeatures& products) {
+  const HazardFeatures solved = precision.ldlt().solve(products);
   if (solved.allFinite()) coefficients_ = solved;
 }
 
@@ -102,8 +112,24 @@ void MotionChange::probabilities(const HazardFeatures& features, std::span<doubl
   }
 }
 
-void MotionChange::add_window(RegressionMoments& moments, const HazardFeatures& features,
-                              std::optional<std::size_t> change, std::size_t steps) const {
+RegressionMoments MotionChange::moments_of(std::span<const ChangeWindow> windows) const {
+  MotionChange estimate = *this;
+  RegressionMoments moments = estimate.moments_here(windows);
+  for (int step = 0; step < kNewtonSteps && !windows.empty(); ++step) {
+    estimate.solve(precision_ + moments.features, products_ + moments.products);
+    moments = estimate.moments_here(windows);
+  }
+  return moments;
+}
+
+RegressionMoments MotionChange::moments_here(std::span<const ChangeWindow> windows) const {
+  RegressionMoments moments{0.0, Precision::Zero(), HazardFeatures::Zero()};
+  for (const ChangeWindow& window : windows) add_window(moments, window);
+  return moments;
+}
+
+void MotionChange::add_window(RegressionMoments& moments, const ChangeWindow& window) const {
+  const auto& [features, change, steps] = window;
   const auto place = features.tail<kHazardPlaceFeatures>();
   MotionFeatures motions = MotionFeatures::Zero();  // weighted sum over the steps
   double informations = 0.0, targets = 0.0;

@@ -26,12 +26,19 @@ HazardFeatures hazard_features(const PastVelocities& past_mps, const Vector2& pr
 std::optional<std::size_t> change_step(std::size_t state, std::span<const Vector2> past_m,
                                        std::span<const Vector2> future_m, double interval_s);
 
+/// A window with a recorded future. `change`: see change_step; `steps`: number of steps that were recorded.
+struct ChangeWindow {
+  HazardFeatures features;
+  std::optional<std::size_t> change;
+  std::size_t steps = 0;
+};
+
 /// When a standing person starts, or a walking person stops. The hazard of a step is the probability of the change in
 /// that step if there was none before. It is a logistic regression (discrete-time survival model, Cox 1972; Allison
 /// 1982) on the motion and on random Fourier features of the position at the site. The regression is learnt online:
-/// each episode adds the moments of one Newton step about the estimate before it (assumed-density filtering,
-/// Spiegelhalter and Lauritzen 1990), so that its sums have a constant size and add exactly. Source: none in the paper;
-/// docs/decisions/0113-starting-and-stopping.md.
+/// each episode adds its moments about the mode of the posterior with it (sequential Laplace approximation,
+/// Spiegelhalter and Lauritzen 1990), so that the sums have a constant size and add exactly. Source: none in the paper;
+/// docs/decisions/0113-starting-and-stopping.md, 0134-newton-steps.md.
 class MotionChange {
  public:
   /// `state`: kStanding for the hazard of starting, kWalking for that of stopping.
@@ -41,16 +48,21 @@ class MotionChange {
   double hazard(const HazardFeatures& features, std::size_t step) const;
   /// Probability that the change has come by the end of each step: non-decreasing.
   void probabilities(const HazardFeatures& features, std::span<double> by_step) const;
-  /// Adds a window. `change`: see change_step; `steps`: number of steps of its future that were recorded.
-  void add_window(RegressionMoments& moments, const HazardFeatures& features, std::optional<std::size_t> change,
-                  std::size_t steps) const;
+  /// The moments of these windows. Newton steps with them lead from this estimate to that about which they are taken.
+  RegressionMoments moments_of(std::span<const ChangeWindow> windows) const;
 
  private:
+  using Precision = Eigen::Matrix<double, kHazardFeatures, kHazardFeatures>;
   using MotionFeatures = Eigen::Matrix<double, kHazardMotionFeatures, 1>;
   MotionFeatures motion_at(const HazardFeatures& features, std::size_t step) const;
+  RegressionMoments moments_here(std::span<const ChangeWindow> windows) const;
+  void add_window(RegressionMoments& moments, const ChangeWindow& window) const;
+  void solve(const Precision& precision, const HazardFeatures& products);
 
   double interval_s_;
   HazardFeatures coefficients_;
+  Precision precision_;      ///< of the coefficients, with the ridge
+  HazardFeatures products_;  ///< precision times coefficients
 };
 
 }  // namespace sila

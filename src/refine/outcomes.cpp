@@ -41,9 +41,11 @@ double tan_straight_of(const Prediction& prediction) {
   return prediction.standing ? 1.0 : kTan25;
 }
 
-/// The rotation into the frame of the heading: its rows are the heading and the direction to the left of it.
+/// Into the frame of the heading: the rows are the heading and the direction to the left of it, seen from above.
 Matrix2 to_heading(const Prediction& prediction) {
-  return axes_along(prediction.heading).transpose();
+  Matrix2 axes = axes_along(prediction.heading);
+  if (prediction.mirrored) axes.col(1) *= -1.0;
+  return axes.transpose();
 }
 
 /// Sets the probability of `stays` and scales the others to the sum 1; they become equal if all were 0.

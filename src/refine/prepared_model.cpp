@@ -75,6 +75,7 @@ void describe_person(Prediction& prediction, const CurbTrajectory& observed, con
   const double speed_mps = velocity_mps.norm();
   const bool still = prediction.standing || speed_mps < 1e-9;
   prediction.heading = still ? observed.frame.axis_1 : Vector2(velocity_mps / speed_mps);
+  prediction.mirrored = cross(observed.frame.axis_1, observed.frame.axis_2) < 0.0;
 }
 
 /// Weights of the error components. For a standing person they depend on the probability of still standing at 3/4 of

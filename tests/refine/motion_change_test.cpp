@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "model/parts.hpp"
+
 namespace sila {
 namespace {
 
@@ -85,12 +87,12 @@ RegressionMoments learnt(double hazard, int episodes, std::mt19937& random) {
   std::geometric_distribution<std::size_t> step(hazard);
   std::uniform_real_distribution<double> speed(0.0, 0.3), still(0.0, 20.0);
   for (int e = 0; e < episodes; ++e) {
-    const MotionChange before(moments, kStanding, kInterval_s);
+    std::vector<ChangeWindow> windows;
     for (int i = 0; i < 50; ++i) {
       const std::size_t change = step(random);
-      before.add_window(moments, steady(speed(random), still(random)),
-                        change < 24 ? std::optional(change) : std::nullopt, 24);
+      windows.push_back({steady(speed(random), still(random)), change < 24 ? std::optional(change) : std::nullopt, 24});
     }
+    add_sums(moments, MotionChange(moments, kStanding, kInterval_s).moments_of(windows));
   }
   return moments;
 }
@@ -105,19 +107,28 @@ TEST(MotionChange, LearnsAHazardThatDependsOnNothing) {
   }
 }
 
+TEST(MotionChange, OneEpisodeCorrectsALevelThatIsFarOff) {
+  std::mt19937 random(1);
+  const double before = probabilities(MotionChange(no_moments(), kStanding, kInterval_s), steady(0.2, 1.0)).back();
+  const MotionChange change(learnt(0.002, 1, random), kStanding, kInterval_s);
+  EXPECT_GT(before, 0.8);
+  EXPECT_LT(probabilities(change, steady(0.2, 1.0)).back(), 0.4);
+}
+
 TEST(MotionChange, LearnsWhereAtASitePeopleStart) {
   std::mt19937 random(1);
   const Vector2 curb_m(1.0, 4.0), wall_m(8.0, -3.0);
   std::geometric_distribution<std::size_t> at_curb(0.05), at_wall(0.005);
   RegressionMoments moments = no_moments();
   for (int episode = 0; episode < 40; ++episode) {
-    const MotionChange before(moments, kStanding, kInterval_s);
+    std::vector<ChangeWindow> windows;
     for (int i = 0; i < 20; ++i) {
       const bool curb = i % 2 == 0;
       const std::size_t step = curb ? at_curb(random) : at_wall(random);
-      before.add_window(moments, steady(0.05, 3.0, curb ? curb_m : wall_m),
-                        step < 24 ? std::optional(step) : std::nullopt, 24);
+      windows.push_back(
+          {steady(0.05, 3.0, curb ? curb_m : wall_m), step < 24 ? std::optional(step) : std::nullopt, 24});
     }
+    add_sums(moments, MotionChange(moments, kStanding, kInterval_s).moments_of(windows));
   }
   const auto started = [&](const RegressionMoments& known, const Vector2& position_m) {
     return probabilities(MotionChange(known, kStanding, kInterval_s), steady(0.05, 3.0, position_m)).back();
@@ -137,9 +148,8 @@ TEST(MotionChange, LearnsWhereAtASitePeopleStart) {
 TEST(MotionChange, SumsAreThoseOfEachStepOfAWindow) {
   const MotionChange change(no_moments(), kStanding, kInterval_s);
   const HazardFeatures features = steady(0.1, 3.0, Vector2(1.0, 2.0));
-  RegressionMoments whole = no_moments(), first = no_moments();
-  change.add_window(whole, features, std::nullopt, 2);
-  change.add_window(first, features, std::nullopt, 1);
+  const ChangeWindow two{features, std::nullopt, 2}, one{features, std::nullopt, 1};
+  const RegressionMoments whole = change.moments_of(std::span(&two, 1)), first = change.moments_of(std::span(&one, 1));
   // The features of the place are the same in each step, so their sums share the weights of the constant feature.
   const auto place = features.tail<kHazardPlaceFeatures>();
   for (const RegressionMoments& moments : {whole, first}) {
@@ -151,11 +161,9 @@ TEST(MotionChange, SumsAreThoseOfEachStepOfAWindow) {
 
 TEST(MotionChange, ATrackThatEndsSaysNothingOfWhatComesAfter) {
   const MotionChange change(no_moments(), kStanding, kInterval_s);
-  RegressionMoments seen = no_moments();
-  change.add_window(seen, steady(0.1), std::nullopt, 5);
-  EXPECT_EQ(seen.weight, 5.0);
-  change.add_window(seen, steady(0.1), 2, 24);
-  EXPECT_EQ(seen.weight, 8.0);
+  const ChangeWindow windows[] = {{steady(0.1), std::nullopt, 5}, {steady(0.1), 2, 24}};
+  EXPECT_EQ(change.moments_of(std::span(windows, 1)).weight, 5.0);
+  EXPECT_EQ(change.moments_of(windows).weight, 8.0);
 }
 
 }  // namespace

@@ -183,6 +183,27 @@ TEST(Outcomes, DoNotChangeIfTheSceneIsTurnedAndShifted) {
   }
 }
 
+TEST(Outcomes, OfAMirroredSceneAreTheSame) {
+  std::mt19937 random(5);
+  const Matrix2 mirror = Vector2(1.0, -1.0).asDiagonal();
+  const Prediction prediction = random_prediction(random);
+  Prediction mirrored = prediction;
+  mirrored.mirrored = true;
+  for (Mode& mode : mirrored.modes) {
+    mode.path_m[0] = mirror * mode.path_m[0];
+    mode.covariances_m2[0] = mirror * mode.covariances_m2[0] * mirror;
+  }
+  mirrored.start_m = mirror * prediction.start_m;
+  mirrored.heading = mirror * prediction.heading;
+  const OutcomeProbabilities p = outcome_probabilities(prediction, 0), q = outcome_probabilities(mirrored, 0);
+  for (std::size_t k = 0; k < kOutcomeCount; ++k) EXPECT_NEAR(p[k], q[k], 0.02);  // the points of integration differ
+  EXPECT_GT(std::abs(p[index(Outcome::left)] - p[index(Outcome::right)]), 0.05);
+  for (const double y_m : {1.0, -1.0}) {
+    const Vector2 position_m = prediction.start_m + Vector2(0.0, y_m);
+    EXPECT_EQ(outcome_of(prediction, position_m), outcome_of(mirrored, mirror * position_m));
+  }
+}
+
 TEST(Outcomes, APersonWhoStandsStaysUnlessTheyHaveStarted) {
   std::mt19937 random(4);
   Prediction prediction = random_prediction(random);
@@ -249,6 +270,10 @@ TEST(Outcomes, AWalkerGoesStraightOnAndAStanderStays) {
       predictor.predict(observe(walker, walker.times_s.size() - 1, testing::square_frame(), 3.2, {}));
   EXPECT_NEAR(walks.heading.x(), -1.0, 1e-3);
   EXPECT_GT(outcome_probabilities(walks, 4)[index(Outcome::straight)], 0.9);
+  EXPECT_FALSE(walks.mirrored);
+  CurbFrame mirrored = testing::square_frame();
+  std::swap(mirrored.axis_1, mirrored.axis_2);
+  EXPECT_TRUE(predictor.predict(observe(walker, walker.times_s.size() - 1, mirrored, 3.2, {})).mirrored);
   Trajectory stander = walker;
   for (Vector2& position_m : stander.positions_m) position_m = {2.0, 2.0};
   const Prediction stands =

@@ -54,6 +54,7 @@ struct Prediction {
   /// Unit vector: the direction of the last 0.8 s if the person walks, axis 1 of the site if the person stands; zero if
   /// neither is known.
   Vector2 heading = Vector2::Zero();
+  bool mirrored = false;  ///< the axes of the site are mirrored: y points down, so that left of (1, 0) is (0, -1)
 };
 
 /// The modes' mean positions at the first `steps` times, by weight; no mode may be shorter.
