@@ -211,7 +211,7 @@ def test_a_camera_makes_metres_of_image_points(tmp_path):
     assert points.counts["rejected"] == {"not_usable": 1}, "above the horizon"
 
 
-def test_a_scene_with_a_camera_needs_to_be_told_what_positions_are(tmp_path):
+def test_a_scene_with_a_camera_needs_to_know_what_positions_are(tmp_path):
     corner = {"origin": [0, 0], "axis_1": [1, 0], "axis_2": [0, 1], "sidewalk_width_m": 2.5}
     scene = tmp_path / "scene.json"
     scene.write_text(json.dumps({**corner, "camera": CAMERA.get("camera", CAMERA)}))
@@ -244,7 +244,7 @@ stream.close()
 """
 
 
-def test_a_forked_process_is_told_that_the_stream_is_not_its_own():
+def test_a_forked_process_learns_that_the_stream_is_not_its_own():
     run = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=60, check=True)
     assert run.stdout == 2 * "Stream: the stream belongs to another process; make one in this process\n"
 
