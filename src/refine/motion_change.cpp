@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
+#include "model/parts.hpp"
 #include "refine/fourier_features.hpp"
 
 namespace sila {
@@ -77,22 +78,20 @@ MotionChange::MotionChange(const RegressionMoments& moments, std::size_t state, 
   coefficients_(0) += std::log(interval_s / kNominalInterval_s);
   HazardFeatures ridge = HazardFeatures::Constant(kHazardRidge);
   ridge(0) = kLevelRidge;
-  precision_ = ridge.asDiagonal();
-  products_ = ridge.cwiseProduct(coefficients_);
+  known_ = {0.0, ridge.asDiagonal(), ridge.cwiseProduct(coefficients_)};
   if (moments.weight <= 0.0) return;
-  precision_ += moments.features;
-  products_ += moments.products;
-  solve(precision_, products_);
+  add_sums(known_, moments);
+  solve(known_);
 }
 
-void MotionChange::solve(const Precision& precision, const HazardFeatures& products) {
-  const HazardFeatures solved = precision.ldlt().solve(products);
+void MotionChange::solve(const RegressionMoments& moments) {
+  const Eigen::MatrixXd solved = moments.features.ldlt().solve(moments.products);
   if (solved.allFinite()) coefficients_ = solved;
 }
 
-MotionChange::MotionFeatures MotionChange::motion_at(const HazardFeatures& features, std::size_t step) const {
+MotionChange::HazardMotion MotionChange::motion_at(const HazardFeatures& features, std::size_t step) const {
   const double ahead = std::log(static_cast<double>(step + 1) * interval_s_);
-  MotionFeatures motion = features.head<kHazardMotionFeatures>();
+  HazardMotion motion = features.head<kHazardMotionFeatures>();
   motion.segment<kProducts - kAhead>(kAhead) << ahead, ahead * ahead, ahead * motion(kRecent),
       ahead * motion(kPredicted);
   return motion;
@@ -116,14 +115,15 @@ RegressionMoments MotionChange::moments_of(std::span<const ChangeWindow> windows
   MotionChange estimate = *this;
   RegressionMoments moments = estimate.moments_here(windows);
   for (int step = 0; step < kNewtonSteps && !windows.empty(); ++step) {
-    estimate.solve(precision_ + moments.features, products_ + moments.products);
+    add_sums(moments, known_);
+    estimate.solve(moments);
     moments = estimate.moments_here(windows);
   }
   return moments;
 }
 
 RegressionMoments MotionChange::moments_here(std::span<const ChangeWindow> windows) const {
-  RegressionMoments moments{0.0, Precision::Zero(), HazardFeatures::Zero()};
+  RegressionMoments moments{0.0, Eigen::MatrixXd::Zero(kHazardFeatures, kHazardFeatures), HazardFeatures::Zero()};
   for (const ChangeWindow& window : windows) add_window(moments, window);
   return moments;
 }
@@ -131,10 +131,10 @@ RegressionMoments MotionChange::moments_here(std::span<const ChangeWindow> windo
 void MotionChange::add_window(RegressionMoments& moments, const ChangeWindow& window) const {
   const auto& [features, change, steps] = window;
   const auto place = features.tail<kHazardPlaceFeatures>();
-  MotionFeatures motions = MotionFeatures::Zero();  // weighted sum over the steps
+  HazardMotion motions = HazardMotion::Zero();  // weighted sum over the steps
   double informations = 0.0, targets = 0.0;
   for (std::size_t j = 0; j < std::min(steps, change.value_or(steps) + 1); ++j) {
-    const MotionFeatures motion = motion_at(features, j);
+    const HazardMotion motion = motion_at(features, j);
     const double p = hazard(features, j), error = (change == j ? 1.0 : 0.0) - p;
     const double information = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
     const double target = information * std::log(p / (1.0 - p)) + error;

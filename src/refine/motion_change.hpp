@@ -52,17 +52,15 @@ class MotionChange {
   RegressionMoments moments_of(std::span<const ChangeWindow> windows) const;
 
  private:
-  using Precision = Eigen::Matrix<double, kHazardFeatures, kHazardFeatures>;
-  using MotionFeatures = Eigen::Matrix<double, kHazardMotionFeatures, 1>;
-  MotionFeatures motion_at(const HazardFeatures& features, std::size_t step) const;
+  using HazardMotion = Eigen::Matrix<double, kHazardMotionFeatures, 1>;
+  HazardMotion motion_at(const HazardFeatures& features, std::size_t step) const;
   RegressionMoments moments_here(std::span<const ChangeWindow> windows) const;
   void add_window(RegressionMoments& moments, const ChangeWindow& window) const;
-  void solve(const Precision& precision, const HazardFeatures& products);
+  void solve(const RegressionMoments& moments);
 
   double interval_s_;
   HazardFeatures coefficients_;
-  Precision precision_;      ///< of the coefficients, with the ridge
-  HazardFeatures products_;  ///< precision times coefficients
+  RegressionMoments known_;  ///< with the ridge
 };
 
 }  // namespace sila
