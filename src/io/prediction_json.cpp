@@ -140,6 +140,7 @@ Prediction prediction_of(const json& object) {
     prediction.standing = outcomes.at("standing").get<bool>();
     prediction.start_m = {position.at(0).get<double>(), position.at(1).get<double>()};
     prediction.heading = {heading.at(0).get<double>(), heading.at(1).get<double>()};
+    prediction.mirrored = outcomes.value("mirrored", false);
   }
   if (!object.contains("regions")) return prediction;
   for (const json& region : object.at("regions"))
@@ -287,6 +288,7 @@ void add_outcomes(std::string& text, const Prediction& prediction, std::span<con
   text += prediction.standing ? "\"outcomes\":{\"standing\":true," : "\"outcomes\":{\"standing\":false,";
   add_vector("position", prediction.start_m, digits);
   add_vector("heading", prediction.heading, digits + 1);
+  if (prediction.mirrored) text += "\"mirrored\":true,";
   add_within(text, prediction, steps, digits);
   for (std::size_t k = 0; k < kOutcomeCount; ++k)
     add_list(text, kOutcomes[k], steps.size(), [&](std::size_t i) { add(text, outcomes[i][k], digits + 1); });

@@ -240,8 +240,8 @@ void write_scene(const std::filesystem::path& path, const Scene& scene) {
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track) {
   if (scene.corners.empty()) throw std::invalid_argument("nearest_corner: scene.corners = [], at least one is needed");
   if (track.positions_m.empty()) throw std::invalid_argument("nearest_corner: track '" + track.id + "' has no sample");
-  const Vector2 middle = median_position(track.positions_m);
-  const auto distance = [&](const Corner& corner) { return (corner.frame.origin_m - middle).norm(); };
+  const Vector2& first_m = track.positions_m.front();
+  const auto distance = [&](const Corner& corner) { return (corner.frame.origin_m - first_m).norm(); };
   const auto nearest = std::ranges::min_element(scene.corners, {}, distance);
   return static_cast<std::size_t>(nearest - scene.corners.begin());
 }

@@ -48,6 +48,11 @@ Matrix2 to_heading(const Prediction& prediction) {
   return axes.transpose();
 }
 
+void require_heading(const Prediction& prediction, const char* function) {
+  if (prediction.heading.isZero())
+    throw std::invalid_argument(concatenate(function, ": heading = 0, the prediction does not know it"));
+}
+
 /// Sets the probability of `stays` and scales the others to the sum 1; they become equal if all were 0.
 void set_stays(OutcomeProbabilities& probabilities, double stays) {
   const double moved = 1.0 - probabilities.front(), wanted = 1.0 - stays;
@@ -59,6 +64,7 @@ void set_stays(OutcomeProbabilities& probabilities, double stays) {
 }  // namespace
 
 Outcome outcome_of(const Prediction& prediction, const Vector2& position_m) {
+  require_heading(prediction, "outcome_of");
   const Vector2 relative_m = to_heading(prediction) * (position_m - prediction.start_m);
   return outcome_at(relative_m.x(), relative_m.y(), tan_straight_of(prediction));
 }
@@ -67,8 +73,7 @@ OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::si
   if (step >= prediction.times_s.size())
     throw std::invalid_argument(
         concatenate("outcome_probabilities: step = ", step, ", the prediction has ", prediction.times_s.size()));
-  if (prediction.heading.isZero())
-    throw std::invalid_argument("outcome_probabilities: heading = 0, the prediction does not know it");
+  require_heading(prediction, "outcome_probabilities");
   static const auto points = normal_points<256>();
   const Matrix2 rotation = to_heading(prediction);
   const double tan_straight = tan_straight_of(prediction);

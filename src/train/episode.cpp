@@ -98,11 +98,12 @@ void set_error_statistics(Model& model, const std::vector<SiteErrors>& past, con
   std::vector<ErrorStatistics>& updated = model.refinement.error_statistics;
   updated.clear();
   for (int site = 0; site < static_cast<int>(model.sites.size()); ++site) {
-    const auto statistics_in = [&](const std::vector<SiteErrors>& errors) -> const ErrorStatistics& {
-      static const ErrorStatistics none;
-      const auto here = [&](const SiteErrors& other) { return find_site(model.sites, other.frame) == site; };
-      const auto found = std::ranges::find_if(errors, here);
-      return found == errors.end() ? none : found->statistics;
+    const auto statistics_in = [&](const std::vector<SiteErrors>& errors) {
+      ErrorStatistics sum;
+      for (const SiteErrors& other : errors) {  // two frames that were apart may both be near that of the site
+        if (find_site(model.sites, other.frame) == site) sum = add_error_statistics(sum, other.statistics);
+      }
+      return sum;
     };
     updated.push_back(add_error_statistics(statistics_in(past), statistics_in(recent), memory_windows));
   }

@@ -237,14 +237,14 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   EXPECT_TRUE(contains(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); })->expected, "files"));
 }
 
-TEST(NearestCorner, GoesByTheMedianPosition) {
+TEST(NearestCorner, GoesByTheFirstPosition) {
   Scene scene;
   for (const double x : {0.0, 10.0}) {
     scene.corners.push_back({"c", make_curb_frame(Vector2(x, 0), Vector2(1, 0), Vector2(0, 1), 1.0), {}});
   }
   Trajectory track{"1", {0, 1, 2}, {Vector2(4, 1), Vector2(4.5, 1), Vector2(400, 1)}};
   EXPECT_EQ(nearest_corner(scene, track), 0U);
-  track.positions_m[0] = Vector2(8, 1);
+  track.positions_m = {Vector2(8, 1), Vector2(4, 1), Vector2(4, 1)};
   EXPECT_EQ(nearest_corner(scene, track), 1U);
   EXPECT_THROW(nearest_corner(Scene{}, track), std::invalid_argument);
 }

@@ -230,6 +230,7 @@ TEST(Outcomes, NeedAStepAndAHeading) {
   EXPECT_THROW(outcome_probabilities(prediction, 1), std::invalid_argument);
   prediction.heading = Vector2::Zero();
   EXPECT_THROW(outcome_probabilities(prediction, 0), std::invalid_argument);
+  EXPECT_THROW(outcome_of(prediction, {1.0, 0.0}), std::invalid_argument);
 }
 
 TEST(Outcomes, AreStatedAtWholeSecondsAndTheHorizon) {

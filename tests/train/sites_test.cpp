@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "sila/train/episode.hpp"
@@ -151,6 +150,17 @@ TEST(Sites, ABatchBetweenTwoOfThemCountsAtOne) {
     EXPECT_EQ(more != 0.0, after.sites[site].tracks > before.sites[site].tracks);
   }
   EXPECT_EQ(changed, 1);
+  // Both are near the site of another model, whose sums must then have the windows of all.
+  const auto windows = [](const Model& model) {
+    double sum = 0.0;
+    for (const ErrorStatistics& statistics : model.refinement.error_statistics)
+      sum += statistics.density[kWalking].scale.weight;
+    return sum;
+  };
+  const Model between = learnt(at(0.75, 4));
+  const Model fused = fuse_models(between, before, kConfig.fuse).model;
+  ASSERT_EQ(fused.sites.size(), 1U);
+  EXPECT_NEAR(windows(fused), windows(between) + windows(before), 1e-9 * windows(fused));
 }
 
 TEST(Sites, ThatAreSharedFuseAndSayWhereFrom) {

@@ -94,8 +94,8 @@ std::string to_text(const Scene& scene);
 /// Writes it. Throws: FormatError if the path cannot be written.
 void write_scene(const std::filesystem::path& path, const Scene& scene);
 
-/// The corner whose origin is nearest to the median position of the track. Throws: std::invalid_argument for no corner
-/// or sample.
+/// The corner whose origin is nearest to the first position of the track: later ones would make it depend on the
+/// future. Throws: std::invalid_argument for no corner or sample.
 std::size_t nearest_corner(const Scene& scene, const Trajectory& track);
 
 /// The frame that a track gets, with that unit. Throws: as validate and nearest_corner.
