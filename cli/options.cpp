@@ -146,7 +146,7 @@ CLI::App* add_plain_verb(CLI::App& app, const VerbText& text, Shared shared, Com
       ->type_name("PATH=VALUE");
   verb->add_option("--threads", common.threads, "maximum number of threads [the number of processors]")
       ->check(CLI::Range(1, 1024));
-  verb->add_option("--seed", common.seed, "seed of everything random in this verb")
+  verb->add_option("--seed", common.seed, "seed of `simulate` and of --hold-out; nothing else is random")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));
   return verb;
 }

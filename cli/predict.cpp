@@ -2,7 +2,6 @@
 #include <tbb/task_arena.h>
 
 #include <iostream>
-#include <stdexcept>
 
 #include "options.hpp"
 #include "sila/config.hpp"

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <exception>
 #include <map>
-#include <span>
 #include <utility>
 #include <vector>
 

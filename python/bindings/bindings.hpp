@@ -12,7 +12,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <span>
 #include <stdexcept>

@@ -154,8 +154,7 @@ FusionCase read_fusion_case(const std::string& path) {
   const Json content = read_json(path);
   const JsonFields file(content, path, "");
   try {
-    return {file.text_or("name", ""), file.text_or("note", ""), read_problem(file), read_rules(file, content),
-            read_expect(file, content)};
+    return {file.text_or("name", ""), read_problem(file), read_rules(file, content), read_expect(file, content)};
   } catch (const std::invalid_argument& error) {
     throw FormatError(path, 0, "a fusion case that makes sense", error.what());
   }

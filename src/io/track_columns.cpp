@@ -1,10 +1,8 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <map>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "read_rows.hpp"

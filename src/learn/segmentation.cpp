@@ -71,13 +71,13 @@ std::vector<Segment> runs_of(const std::vector<Eigen::Index>& path, std::span<co
 }
 
 /// Short runs join the one before (a short first run joins the next); equal neighbours become one.
-std::vector<Segment> without_short_runs(const std::vector<Segment>& runs, std::size_t min_samples) {
+std::vector<Segment> without_short_runs(const std::vector<Segment>& runs) {
   std::vector<Segment> kept;
   for (const Segment& run : runs) {
-    const bool is_short = run.end - run.begin < min_samples;
+    const bool is_short = run.end - run.begin < kMinRunSamples;
     if (!kept.empty() && (is_short || kept.back().primitive == run.primitive)) {
       kept.back().end = run.end;
-    } else if (!kept.empty() && kept.size() == 1 && kept.back().end - kept.back().begin < min_samples) {
+    } else if (!kept.empty() && kept.size() == 1 && kept.back().end - kept.back().begin < kMinRunSamples) {
       kept.back() = {run.primitive, kept.back().begin, run.end};
     } else {
       kept.push_back(run);
@@ -96,7 +96,7 @@ std::vector<Segment> segment(const CurbTrajectory& track, std::span<const Coeffi
   }
   if (labels.empty() || track.positions.empty()) return {};
   const Eigen::MatrixXd scores = label_scores(track, labels, primitives, grid);
-  return without_short_runs(runs_of(best_labels(scores), labels), kMinRunSamples);
+  return without_short_runs(runs_of(best_labels(scores), labels));
 }
 
 }  // namespace sila

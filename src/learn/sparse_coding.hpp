@@ -24,17 +24,18 @@ Eigen::VectorXd gram_times(const Gram& gram, const Eigen::VectorXd& s) {
   return product;
 }
 
-/// Minimises 1/2 s'Gs - products's + penalty * sum(s) over s >= 0 by cyclic coordinate descent from `start`; exact to
-/// 1e-6 in s. `gram(i, k)` gives an entry of G: only columns of coefficients that move are read, so that a part of a
-/// large matrix need not be copied. Shapes: G n x n symmetric positive semidefinite, products n, start n (>= 0).
-/// Columns of (near) zero norm stay as they are. Source: docs/learn.md, section 3.
+/// Minimises 1/2 s'Gs - products's + penalty * sum(s) over s >= 0 by cyclic coordinate descent from `start`, until no
+/// coefficient moves by more than 1e-6 in a sweep, at most 200 sweeps (then columns were nearly collinear). `gram(i,
+/// k)` gives an entry of G: only columns of coefficients that move are read, so that a part of a large matrix need not
+/// be copied. Shapes: G n x n symmetric positive semidefinite, products n, start n (>= 0). Columns of (near) zero norm
+/// stay as they are. Source: docs/learn.md, section 3.
 template <class Gram>
 LassoSolution nonnegative_lasso(const Gram& gram, const Eigen::VectorXd& products, double penalty,
                                 Eigen::VectorXd start) {
   constexpr int max_sweeps = 200;
   constexpr double tolerance = 1e-6, smallest_norm = 1e-10;
-  const Eigen::VectorXd products_of_start = gram_times(gram, start);
-  LassoSolution found{std::move(start), products_of_start};
+  Eigen::VectorXd gram_start = gram_times(gram, start);
+  LassoSolution found{std::move(start), std::move(gram_start)};
   const Eigen::Index count = found.s.size();
   for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     double change = 0.0;

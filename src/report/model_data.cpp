@@ -1,8 +1,6 @@
 #include "report/model_data.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "encode.hpp"

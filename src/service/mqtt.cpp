@@ -236,7 +236,7 @@ void MqttConnection::acknowledged(int reason) {
   if (unacknowledged_ > 0) --unacknowledged_;
   if (reason >= kFailure) {
     ++registry_.slow_reader_dropped;
-    if (!std::exchange(told_of_broker_, true))
+    if (!std::exchange(reported_rejection_, true))
       registry_.announce("mqtt: the broker rejects messages to " + registry_.options.mqtt_out + " (" +
                          mosquitto_reason_string(reason) + ")");
   }

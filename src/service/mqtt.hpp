@@ -62,7 +62,7 @@ class MqttConnection : public Connection, public std::enable_shared_from_this<Mq
   std::size_t unacknowledged_ = 0;
   bool connected_ = false;
   ReportAnnouncer announcer_;
-  bool told_of_broker_ = false;  ///< that it rejects messages
+  bool reported_rejection_ = false;  ///< that it rejects messages
   std::atomic<bool> stopping_ = false;
   std::thread thread_;
 };

@@ -1,10 +1,7 @@
 // What became of a model and what may be given away: log, rollback, diff, verify, learn --share.
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
 
 #include "program.hpp"
 

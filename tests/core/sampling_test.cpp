@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <span>
 #include <string>
 
 #include "sila/core/companions.hpp"

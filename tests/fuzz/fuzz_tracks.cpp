@@ -1,8 +1,6 @@
 // The text readers of tracks. The first byte says how: the format recognised or forced, which options, or the meta
 // files of inD.
 
-#include <filesystem>
-
 #include "sila/io/files.hpp"
 #include "support/scratch.hpp"
 #include "track_text.hpp"

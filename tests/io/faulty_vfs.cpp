@@ -1,10 +1,16 @@
 #include "faulty_vfs.hpp"
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <new>
+#include <optional>
+#include <random>
 #include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace sila {
 namespace {

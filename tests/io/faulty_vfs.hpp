@@ -2,12 +2,7 @@
 
 #include <sqlite3.h>
 
-#include <filesystem>
-#include <map>
-#include <optional>
-#include <random>
-#include <string>
-#include <vector>
+#include <cstdint>
 
 namespace sila {
 

@@ -1,6 +1,7 @@
 // What the model file does when the disk fails, is full, or loses power at any of the operations of an episode.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <map>
 
 #include "faulty_vfs.hpp"

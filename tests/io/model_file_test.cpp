@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "made_up_model.hpp"
-#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/reports.hpp"

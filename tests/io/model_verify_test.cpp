@@ -4,7 +4,6 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdlib>
 
 #include "made_up_model.hpp"

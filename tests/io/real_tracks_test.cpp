@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <chrono>
-
 #include "io/files.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "support/data.hpp"

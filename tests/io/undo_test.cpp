@@ -3,7 +3,6 @@
 
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "sila/core/sampling.hpp"
 #include "support/walks.hpp"
 

@@ -3,7 +3,6 @@
 // Tracks that no tracker should give and that some tracker will.
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <random>
 #include <string>

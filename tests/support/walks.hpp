@@ -2,7 +2,6 @@
 
 // Made-up walks for tests.
 
-#include <cmath>
 #include <random>
 #include <string>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "sila/model/packing.hpp"

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <ranges>
 
 #include "refine/refine.hpp"
 #include "sila/model/packing.hpp"

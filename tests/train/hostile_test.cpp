@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"

@@ -86,7 +86,6 @@ std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedT
 /// A worked example of a fusion, read from a JSON file whose indices are 1-based (docs/fuse.md describes the keys).
 struct FusionCase {
   std::string name;
-  std::string note;
   FusionProblem problem;  ///< 0-based
   FusionRules rules;
   nlohmann::json expect;  ///< as in the file, lists that are sets sorted

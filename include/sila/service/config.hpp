@@ -1,7 +1,5 @@
 #pragma once
 
-#include <concepts>
-
 #include "sila/core/fields.hpp"
 
 namespace sila {

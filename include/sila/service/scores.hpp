@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <deque>
-#include <string>
 #include <vector>
 
 #include "sila/evaluate/evaluate.hpp"
