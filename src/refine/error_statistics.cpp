@@ -190,8 +190,9 @@ GatheredErrors gather_errors(const Predictor& predictor, std::span<const Window>
   GatheredErrors sum{zero_error_statistics(steps, predictor.interval_s(), predictor.config().observe_s), {}};
   if (windows.empty()) return sum;
   const PreparedModel& model = prepared_in(predictor);
-  const Stacking &known = model.stacking(model.fields().site(windows.front().observed.frame)),
-                 unfitted(sum.statistics, predictor.config()), &stacking = known.fitted() ? known : unfitted;
+  const Stacking& known = model.stacking(model.fields().site(windows.front().observed.frame));
+  const Stacking unfitted(sum.statistics, predictor.config());
+  const Stacking& stacking = known.fitted() ? known : unfitted;
   std::array<std::vector<ChangeWindow>, kMotionStates> changes;
   // In the order of the windows, so that rounding does not depend on the threads.
   for (std::size_t i = 0; i < windows.size(); ++i) {

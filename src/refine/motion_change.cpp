@@ -40,6 +40,24 @@ double log_speed(double speed_mps) {
   return std::log(speed_mps + kLeastSpeed_mps);
 }
 
+/// The features of a step are this times (1, a, a^2), where a is the logarithm of the time ahead.
+Eigen::Matrix<double, kHazardFeatures, 3> by_power(const HazardFeatures& features) {
+  Eigen::Matrix<double, kHazardFeatures, 3> result = Eigen::Matrix<double, kHazardFeatures, 3>::Zero();
+  result.col(0) = features;
+  result.col(1).segment<kProducts - kAhead>(kAhead) << 1.0, 0.0, features(kRecent), features(kPredicted);
+  result(kAhead + 1, 2) = 1.0;
+  return result;
+}
+
+/// So that no hazard reaches 0 or 1.
+double limited(double log_odds) {
+  return std::clamp(log_odds, -8.0, 4.0);
+}
+
+double hazard(double log_odds) {
+  return 1.0 / (1.0 + std::exp(-log_odds));
+}
+
 }  // namespace
 
 HazardFeatures hazard_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double mean_speed_mps,
@@ -89,24 +107,16 @@ void MotionChange::solve(const RegressionMoments& moments) {
   if (solved.allFinite()) coefficients_ = solved;
 }
 
-MotionChange::HazardMotion MotionChange::motion_at(const HazardFeatures& features, std::size_t step) const {
+Eigen::Vector3d MotionChange::powers_of(std::size_t step) const {
   const double ahead = std::log(static_cast<double>(step + 1) * interval_s_);
-  HazardMotion motion = features.head<kHazardMotionFeatures>();
-  motion.segment<kProducts - kAhead>(kAhead) << ahead, ahead * ahead, ahead * motion(kRecent),
-      ahead * motion(kPredicted);
-  return motion;
-}
-
-double MotionChange::hazard(const HazardFeatures& features, std::size_t step) const {
-  const double log_odds = coefficients_.head<kHazardMotionFeatures>().dot(motion_at(features, step)) +
-                          coefficients_.tail<kHazardPlaceFeatures>().dot(features.tail<kHazardPlaceFeatures>());
-  return 1.0 / (1.0 + std::exp(-std::clamp(log_odds, -8.0, 4.0)));
+  return {1.0, ahead, ahead * ahead};
 }
 
 void MotionChange::probabilities(const HazardFeatures& features, std::span<double> by_step) const {
+  const Eigen::Vector3d log_odds = by_power(features).transpose() * coefficients_;
   double unchanged = 1.0;
   for (std::size_t j = 0; j < by_step.size(); ++j) {
-    unchanged *= 1.0 - hazard(features, j);
+    unchanged *= 1.0 - hazard(limited(log_odds.dot(powers_of(j))));
     by_step[j] = 1.0 - unchanged;
   }
 }
@@ -130,28 +140,21 @@ RegressionMoments MotionChange::moments_here(std::span<const ChangeWindow> windo
 
 void MotionChange::add_window(RegressionMoments& moments, const ChangeWindow& window) const {
   const auto& [features, change, steps] = window;
-  const auto place = features.tail<kHazardPlaceFeatures>();
-  HazardMotion motions = HazardMotion::Zero();  // weighted sum over the steps
-  double informations = 0.0, targets = 0.0;
+  const Eigen::Matrix<double, kHazardFeatures, 3> design = by_power(features);
+  const Eigen::Vector3d log_odds_by_power = design.transpose() * coefficients_;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
   for (std::size_t j = 0; j < std::min(steps, change.value_or(steps) + 1); ++j) {
-    const HazardMotion motion = motion_at(features, j);
-    const double p = hazard(features, j), error = (change == j ? 1.0 : 0.0) - p;
-    const double information = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
-    const double target = information * std::log(p / (1.0 - p)) + error;
+    const Eigen::Vector3d powers = powers_of(j);
+    const double log_odds = limited(log_odds_by_power.dot(powers));
+    const double p = hazard(log_odds), error = (change == j ? 1.0 : 0.0) - p;
+    const double weight = std::max(p * (1.0 - p), std::abs(error) / kLongestStep);
     moments.weight += 1.0;
-    moments.features.topLeftCorner<kHazardMotionFeatures, kHazardMotionFeatures>()
-        .selfadjointView<Eigen::Lower>()
-        .rankUpdate(motion, information);
-    moments.products.topRows<kHazardMotionFeatures>() += target * motion;
-    motions += information * motion;
-    informations += information;
-    targets += target;
+    information += weight * powers * powers.transpose();
+    target += (weight * log_odds + error) * powers;
   }
-  moments.features.bottomLeftCorner<kHazardPlaceFeatures, kHazardMotionFeatures>() += place * motions.transpose();
-  moments.features.bottomRightCorner<kHazardPlaceFeatures, kHazardPlaceFeatures>()
-      .selfadjointView<Eigen::Lower>()
-      .rankUpdate(place, informations);
-  moments.products.bottomRows<kHazardPlaceFeatures>() += targets * place;
+  moments.features.triangularView<Eigen::Lower>() += design * information * design.transpose();
+  moments.products += design * target;
 }
 
 }  // namespace sila

@@ -44,16 +44,13 @@ class MotionChange {
   /// `state`: kStanding for the hazard of starting, kWalking for that of stopping.
   MotionChange(const RegressionMoments& moments, std::size_t state, double interval_s);
 
-  /// Hazard of a step, counted from 0.
-  double hazard(const HazardFeatures& features, std::size_t step) const;
   /// Probability that the change has come by the end of each step: non-decreasing.
   void probabilities(const HazardFeatures& features, std::span<double> by_step) const;
   /// The moments of these windows. Newton steps with them lead from this estimate to that about which they are taken.
   RegressionMoments moments_of(std::span<const ChangeWindow> windows) const;
 
  private:
-  using HazardMotion = Eigen::Matrix<double, kHazardMotionFeatures, 1>;
-  HazardMotion motion_at(const HazardFeatures& features, std::size_t step) const;
+  Eigen::Vector3d powers_of(std::size_t step) const;
   RegressionMoments moments_here(std::span<const ChangeWindow> windows) const;
   void add_window(RegressionMoments& moments, const ChangeWindow& window) const;
   void solve(const RegressionMoments& moments);

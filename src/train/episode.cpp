@@ -95,19 +95,22 @@ std::vector<SiteErrors> errors_by_site(const Model& model) {
 
 void set_error_statistics(Model& model, const std::vector<SiteErrors>& past, const std::vector<SiteErrors>& recent,
                           double memory_windows) {
-  std::vector<ErrorStatistics>& updated = model.refinement.error_statistics;
-  updated.clear();
-  for (int site = 0; site < static_cast<int>(model.sites.size()); ++site) {
-    const auto statistics_in = [&](const std::vector<SiteErrors>& errors) {
-      ErrorStatistics sum;
-      for (const SiteErrors& other : errors) {  // two frames that were apart may both be near that of the site
-        if (find_site(model.sites, other.frame) == site) sum = add_error_statistics(sum, other.statistics);
-      }
-      return sum;
-    };
-    updated.push_back(add_error_statistics(statistics_in(past), statistics_in(recent), memory_windows));
-  }
+  const auto by_site = [&](const std::vector<SiteErrors>& errors) {
+    std::vector<ErrorStatistics> sums(model.sites.size());
+    for (const auto& [frame, statistics] : errors) {  // two frames that were apart may both be near one site
+      const std::optional<int> site = find_site(model.sites, frame);
+      if (!site) continue;
+      ErrorStatistics& sum = sums[static_cast<std::size_t>(*site)];
+      sum = add_error_statistics(sum, statistics);
+    }
+    return sums;
+  };
+  std::vector<ErrorStatistics> updated = by_site(past);
+  const std::vector<ErrorStatistics> more = by_site(recent);
+  for (std::size_t site = 0; site < updated.size(); ++site)
+    updated[site] = add_error_statistics(updated[site], more[site], memory_windows);
   require_one_shape(updated);
+  model.refinement.error_statistics = std::move(updated);
 }
 
 Update sila_update(const EpisodeConfig& config) {
