@@ -54,15 +54,6 @@ void run_cases(const FuseOptions& options) {
     throw std::runtime_error(std::to_string(failed) + " of " + std::to_string(results.size()) + " fusion cases failed");
 }
 
-/// Warns of a result of two sites that are one place, because each model made a frame of its own.
-void warn_of_own_frames(const Model& previous, const Model& incoming, const Model& fused) {
-  if (!frame_from_tracks(previous) || !frame_from_tracks(incoming)) return;
-  if (size(fused) < size(previous) + size(incoming)) return;
-  std::cerr
-      << "warning: both models made their frames from tracks, so nothing was fused; learn into one model, or give "
-         "both the scene that `sila scene show` prints\n";
-}
-
 void fuse_files(const FuseOptions& options) {
   if (!options.cases.empty()) return run_cases(options);
   if (options.previous.empty() || options.incoming.empty() || options.out.empty()) {
@@ -76,7 +67,8 @@ void fuse_files(const FuseOptions& options) {
   require_fitting(previous.model, config.episode);
   require_one_scale(config, configured(CommonOptions{}, incoming, options.incoming));
   const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
-  warn_of_own_frames(previous.model, incoming.model, fused.model);
+  if (const std::string warning = warning_of_own_frames(previous.model, incoming.model, fused.model); !warning.empty())
+    std::cerr << "warning: " << warning << "\n";
   StoredModel result;
   result.model = fused.model;
   result.configuration = to_json(config).dump();

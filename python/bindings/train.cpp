@@ -105,6 +105,12 @@ void bind_episode(nb::module_& module) {
   module.def("fuse", &fuse_stored, "previous"_a, "incoming"_a, "config"_a, "threads"_a,
              nb::call_guard<nb::gil_scoped_release>());
   module.def(
+      "warning_of_own_frames",
+      [](const StoredModel& previous, const StoredModel& incoming, const StoredModel& fused) {
+        return warning_of_own_frames(previous.model, incoming.model, fused.model);
+      },
+      "previous"_a, "incoming"_a, "fused"_a);
+  module.def(
       "make_prior", [](const std::vector<StoredModel>& models) { return stored_prior(models); }, "models"_a,
       nb::call_guard<nb::gil_scoped_release>());
   module.def(

@@ -115,9 +115,13 @@ def _some(
 
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
-    """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`."""
+    """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`.
+    A UserWarning says when both made their frames from tracks and nothing was fused."""
     settings = _settings("previous", previous, config)
-    return _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
+    fused: Model = _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
+    warning = _sila.warning_of_own_frames(previous, incoming, fused)
+    warn({"warnings": [warning] if warning else []})
+    return fused
 
 
 def make_prior(models: Iterable[Model] | None = None, *, config: ConfigLike = None) -> Model:

@@ -105,6 +105,11 @@ def test_fusing_adds_tracks_and_episodes_and_explains_itself(place, model, unsee
     assert why["expect"] and why["reasons"]
 
 
+def test_fusing_two_frames_of_one_place_is_a_warning(place, unseen):
+    with pytest.warns(UserWarning, match="made their frames from tracks"):
+        sila.fuse(sila.learn(place.tracks), sila.learn(unseen.tracks))
+
+
 def test_batch_learning_is_one_episode_with_error_statistics(place):
     at_once = sila.train_batch(place.tracks, scene=place.scene)
     assert (at_once.episodes, at_once.tracks) == (1, len(place.tracks))

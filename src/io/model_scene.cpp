@@ -96,6 +96,13 @@ std::string warning_of_another_place(const Model& model, std::span<const FramedT
                      ": is it another place? learn another model, or give its scene");
 }
 
+std::string warning_of_own_frames(const Model& previous, const Model& incoming, const Model& fused) {
+  if (!frame_from_tracks(previous) || !frame_from_tracks(incoming)) return {};
+  if (size(fused) < size(previous) + size(incoming)) return {};
+  return "both models made their frames from tracks, so nothing was fused; learn into one model, or give both the "
+         "scene that `sila scene show` prints";
+}
+
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks) {
   std::vector<FramedTrajectory> result;
   for (Trajectory& track : tracks) result.push_back({std::move(track), {}});

@@ -126,6 +126,10 @@ Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTr
 /// or, if the model has none, from the corner; else empty.
 std::string warning_of_another_place(const Model& model, std::span<const FramedTrajectory> batch);
 
+/// A sentence if both models made their frames from tracks and no part of one was fused with a part of the other, so
+/// that they may be one place in two frames; else empty.
+std::string warning_of_own_frames(const Model& previous, const Model& incoming, const Model& fused);
+
 /// Tracks with the default frame, for `place`.
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks);
 
