@@ -186,22 +186,27 @@ TEST(Outcomes, DoNotChangeIfTheSceneIsTurnedAndShifted) {
 TEST(Outcomes, OfAMirroredSceneAreTheSame) {
   std::mt19937 random(5);
   const Matrix2 mirror = Vector2(1.0, -1.0).asDiagonal();
-  const Prediction prediction = random_prediction(random);
-  Prediction mirrored = prediction;
-  mirrored.mirrored = true;
-  for (Mode& mode : mirrored.modes) {
-    mode.path_m[0] = mirror * mode.path_m[0];
-    mode.covariances_m2[0] = mirror * mode.covariances_m2[0] * mirror;
+  double largest_difference = 0.0;
+  for (int trial = 0; trial < 20; ++trial) {
+    const Prediction prediction = random_prediction(random);
+    Prediction mirrored = prediction;
+    mirrored.mirrored = true;
+    for (Mode& mode : mirrored.modes) {
+      mode.path_m[0] = mirror * mode.path_m[0];
+      mode.covariances_m2[0] = mirror * mode.covariances_m2[0] * mirror;
+    }
+    mirrored.start_m = mirror * prediction.start_m;
+    mirrored.heading = mirror * prediction.heading;
+    const OutcomeProbabilities p = outcome_probabilities(prediction, 0), q = outcome_probabilities(mirrored, 0);
+    // The points of integration differ.
+    for (std::size_t k = 0; k < kOutcomeCount; ++k) EXPECT_NEAR(p[k], q[k], 0.02) << trial;
+    largest_difference = std::max(largest_difference, std::abs(p[index(Outcome::left)] - p[index(Outcome::right)]));
+    for (const double y_m : {1.0, -1.0}) {
+      const Vector2 position_m = prediction.start_m + Vector2(0.0, y_m);
+      EXPECT_EQ(outcome_of(prediction, position_m), outcome_of(mirrored, mirror * position_m));
+    }
   }
-  mirrored.start_m = mirror * prediction.start_m;
-  mirrored.heading = mirror * prediction.heading;
-  const OutcomeProbabilities p = outcome_probabilities(prediction, 0), q = outcome_probabilities(mirrored, 0);
-  for (std::size_t k = 0; k < kOutcomeCount; ++k) EXPECT_NEAR(p[k], q[k], 0.02);  // the points of integration differ
-  EXPECT_GT(std::abs(p[index(Outcome::left)] - p[index(Outcome::right)]), 0.05);
-  for (const double y_m : {1.0, -1.0}) {
-    const Vector2 position_m = prediction.start_m + Vector2(0.0, y_m);
-    EXPECT_EQ(outcome_of(prediction, position_m), outcome_of(mirrored, mirror * position_m));
-  }
+  EXPECT_GT(largest_difference, 0.2);
 }
 
 TEST(Outcomes, APersonWhoStandsStaysUnlessTheyHaveStarted) {
