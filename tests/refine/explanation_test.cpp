@@ -135,9 +135,8 @@ TEST(Predictor, RegionsOfAYoungModelHoldNearlyWhatTheySay) {
   for (unsigned draw = 0; draw < 5; ++draw)
     add_coverage(found, run_episode({}, testing::corner_walks(5, 50 + draw), kConfig).model,
                  testing::corner_walks(40, 77));
-  // 0.68 and 0.82 with any number of draws. At places of choice 0.12 and 0.39 before decision 0132.
-  EXPECT_NEAR(found.inside_50 / found.windows, 0.5, 0.25);
-  EXPECT_NEAR(found.inside_90 / found.windows, 0.9, 0.1);
+  EXPECT_NEAR(found.inside_50 / found.windows, 0.5, 0.2);
+  EXPECT_NEAR(found.inside_90 / found.windows, 0.9, 0.08);
 }
 
 TEST(Fuse, ResidualsKeepEveryExample) {

@@ -34,7 +34,8 @@ inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, d
       rest -= part;
     }
     track.times_s.push_back(k * interval_s);
-    track.positions_m.emplace_back(position + noise_m * Vector2(normal(random), normal(random)));
+    const double y = normal(random), x = normal(random);  // arguments have no defined order of evaluation
+    track.positions_m.emplace_back(position + noise_m * Vector2(x, y));
   }
   return track;
 }
