@@ -199,22 +199,7 @@ class Attacks:
         return nul + "; noise " + self.expect(noise, {"not_json", "too_long", "too_fast", "not_a_detection"})
 
     def absurd_numbers(self):
-        numbers = [
-            "1e400",
-            "-1e400",
-            "1e308",
-            "-1e308",
-            "1e13",
-            "NaN",
-            "Infinity",
-            "1" * 400,
-            "-0",
-            "1e-400",
-            "true",
-            "null",
-            '"1"',
-            "[]",
-        ]
+        numbers = f'1e400 -1e400 1e308 -1e308 1e13 NaN Infinity {"1" * 400} -0 1e-400 true null "1" []'.split()
         lines = "".join(
             f'{{"t":{n if k == 0 else 1},"id":"n","x":{n if k == 1 else 0},"y":{n if k == 2 else 0}}}\n'
             for n in numbers
@@ -372,21 +357,7 @@ class Attacks:
         return "; ".join(answers)
 
 
-ATTACKS = [
-    "slow_http",
-    "slow_lines",
-    "endless_line",
-    "long_lines",
-    "deep_json",
-    "wrong_utf8",
-    "nul_and_noise",
-    "absurd_numbers",
-    "many_ids",
-    "flood_of_one",
-    "flood_of_walkers",
-    "flood_of_leaps",
-    "flood_of_labels",
-    "many_connections",
-    "websockets",
-    "bad_http",
-]
+ATTACKS = (
+    "slow_http slow_lines endless_line long_lines deep_json wrong_utf8 nul_and_noise absurd_numbers many_ids flood_of_one "
+    "flood_of_walkers flood_of_leaps flood_of_labels many_connections websockets bad_http"
+).split()

@@ -89,9 +89,7 @@ def main():
                 print(f"{kill} kills, {stored} episodes stored", file=sys.stderr)
     print(f"{options.kills} kills: {stored} episodes stored, new ones in {busy} of the runs, {unreported} killed between storing and reporting; "
           f"{len(failures)} faults")
-    for failure in failures:
-        print(failure, file=sys.stderr)
-    return 1 if failures else 0
+    return "\n".join(failures) or 0  # sys.exit prints a text on stderr and exits with 1
 
 
 if __name__ == "__main__":

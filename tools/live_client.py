@@ -58,22 +58,9 @@ class Service:
         self.port, self.stored = port, 0
         self.log = []
         self.up = threading.Event()
-        self.process = subprocess.Popen(
-            [
-                program,
-                "serve",
-                "--scene",
-                scene,
-                "--model",
-                model,
-                "--http",
-                *(["off"] if port is None else [f"127.0.0.1:{port}", "--tcp", f"127.0.0.1:{port + 1}"]),
-                *options,
-            ],
-            stderr=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            text=True,
-        )
+        addresses = ["off"] if port is None else [f"127.0.0.1:{port}", "--tcp", f"127.0.0.1:{port + 1}"]
+        command = [program, "serve", "--scene", scene, "--model", model, "--http", *addresses, *options]
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         self.reader = threading.Thread(target=self.listen, daemon=True)
         self.reader.start()
 

@@ -114,9 +114,7 @@ def main():
             faults.append("the reader saw no episode come: nothing was tested")
         print(f"{options.seconds:g} s: {learnt} episodes learnt, {reader.readings} times read, {len(reader.seen)} different states seen, "
               f"longest reading {reader.longest_s:.2f} s, {os.path.getsize(model) / 1024:.0f} KB; {len(faults)} faults")
-    for fault in faults:
-        print(fault, file=sys.stderr)
-    return 1 if faults else 0
+    return "\n".join(faults) or 0  # sys.exit prints a text on stderr and exits with 1
 
 
 if __name__ == "__main__":

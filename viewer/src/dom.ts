@@ -25,6 +25,15 @@ export const count = (value: number): string => value.toLocaleString("en", { max
 export const percent = (share: number, digits = 0): string => `${number(100 * share, digits)} %`;
 export const plural = (n: number, one: string, many = one + "s"): string => `${count(n)} ${n === 1 ? one : many}`;
 
+/** Shows what `open` makes of the data of the page, or why `what` cannot be shown. */
+export function start(what: string, open: (data: string) => Promise<HTMLElement[]>): void {
+  const app = document.getElementById("app")!;
+  open(document.getElementById("data")?.textContent ?? "").then((elements) => app.replaceChildren(...elements)).catch((error: unknown) => {
+    app.replaceChildren(h("p", { class: "failure", role: "alert" }, `${what} cannot be shown: ${error instanceof Error ? error.message : String(error)}`));
+    throw error;
+  });
+}
+
 /** A check box with its text. */
 export function toggle(text: string, checked: boolean, change: (on: boolean) => void, id?: string): HTMLLabelElement {
   const box = h("input", { type: "checkbox", id });

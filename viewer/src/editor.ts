@@ -2,7 +2,7 @@
 import { applied, determinant, fitCamera, type Homography, type PointPair } from "./camera";
 import { readData, type EditorData, type Scene } from "./data";
 import { placedBy } from "./distances";
-import { choice, h, number, plural, s } from "./dom";
+import { choice, h, number, plural, s, start } from "./dom";
 import { pointsOf, toWorld, type Point } from "./geometry";
 import { backdropOf, boundsOf, PlaceMap, type Backdrop } from "./place";
 import { distanceFromCurb, drawnCorner, headingOf, mapped, medianOf, moved, pointBeside, pointsIn, round, sceneText, sine, squareCorner, turned, widened, widthOf, type Axis, type SceneCorner } from "./scene_file";
@@ -308,14 +308,8 @@ class Editor {
   }
 }
 
-async function open(app: HTMLElement): Promise<void> {
-  const data = readData<EditorData>(document.getElementById("data")?.textContent ?? "");
+start("This page", async (text) => {
+  const data = readData<EditorData>(text);
   document.title = `sila: ${data.file.name}`;
-  app.replaceChildren(new Editor(data, data.picture ? await backdropOf(data.picture) : undefined).element);
-}
-
-const app = document.getElementById("app")!;
-open(app).catch((error: unknown) => {
-  app.replaceChildren(h("p", { class: "failure", role: "alert" }, `This page cannot be shown: ${error instanceof Error ? error.message : String(error)}`));
-  throw error;
+  return [new Editor(data, data.picture ? await backdropOf(data.picture) : undefined).element];
 });

@@ -6,7 +6,6 @@ import { count, h, s } from "./dom";
 
 export interface GraphNode {
   index: number;
-  key: number;
   centre: Point;
   colour: string;
   strength: number;

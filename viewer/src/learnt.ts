@@ -101,7 +101,7 @@ export function learntSection(data: ReportData): HTMLElement | undefined {
     at = Math.max(0, Math.min(stages.length - 1, next));
     highlight = marked;
     selected = undefined;
-    const nodes: GraphNode[] = stage().primitives.map((p, index) => ({ index, key: p.key, centre: shape(p).centre, colour: shape(p).colour,
+    const nodes: GraphNode[] = stage().primitives.map((p, index) => ({ index, centre: shape(p).centre, colour: shape(p).colour,
       strength: strength.get(p.key) ?? 1, faded: highlight && p.fate === "kept" }));
     graph.show(nodes, stage().transitions);
     graph.select(selected);

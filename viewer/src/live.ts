@@ -1,7 +1,7 @@
 // The live page of `sila serve`: pedestrians and their predictions, the size of the model, errors and coverage.
 import { gridY, lineY, plot, ruleY } from "@observablehq/plot";
 import type { ModelData, Scene } from "./data";
-import { common, figure, legend } from "./charts";
+import { common, legend, redrawable } from "./charts";
 import { count, h, number, percent, plural, s, toggle } from "./dom";
 import { pointsOf } from "./geometry";
 import { appended, grown, lit, momentOf, type Frame, type Message, type Metrics, type Moment } from "./live_data";
@@ -95,13 +95,6 @@ function tile(id: string, what: string): { element: HTMLElement; set: (value: st
   return { element: h("li", {}, value, h("span", {}, what), more), set: (text, extra) => { value.textContent = text; more.textContent = extra; } };
 }
 
-/** A chart that is redrawn with new data. */
-function chart(title: string, alt: string, draw: (width: number) => Element, note?: string): { element: HTMLElement; redraw: () => void } {
-  const element = figure(title, alt, draw, note);
-  const place = element.querySelector<HTMLElement>(".chart")!;
-  return { element, redraw: () => { if (place.clientWidth > 0) { const made = draw(Math.floor(place.clientWidth)); made.setAttribute("aria-hidden", "true"); place.replaceChildren(made); } } };
-}
-
 class LivePage {
   readonly element: HTMLElement;
   private live: LiveMap | undefined;
@@ -115,9 +108,9 @@ class LivePage {
   private moments: Moment[] = [];
   private readonly began = performance.now();
   private seen: { predictions: number; at: number } | undefined;
-  private readonly errors = chart("Error of the last moving pedestrians [m]", "Error of sila and of constant velocity over time", (width) => plot({ ...common(width), x: { label: "minutes" }, y: { label: null, grid: true, zero: true },
+  private readonly errors = redrawable("Error of the last moving pedestrians [m]", "Error of sila and of constant velocity over time", (width) => plot({ ...common(width), x: { label: "minutes" }, y: { label: null, grid: true, zero: true },
     marks: [gridY(), ruleY([0]), lineY(this.moments, { x: "at", y: "constant_mhd_m", stroke: constant, strokeWidth: 2, strokeDasharray: "5 4" }), lineY(this.moments, { x: "at", y: "mhd_m", stroke: ours, strokeWidth: 2.5 })] }));
-  private readonly growth = chart("Size of the model", "Model size over time", (width) => plot({ ...common(width), x: { label: "minutes" }, y: { label: null, grid: true, zero: true },
+  private readonly growth = redrawable("Size of the model", "Model size over time", (width) => plot({ ...common(width), x: { label: "minutes" }, y: { label: null, grid: true, zero: true },
     marks: [gridY(), ruleY([0]), lineY(this.moments, { x: "at", y: "size", stroke: ours, strokeWidth: 2.5, curve: "step-after" })] }));
   private readonly expectation = h("p", { class: "quiet", id: "expectation" });
   private readonly table = h("tbody", { id: "horizons" });

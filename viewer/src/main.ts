@@ -1,6 +1,6 @@
 // Puts the report together.
 import { readData, type ReportData } from "./data";
-import { count, h, number, percent, plural } from "./dom";
+import { count, h, number, percent, plural, start } from "./dom";
 import { learntSection } from "./learnt";
 import { backdropOf, type Backdrop } from "./place";
 import { playerSection } from "./player";
@@ -43,13 +43,7 @@ function page(data: ReportData, backdrop?: Backdrop): HTMLElement[] {
           h("footer", {}, `Made by sila ${data.sila}. Everything is inside this file; nothing is loaded from anywhere.`)];
 }
 
-async function open(app: HTMLElement): Promise<void> {
-  const data = readData(document.getElementById("data")?.textContent ?? "");
-  app.replaceChildren(...page(data, data.picture ? await backdropOf(data.picture, data.camera) : undefined));
-}
-
-const app = document.getElementById("app")!;
-open(app).catch((error: unknown) => {
-  app.replaceChildren(h("p", { class: "failure", role: "alert" }, `This report cannot be shown: ${error instanceof Error ? error.message : String(error)}`));
-  throw error;
+start("This report", async (text) => {
+  const data = readData(text);
+  return page(data, data.picture ? await backdropOf(data.picture, data.camera) : undefined);
 });

@@ -6,8 +6,6 @@ import { directionColour } from "./palette";
 
 export interface Shape {
   centre: Point;
-  /** Mean direction in the world [rad]. */
-  direction: number;
   colour: string;
   arrows: { from: Point; to: Point }[];
 }
@@ -30,8 +28,7 @@ export function shapeOf(cells: Cells, corner: Corner, grid: Grid, key: number): 
     [sx, sy] = [sx + px, sy + py];
   }
   const n = Math.max(1, arrows.length);
-  const direction = meanDirection(directions);
-  return { centre: [sx / n, sy / n], direction, colour: directionColour(direction), arrows };
+  return { centre: [sx / n, sy / n], colour: directionColour(meanDirection(directions)), arrows };
 }
 
 /** The arrows as one path of the map. */
