@@ -137,8 +137,8 @@ auto all_weights(const Prediction& prediction) {
 
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
 using RegionState = std::pair<double, std::vector<double>>;
-/// The position at t0 and the heading.
-using PoseState = std::tuple<double, double, double, double>;
+/// The position at t0, the heading, and whether the site is mirrored.
+using PoseState = std::tuple<double, double, double, double, bool>;
 using PredictionState =
     std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double, std::vector<ModeState>,
                std::vector<RegionState>, bool, std::vector<double>, double, PoseState>;
@@ -167,7 +167,7 @@ PredictionState state_of(const TrackPrediction& prediction) {
           content.standing,
           content.change_probabilities,
           prediction.metres_per_pixel,
-          {content.start_m.x(), content.start_m.y(), content.heading.x(), content.heading.y()}};
+          {content.start_m.x(), content.start_m.y(), content.heading.x(), content.heading.y(), content.mirrored}};
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {
@@ -177,6 +177,7 @@ TrackPrediction prediction_in(const PredictionState& state) {
       track, tracklet, {t0_s, times_s, {}, {}, fallback, novelty, observed_s, standing, changes}, scale};
   prediction.content.start_m = {std::get<0>(pose), std::get<1>(pose)};
   prediction.content.heading = {std::get<2>(pose), std::get<3>(pose)};
+  prediction.content.mirrored = std::get<4>(pose);
   for (const auto& [probability, levels] : regions) prediction.content.regions.push_back({probability, levels});
   for (const auto& [weight, path, covariances, primitives, variant, source] : modes) {
     Mode mode{weight, {}, {}, primitives, static_cast<VariantKind>(variant), source};
@@ -257,8 +258,7 @@ void bind_prediction(nb::module_& module) {
             return regions;
           },
           "(probability, levels of shape (t,)): with that probability the person will be where the density of the "
-          "modes is "
-          "at least exp(-level) of its peak; none from a model that no error has fitted yet.")
+          "modes is at least exp(-level) of its peak; none from a model that no error has fitted yet.")
       .def(
           "nonconformity_scores", &scores, "path_m"_a, nb::rv_policy::automatic,
           nb::sig(

@@ -121,6 +121,14 @@ def test_predictions_pickle_and_copy_bit_for_bit(predictions):
     assert predictions[0] != predictions[1]
 
 
+def test_left_and_right_of_a_place_with_y_down_survive_pickling(place):
+    down = sila.Scene(origin=[0, 0], axis_1=[0, 1], axis_2=[1, 0], sidewalk_width_m=3, y_axis="down")
+    made = sila.predict(sila.learn(place.tracks, scene=down), place.tracks[:5], scene=down)
+    kept = pickle.loads(pickle.dumps(made))
+    assert any(one.outcomes["left"] != one.outcomes["right"] for one in made)
+    assert [one.outcomes for one in made] == [one.outcomes for one in kept]
+
+
 def test_what_is_written_is_what_is_shown(tmp_path, predictions):
     text = predictions.to_ndjson(tmp_path / "p.ndjson")
     assert (tmp_path / "p.ndjson").read_text() == text
