@@ -124,17 +124,6 @@ class Batches {
   std::size_t tracks_ = 0;
 };
 
-/// Warns of a first batch of another place than that of the model, and of tracks that will be learnt a second time.
-void warn_of_first(const StoredModel& stored, std::span<const FramedTrajectory> first, Batches& batches) {
-  if (const std::string warning = warning_of_another_place(stored.model, first); !warning.empty())
-    std::cerr << "warning: " << warning << "\n";
-  if (std::ranges::binary_search(stored.model.episode_ids, episode_id(first))) return;  // is not learnt again
-  const std::span<const FramedTrajectory> read = batches.read_ahead();
-  if (const std::size_t learnt = count_learnt(stored, read); learnt > 0)
-    std::cerr << "warning: the model has learnt at least " << learnt << " of the first "
-              << counted(read.size(), "track") << " in other batches; they are learnt again\n";
-}
-
 /// Writes the k-anonymous part of a model, without records of episodes and without earlier models.
 void write_k_anonymous(const LearnOptions& options, const Model& model, const std::string& configuration) {
   StoredModel shared;
@@ -223,7 +212,8 @@ void learn_tracks(const LearnOptions& options) {
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
   std::optional first = batches.next();
-  warn_of_first(stored, *first, batches);
+  for (const std::string& warning : warnings_before_learning(stored, *first, batches.read_ahead()))
+    std::cerr << "warning: " << warning << "\n";
   const auto next = [&] { return first ? *std::exchange(first, std::nullopt) : batches.next(); };
   Removed removed;
   const auto [model, episodes, known] =

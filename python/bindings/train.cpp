@@ -11,14 +11,18 @@ namespace sila::python {
 namespace {
 
 /// Learns tracks, `batch` an episode. `on_episode(done, of, tracks, size)` is called after each one; it and Ctrl-C
-/// may end the run by an exception.
-StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tracks, const DrawnScene& scene,
-                         const std::string& config_json, std::size_t batch, int threads,
-                         const std::optional<nb::callable>& on_episode) {
+/// may end the run by an exception. Returns the model, and warnings.
+std::pair<StoredModel, std::vector<std::string>> learn_tracks(const StoredModel& start,
+                                                              const std::vector<Track>& tracks, const DrawnScene& scene,
+                                                              const std::string& config_json, std::size_t batch,
+                                                              int threads,
+                                                              const std::optional<nb::callable>& on_episode) {
   const nb::gil_scoped_release release;
   const ThreadLimit limit(threads);
   const Config config = config_of(config_json);
   const std::vector<FramedTrajectory> input = placed(tracks, scene, config);
+  std::vector<std::string> warnings =
+      warnings_before_learning(start, std::span(input).first(std::min(batch, input.size())), input);
   StoredModel result = start;
   result.configuration = to_json(config).dump();
   const auto episodes = batch == 0 ? 0 : (input.size() + batch - 1) / batch;
@@ -29,7 +33,7 @@ StoredModel learn_tracks(const StoredModel& start, const std::vector<Track>& tra
     if (on_episode) (*on_episode)(number, episodes, episode.report.tracks, episode.report.size_after);
   };
   result.model = run_episodes(start.model, input, batch, config.episode, sila_update(config.episode), observe).model;
-  return result;
+  return {std::move(result), std::move(warnings)};
 }
 
 StoredModel learn_all(const std::vector<Track>& tracks, const DrawnScene& scene, const std::string& config_json,

@@ -3,52 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._rows import counted, text_of
+from ._rows import Items, counted, text_of
 from ._sila import Prediction
 
 if TYPE_CHECKING:
     import pandas
 
 
-class Predictions(Sequence[Prediction]):
+class Predictions(Items[Prediction]):
     """Predictions in the order of their tracks and times. A slice, a mask or a list of indices gives Predictions."""
 
+    _type = Prediction
+
     def __init__(self, predictions: Iterable[Prediction] = ()) -> None:
-        self._predictions = list(predictions)
-        for prediction in self._predictions:
-            if not isinstance(prediction, Prediction):
-                raise TypeError(f"predictions: expected sila.Prediction, found {type(prediction).__name__}")
-
-    def __len__(self) -> int:
-        return len(self._predictions)
-
-    def __iter__(self) -> Iterator[Prediction]:
-        return iter(self._predictions)
-
-    @overload
-    def __getitem__(self, index: int) -> Prediction: ...
-    @overload
-    def __getitem__(self, index: slice) -> Predictions: ...
-    def __getitem__(self, index: Any) -> Any:
-        if isinstance(index, slice):
-            return Predictions(self._predictions[index])
-        if np.ndim(index) == 0:
-            return self._predictions[index]
-        return Predictions(self._predictions[i] for i in np.arange(len(self))[np.asarray(index)])
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Predictions) and self._predictions == other._predictions
-
-    __hash__ = None  # type: ignore[assignment]
+        super().__init__(predictions)
 
     def __repr__(self) -> str:
-        tracks = len({prediction.tracklet for prediction in self._predictions})
+        tracks = len({prediction.tracklet for prediction in self})
         return f"Predictions({counted(len(self), 'prediction')} for {counted(tracks, 'track')})"
 
     def of(self, track: str | int) -> Predictions:
@@ -62,7 +39,7 @@ class Predictions(Sequence[Prediction]):
         import pandas
 
         frames = [frame_of(prediction) for prediction in self]
-        return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=list(_COLUMNS))
+        return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=_COLUMNS)
 
     def to_ndjson(self, path: str | os.PathLike[str] | None = None, *, digits: int = 3) -> str:
         """The lines that `sila predict --digits` writes, 17: every number in full; also to a file if one is named."""
@@ -72,21 +49,7 @@ class Predictions(Sequence[Prediction]):
         return text
 
 
-_COLUMNS = (
-    "track_id",
-    "t0",
-    "fallback",
-    "novelty",
-    "mode",
-    "weight",
-    "variant",
-    "t",
-    "x",
-    "y",
-    "cov_xx",
-    "cov_xy",
-    "cov_yy",
-)
+_COLUMNS = "track_id t0 fallback novelty mode weight variant t x y cov_xx cov_xy cov_yy".split()
 
 
 def frame_of(prediction: Prediction) -> pandas.DataFrame:
@@ -110,6 +73,5 @@ def frame_of(prediction: Prediction) -> pandas.DataFrame:
             "cov_xx": covariances[..., 0, 0].ravel(),
             "cov_xy": covariances[..., 0, 1].ravel(),
             "cov_yy": covariances[..., 1, 1].ravel(),
-        },
-        columns=list(_COLUMNS),
+        }
     )

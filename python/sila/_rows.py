@@ -1,4 +1,4 @@
-"""Cells of tables as the readers of files take them, and numbers as arguments."""
+"""Cells of tables as the readers of files take them, numbers as arguments, and the base of Tracks and Predictions."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import operator
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,43 @@ _COLUMNS = ("track_id", "t", "x", "y")
 
 #: Ids, times [s], positions [m] of shape (n, 2), labels (none without a column of them).
 Rows = tuple[list[str], NDArray[np.float64], NDArray[np.float64], list[str]]
+Item = TypeVar("Item")
+_Self = TypeVar("_Self", bound="Items[Any]")
+
+
+class Items(Sequence[Item]):
+    """A sequence of items of one type. A slice, a mask or a list of indices gives one of the same class."""
+
+    _type: ClassVar[type]
+
+    def __init__(self, items: Iterable[Item]) -> None:
+        self._items = list(items)
+        for item in self._items:
+            if not isinstance(item, self._type):
+                name = self._type.__name__
+                raise TypeError(f"{name.lower()}s: expected sila.{name}, found {type(item).__name__}")
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __iter__(self) -> Iterator[Item]:
+        return iter(self._items)
+
+    @overload
+    def __getitem__(self, index: int) -> Item: ...
+    @overload
+    def __getitem__(self: _Self, index: slice) -> _Self: ...
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return type(self)(self._items[index])
+        if np.ndim(index) == 0:
+            return self._items[index]
+        return type(self)(self._items[i] for i in np.arange(len(self))[np.asarray(index)])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Items) and self._type is other._type and self._items == other._items
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str] = ()) -> Rows:
@@ -146,10 +183,10 @@ def label_for(label: str, person_classes: Iterable[str]) -> str:
     return "person" if label.lower() in (name.lower() for name in person_classes) else "not asked for"
 
 
-def warn(report: Mapping[str, Any]) -> None:
-    """Shows the warnings of a report where the package was called."""
+def warn(texts: Iterable[str]) -> None:
+    """Shows the texts that are not empty as one warning, where the package was called."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("sila."):
         frame, level = frame.f_back, level + 1
-    if report["warnings"]:
-        warnings.warn("; ".join(report["warnings"]), UserWarning, stacklevel=level)
+    if text := "; ".join(filter(None, texts)):
+        warnings.warn(text, UserWarning, stacklevel=level)

@@ -130,7 +130,7 @@ class Stream:
         return self._live.to_image(points_m)
 
     def _warn(self) -> None:
-        warn({"warnings": self._live.take_warnings()})
+        warn(self._live.take_warnings())
 
     def __enter__(self) -> Stream:
         return self

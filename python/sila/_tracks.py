@@ -9,14 +9,14 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union, overload
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _sila
 from ._config import ConfigLike, merged
-from ._rows import Rows, counted, file_named, floats_of, names_of, number, rows_of_frame, text_of, warn, whole
+from ._rows import Items, Rows, counted, file_named, floats_of, names_of, number, rows_of_frame, text_of, warn, whole
 from ._sila import Scene, Track
 from .errors import FormatError
 
@@ -31,44 +31,21 @@ _ARRAYS = "arrays"  #: the source of their rows
 _warned: Scene | None = None
 
 
-class Tracks(Sequence[Track]):
+class Tracks(Items[Track]):
     """Tracks and what became of the rows that they were made of. A slice, a mask or a list of indices gives Tracks."""
 
+    _type = Track
+
     def __init__(self, tracks: Iterable[Track] = (), *, report: Mapping[str, Any] | None = None) -> None:
-        self._tracks = list(tracks)
-        for track in self._tracks:
-            if not isinstance(track, Track):
-                raise TypeError(f"tracks: expected sila.Track, found {type(track).__name__}")
+        super().__init__(tracks)
         #: Counts of rows and tracks, dropped rows by reason, warnings.
         self.report: dict[str, Any] = dict(report or {})
-
-    def __len__(self) -> int:
-        return len(self._tracks)
-
-    def __iter__(self) -> Iterator[Track]:
-        return iter(self._tracks)
-
-    @overload
-    def __getitem__(self, index: int) -> Track: ...
-    @overload
-    def __getitem__(self, index: slice) -> Tracks: ...
-    def __getitem__(self, index: Any) -> Any:
-        if isinstance(index, slice):
-            return Tracks(self._tracks[index])
-        if np.ndim(index) == 0:
-            return self._tracks[index]
-        return Tracks(self._tracks[i] for i in np.arange(len(self))[np.asarray(index)])
 
     def __add__(self, other: Tracks) -> Tracks:
         return Tracks([*self, *other])
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Tracks) and self._tracks == other._tracks
-
-    __hash__ = None  # type: ignore[assignment]
-
     def __repr__(self) -> str:
-        samples = sum(len(track) for track in self._tracks)
+        samples = sum(map(len, self))
         return f"Tracks({counted(len(self), 'track')}, {counted(samples, 'sample')})"
 
     def to_frame(self) -> pandas.DataFrame:
@@ -90,7 +67,7 @@ class Tracks(Sequence[Track]):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a CSV with the header track_id,t,x,y; every number reads back as the same double."""
         self._require_different_ids("save")
-        _sila.write_csv(Path(path), self._tracks)
+        _sila.write_csv(Path(path), self._items)
 
     def _require_different_ids(self, verb: str) -> None:
         """Two tracks under one id would be read as one person."""
@@ -142,7 +119,7 @@ def read_tracks(
         merged("{}", config),
     )
     report = json.loads(text)
-    warn(report)
+    warn(report["warnings"])
     return Tracks(tracks, report=report)
 
 
@@ -208,7 +185,7 @@ def as_scene(scene: Any) -> Scene:
         raise TypeError(f"scene: expected a sila.Scene or the path of a scene file, found {type(scene).__name__}")
     if scene.warnings and scene is not _warned:
         _warned = scene
-        warn({"warnings": scene.warnings})
+        warn(scene.warnings)
     return scene
 
 
@@ -244,7 +221,10 @@ def as_tracks(
     if isinstance(tracks, Mapping):
         return clean_rows(*_rows_of_arrays(list(tracks.items())), _ARRAYS, merged("{}", config))
     if isinstance(tracks, np.ndarray) and tracks.dtype != object and tracks.ndim != 3:
-        raise ValueError(f"tracks: expected arrays of shape (n, 3), one a track; found one of shape {tracks.shape}")
+        raise ValueError(
+            "tracks: expected a list or a dictionary of arrays of shape (n, 3), "
+            f"found one array of shape {tracks.shape}; put it in a list"
+        )
     try:
         entries = list(tracks)
     except TypeError:
@@ -292,7 +272,7 @@ def clean_rows(
     if report["rows_read"] and not tracks:
         found = "; ".join([_reasons(report["dropped"]), *report["warnings"]])
         raise FormatError(source, 0, "at least one track of two samples", found)
-    warn(report)
+    warn(report["warnings"])
     return Tracks(tracks, report=report)
 
 

@@ -44,8 +44,8 @@ def learn(
     fast people walk and keeps it as `model.config["metres_per_pixel"]`; later input for it is in pixels, too.
     `frames_per_second`: of files with frame numbers.
 
-    Raises ValueError for a configuration that the model did not begin with, and without tracks. A model without any
-    motion is a UserWarning.
+    Raises ValueError for a configuration that the model did not begin with, and without tracks. A UserWarning says when
+    the tracks lie far from what the model knows, when it has learnt them already, and when it has no motion.
     """
     start = _model("model", model) if model is not None else Model()
     settings = _settings("model", start, config)
@@ -66,7 +66,9 @@ def learn(
             moving.update()
 
         place = _place(scene, start, given, settings, batch)
-        return _learnt(_sila.learn(start, list(given), place, settings, batch, _threads(threads), on_episode))
+        learnt, found = _sila.learn(start, list(given), place, settings, batch, _threads(threads), on_episode)
+    warn(found)
+    return _learnt(learnt)
 
 
 def train_batch(
@@ -82,8 +84,8 @@ def train_batch(
 
 
 def _learnt(model: Model) -> Model:
-    nothing = "no motion was learnt: the tracks are too few or too short, or not in metres and seconds"
-    warn({"warnings": [] if model.size else [nothing]})
+    if not model.size:
+        warn(["no motion was learnt: the tracks are too few or too short, or not in metres and seconds"])
     return model
 
 
@@ -119,8 +121,7 @@ def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads
     A UserWarning says when both made their frames from tracks and nothing was fused."""
     settings = _settings("previous", previous, config)
     fused: Model = _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
-    warning = _sila.warning_of_own_frames(previous, incoming, fused)
-    warn({"warnings": [warning] if warning else []})
+    warn([_sila.warning_of_own_frames(previous, incoming, fused)])
     return fused
 
 
@@ -214,7 +215,7 @@ def evaluate(
     learnt are a UserWarning: errors on them are too small."""
     settings, given, place = _looked_at(model, tracks, scene, config, frames_per_second)
     numbers, windows, text, warning = _sila.evaluate(model, given, place, settings, _threads(threads))
-    warn({"warnings": [warning] if warning else []})
+    warn([warning])
     found = json.loads(numbers)
     means = found["groups"], found["skipped"], found["changes"], found["outcomes"]
     return Evaluation(*means, json.loads(windows), text)
@@ -288,9 +289,9 @@ def _observed_enough(verb: str, found: list[Any], tracks: list[Track], settings:
     """What was found, without the entries of tracks too short to be predicted, which has one a track at the end alone."""
     least_s = json.loads(settings)["predict"]["min_observe_s"]
     enough = [track.times_s[-1] - track.times_s[0] >= least_s - 1e-6 for track in tracks]
-    few = f"{enough.count(False)} of {counted(len(tracks), 'track')}"
-    text = f"{verb}: no prediction of {few} shorter than predict.min_observe_s = {least_s:g} s"
-    warn({"warnings": [] if all(enough) else [text]})
+    if few := enough.count(False):
+        short = f"{few} of {counted(len(tracks), 'track')} shorter than predict.min_observe_s = {least_s:g} s"
+        warn([f"{verb}: no prediction of {short}"])
     return [entry for entry, is_enough in zip(found, enough) if is_enough] if at_end else found
 
 

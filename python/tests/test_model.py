@@ -110,6 +110,17 @@ def test_fusing_two_frames_of_one_place_is_a_warning(place, unseen):
         sila.fuse(sila.learn(place.tracks), sila.learn(unseen.tracks))
 
 
+def test_learning_again_or_at_another_place_is_a_warning(model, place):
+    with pytest.warns(UserWarning, match=r"has learnt at least (\d+) of the first \1 tracks in other batches"):
+        sila.learn(place.tracks, scene=place.scene, model=model, batch=30)
+    far = [sila.Track(track.id, track.times_s, track.positions_m + 5e4) for track in place.tracks]
+    with pytest.warns(UserWarning, match="km from what the model has learnt: is it another place"):
+        sila.learn(far, scene=place.scene, model=model)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sila.learn(place.tracks, scene=place.scene, model=model)  # known batches are not learnt again
+
+
 def test_batch_learning_is_one_episode_with_error_statistics(place):
     at_once = sila.train_batch(place.tracks, scene=place.scene)
     assert (at_once.episodes, at_once.tracks) == (1, len(place.tracks))

@@ -48,6 +48,8 @@ def test_a_wrong_shape_is_rejected_with_the_argument_and_both_shapes():
         sila.Track("7", WALK[:, :1], WALK[:, 1:])
     with pytest.raises(ValueError, match=r"tracks\['a'\]: expected shape \(n, 3\) .* found \(12, 2\)"):
         sila.as_tracks({"a": WALK[:, :2]})
+    with pytest.raises(ValueError, match=r"a list or a dictionary .* found one array .* \(12, 3\); put it in a list"):
+        sila.as_tracks(WALK)
     with pytest.raises(ValueError, match=r"positions_m: expected numbers of shape \(n, 2\), found str"):
         sila.Track("7", WALK[:, 0], "here")
 

@@ -5,6 +5,7 @@
 
 #include "sila/core/counted.hpp"
 #include "sila/io/reports.hpp"
+#include "sila/io/scene.hpp"
 #include "sila/model/model.hpp"
 
 namespace sila {
@@ -97,6 +98,22 @@ std::string coverage_row(const GroupScore& group) {
   return text + "\n";
 }
 
+/// The least number of these tracks that the model has learnt, as batches of the sizes of its episodes in this order.
+std::size_t count_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
+  std::set<std::size_t> sizes;  // of batches
+  for (const EpisodeRecord& episode : stored.episodes) sizes.insert(static_cast<std::size_t>(episode.tracks));
+  std::size_t learnt = 0;
+  for (const std::size_t size : sizes) {
+    std::size_t of_this_size = 0;
+    for (std::size_t first = 0; size > 0 && first < tracks.size(); first += size) {
+      const auto batch = tracks.subspan(first, std::min(size, tracks.size() - first));
+      if (std::ranges::binary_search(stored.model.episode_ids, episode_id(batch))) of_this_size += batch.size();
+    }
+    learnt = std::max(learnt, of_this_size);
+  }
+  return learnt;
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const Metrics& m) {
@@ -146,27 +163,24 @@ std::string to_text(const Evaluation& evaluation) {
   return text;
 }
 
-std::size_t count_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
-  std::set<std::size_t> sizes;  // of batches
-  for (const EpisodeRecord& episode : stored.episodes) sizes.insert(static_cast<std::size_t>(episode.tracks));
-  std::size_t learnt = 0;
-  for (const std::size_t size : sizes) {
-    std::size_t of_this_size = 0;
-    for (std::size_t first = 0; size > 0 && first < tracks.size(); first += size) {
-      const auto batch = tracks.subspan(first, std::min(size, tracks.size() - first));
-      if (std::ranges::binary_search(stored.model.episode_ids, episode_id(batch))) of_this_size += batch.size();
-    }
-    learnt = std::max(learnt, of_this_size);
-  }
-  return learnt;
-}
-
 std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
   const std::size_t learnt = count_learnt(stored, tracks);
   if (learnt == 0) return {};
   return "the model has learnt at least " + std::to_string(learnt) + " of these " + counted(tracks.size(), "track") +
          ", so the errors are too small; use other tracks, or hold some back (--hold-out in `sila learn` and here; in "
          "Python sila.split_tracks)";
+}
+
+std::vector<std::string> warnings_before_learning(const StoredModel& stored, std::span<const FramedTrajectory> first,
+                                                  std::span<const FramedTrajectory> known) {
+  std::vector<std::string> warnings;
+  if (std::string warning = warning_of_another_place(stored.model, first); !warning.empty())
+    warnings.push_back(std::move(warning));
+  if (std::ranges::binary_search(stored.model.episode_ids, episode_id(first))) return warnings;  // is not learnt again
+  if (const std::size_t learnt = count_learnt(stored, known); learnt > 0)
+    warnings.push_back("the model has learnt at least " + std::to_string(learnt) + " of the first " +
+                       counted(known.size(), "track") + " in other batches; they are learnt again");
+  return warnings;
 }
 
 }  // namespace sila

@@ -78,10 +78,13 @@ nlohmann::ordered_json to_json(const Evaluation& evaluation);
 /// The same for people: one line a group and horizon, the model beside constant velocity.
 std::string to_text(const Evaluation& evaluation);
 
-/// The least number of these tracks that the model has learnt, as batches of the sizes of its episodes in this order.
-std::size_t count_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);
-/// A sentence with that number: errors on these tracks are too small. Empty if none is known to be learnt.
+/// A sentence with the least number of these tracks that the model has learnt, as batches of the sizes of its episodes
+/// in this order: errors on these tracks are too small. Empty if none is known to be learnt.
 std::string warning_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);
+/// What to say before the model learns: its first batch, `first`, is of another place, or some of `known`, the tracks
+/// that are read already, were learnt in other batches.
+std::vector<std::string> warnings_before_learning(const StoredModel& stored, std::span<const FramedTrajectory> first,
+                                                  std::span<const FramedTrajectory> known);
 
 /// A worked example of a fusion, read from a JSON file whose indices are 1-based (docs/fuse.md describes the keys).
 struct FusionCase {
