@@ -206,8 +206,7 @@ void add_scene(CLI::App& app) {
   add_tracks(*made, options->tracks);
   CLI::Option* map =
       made->add_option("--map", options->map,
-                       "OpenStreetMap or Lanelet2 map: propose its corners and crosswalks (in the Python "
-                       "package)")
+                       "OpenStreetMap or Lanelet2 map: propose its corners and crosswalks (in the Python package)")
           ->type_name("FILE");
   made->add_option("--origin", options->map_origin, "of a map in degrees: where the tracks have (0, 0)")
       ->expected(2)

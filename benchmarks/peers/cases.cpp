@@ -4,9 +4,7 @@
 //   dictionary.csv peer_cases solve N          each N times; prints one JSON object, seconds and what was found
 
 #include <algorithm>
-#include <ctime>
 #include <fstream>
-#include <iomanip>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>

@@ -194,8 +194,7 @@ void bind_scene(nb::module_& module) {
             return DrawnScene{scene_of(stored.model), {}};
           },
           "model"_a,
-          "The sites of a model as corners, as `sila scene show` prints them. Raises ValueError for an empty "
-          "model.")
+          "The sites of a model as corners, as `sila scene show` prints them. Raises ValueError for an empty model.")
       .def(
           "save", [](const DrawnScene& drawn, const std::filesystem::path& path) { write_scene(path, drawn.scene); },
           "path"_a, "Writes what `load` reads.")

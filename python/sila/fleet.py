@@ -102,7 +102,10 @@ def learn(
     settings = _agreed(asked, start, found)
     for source in found:
         if source.model is not None:
-            _named(source.path, lambda s=source: _sila.require_settings(s.model, s.scene, settings))
+            try:
+                _sila.require_settings(source.model, source.scene, settings)
+            except ValueError as error:
+                raise FormatError(source.path, 0, "a model that can be fused with the others", str(error)) from error
     with local_client() if client is None else contextlib.nullcontext(client) as cluster:
         run = _Run(cluster, settings, batch, max(batch, partition // batch * batch), progress)
         return run.learn(found, unread, start, strict, began)
@@ -361,13 +364,6 @@ def _agreed(settings: str, start: Model, found: list[_Source]) -> str:
             return settings
         width = _sila.agreed_width_m(widths)
     return merged(settings, {"reference_width_m": width})
-
-
-def _named(path: str, action: Any) -> None:
-    try:
-        action()
-    except ValueError as error:
-        raise FormatError(path, 0, "a model that can be fused with the others", str(error)) from error
 
 
 @contextlib.contextmanager

@@ -145,15 +145,8 @@ def primitive_graph(
     if middles:
         points = np.array(middles)
         colours = [_COLOURS[i % len(_COLOURS)] for i in range(len(points))]
-        ax.scatter(
-            points[:, 0],
-            points[:, 1],
-            s=25 + 175 * stays / most,
-            c=colours,
-            edgecolors="#1f2937",
-            linewidths=0.6,
-            zorder=3,
-        )
+        x, y = points.T
+        ax.scatter(x, y, s=25 + 175 * stays / most, c=colours, edgecolors="#1f2937", linewidths=0.6, zorder=3)
         _include(ax, points)
     ax.set_title(f"{counted(len(middles), 'primitive')}, {len(shown)} of {len(model.transitions)} transitions")
     return ax
@@ -285,16 +278,7 @@ def _legend(some: Predictions, modes: int, coverage: str, with_tracks: bool) -> 
             name += f"{'' if mode.variant == 'expected' else f' ({mode.variant})'}: {100 * mode.weight:.0f} %"
         handles.append(Line2D([], [], color=_MODE_COLOURS[number % len(_MODE_COLOURS)], linewidth=2.2, label=name))
     handles.append(
-        Line2D(
-            [],
-            [],
-            color="#555555",
-            marker="o",
-            markersize=9,
-            fillstyle="none",
-            linestyle="none",
-            label=coverage,
-        )
+        Line2D([], [], color="#555555", marker="o", markersize=9, fillstyle="none", linestyle="none", label=coverage)
     )
     if with_tracks:
         handles.append(
@@ -311,8 +295,7 @@ def _quiver(ax: Axes, at: Any, arrows: Any, colour: Any) -> None:
 
 
 def _world(ax: Axes | None) -> Axes:
-    if ax is None:
-        ax = plt.subplots(figsize=(7.5, 6.5), layout="constrained")[1]
+    ax = plt.subplots(figsize=(7.5, 6.5), layout="constrained")[1] if ax is None else ax
     ax.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     return ax
 

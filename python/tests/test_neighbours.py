@@ -62,8 +62,7 @@ def test_social_force_keeps_people_apart_who_walk_towards_each_other():
 
 
 def test_people_of_different_recordings_are_not_drawn_together():
-    from sila.experiments.field import FieldScene, moments
+    from sila.experiments.sampler import together
 
     tracks = FramedTracks.joined([(file, walkers({"a": lambda t: [t, 0.0], "b": lambda t: [t, 1.0]})) for file in "xy"])
-    scene = FieldScene("both", tracks, tracks.ids, np.full(4, 30), np.empty((4, 8, 2)), np.empty((4, 12, 2)))
-    assert [group.tolist() for group in moments(scene)] == [[0, 1], [2, 3]]
+    assert [group.tolist() for group in together(tracks, tracks.ids, np.full(4, 30))] == [[0, 1], [2, 3]]

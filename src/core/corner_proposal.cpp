@@ -248,8 +248,7 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, bool y_down) {
   if (!result)
     throw std::invalid_argument(
         "no corner found: all people walk along one line; a corner needs a second direction, 25 degrees or more from "
-        "the "
-        "first");
+        "the first");
   const std::vector<CornerProposal> parts = proposed_without_parts(moving, y_down);
   const auto error = [&](const auto& distance) {  // of a jackknife, about the full estimate
     double sum = 0.0;

@@ -9,9 +9,12 @@ std::string describe(const Range& range) {
                      std::isinf(range.max) ? ")" : "]");
 }
 
+bool inside(const Range& range, double value) {
+  return (range.open_min ? value > range.min : value >= range.min) && value <= range.max;  // false for NaN
+}
+
 void require_in_range(std::string_view function, std::string_view field, double value, const Range& range) {
-  const bool above = range.open_min ? value > range.min : value >= range.min;
-  if (above && value <= range.max && !std::isnan(value)) return;
+  if (inside(range, value)) return;
   throw std::invalid_argument(concatenate(function, ": ", field, " = ", value, " is outside ", describe(range)));
 }
 

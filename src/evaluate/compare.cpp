@@ -9,7 +9,7 @@
 
 #include "fuse/similarity.hpp"
 #include "gp/flow_posterior.hpp"
-#include "model/settings_text.hpp"
+#include "model/same_settings.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/model/packing.hpp"

@@ -50,15 +50,6 @@ std::vector<Vector2> whole_path(const Window& window) {
   return path;
 }
 
-std::vector<LinearReference> references_on(std::span<const Window> windows, std::size_t steps, double interval_s,
-                                           auto belongs, std::size_t count = kReferenceCount) {
-  std::vector<const Window*> chosen;
-  for (const Window& window : windows) {
-    if (belongs(window)) chosen.push_back(&window);
-  }
-  return fit_references(chosen, steps, interval_s, count);
-}
-
 void add(std::vector<Metrics>& sums, const std::vector<Metrics>& more) {
   sums.resize(std::max(sums.size(), more.size()));
   for (std::size_t i = 0; i < more.size(); ++i) sums[i] = sums[i] + more[i];
@@ -88,10 +79,20 @@ int steps_of(const EpisodeConfig& config) {
   return steps_in(config.predict.horizon_s, config.sampling.interval_s);
 }
 
-/// Whether a pedestrian moved while observed, by `moving_m`.
+/// Whether a pedestrian moved by kMoving_m while observed; in proportion where `observed_s` shortens it.
 bool is_moving(const Window& window, const EpisodeConfig& config, const EvaluateConfig& evaluate_config) {
   const double share = std::min(1.0, evaluate_config.observed_s / config.predict.observe_s);
-  return (window.past_m.back() - window.past_m.front()).norm() >= share * evaluate_config.moving_m;
+  return (window.past_m.back() - window.past_m.front()).norm() >= share * kMoving_m;
+}
+
+/// References fitted to the windows of people who move, or to those of the others.
+std::vector<LinearReference> references_on(std::span<const Window> windows, bool moving, const EpisodeConfig& config,
+                                           const EvaluateConfig& evaluate_config, std::size_t count) {
+  std::vector<const Window*> chosen;
+  for (const Window& window : windows) {
+    if (is_moving(window, config, evaluate_config) == moving) chosen.push_back(&window);
+  }
+  return fit_references(chosen, static_cast<std::size_t>(steps_of(config)), config.sampling.interval_s, count);
 }
 
 /// No mode: there was no forecast for this window.
@@ -202,8 +203,7 @@ TrainingSupport training_support(std::span<const FramedTrajectory> train, const 
   const auto steps = static_cast<std::size_t>(steps_of(config));
   const std::vector<Window> windows = windows_with_future(train, config, evaluate_config, steps).windows;
   const auto references = [&](bool moving) {
-    return references_on(windows, steps, config.sampling.interval_s,
-                         [&](const Window& window) { return is_moving(window, config, evaluate_config) == moving; });
+    return references_on(windows, moving, config, evaluate_config, kReferenceCount);
   };
   std::vector<const Window*> all;
   for (const Window& window : windows) all.push_back(&window);
@@ -217,11 +217,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
   const auto steps = static_cast<std::size_t>(steps_of(config));
   TestWindows found = windows_with_future(tracks, config, evaluate_config, steps);
   // The paths of other references would be fitted to the windows that they are scored on.
-  const auto own_of = [&](bool moving) {
-    return references_on(
-        found.windows, steps, config.sampling.interval_s,
-        [&](const Window& window) { return is_moving(window, config, evaluate_config) == moving; }, 2);
-  };
+  const auto own_of = [&](bool moving) { return references_on(found.windows, moving, config, evaluate_config, 2); };
   const std::array own{own_of(false), own_of(true)};
   Evaluation evaluation;
   evaluation.horizons_s = horizons_until(config.predict.horizon_s);

@@ -11,7 +11,7 @@
 #include "core/inverse.hpp"
 #include "fuse/fuse_fields.hpp"
 #include "fuse/similarity.hpp"
-#include "model/settings_text.hpp"
+#include "model/same_settings.hpp"
 
 namespace sila {
 namespace {

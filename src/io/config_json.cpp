@@ -109,10 +109,6 @@ std::string kind_of(const Field& field) {
   return field.choices.empty() ? std::visit(Name{}, field.read()) : "one of " + joined(field.choices);
 }
 
-bool inside(const Range& range, double value) {
-  return (range.open_min ? value > range.min : value >= range.min) && value <= range.max;  // false for NaN
-}
-
 /// Writes a value of the right type into its field if the field admits it.
 void write_checked(const Field& field, const FieldValue& value) {
   if (const std::string* name = std::get_if<std::string>(&value)) {
@@ -165,15 +161,12 @@ std::optional<FieldValue> parsed(const Field& field, std::string_view given) {
     if (given == "false" || given == "0") return false;
     return std::nullopt;
   }
-  const char* const end = given.data() + given.size();
-  if (std::holds_alternative<double>(present)) {
-    double number = 0.0;
+  const auto read = [&](auto number) -> std::optional<FieldValue> {
+    const char* const end = given.data() + given.size();
     const auto [stop, error] = std::from_chars(given.data(), end, number);
     return error == std::errc() && stop == end ? std::optional<FieldValue>(number) : std::nullopt;
-  }
-  std::int64_t whole = 0;
-  const auto [stop, error] = std::from_chars(given.data(), end, whole);
-  return error == std::errc() && stop == end ? std::optional<FieldValue>(whole) : std::nullopt;
+  };
+  return std::holds_alternative<double>(present) ? read(0.0) : read(std::int64_t{0});
 }
 
 void apply_object(std::span<const Field> list, const std::string& prefix, const json& object) {

@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 constexpr std::array<std::string_view, 8> kExpectKeys{"in",   "out",         "fusion_set", "splits",
                                                       "kept", "transitions", "groups",     "model_size"};
 
-/// The options of a case file and what they set; `both` serves reading and writing.
+/// The options of a case file and what they set.
 template <class Rules, class Visitor>
 void options(Rules& rules, Visitor&& visit) {
   visit("strict_relax", rules.strict_relax);

@@ -57,6 +57,10 @@ nlohmann::json shallow_json(std::string_view text) {
   return end_of_nesting(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
 }
 
+std::string one_line(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 nlohmann::json json_of_text(const std::string& path, const std::string& text) {
   const auto line_of = [&](std::size_t offset) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text.size()));

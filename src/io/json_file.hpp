@@ -18,6 +18,9 @@ inline constexpr std::size_t kDeepestJson = 100;
 /// The JSON of a text; discarded if it is none, or nested deeper than kDeepestJson.
 nlohmann::json shallow_json(std::string_view text);
 
+/// One line; bytes that are not UTF-8, such as those of a track id, are replaced.
+std::string one_line(const nlohmann::ordered_json& json);
+
 /// As read_json, for the text of a file; `path` is for messages.
 nlohmann::json json_of_text(const std::string& path, const std::string& text);
 

@@ -132,18 +132,6 @@ double with_more(const Model& model) {
   return static_cast<double>(model.tracks) + static_cast<double>(more_tracks(model));
 }
 
-}  // namespace
-
-ordered_json record_json(const EpisodeRecord& episode) {
-  return {{"number", episode.number},
-          {"tracks", episode.tracks},
-          {"seconds", episode.seconds},
-          {"size_before", episode.size_before},
-          {"size_after", episode.size_after}};
-}
-
-namespace {
-
 /// As ISO 8601, UTC; "-" if not known.
 std::string when(const EpisodeRecord& episode) {
   const auto time = static_cast<std::time_t>(episode.committed_s);
@@ -179,6 +167,14 @@ std::string describe_site(const Model& model, std::size_t index) {
 }
 
 }  // namespace
+
+ordered_json record_json(const EpisodeRecord& episode) {
+  return {{"number", episode.number},
+          {"tracks", episode.tracks},
+          {"seconds", episode.seconds},
+          {"size_before", episode.size_before},
+          {"size_after", episode.size_after}};
+}
 
 std::vector<LearningPoint> learning_points(const StoredModel& stored) {
   if (stored.model.tracks <= 0) return {};

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/json_file.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/refine/outcomes.hpp"
@@ -147,11 +148,6 @@ Prediction prediction_of(const json& object) {
     prediction.regions.push_back(
         {region.at("probability").get<double>(), region.at("level").get<std::vector<double>>()});
   return prediction;
-}
-
-// A track id that is not UTF-8 does not make the line invalid.
-std::string dumped(const nlohmann::ordered_json& value) {
-  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 constexpr int kMaxDigits = std::numeric_limits<double>::max_digits10;
@@ -306,7 +302,7 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
     throw std::invalid_argument("prediction_line: digits = " + std::to_string(digits) + " is outside [1, 17]");
   std::string text;
   text.reserve(512 + 64 * prediction.modes.size() * prediction.times_s.size());  // enough for three digits
-  text += "{\"track\":" + dumped(track);
+  text += "{\"track\":" + one_line(track);
   add(text += ",\"t0\":", prediction.t0_s, kFull);
   if (!format.v1) add(text += "\"observed_s\":", prediction.observed_s, digits);
   text += prediction.fallback ? "\"fallback\":true," : "\"fallback\":false,";
@@ -330,7 +326,7 @@ std::string prediction_line(const std::string& track, const Prediction& predicti
       close(text, '}');
     });
   }
-  if (explanation != nullptr) (text += "\"explanation\":") += dumped(explanation_json(*explanation));
+  if (explanation != nullptr) (text += "\"explanation\":") += one_line(explanation_json(*explanation));
   close(text, '}');
   text.pop_back();
   return text;

@@ -8,7 +8,6 @@
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
-#include "core/track_frame.hpp"
 #include "json_file.hpp"
 #include "scene_parts.hpp"
 #include "sila/core/errors.hpp"

@@ -69,8 +69,9 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
 
 /// Merges rare transitions into those that agree best, until no pair agrees: a transition that grew may agree with
 /// further ones. Returns the number of merged transitions.
-int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count, double agreement,
-                 const FuseConfig& fusing, const ResidualConfig& residual) {
+int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count, const FuseConfig& fusing,
+                 const ResidualConfig& residual) {
+  const double agreement = PruneConfig::agreement_mps / state.model.settings.reference_width_m;
   std::vector<std::size_t> order(state.model.transitions.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   int subsumed = 0;
@@ -122,10 +123,9 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
   const std::size_t transitions = model.transitions.size();
   PruningState state{model, detail::OverlapIndex(model.transitions), std::vector<bool>(transitions, true),
                      std::vector<bool>(transitions, false)};
-  const double agreement = PruneConfig::agreement_mps / model.settings.reference_width_m;
   std::vector<bool> compared(transitions, true);
   for (bool goes_on = true; goes_on;) {
-    result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, agreement, fusing, residual);
+    result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, fusing, residual);
     const int old = subsume_old(state, config, fusing, residual);
     result.report.subsumed += old;
     compared = std::exchange(state.changed, std::vector<bool>(transitions, false));

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "encode.hpp"
+#include "io/json_file.hpp"
 #include "report/model_data.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/report/report.hpp"
@@ -51,7 +52,7 @@ ordered_json editor_data(const EditorInput& input, std::size_t most_bytes) {
       input.in_picture && camera ? in_image(input.tracks, *camera) : input.tracks;
   for (std::size_t most = 300;; most /= 2) {
     data["tracks"] = tracks_json(tracks, most);
-    if (most <= 1 || data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size() <= most_bytes) break;
+    if (most <= 1 || one_line(data).size() <= most_bytes) break;
   }
   if (!input.picture.empty()) data["picture"] = input.picture;
   return data;

@@ -4,6 +4,7 @@
 
 #include "embedded_editor.hpp"
 #include "embedded_page.hpp"
+#include "io/json_file.hpp"
 #include "sila/report/report.hpp"
 
 namespace sila {
@@ -14,7 +15,7 @@ constexpr std::string_view kMarker = "\"sila-report-data\"";
 
 /// JSON that cannot end the script element that it stands in.
 std::string script_text(const nlohmann::ordered_json& data) {
-  const std::string json = data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  const std::string json = one_line(data);
   std::string text;
   text.reserve(json.size());
   for (const char c : json) {

@@ -10,6 +10,7 @@
 
 #include "embedded_predictor.hpp"
 #include "encode.hpp"
+#include "io/json_file.hpp"
 #include "io/portable_predictor.hpp"
 #include "report/model_data.hpp"
 #include "report/scored.hpp"
@@ -23,10 +24,6 @@ namespace {
 using detail::path_json;
 using detail::rounded;
 using nlohmann::ordered_json;
-
-std::size_t size_of(const ordered_json& data) {
-  return data.dump(-1, ' ', false, ordered_json::error_handler_t::replace).size();
-}
 
 /// `how_many` of `count` indices, evenly spread.
 std::vector<std::size_t> spread(std::size_t count, std::size_t how_many) {
@@ -149,7 +146,7 @@ void add_scores(ordered_json& data, const ReportInput& input, const ReportLimits
   for (std::size_t most = limits.predicted_tracks;; most /= 2) {
     data["worst"] = worst_json(input, scored, worst, std::min(limits.worst, most));
     data["played"] = played_json(input, scored, played_tracks(scored, worst, most, limits.worst), 2);
-    if (most <= 1 || size_of(data) <= limits.most_bytes) return;
+    if (most <= 1 || one_line(data).size() <= limits.most_bytes) return;
   }
 }
 
@@ -201,8 +198,8 @@ ordered_json report_data(const ReportInput& input, const ReportLimits& limits) {
   data["learning_curve"] = learning_json(input.stored);
   data["configuration"] = input.configuration;
   if (!input.tracks.empty()) add_scores(data, input, limits);
-  if (ordered_json predictor =
-          predictor_json(input, limits.bytes_with_predictor - std::min(limits.bytes_with_predictor, size_of(data)));
+  if (ordered_json predictor = predictor_json(
+          input, limits.bytes_with_predictor - std::min(limits.bytes_with_predictor, one_line(data).size()));
       !predictor.is_null())
     data["predictor"] = std::move(predictor);
   add_picture(data, input.picture, input.scene);

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "embedded_live.hpp"
+#include "io/json_file.hpp"
 #include "report/encode.hpp"
 #include "report/model_data.hpp"
 #include "sila/io/scene.hpp"
@@ -53,10 +54,6 @@ ordered_json pedestrian_json(StreamId stream, const std::string& track, const Pe
   return json;
 }
 
-std::string text_of(const ordered_json& json) {
-  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-}
-
 }  // namespace
 
 std::string live_page() {
@@ -71,14 +68,14 @@ std::string hello_message(const Scene& scene, const Model& model, const std::str
   json["scene"] = scene_json(of_model ? scene_of(model) : scene, model.settings);
   json["model"] = model_json(model);
   add_picture(json, picture, scene);
-  return text_of(json);
+  return one_line(json);
 }
 
 std::string model_message(const Model& model) {
   ordered_json json{{"kind", "model"}};
   if (!model.sites.empty()) json["scene"] = scene_json(scene_of(model), model.settings);
   json["model"] = model_json(model);
-  return text_of(json);
+  return one_line(json);
 }
 
 std::string frame_message(const StreamCore& core) {
@@ -92,7 +89,7 @@ std::string frame_message(const StreamCore& core) {
   }
   ordered_json json{{"kind", "frame"}, {"count", count}};
   json["pedestrians"] = std::move(pedestrians);
-  return text_of(json);
+  return one_line(json);
 }
 
 }  // namespace sila

@@ -4,6 +4,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "core/concatenate.hpp"
+#include "io/json_file.hpp"
 #include "sila/service/server.hpp"
 #include "sila/version.hpp"
 
@@ -36,12 +38,6 @@ class MetricsText {
   std::ostringstream text_;
 };
 
-std::string number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
-
 std::string label(const char* name, const std::string& value) {
   return std::string(name) + "=\"" + value + "\"";
 }
@@ -72,7 +68,7 @@ void add_latency(MetricsText& out, const LatencyHistogram& latency) {
   std::uint64_t below = 0;
   for (std::size_t i = 0; i < kLatencyEdges_s.size(); ++i) {
     below += latency.counts[i];
-    out.sample(below, label("le", number(kLatencyEdges_s[i])), "_bucket");
+    out.sample(below, label("le", concatenate(kLatencyEdges_s[i])), "_bucket");
   }
   below += latency.counts.back();
   out.sample(below, label("le", "+Inf"), "_bucket");
@@ -86,8 +82,9 @@ void add_errors(MetricsText& out, const ServiceMetrics& metrics, const char* nam
     const std::vector<HorizonSums>& sums = moving ? metrics.moving : metrics.all;
     for (std::size_t h = 0; h < sums.size(); ++h) {
       if (sums[h].windows == 0) continue;
-      out.sample(value(sums[h]) / static_cast<double>(sums[h].windows),
-                 label("windows", moving ? "moving" : "all") + "," + label("horizon_s", number(metrics.horizons_s[h])));
+      out.sample(
+          value(sums[h]) / static_cast<double>(sums[h].windows),
+          label("windows", moving ? "moving" : "all") + "," + label("horizon_s", concatenate(metrics.horizons_s[h])));
     }
   }
 }
@@ -97,8 +94,8 @@ void add_coverage(MetricsText& out, const ServiceMetrics& metrics) {
   for (std::size_t h = 0; h < metrics.coverage.size(); ++h) {
     for (std::size_t p = 0; p < kRegionProbabilities.size(); ++p) {
       if (metrics.coverage[h][p] < 0.0) continue;
-      out.sample(metrics.coverage[h][p], label("nominal", number(kRegionProbabilities[p])) + "," +
-                                             label("horizon_s", number(metrics.horizons_s[h])));
+      out.sample(metrics.coverage[h][p], label("nominal", concatenate(kRegionProbabilities[p])) + "," +
+                                             label("horizon_s", concatenate(metrics.horizons_s[h])));
     }
   }
 }
@@ -226,7 +223,7 @@ std::string metrics_message(const ServiceMetrics& metrics) {
       {"tracks", metrics.model_tracks},
       {"learning_curve", metrics.learner.learning_curve},
   };
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return one_line(json);
 }
 
 }  // namespace sila

@@ -20,23 +20,19 @@ struct Range {
   bool open_min = false;
 };
 
-/// One field of a configuration struct, as text. Beside each struct is
-///
-///     void fields(MaybeConst<CleanConfig> auto& config, auto&& visit)
-///
-/// that calls `visit.number(name, member, Range, unit, text)`, `visit.flag(name, member, text)`,
-/// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order.
-/// Validation, JSON, `--set` and the documentation are all visitors of that one list.
-struct FieldInfo {
-  std::string path;
-  std::string value;
-  std::string unit;
-  std::string range;
-  std::string text;
-};
+// Beside each configuration struct is
+//
+//     void fields(MaybeConst<CleanConfig> auto& config, auto&& visit)
+//
+// that calls `visit.number(name, member, Range, unit, text)`, `visit.flag(name, member, text)`,
+// `visit.choice(name, member, choice_names, text)` and `visit.group(name, member)` once per member, in order.
+// Validation, JSON, `--set` and the documentation are all visitors of that one list.
 
 /// The range as text, such as "(0, 1]".
 std::string describe(const Range& range);
+
+/// Whether the range contains the value; never NaN.
+bool inside(const Range& range, double value);
 
 /// Throws std::invalid_argument "<function>: <field> = <value> is outside <range>".
 void require_in_range(std::string_view function, std::string_view field, double value, const Range& range);

@@ -19,8 +19,6 @@ namespace sila {
 struct EvaluateConfig {
   double stride_s = 1.6;
   double observed_s = 60.0;
-  /// A window is moving from this displacement on while observed [m]; in proportion where `observed_s` shortens it.
-  static constexpr double moving_m = kMoving_m;
   /// A moving window is turning if the heading changes by more from its start to its end [rad].
   static constexpr double turning_rad = 0.5235987755982988;
 };

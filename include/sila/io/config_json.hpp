@@ -101,6 +101,11 @@ concept Configuration = requires(Config& config, FieldCollector& collector) {
   fields(config, collector);
 };
 
+/// One field of a configuration, as text.
+struct FieldInfo {
+  std::string path, value, unit, range, text;
+};
+
 /// The known name that is nearest to `name` by edit distance. Throws: std::invalid_argument if `known` is empty.
 std::string nearest_name(std::string_view name, std::span<const std::string> known);
 

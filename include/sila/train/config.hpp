@@ -39,12 +39,10 @@ struct EpisodeConfig {
 void fields(MaybeConst<EpisodeConfig> auto& config, auto&& visit) {
   visit.group("sampling", config.sampling);
   visit.choice("scaling", config.scaling, kCurbScalings,
-               "unit of the curb coordinates: metres, the mean sidewalk width (paper), or each strip's own width");
-  visit.number(
-      "reference_width_m", config.reference_width_m, Range{0.0, 100.0}, "m",
-      "sidewalk width by which metres become widths of the model, 0.1 or more, the same for models that are to be "
-      "fused; 0: "
-      "that of the site where the model begins; with scaling = metres always 0");
+               "unit of the curb coordinates: metres, or the mean sidewalk width (paper)");
+  visit.number("reference_width_m", config.reference_width_m, Range{0.0, 100.0}, "m",
+               "sidewalk width by which metres become widths of the model, 0.1 or more, the same for models that are "
+               "to be fused; 0: that of the site where the model begins; with scaling = metres always 0");
   visit.group("learn", config.learn);
   visit.group("residual", config.residual);
   visit.group("fuse", config.fuse);

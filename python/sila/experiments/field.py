@@ -3,6 +3,7 @@ samples of one person a window. Experiment files of the kind `field`; docs/exper
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 import time
@@ -18,10 +19,10 @@ from .. import _sila
 from .._config import merged
 from .._sila import FramedTracks, Scene, person_of
 from ..errors import FormatError, UsageError
-from .field_measures import collides, drawn_paths, mahalanobis_measures, path_measures
+from .field_measures import collides, mahalanobis_measures, path_measures
 from .field_report import LEARNT, MIXTURE_WINDOWS, SAMPLES, markdown
 from .markdown import build_hash, hash_of, kept_json, write_text
-from .measures import modes_of
+from .measures import modes_of, samples_of
 from .method import Array, Method, checked
 from .methods import load_method, source_of
 from .neighbours import inputs_of
@@ -81,17 +82,13 @@ def read_scene(name: str, files: Sequence[str], data: Path, config: str) -> Fiel
     return FieldScene(name, whole, windows.track_ids, frames, np.stack(seen), true)
 
 
-def moments(scene: FieldScene) -> Iterator[Array]:
-    return together(scene.tracks, scene.track_ids, scene.frames)
-
-
 Predicted = tuple[Array, Array, Array]  #: windows (indices), mean paths (n, 12, 2), samples (n, s, 12, 2)
 
 
 def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: Array, seed: int) -> Iterator[Predicted]:
     """Of the windows `chosen`, which are those of `tracks`; chunk by chunk."""
     if isinstance(method, Sampler):
-        for group in moments(scene):
+        for group in together(scene.tracks, scene.track_ids, scene.frames):
             samples = method.sample(scene.seen_m[group], SAMPLES).transpose(1, 0, 2, 3)
             those = np.isin(group, chosen)
             yield group[those], samples[those].mean(1), samples[those]
@@ -106,7 +103,7 @@ def predicted(method: Method, scene: FieldScene, tracks: FramedTracks, chosen: A
         some = weights_of[chunk], paths[chunk], covariances[chunk]
         weights = some[0] / some[0].sum(1, keepdims=True)
         mean = np.einsum("nkt,nktc->ntc", weights, some[1])
-        yield chosen[chunk], mean, drawn_paths(some, SAMPLES, random)
+        yield chosen[chunk], mean, samples_of(some, SAMPLES, random, as_paths=True)
 
 
 def taken(tracks: FramedTracks, learnt: Array) -> FramedTracks:
@@ -138,7 +135,7 @@ def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any],
     training_s, bytes_ = 0.0, 0
     random = np.random.default_rng(seed)
     mixed = np.sort(random.permutation(n)[:MIXTURE_WINDOWS])
-    samples_of = np.zeros((len(mixed), SAMPLES, DRAWN, 2))
+    mixed_samples = np.zeros((len(mixed), SAMPLES, DRAWN, 2))
     for train, test, chosen in learnt_parts(scenes, index, entry["learnt"], seed):
         method = entry["cls"](entry["config"], seed=1, scene=scene.name, **entry["parameters"])
         started = time.process_time()
@@ -151,13 +148,15 @@ def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any],
             for name, value in path_measures(mean, samples, scene.true_m[at]).items():
                 values.setdefault(name, np.full(n, np.nan))[at] = value
             here = np.flatnonzero(np.isin(at, mixed))
-            samples_of[np.searchsorted(mixed, at[here])] = samples[here]
+            mixed_samples[np.searchsorted(mixed, at[here])] = samples[here]
     collisions = np.zeros((n, 2))
-    for group in moments(scene):
+    for group in together(scene.tracks, scene.track_ids, scene.frames):
         for kind, others in enumerate((paths, scene.true_m)):
             collisions[group, kind] = collides(paths[group], others[group])
     values |= {"col_1": collisions[:, 0], "col_2": collisions[:, 1]}
-    amd, amv = mixture_scores(samples_of, scene.true_m[mixed])
+    amd = amv = None
+    with contextlib.suppress(ImportError):  # needs scikit-learn
+        amd, amv = mahalanobis_measures(mixed_samples, scene.true_m[mixed])
     windows = list(zip(scene.track_ids, scene.frames.tolist(), scene.seen_m, scene.true_m))
     write_trajnet(export, scene.name, windows, few)
     table = pd.DataFrame(values).groupby([person_of(track) for track in scene.track_ids])
@@ -169,13 +168,6 @@ def do_field(scenes: Sequence[FieldScene], index: int, entry: Mapping[str, Any],
         "training_s": None if entry["learnt"] == "published" else training_s,
         "bytes": bytes_,
     }
-
-
-def mixture_scores(samples_m: Array, truth_m: Array) -> tuple[float | None, float | None]:
-    try:
-        return mahalanobis_measures(samples_m, truth_m)
-    except ImportError:
-        return None, None
 
 
 def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[FieldScene], list[dict[str, Any]]]:

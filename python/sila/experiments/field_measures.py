@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import erf, logsumexp
 
-from .measures import Modes
 from .method import Array
 
 BEST_OF = 20
@@ -19,18 +18,6 @@ LEAST_LOG_DENSITY = -20.0
 MIXTURES = 4  #: most components of the mixture of AMD
 COLLISION_M = 0.2  #: two people of radius 0.1 m
 PARTS = 2  #: into which a step is divided when collisions are looked for
-
-
-def drawn_paths(modes: Modes, count: int, random: np.random.Generator) -> Array:
-    """(n, count, t, 2): of each sample one mode and one standard deviate for all steps, so that a path is a path."""
-    weights, paths, covariances = modes
-    edges = np.cumsum(weights / weights.sum(1, keepdims=True), 1)  # (n, k, t)
-    level = random.random((len(weights), count, 1, 1))
-    kinds = np.minimum((level >= edges[:, None]).sum(2), weights.shape[1] - 1)  # (n, count, t)
-    factors = np.linalg.cholesky(covariances + 1e-12 * np.eye(2))
-    rows, steps = np.arange(len(weights))[:, None, None], np.arange(weights.shape[2])
-    normal = random.standard_normal((len(weights), count, 2))
-    return np.asarray(paths[rows, kinds, steps] + np.einsum("nstab,nsb->nsta", factors[rows, kinds, steps], normal))
 
 
 def path_measures(mean_m: Array, samples_m: Array, truth_m: Array) -> dict[str, Array]:

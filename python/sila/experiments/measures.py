@@ -58,14 +58,15 @@ def mixture_density(modes: Modes, points: Array) -> Array:
     return density
 
 
-def samples_of(modes: Modes, count: int, random: np.random.Generator) -> Array:
-    """(n, count, t, 2), each step by itself."""
+def samples_of(modes: Modes, count: int, random: np.random.Generator, *, as_paths: bool = False) -> Array:
+    """(n, count, t, 2), each step by itself; as paths: one mode and one standard deviate of a sample for all steps."""
     weights, paths, covariances = modes
+    drawn = 1 if as_paths else weights.shape[2]  # steps
     edges = np.cumsum(weights / weights.sum(1, keepdims=True), 1)  # (n, k, t)
-    kinds = (random.random((len(weights), count, 1, weights.shape[2])) >= edges[:, None, :-1]).sum(2)
+    kinds = (random.random((len(weights), count, 1, drawn)) >= edges[:, None, :-1]).sum(2)  # (n, count, t)
     factors = np.linalg.cholesky(covariances + 1e-12 * np.eye(2))
     rows, steps = np.arange(len(weights))[:, None, None], np.arange(weights.shape[2])
-    normal = random.standard_normal((*kinds.shape, 2))
+    normal = random.standard_normal((len(weights), count, drawn, 2))
     return np.asarray(paths[rows, kinds, steps] + np.einsum("nstab,nstb->nsta", factors[rows, kinds, steps], normal))
 
 

@@ -32,7 +32,8 @@ STYLE: Any = {
 TOLERANCE = {0.5: 0.05, 0.9: 0.03}  # what sila asks of itself: nominal coverage -> deviation
 RATIO = "weighted MHD / constant velocity"
 PANELS = {"error": RATIO, "size": "primitives and transitions", "seconds": "seconds an episode"}
-ERROR_PANELS = {"error": RATIO, "ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
+ERRORS = {"ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
+ERROR_PANELS = {"error": RATIO, **ERRORS}
 
 Styles = dict[str, dict[str, Any]]
 
@@ -170,7 +171,6 @@ def _tradeoff(rows: pd.DataFrame, styles: Styles) -> Figure | None:
 
 
 COSTS = {"training_s": "training [s of CPU]", "bytes": "bytes", "us_per_prediction": "µs of CPU a prediction, one thread"}
-ERRORS = {"ade_ratio": "ADE / constant velocity", "nll": "NLL [nats a step]"}
 MOST_SHOWN = 2.0  # the other methods would be one point
 
 
