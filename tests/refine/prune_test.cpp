@@ -105,12 +105,15 @@ TEST(Prune, GivesTheSameBytesOnAnyNumberOfThreads) {
 TEST(Prune, SubsumesARareTransitionThatAgreesWithAFrequentOne) {
   Model model = model_of({walk_along(0, 1, 30, 0.0), walk_along(2, 3, 1, 0.25)}, 5);
   model.transitions[1].sites[0].last_episode = 4;
+  model.transitions[0].support = 12;
+  model.transitions[1].support = 1;
   const PruneResult small = prune(model, {});
   EXPECT_EQ(small.report.subsumed, 1);
   EXPECT_EQ(small.kept, (std::vector<int>{0, 1}));
   ASSERT_EQ(small.model.transitions.size(), 1U);
   EXPECT_DOUBLE_EQ(small.model.transitions[0].count, 31.0);
   EXPECT_EQ(small.model.transitions[0].sites[0].last_episode, 4);
+  EXPECT_EQ(small.model.transitions[0].support, 12);  // the person may be one of the twelve
 }
 
 TEST(Prune, KeepsTransitionsThatDisagreeOrAreElsewhereOrFrequent) {

@@ -251,10 +251,14 @@ TEST(StreamCore, ANewerDetectionSupersedesADuePrediction) {
   for (int k = 0; k < 50; ++k)
     superseded += ingest(core, 1, {"a", 0.1 * k, {0.1 * k, 0.0}}, k, settings).superseded ? 1 : 0;
   EXPECT_EQ(superseded, 50 - 4 - 1);
+  EXPECT_EQ(core.counters.superseded, 50U - 4U - 1U);
   const std::vector<PredictionRequest> requests = take_due_requests(core, 10, settings);
   ASSERT_EQ(requests.size(), 1u);
   EXPECT_DOUBLE_EQ(requests.front().observed.times_s.back(), 4.9);
   EXPECT_EQ(requests.front().arrived_s, 49.0);
+  ingest(core, 1, {"a", 5.0, {5.0, 0.0}}, 50, settings);
+  end_stream(core, 1, settings);
+  EXPECT_EQ(core.counters.superseded, 50U - 4U) << "one was due when the track ended";
 }
 
 TEST(StreamCore, TheLongestWaitingPredictionIsMadeFirst) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "refine/refine.hpp"
 #include "sila/model/packing.hpp"
@@ -88,12 +89,20 @@ TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
   EXPECT_EQ(little.report.transitions, 0);
   EXPECT_LE(static_cast<double>(packed_bytes(little.model)), nearly_all);
   EXPECT_NO_THROW(check(little.model));
+  double most_of_reduced = 0.0, least_of_others = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < model.transitions.size(); ++i) {
     const SparseGp &before = entry_of(model.refinement.residuals, i),
                    &after = entry_of(little.model.refinement.residuals, i);
     EXPECT_EQ(after.points, before.points);
+    const double count = model.transitions[i].count;
+    if (after.pseudo_inputs.cols() > 30)
+      least_of_others = std::min(least_of_others, count);
+    else if (before.pseudo_inputs.cols() > 30)
+      most_of_reduced = std::max(most_of_reduced, count);
     EXPECT_GE(after.pseudo_inputs.cols(), std::min<Eigen::Index>(before.pseudo_inputs.cols(), 30));
   }
+  EXPECT_GT(most_of_reduced, 0.0);
+  EXPECT_LE(most_of_reduced, least_of_others);  // the rarest first
   const BudgetResult much = apply_budget(model, {.max_bytes = a_third});
   EXPECT_GT(much.report.transitions, 0);
   EXPECT_LE(most_inputs(much.model), 30);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "refine/error_statistics.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
 #include "support/walks.hpp"
@@ -184,6 +185,8 @@ TEST(Sites, WithoutTrainingGetTheGlobalPart) {
     placed.frame.origin_m.x() += 500.0;
   }
   EXPECT_EQ(apart_m(model, nothing_but_global, elsewhere), 0.0);
+  EXPECT_GT(model.refinement.error_statistics.front().correction.features.norm(), 0.0);
+  EXPECT_EQ(pooled_error_statistics(model).correction.features.norm(), 0.0) << "positions of other sites mean nothing";
   const Predictor predictor(model, kConfig.predict);
   for (const Window& window : windows_of(elsewhere, kConfig.sampling, kConfig.predict, 2.0)) {
     const Prediction prediction = predictor.predict(window.observed);
