@@ -135,14 +135,14 @@ TEST(Episode, RejectsAnotherGridOrIntervalThanTheModels) {
 TEST(Episode, RejectsOtherOutputsHorizonOfResidualsOrScalingThanTheModels) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(20, 8);
   const Model model = run_episode({}, tracks, kConfig).model;
-  EpisodeConfig shared = kConfig, nearer = kConfig, widths = kConfig;
-  shared.learn.field.outputs = FieldOutputs::shared;
-  if (model.transitions.front().field.independent() == false) shared.learn.field.outputs = FieldOutputs::independent;
+  EpisodeConfig outputs = kConfig, nearer = kConfig, widths = kConfig;
+  outputs.learn.field.outputs =
+      model.transitions.front().field.independent() ? FieldOutputs::shared : FieldOutputs::independent;
   nearer.error_statistics.enabled = false;  // whose horizon is compared, too
   nearer.predict.horizon_s = 3.0;
   widths.scaling = CurbScaling::mean_width;
   const auto why = [&](const EpisodeConfig& config) { return message_of([&] { run_episode(model, tracks, config); }); };
-  EXPECT_TRUE(says(why(shared), "learn.field.outputs = ")) << why(shared);
+  EXPECT_TRUE(says(why(outputs), "learn.field.outputs = ")) << why(outputs);
   EXPECT_TRUE(says(why(nearer), "predict.horizon_s of residual GPs (0: residual.enabled = false) = 3")) << why(nearer);
   EXPECT_TRUE(says(message_of([&] { require_same_units(model, widths); }), "scaling = mean_width"));
   EXPECT_EQ(why(kConfig), "");
