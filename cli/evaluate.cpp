@@ -1,6 +1,5 @@
 #include "sila/evaluate/evaluate.hpp"
 
-#include <iostream>
 #include <span>
 #include <sstream>
 #include <string>
@@ -48,7 +47,7 @@ RecordedPredictions predictions_of(const std::string& path, std::span<const Fram
   const std::string found = std::to_string(others) + " of " + counted(recorded.size(), "prediction") +
                             " without a sample of the same track and time";
   if (2 * others > recorded.size()) throw FormatError(path, 0, "predictions of these tracks", found);
-  if (others > 0) std::cerr << "warning: " << path << ": " << found << "\n";
+  if (others > 0) warn({path + ": " + found});
   return recorded;
 }
 
@@ -62,7 +61,7 @@ void evaluate_model(const EvaluateOptions& options) {
                                   : predictions_of(options.predictions, input.tracks, config.episode.predict.horizon_s);
   if (options.tracks.hold_out > 0.0)
     input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
-  if (options.predictions.empty()) warn_of_learnt(stored, input.tracks);
+  if (options.predictions.empty()) warn({warning_of_learnt(stored, input.tracks)});
   const Evaluation evaluation =
       options.predictions.empty()
           ? evaluate(stored.model, input.tracks, config.episode, config.evaluate)

@@ -67,8 +67,7 @@ void fuse_files(const FuseOptions& options) {
   require_fitting(previous.model, config.episode);
   require_one_scale(config, configured(CommonOptions{}, incoming, options.incoming));
   const FuseResult fused = fuse_models(previous.model, incoming.model, config.episode.fuse, config.episode.residual);
-  if (const std::string warning = warning_of_own_frames(previous.model, incoming.model, fused.model); !warning.empty())
-    std::cerr << "warning: " << warning << "\n";
+  warn({warning_of_own_frames(previous.model, incoming.model, fused.model)});
   StoredModel result;
   result.model = fused.model;
   result.configuration = to_json(config).dump();

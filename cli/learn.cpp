@@ -148,7 +148,7 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
               << " already and were not learnt again\n";
   }
   if (model.primitives.empty())
-    std::cerr << "warning: no motion was learnt: the tracks are too few or too short, or not in metres and seconds\n";
+    warn({"no motion was learnt: the tracks are too few or too short, or not in metres and seconds"});
   print(options.common,
         {{"model", options.model},
          {"episodes", episodes},
@@ -212,8 +212,7 @@ void learn_tracks(const LearnOptions& options) {
   Batches batches(options, config, stored.model);
   const std::string configuration = to_json(config).dump();
   std::optional first = batches.next();
-  for (const std::string& warning : warnings_before_learning(stored, *first, batches.read_ahead()))
-    std::cerr << "warning: " << warning << "\n";
+  warn(warnings_before_learning(stored, *first, batches.read_ahead()));
   const auto next = [&] { return first ? *std::exchange(first, std::nullopt) : batches.next(); };
   Removed removed;
   const auto [model, episodes, known] =

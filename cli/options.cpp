@@ -80,7 +80,7 @@ Named named_in(const TrackOptions& options, const Config& config) {
     result.read.camera = read.camera;
     result.scene.warnings.insert(result.scene.warnings.end(), read.warnings.begin(), read.warnings.end());
   }
-  for (const std::string& warning : result.scene.warnings) std::cerr << "warning: " << warning << "\n";
+  warn(result.scene.warnings);
   return result;
 }
 
@@ -266,9 +266,9 @@ void require_no_records(const std::string& option, const std::string& path, bool
       ", which would be lost; name another file, or remove it first");
 }
 
-void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks) {
-  if (const std::string warning = warning_of_learnt(stored, tracks); !warning.empty())
-    std::cerr << "warning: " << warning << "\n";
+void warn(const std::vector<std::string>& texts) {
+  for (const std::string& text : texts)
+    if (!text.empty()) std::cerr << "warning: " << text << "\n";
 }
 
 std::string picture_in(const std::string& verb, const std::string& path, const Scene& scene) {

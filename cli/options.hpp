@@ -109,8 +109,8 @@ void require_folder_of(const std::string& path);
 /// Rejects also a model file that has learnt tracks, because they may no longer exist. An empty file, which a failure
 /// leaves, counts as new. `may_be_shared`: a model without records of episodes (a k-anonymous copy) may be replaced.
 void require_no_records(const std::string& option, const std::string& path, bool may_be_shared = false);
-/// Warns if tracks that are scored are batches that the model has learnt.
-void warn_of_learnt(const StoredModel& stored, std::span<const FramedTrajectory> tracks);
+/// Warnings on standard error, one a line; empty texts are left out.
+void warn(const std::vector<std::string>& texts);
 
 /// The first line of a file: a secret is given by a file, so that it is in no list of processes.
 std::string first_line(const std::string& option, const std::string& path);

@@ -50,7 +50,7 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.tracks = std::move(read.tracks);
   if (options.tracks.hold_out > 0.0)
     input.tracks = held_out(std::move(input.tracks), options.tracks, options.common).test;
-  warn_of_learnt(input.stored, input.tracks);
+  warn({warning_of_learnt(input.stored, input.tracks)});
   return report_data(input);
 }
 
