@@ -53,7 +53,10 @@ CurbFrame frame_of_tracks(std::span<const FramedTrajectory> tracks) {
     positions_m.insert(positions_m.end(), entry.track.positions_m.begin(), entry.track.positions_m.end());
   if (positions_m.empty()) throw std::invalid_argument("frame_of_tracks: tracks = [], one position is needed");
   const Vector2 axis = principal_axis(positions_m);
-  CurbFrame frame = make_curb_frame(median_position(positions_m), axis, left_of(axis), kTrackFrameWidth_m);
+  const Matrix2 axes = axes_along(axis);
+  for (Vector2& position_m : positions_m) position_m = axes.transpose() * position_m;
+  const Vector2 origin_m = axes * median_position(positions_m);
+  CurbFrame frame = make_curb_frame(origin_m, axis, left_of(axis), kTrackFrameWidth_m);
   frame.from_tracks = true;
   return frame;
 }

@@ -81,6 +81,8 @@ std::optional<double> walking_speed(const Trajectory& track) {
   }
   if (speeds.size() < fewest_steps || !(length > 0.0)) return std::nullopt;
   if ((track.positions_m[from] - track.positions_m.front()).norm() < 0.5 * length) return std::nullopt;
+  const double fast = quantile(speeds, 0.9);
+  std::erase_if(speeds, [&](double speed) { return speed < 0.5 * fast; });  // pauses
   return quantile(std::move(speeds), 0.5);
 }
 
@@ -106,10 +108,10 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   const TrackSummary seen = summary_of(tracks);
   std::vector<std::string> warnings;
   if (seen.rows < kFewRows) return warnings;
-  if (seen.interval_s > max_gap_s)
-    warnings.push_back(
-        concatenate("the samples of a track are ", seen.interval_s,
-                    " s apart; are the stamps frames or milliseconds? In a CSV file, name their column frame or t_ms"));
+  if (seen.interval_s > (1.0 + kStampJitter) * max_gap_s)
+    warnings.push_back(concatenate("the samples of a track are ", seen.interval_s,
+                                   " s apart; are the stamps frames or milliseconds? In a CSV file, name their column "
+                                   "frame or t_ms. If they are seconds, set clean.max_gap_s"));
   const bool large = seen.box.sizes().maxCoeff() > kLargePlace_m;
   if (seen.upper_quartile_mps > kRunner_mps) {
     warnings.push_back(concatenate(

@@ -9,6 +9,9 @@
 
 namespace sila {
 
+/// Jitter of time stamps, as a share of the interval between samples.
+inline constexpr double kStampJitter = 0.25;
+
 /// What makes metres of the pixels of a file.
 inline constexpr const char* kFileRemedy =
     "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels "
@@ -20,9 +23,9 @@ inline constexpr const char* kFileRemedy =
 std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, double max_gap_s,
                                        const std::string& remedy = kFileRemedy);
 
-/// The median speed of each track that walks [unit of the positions per second]. A track walks if it lasts 3 s or more
-/// and its net displacement is at least half of the sum of its displacements over one second: the noise of a person who
-/// stands makes a large sum and a small net displacement.
+/// The median speed of each track that walks, without its pauses [unit of the positions per second]. A track walks if
+/// it lasts 3 s or more and its net displacement is at least half of the sum of its displacements over one second: the
+/// noise of a person who stands makes a large sum and a small net displacement.
 std::vector<double> walking_speeds(std::span<const Trajectory> tracks);
 
 /// The value below which the share `q` of them lies; 0 for none.

@@ -133,6 +133,18 @@ TEST(WalkingScale, IsThatOfThoseWhoWalkWhateverTheUnit) {
   }
 }
 
+TEST(WalkingScale, LeavesPausesOut) {
+  std::vector<Trajectory> tracks = crowd(60.0, 1.5, 8);
+  for (Trajectory& track : tracks) {
+    for (std::size_t i = 40; i < track.times_s.size(); ++i) track.times_s[i] += 10.0;  // stands in between
+    for (int i = 1; i < 100; ++i) {
+      track.times_s.insert(track.times_s.begin() + 39 + i, 3.9 + 0.1 * i);
+      track.positions_m.insert(track.positions_m.begin() + 39 + i, Vector2(track.positions_m[39]));
+    }
+  }
+  EXPECT_NEAR(walking_scale(tracks).metres_per_pixel, kTrialMetresPerPixel * 1.3 / 60.0, 0.001);
+}
+
 TEST(WalkingScale, NeedsFiveWhoWalkForThreeSeconds) {
   const auto message = [](const std::vector<Trajectory>& tracks) { return message_of([&] { walking_scale(tracks); }); };
   EXPECT_NE(message(crowd(0.0, 1.0, 8)).find("0 of the first 20 tracks walk"), std::string::npos);

@@ -75,12 +75,26 @@ TEST(Clean, KeepsAnOrdinaryTrackAsItIs) {
   EXPECT_TRUE(tracks.report.dropped.empty());
 }
 
-TEST(Clean, SplitsAtGapsOfMoreThanASecond) {
-  const CleanTracks tracks = clean_one(walk("17", 0.0, 3) + walk("17", 1.8, 2, 2.0) + walk("17", 3.21, 2, 3.0));
-  EXPECT_EQ(ids_of(tracks), (std::vector<std::string>{"17", "17#2"}));  // 0.8 to 1.8 s is no gap, 2.2 to 3.21 s is one
+TEST(Clean, SplitsAtGapsOfMoreThanASecondAndTheJitter) {
+  const CleanTracks tracks = clean_one(walk("17", 0.0, 3) + walk("17", 1.89, 2, 2.0) + walk("17", 3.4, 2, 3.0));
+  // The jitter is a quarter of 0.4 s: 0.8 to 1.89 s is no gap, 2.29 to 3.4 s is one.
+  EXPECT_EQ(ids_of(tracks), (std::vector<std::string>{"17", "17#2"}));
   EXPECT_EQ(tracks.trajectories[0].times_s.size(), 5U);
   EXPECT_EQ(tracks.report.splits_at_gaps, 1U);
   EXPECT_EQ(tracks.report.splits_at_jumps, 0U);
+}
+
+TEST(Clean, ATrackerAtOneHertzMayJitter) {
+  std::vector<Detection> rows;
+  for (int i = 0; i < 40; ++i) rows.push_back({"17", i + 0.05 * std::sin(1.7 * i), Vector2(1.2 * i, 0.0)});
+  const CleanTracks tracks = clean_one(rows);
+  EXPECT_EQ(ids_of(tracks), std::vector<std::string>{"17"});
+  EXPECT_TRUE(tracks.report.warnings.empty());
+  for (Detection& row : rows) row.t_s *= 2.0;  // half as fast is too slow
+  const CleanTracks slow = clean_one(rows);
+  EXPECT_TRUE(slow.trajectories.empty());
+  ASSERT_FALSE(slow.report.warnings.empty());
+  EXPECT_NE(slow.report.warnings[0].find("clean.max_gap_s"), std::string::npos);
 }
 
 TEST(Clean, SplitsReusedIdsAtJumps) {

@@ -33,12 +33,21 @@ TEST(TrackFrame, HasItsOriginAtTheMedianAndItsAxesAlongTheSpread) {
 }
 
 TEST(TrackFrame, MovesAndTurnsWithTheTracks) {
-  std::vector tracks{along({0, 0}, 0.2, 20.0)};
+  // Three ways that do not cross in one point, so that the medians depend on the axes.
+  const std::vector tracks{along({0, 0}, 0.2, 20.0), along({6, 5}, 1.1, 12.0), along({-3, 8}, 2.4, 9.0)};
   const CurbFrame before = frame_of_tracks(tracks);
-  for (Vector2& p : tracks[0].track.positions_m) p = Vector2(-p.y(), p.x()) + Vector2(100, 50);
-  const CurbFrame after = frame_of_tracks(tracks);
-  EXPECT_NEAR((after.origin_m - before.origin_m - Vector2(100, 50)).norm(), 0.0, 1e-9);
-  EXPECT_NEAR(std::abs(after.axis_1.dot(Vector2(-before.axis_1.y(), before.axis_1.x()))), 1.0, 1e-9);
+  for (const double angle_rad : {0.5, 1.2, M_PI / 2, 3.0}) {
+    const Vector2 ahead(std::cos(angle_rad), std::sin(angle_rad));
+    const auto turned = [&](const Vector2& v) {
+      return Vector2(v.x() * ahead + v.y() * Vector2(-ahead.y(), ahead.x()));
+    };
+    std::vector moved = tracks;
+    for (FramedTrajectory& entry : moved)
+      for (Vector2& p : entry.track.positions_m) p = turned(p) + Vector2(100, 50);
+    const CurbFrame after = frame_of_tracks(moved);
+    EXPECT_NEAR((after.origin_m - turned(before.origin_m) - Vector2(100, 50)).norm(), 0.0, 1e-9);
+    EXPECT_NEAR(std::abs(after.axis_1.dot(turned(before.axis_1))), 1.0, 1e-9);
+  }
 }
 
 TEST(TrackFrame, OfAPointHasTheAxesOfTheWorldAndOfNothingIsRejected) {
