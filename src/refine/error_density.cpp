@@ -17,7 +17,7 @@ struct Prior {
   double relative[kMixtureComponents];  ///< variances, relative to nominal ones; of people who walk after 5 s
   double shares[kMixtureComponents];
 };
-constexpr Prior kPriors[kMotionStates] = {{{0.8, 4.8, 20.0}, {0.7, 0.25, 0.05}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
+constexpr Prior kPriors[kMotionStates] = {{{0.8, 4.8, 20.0}, {0.65, 0.25, 0.1}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
 constexpr double kPriorWindows = 5.0;
 /// Ridge of the regression of the scale, towards no dependence.
 constexpr double kScaleRidge = 60.0;

@@ -13,6 +13,8 @@ namespace {
 /// Ridge towards the residual GPs (without them: constant velocity), for all people who walk together. Examples are
 /// weighted by their precision [s^2/m^2].
 constexpr double kRidge = 30.0;
+/// After this number of windows the ridge is twice as strong as after many: they are those of one or two people.
+constexpr double kFewWindows = 20.0;
 /// Prior coefficient of the prediction by residual GPs, beside constant velocity: the windows of one person are not
 /// independent, so residual GPs of a few people know less than their variances say.
 constexpr double kResidualShare = 0.8;
@@ -84,8 +86,10 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
   const Eigen::Index constant = missing(kConstantVelocityFeature, observed_class) ? 0 : kConstantVelocityFeature;
   const Coefficients before =
       kResidualShare * Coefficients::Unit(kResidualFeature) + (1.0 - kResidualShare) * Coefficients::Unit(constant);
+  const double windows = std::max(1.0, error_statistics.density[kWalking].scale.weight);
+  const double ridge = kRidge * (1.0 + square(kFewWindows / windows));
   const std::vector<Coefficients> walking = solve(
-      of_walking, observed_class, [](std::size_t) { return kRidge; }, [&](std::size_t) { return before; });
+      of_walking, observed_class, [&](std::size_t) { return ridge; }, [&](std::size_t) { return before; });
   const auto ridge_of = [](std::size_t cell) {
     return motion_state(static_cast<int>(cell % kSpeedClasses)) == kStanding ? kStandingRidge : kClassRidge;
   };
@@ -139,6 +143,7 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 }  // namespace
 
 int speed_class(const CurbTrajectory& observed) {
+  if (slow_class(observed)) return 0;
   const double mean_mps = mean_speed_mps(observed);
   int speed = 0;
   for (double limit_mps : kSpeedClassLimits_mps) speed += mean_mps >= limit_mps ? 1 : 0;
@@ -220,7 +225,7 @@ Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const
 }
 
 bool walks(const PersonClass& person) {
-  return motion_state(person.speed) == kWalking && !person.slow;
+  return motion_state(person.speed) == kWalking;
 }
 
 MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed) {

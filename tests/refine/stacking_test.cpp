@@ -41,6 +41,7 @@ Features random_features(std::mt19937& random, int count) {
 void add_examples(ErrorStatistics& error_statistics, int speed_class, int count, const Eigen::VectorXd& truth,
                   double precision = 10.0) {
   std::mt19937 random(7);
+  error_statistics.density[motion_state(speed_class)].scale.weight += count;
   for (std::size_t step = 0; step < kSteps; ++step) {
     const std::size_t cell = step * kSpeedClasses + static_cast<std::size_t>(speed_class);
     for (int i = 0; i < count; ++i) {
@@ -93,6 +94,32 @@ TEST(Stacking, LearnsWhatManyExamplesShow) {
   ErrorStatistics error_statistics = nothing_fitted();
   add_examples(error_statistics, kFittedClass, 3000, kTruth);
   EXPECT_LT(distance(Stacking(error_statistics, {}), kFittedClass, kTruth), 0.01);
+}
+
+TEST(Stacking, BelievesFewWindowsLess) {
+  const auto error_after = [](int count, double windows) {
+    ErrorStatistics error_statistics = nothing_fitted();
+    add_examples(error_statistics, kFittedClass, count, kTruth);
+    error_statistics.density[kWalking].scale.weight = windows;
+    return distance(Stacking(error_statistics, {}), kFittedClass, kTruth);
+  };
+  EXPECT_GT(error_after(10, 5.0), 1.5 * error_after(10, 1000.0));
+}
+
+TEST(Stacking, APersonWhoStandsBeforeANoisyTrackerDoesNotWalk) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise_m(0.0, 0.1);
+  Trajectory standing{"x", {}, {}};
+  for (int i = 0; i <= 32; ++i) {
+    standing.times_s.push_back(0.1 * i);
+    const double x = noise_m(random), y = noise_m(random);
+    standing.positions_m.emplace_back(x, y);
+  }
+  CurbTrajectory observed = observe(standing, 32, testing::square_frame(), 3.2, {});
+  for (Vector2& velocity : observed.velocities) velocity = {0.0, 0.5};  // to and fro
+  EXPECT_EQ(speed_class(observed), 0);
+  const Trajectory walking = testing::walk("y", {{0, 0}, {20, 0}}, 0.5);
+  EXPECT_EQ(speed_class(observe(walking, 32, testing::square_frame(), 3.2, {})), 1);
 }
 
 TEST(Stacking, AClassOfWhichNothingWasSeenDoesAsTheOthers) {
