@@ -127,11 +127,12 @@ std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& sour
   return result;
 }
 
-/// The longest interval within a track. Without the jitter, a tracker at 1 Hz would be cut at every second sample.
-double longest_interval_s(std::span<const Sample> samples, const CleanConfig& config) {
-  std::vector<double> intervals_s;
-  for (std::size_t i = 1; i < samples.size(); ++i) intervals_s.push_back(samples[i].t_s - samples[i - 1].t_s);
-  return config.max_gap_s + kStampJitter * std::min(config.max_gap_s, quantile(intervals_s, 0.5)) + kSlack_s;
+/// Without the jitter, a tracker at 1 Hz would be cut at every second sample. The interval before is known when a
+/// sample arrives, so that a file and a stream are cut alike.
+bool is_gap(const std::vector<Sample>& before, const Sample& sample, const CleanConfig& config) {
+  double interval_s = config.max_gap_s;
+  if (before.size() > 1) interval_s = std::min(interval_s, before.back().t_s - before[before.size() - 2].t_s);
+  return sample.t_s - before.back().t_s > config.max_gap_s + kStampJitter * interval_s + kSlack_s;
 }
 
 bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
@@ -143,20 +144,19 @@ bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
 std::vector<Tracklet> tracklets_of(const RawTrack& track, const std::string& source, const CleanConfig& config,
                                    TrackReport& report) {
   const std::vector<Sample> samples = one_per_stamp(track, source, report);
-  const double longest_s = longest_interval_s(samples, config);
-  const auto is_gap = [&](const Sample& from, const Sample& to) { return to.t_s - from.t_s > longest_s; };
   std::vector<Tracklet> tracklets;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Sample* last = tracklets.empty() ? nullptr : &tracklets.back().samples.back();
-    const bool jump = last != nullptr && is_jump(*last, samples[i], config);
-    if (jump && i + 1 < samples.size() && !is_jump(*last, samples[i + 1], config) && !is_gap(*last, samples[i + 1])) {
+    const std::vector<Sample>* before = tracklets.empty() ? nullptr : &tracklets.back().samples;
+    const bool jump = before != nullptr && is_jump(before->back(), samples[i], config);
+    if (jump && i + 1 < samples.size() && !is_jump(before->back(), samples[i + 1], config) &&
+        !is_gap(*before, samples[i + 1], config)) {
       drop(report, DropReason::outlier, source, track.id, samples[i].line);
       continue;
     }
-    const bool gap = last != nullptr && is_gap(*last, samples[i]);
+    const bool gap = before != nullptr && is_gap(*before, samples[i], config);
     if (jump) ++report.splits_at_jumps;
     if (gap && !jump) ++report.splits_at_gaps;
-    if (last == nullptr || jump || gap) tracklets.push_back({&track, {}});
+    if (before == nullptr || jump || gap) tracklets.push_back({&track, {}});
     tracklets.back().samples.push_back(samples[i]);
   }
   std::erase_if(tracklets, [&](const Tracklet& tracklet) {

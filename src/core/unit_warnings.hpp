@@ -10,7 +10,7 @@
 namespace sila {
 
 /// Jitter of time stamps, as a share of the interval between samples.
-inline constexpr double kStampJitter = 0.25;
+inline constexpr double kStampJitter = 0.2;
 
 /// What makes metres of the pixels of a file.
 inline constexpr const char* kFileRemedy =

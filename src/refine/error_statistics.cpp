@@ -148,7 +148,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   const ErrorDensity& walking = stacking.density(kWalking, true);
   if (example.person.slow) add_sums(error_statistics.slow[*example.person.slow], example.slow_errors);
   const bool whole = example.features.size() == static_cast<std::size_t>(error_statistics.steps);
-  if (walks(example.person) && whole)
+  if (example.person.walks() && whole)
     add_window(error_statistics.global_motion, example.motion, constant_errors(example));
   if (example.corrected && whole)
     stacking.add_window(error_statistics, observed, example.corrections, example.truths_mps, example.stacked_mps);

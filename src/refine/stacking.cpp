@@ -224,21 +224,17 @@ Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const
   return choice.constant_velocity * features.col(kConstantVelocityFeature) + choice.stacked * stacked;
 }
 
-bool walks(const PersonClass& person) {
-  return motion_state(person.speed) == kWalking;
-}
-
 MotionInput global_motion_input(const ObservedFeatures& observation, const CurbTrajectory& observed) {
   return motion_input(observation.kinematics.leftCols<4>(), observed.companions_mps);
 }
 
 VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const CurbTrajectory& observed) const {
-  if (!walks(seen.person)) return {};
+  if (!seen.person.walks()) return {};
   return global_motion_.error(global_motion_input(seen, observed), horizon_s_);
 }
 
 bool Stacking::corrects(const ObservedFeatures& seen) const {
-  return fitted() && seen.site && seen.fields_nearby && walks(seen.person);
+  return fitted() && seen.site && seen.fields_nearby && seen.person.walks();
 }
 
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,

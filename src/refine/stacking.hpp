@@ -55,9 +55,6 @@ Vector2 place_free_mps(const ObservedFeatures& observation, std::size_t step, do
 Features stacked_features(const ObservedFeatures& observation, const ResidualPrediction& residuals, std::size_t step,
                           double interval_s);
 
-/// Whether a person walks, neither stands nor hardly moves.
-bool walks(const PersonClass& person);
-
 /// The corrections of the stacked velocities of one person, and the input of the motion correction.
 struct Corrections {
   MotionInput input;

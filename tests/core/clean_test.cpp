@@ -76,8 +76,8 @@ TEST(Clean, KeepsAnOrdinaryTrackAsItIs) {
 }
 
 TEST(Clean, SplitsAtGapsOfMoreThanASecondAndTheJitter) {
-  const CleanTracks tracks = clean_one(walk("17", 0.0, 3) + walk("17", 1.89, 2, 2.0) + walk("17", 3.4, 2, 3.0));
-  // The jitter is a quarter of 0.4 s: 0.8 to 1.89 s is no gap, 2.29 to 3.4 s is one.
+  const CleanTracks tracks = clean_one(walk("17", 0.0, 3) + walk("17", 1.87, 2, 2.0) + walk("17", 3.36, 2, 3.0));
+  // The jitter is a fifth of 0.4 s: 0.8 to 1.87 s is no gap, 2.27 to 3.36 s is one.
   EXPECT_EQ(ids_of(tracks), (std::vector<std::string>{"17", "17#2"}));
   EXPECT_EQ(tracks.trajectories[0].times_s.size(), 5U);
   EXPECT_EQ(tracks.report.splits_at_gaps, 1U);

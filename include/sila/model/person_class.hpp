@@ -34,6 +34,8 @@ struct PersonClass {
   std::optional<std::size_t> slow;  ///< of a person who hardly moves: see kSlowLimits_mps
   std::size_t observed = 0;         ///< see observed_class
 
+  /// Neither stands nor hardly moves.
+  bool walks() const { return motion_state(speed) == kWalking; }
   std::size_t density() const { return observed * kMotionStates + motion_state(speed); }
   std::size_t score() const {
     return observed == 0 ? static_cast<std::size_t>(speed) : kSpeedClasses - kMotionStates + density();
