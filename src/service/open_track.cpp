@@ -11,12 +11,18 @@ CleanTracks cleaned(std::vector<Detection> rows, const CleanConfig& config) {
   return clean(std::span(&source, 1), config);
 }
 
-/// Whether a row continues the path from the newest row: `clean` makes one trajectory of the two.
+/// Whether a row continues the path from the newest row: `clean` makes one trajectory of the last two samples, whose
+/// interval decides how long a gap may be, and the row.
 bool continues(const OpenTrack& track, const Detection& row, const CleanConfig& config) {
   if (track.path.times_s.empty() || track.path.times_s.back() != track.latest_s || row.t_s <= track.latest_s)
     return false;
-  const Detection last{row.track, track.latest_s, track.path.positions_m.back()};
-  return cleaned({last, row}, config).trajectories.size() == 1;
+  std::vector<Detection> rows;
+  const std::size_t samples = track.path.times_s.size();
+  for (std::size_t i = samples - std::min<std::size_t>(2, samples); i < samples; ++i)
+    rows.push_back({row.track, track.path.times_s[i], track.path.positions_m[i]});
+  rows.push_back(row);
+  const CleanTracks tracks = cleaned(rows, config);
+  return tracks.trajectories.size() == 1 && tracks.trajectories.front().times_s.size() == rows.size();
 }
 
 }  // namespace

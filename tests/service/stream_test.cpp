@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "service/open_track.hpp"
 #include "service/streams.hpp"
 #include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"
@@ -286,6 +287,20 @@ TEST(StreamCore, StreamsDoNotShareIdsOrClocks) {
   ASSERT_EQ(core.finished.size(), 1u);
   EXPECT_EQ(core.finished.front().track.times_s.size(), 20u);
   EXPECT_EQ(core.streams.size(), 1u);
+}
+
+TEST(OpenTrack, IsCutAtTheGapsThatCutAFile) {
+  for (const double interval_s : {0.1, 1.0}) {
+    for (const double gap_s : {0.9, 1.015, 1.04, 1.15, 1.3}) {
+      OpenTrack track;
+      double t_s = 0.0;
+      for (int i = 0; i < 10; ++i) {
+        extend(track, {"a", t_s, Vector2(t_s, 0.0)}, {});
+        t_s += i == 4 ? gap_s : interval_s;
+      }
+      EXPECT_EQ(track.path.times_s, trajectories_of(track, {}).back().times_s) << interval_s << ' ' << gap_s;
+    }
+  }
 }
 
 }  // namespace
