@@ -127,8 +127,8 @@ std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& sour
   return result;
 }
 
-/// Without the jitter, a tracker at 1 Hz would be cut at every second sample. The interval before is known when a
-/// sample arrives, so that a file and a stream are cut alike.
+/// Whether a gap precedes a sample. Stamps jitter; without an allowance for that, a tracker at 1 Hz would be cut at
+/// every second sample. The allowance depends on earlier samples alone, so that a stream is cut as a file is.
 bool is_gap(const std::vector<Sample>& before, const Sample& sample, const CleanConfig& config) {
   double interval_s = config.max_gap_s;
   if (before.size() > 1) interval_s = std::min(interval_s, before.back().t_s - before[before.size() - 2].t_s);

@@ -24,8 +24,8 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
                                        const std::string& remedy = kFileRemedy);
 
 /// The median speed of each track that walks, without its pauses [unit of the positions per second]. A track walks if
-/// it lasts 3 s or more and its net displacement is at least half of the sum of its displacements over one second: the
-/// noise of a person who stands makes a large sum and a small net displacement.
+/// it lasts 3 s or more and its net displacement is at least half of the sum of its displacements over one second.
+/// Noise gives a standing person a large sum and a small net displacement.
 std::vector<double> walking_speeds(std::span<const Trajectory> tracks);
 
 /// The value below which the share `q` of them lies; 0 for none.

@@ -13,7 +13,7 @@ namespace {
 /// Ridge towards the residual GPs (without them: constant velocity), for all people who walk together. Examples are
 /// weighted by their precision [s^2/m^2].
 constexpr double kRidge = 30.0;
-/// After this number of windows the ridge is twice as strong as after many: they are those of one or two people.
+/// After this number of windows, from one or two people, the ridge is twice as strong as after many.
 constexpr double kFewWindows = 20.0;
 /// Prior coefficient of the prediction by residual GPs, beside constant velocity: the windows of one person are not
 /// independent, so residual GPs of a few people know less than their variances say.

@@ -18,8 +18,8 @@
 
 namespace sila {
 
-/// The class of kSpeedClassLimits_mps by the mean observed speed; 0 for a person who hardly moves: the mean speed of a
-/// person who stands is high if the positions are noisy.
+/// The class of kSpeedClassLimits_mps by the mean observed speed. It is 0 for a person who hardly moves, because noisy
+/// positions give a standing person a high mean speed.
 int speed_class(const CurbTrajectory& observed);
 
 /// The class of kShorterObserved_s, 0 for a whole window of `observe_s`.
