@@ -71,7 +71,7 @@ def tracks(
     *,
     scene: SceneLike | None = None,
     colour: str = "speed",
-    longest_gap_s: float = 1.0,
+    longest_gap_s: float = 1.2,
     ax: Axes | None = None,
 ) -> Axes:
     """Tracks, coloured by `speed` [m/s] (over about 0.4 s) or by `time` since the start of each track [s]."""

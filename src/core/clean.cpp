@@ -12,6 +12,7 @@
 
 #include "core/dropped_rows.hpp"
 #include "core/lower.hpp"
+#include "core/track_cuts.hpp"
 #include "core/track_frame.hpp"
 #include "core/unit_warnings.hpp"
 #include "sila/core/counted.hpp"
@@ -21,8 +22,6 @@ namespace {
 
 /// Beyond this a double resolves no tenth of a millisecond; no clock counts that many seconds.
 constexpr double kLargestTime_s = 1e12;
-/// Frame numbers become seconds with rounding: a gap of exactly the limit is none, and stamps nearer than this are one.
-constexpr double kSlack_s = 1e-6;
 
 struct Sample {
   double t_s = 0.0;
@@ -127,17 +126,14 @@ std::vector<Sample> one_per_stamp(const RawTrack& track, const std::string& sour
   return result;
 }
 
-/// Whether a gap precedes a sample. Stamps jitter; without an allowance for that, a tracker at 1 Hz would be cut at
-/// every second sample. The allowance depends on earlier samples alone, so that a stream is cut as a file is.
 bool is_gap(const std::vector<Sample>& before, const Sample& sample, const CleanConfig& config) {
-  double interval_s = config.max_gap_s;
-  if (before.size() > 1) interval_s = std::min(interval_s, before.back().t_s - before[before.size() - 2].t_s);
-  return sample.t_s - before.back().t_s > config.max_gap_s + kStampJitter * interval_s + kSlack_s;
+  const double last_s = before.back().t_s;
+  const double interval_s = before.size() > 1 ? last_s - before[before.size() - 2].t_s : config.max_gap_s;
+  return sample.t_s - last_s > longest_gap_s(interval_s, config);
 }
 
 bool is_jump(const Sample& from, const Sample& to, const CleanConfig& config) {
-  const double reach = config.jump_tolerance_m + config.max_speed_mps * (to.t_s - from.t_s);
-  return (to.position_m - from.position_m).norm() > reach;
+  return is_jump(to.position_m - from.position_m, to.t_s - from.t_s, config);
 }
 
 /// Cuts at gaps and jumps; a single sample off a path that continues without it is dropped.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/concatenate.hpp"
+#include "core/track_cuts.hpp"
 
 namespace sila {
 namespace {

@@ -9,9 +9,6 @@
 
 namespace sila {
 
-/// Jitter of time stamps, as a share of the interval between samples.
-inline constexpr double kStampJitter = 0.2;
-
 /// What makes metres of the pixels of a file.
 inline constexpr const char* kFileRemedy =
     "give a camera (--camera), metres_per_unit (--metres-per-unit) or, for a new model, --units pixels "

@@ -119,6 +119,20 @@ std::vector<ErrorDensity> densities_of(const Densities& moments, const ErrorStat
   return densities;
 }
 
+/// A person whose observed positions lie further from their mean than this (root mean square) [m] does not stand, even
+/// if they end where they began: the person walked there and back.
+constexpr double kStandingSpread_m = 0.25;
+
+double spread_m(const CurbTrajectory& observed) {
+  Vector2 mean = Vector2::Zero();
+  for (const Vector2& position : observed.positions) mean += position;
+  mean /= static_cast<double>(observed.positions.size());
+  double sum_m2 = 0.0;
+  for (const Vector2& position : observed.positions)
+    sum_m2 += velocity_to_world(observed.frame, position - mean).squaredNorm();
+  return std::sqrt(sum_m2 / static_cast<double>(observed.positions.size()));
+}
+
 /// The slow class of a person, by the net displacement while observed. None if the person walks, or if fewer than two
 /// samples were observed.
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
@@ -126,7 +140,7 @@ std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
   const Vector2 way = velocity_to_world(observed.frame, observed.positions.back() - observed.positions.front());
   const double net_mps = way.norm() / (observed.times_s.back() - observed.times_s.front());
   const auto limit = std::ranges::upper_bound(kSlowLimits_mps, net_mps);
-  if (limit == std::end(kSlowLimits_mps)) return std::nullopt;
+  if (limit == std::end(kSlowLimits_mps) || spread_m(observed) > kStandingSpread_m) return std::nullopt;
   return static_cast<std::size_t>(limit - std::begin(kSlowLimits_mps));
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/track_cuts.hpp"
+
 namespace sila {
 namespace {
 
@@ -11,21 +13,21 @@ CleanTracks cleaned(std::vector<Detection> rows, const CleanConfig& config) {
   return clean(std::span(&source, 1), config);
 }
 
-/// Whether a row continues the path from the newest row: `clean` makes one trajectory of the last two samples, whose
-/// interval decides how long a gap may be, and the row.
+/// Whether `clean` would append a row to the path.
 bool continues(const OpenTrack& track, const Detection& row, const CleanConfig& config) {
-  if (track.path.times_s.empty() || track.path.times_s.back() != track.latest_s || row.t_s <= track.latest_s)
-    return false;
-  std::vector<Detection> rows;
-  const std::size_t samples = track.path.times_s.size();
-  for (std::size_t i = samples - std::min<std::size_t>(2, samples); i < samples; ++i)
-    rows.push_back({row.track, track.path.times_s[i], track.path.positions_m[i]});
-  rows.push_back(row);
-  const CleanTracks tracks = cleaned(rows, config);
-  return tracks.trajectories.size() == 1 && tracks.trajectories.front().times_s.size() == rows.size();
+  if (track.path.times_s.empty() || track.path.times_s.back() != track.latest_s) return false;
+  const double passed_s = row.t_s - track.latest_s;
+  return passed_s >= kSlack_s && passed_s <= longest_gap_s(track, config) &&
+         !is_jump(row.position_m - track.path.positions_m.back(), passed_s, config);
 }
 
 }  // namespace
+
+double longest_gap_s(const OpenTrack& track, const CleanConfig& config) {
+  const std::vector<double>& times_s = track.path.times_s;
+  const double interval_s = times_s.size() > 1 ? times_s.back() - times_s[times_s.size() - 2] : config.max_gap_s;
+  return longest_gap_s(interval_s, config);
+}
 
 bool is_usable(const Detection& row, const CleanConfig& config) {
   const TrackReport report = cleaned({row}, config).report;

@@ -6,6 +6,9 @@
 
 namespace sila {
 
+/// The longest gap after the path that does not cut the track [s].
+double longest_gap_s(const OpenTrack& track, const CleanConfig& config);
+
 /// Whether `clean` could use this row at all.
 bool is_usable(const Detection& row, const CleanConfig& config);
 

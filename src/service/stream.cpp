@@ -104,7 +104,8 @@ void end_overdue(StreamCore& core, Stream& stream, const ServiceSettings& settin
   stream.checked_s = now_s;
   for (auto entry = stream.pedestrians.begin(); entry != stream.pedestrians.end();) {
     Pedestrian& pedestrian = entry->second;
-    const bool ended = now_s > pedestrian.track.latest_s + settings.clean.max_gap_s + settings.service.late_s;
+    const double gap_s = longest_gap_s(pedestrian.track, settings.clean);
+    const bool ended = now_s > pedestrian.track.latest_s + gap_s + settings.service.late_s;
     if (ended) end_pedestrian(core, pedestrian, settings);
     entry = ended ? stream.pedestrians.erase(entry) : std::next(entry);
   }

@@ -120,6 +120,13 @@ TEST(Stacking, APersonWhoStandsBeforeANoisyTrackerDoesNotWalk) {
   EXPECT_EQ(speed_class(observe(walking, 32, testing::square_frame(), 3.2, {})), 1);
 }
 
+TEST(Stacking, APersonWhoWalkedThereAndBackWalks) {
+  const Trajectory path = testing::walk("x", {{0, 0}, {1.6, 0}, {-9, 0}}, 1.0);
+  const CurbTrajectory observed = observe(path, 32, testing::square_frame(), 3.2, {});
+  EXPECT_LT((observed.positions.back() - observed.positions.front()).norm(), 0.3);
+  EXPECT_EQ(speed_class(observed), 2);
+}
+
 TEST(Stacking, AClassOfWhichNothingWasSeenDoesAsTheOthers) {
   ErrorStatistics error_statistics = nothing_fitted();
   add_examples(error_statistics, kFittedClass, 3000, kTruth);

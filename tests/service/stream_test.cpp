@@ -303,5 +303,16 @@ TEST(OpenTrack, IsCutAtTheGapsThatCutAFile) {
   }
 }
 
+TEST(StreamCore, WaitsForATrackAsLongAsItsJitterAllows) {
+  ServiceSettings settings = service_settings();
+  settings.service.late_s = 0.1;
+  StreamCore core;
+  for (int k = 0; k < 10; ++k) {
+    if (k == 5) ingest(core, 1, {"b", 5.15, Vector2(0.0, 9.0)}, 0.0, settings);  // 1.15 s after the last row of a
+    ingest(core, 1, {"a", k < 5 ? k : k + 0.18, Vector2(k, 0.0)}, 0.0, settings);
+  }
+  EXPECT_EQ(core.streams.at(1).pedestrians.at("a").track.path.times_s.size(), 10U);
+}
+
 }  // namespace
 }  // namespace sila
