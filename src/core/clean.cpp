@@ -259,31 +259,6 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   return result;
 }
 
-CleanTracks clean_all(std::span<const Detections> sources, std::span<const std::string> prefix,
-                      const CleanConfig& config) {
-  validate_fields("clean", config);
-  CleanTracks result;
-  TrackReport& report = result.report;
-  std::size_t recordings = 0;
-  for (std::size_t s = 0; s < sources.size(); ++s) {
-    report.rows_read += sources[s].rows_read;
-    std::map<std::string, std::size_t> recording_of;  // where there is more than one in a source
-    for (CleanedTrack& track : clean_source(sources[s], prefix[s], config, report)) {
-      report.rows_kept += track.trajectory.times_s.size();
-      if (extent_m(track.trajectory) < config.standing_extent_m) ++report.standing_tracks;
-      result.trajectories.push_back(std::move(track.trajectory));
-      const std::string clock = sources[s].own_clocks ? track.input_id : "";
-      result.trajectories.back().recording =
-          recording_of.try_emplace(clock, recordings + recording_of.size()).first->second;
-      result.input_ids.push_back(std::move(track.input_id));
-    }
-    recordings += std::max<std::size_t>(1, recording_of.size());
-  }
-  report.sources = sources.size();
-  report.tracks_kept = result.trajectories.size();
-  return result;
-}
-
 }  // namespace
 
 std::string_view name_of(DropReason reason) {
@@ -310,14 +285,33 @@ std::vector<std::string> id_prefixes(std::span<const std::string> sources) {
   return numbers;
 }
 
-CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config) {
-  std::vector<std::string> names;
-  for (const Detections& source : sources) names.push_back(source.source);
-  return clean_all(sources, id_prefixes(names), config);
-}
-
-CleanTracks clean(const Detections& source, const std::string& id_prefix, const CleanConfig& config) {
-  return clean_all(std::span(&source, 1), std::span(&id_prefix, 1), config);
+CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config, std::vector<std::string> id_prefix) {
+  validate_fields("clean", config);
+  if (id_prefix.empty()) {
+    std::vector<std::string> names;
+    for (const Detections& source : sources) names.push_back(source.source);
+    id_prefix = id_prefixes(names);
+  }
+  CleanTracks result;
+  TrackReport& report = result.report;
+  std::size_t recordings = 0;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    report.rows_read += sources[s].rows_read;
+    std::map<std::string, std::size_t> recording_of;  // where there is more than one in a source
+    for (CleanedTrack& track : clean_source(sources[s], id_prefix[s], config, report)) {
+      report.rows_kept += track.trajectory.times_s.size();
+      if (extent_m(track.trajectory) < config.standing_extent_m) ++report.standing_tracks;
+      result.trajectories.push_back(std::move(track.trajectory));
+      const std::string clock = sources[s].own_clocks ? track.input_id : "";
+      result.trajectories.back().recording =
+          recording_of.try_emplace(clock, recordings + recording_of.size()).first->second;
+      result.input_ids.push_back(std::move(track.input_id));
+    }
+    recordings += std::max<std::size_t>(1, recording_of.size());
+  }
+  report.sources = sources.size();
+  report.tracks_kept = result.trajectories.size();
+  return result;
 }
 
 std::string to_text(const DroppedRows& dropped) {

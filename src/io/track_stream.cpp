@@ -216,7 +216,7 @@ struct TrackStream::State {
   }
 
   CleanTracks cleaned(const Detections& rows, bool begins) {
-    CleanTracks tracks = clean(rows, prefixes[source], config);
+    CleanTracks tracks = clean(std::span(&rows, 1), config, {prefixes[source]});
     for (Trajectory& track : tracks.trajectories) {
       track.recording += first_recording;
       next_recording = std::max(next_recording, track.recording + 1);

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "gp/fuse_gps.hpp"
@@ -154,13 +153,10 @@ void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetRep
   reduce_residuals(table, model, bytes_of_transitions(table) + bytes_of_primitives(table, model) - most, report);
   double transitions = bytes_of_transitions(table);
   while (transitions > 0.0 && transitions + bytes_of_primitives(table, model) > most) {
-    const auto rank = [&](std::size_t i) {
-      return std::tuple(worth(table, model.transitions, i) / table.bytes[i],
-                        -age_episodes(model.transitions[i].sites, model.sites), i);
-    };
+    const auto worth_per_byte = [&](std::size_t i) { return worth(table, model.transitions, i) / table.bytes[i]; };
     std::size_t least = count;
     for (std::size_t i = 0; i < count; ++i) {
-      if (table.kept[i] && (least == count || rank(i) < rank(least))) least = i;
+      if (table.kept[i] && (least == count || worth_per_byte(i) < worth_per_byte(least))) least = i;
     }
     transitions = std::max(0.0, transitions - table.bytes[least]);
     evict(table, model.transitions[least], least, report);

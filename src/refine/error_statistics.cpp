@@ -231,7 +231,6 @@ ErrorStatistics shrunk_error_statistics(const Model& model, std::size_t site) {
       std::ranges::transform(others, sites[s].scores[cell], others.begin(), std::plus<>{});
     }
     const double windows = std::accumulate(others.begin(), others.end(), 0.0);
-    if (windows <= 0.0) continue;
     const double share = std::min(1.0, kOtherSitesWindows / windows);
     for (std::size_t bin = 0; bin < others.size(); ++bin) own.scores[cell][bin] += share * others[bin];
   }

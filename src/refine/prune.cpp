@@ -69,12 +69,12 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
 
 /// Merges rare transitions into those that agree best, until no pair agrees: a transition that grew may agree with
 /// further ones. Returns the number of merged transitions.
-int subsume_rare(PruningState& state, std::vector<bool> compared, double max_count, const FuseConfig& fusing,
-                 const ResidualConfig& residual) {
+int subsume_rare(PruningState& state, double max_count, const FuseConfig& fusing, const ResidualConfig& residual) {
   const double agreement = PruneConfig::agreement_mps / state.model.settings.reference_width_m;
   std::vector<std::size_t> order(state.model.transitions.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   int subsumed = 0;
+  std::vector<bool> compared(order.size(), true);
   for (; std::find(compared.begin(), compared.end(), true) != compared.end();
        compared = std::exchange(state.changed, std::vector<bool>(order.size(), false))) {
     std::ranges::stable_sort(order, {},
@@ -123,14 +123,8 @@ PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusi
   const std::size_t transitions = model.transitions.size();
   PruningState state{model, detail::OverlapIndex(model.transitions), std::vector<bool>(transitions, true),
                      std::vector<bool>(transitions, false)};
-  std::vector<bool> compared(transitions, true);
-  for (bool goes_on = true; goes_on;) {
-    result.report.subsumed += subsume_rare(state, std::move(compared), config.max_count, fusing, residual);
-    const int old = subsume_old(state, config, fusing, residual);
-    result.report.subsumed += old;
-    compared = std::exchange(state.changed, std::vector<bool>(transitions, false));
-    goes_on = old > 0;  // a transition that grew may agree with further ones
-  }
+  result.report.subsumed = subsume_rare(state, config.max_count, fusing, residual);
+  result.report.subsumed += subsume_old(state, config, fusing, residual);
   result.kept = detail::remove_transitions(model, state.kept);
   result.report.primitives = static_cast<int>(primitives - model.primitives.size());
   result.model = std::move(model);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "refine/error_statistics.hpp"
 #include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/model/packing.hpp"
@@ -78,6 +79,14 @@ TEST(Prior, HelpsWhereFewTracksAreKnown) {
   const Tracks unseen = testing::corner_walks(40, 9), few = testing::corner_walks(6, 3);
   const Model prior = prior_elsewhere();
   EXPECT_LT(error_m(learnt(few, prior), unseen), error_m(learnt(few), unseen));
+}
+
+TEST(Prior, CountsAtAPlaceLikeTwoHundredWindows) {
+  const Model prior = prior_elsewhere();
+  EXPECT_GT(windows_in(prior.refinement.prior.density), 300.0);
+  const Model model = learnt(testing::corner_walks(20, 2), prior);
+  const double own = windows_in(model.refinement.error_statistics[0].density);
+  EXPECT_NEAR(windows_in(shrunk_error_statistics(model, 0).density), own + 200.0, 1e-6);
 }
 
 /// People who walk faster and faster, in any direction around a point.

@@ -59,11 +59,10 @@ struct CleanTracks {
 /// Sorts, splits and counts: rows in, trajectories out, every row accounted for. The order of the rows has no influence
 /// on the trajectories. Ids stay as they are; later tracklets of a split track are "17#2", "17#3"; if there are several
 /// sources, ids begin with the shortest distinct name of the source, "file:17". Each source is one recording; if its
-/// tracks have clocks of their own, each track is one. Throws: std::invalid_argument for a configuration out of range.
-CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config);
-
-/// The same for one source, whose ids get `id_prefix`.
-CleanTracks clean(const Detections& source, const std::string& id_prefix, const CleanConfig& config);
+/// tracks have clocks of their own, each track is one. `id_prefix`: other beginnings of the ids, one for each source.
+/// Throws: std::invalid_argument for a configuration out of range.
+CleanTracks clean(std::span<const Detections> sources, const CleanConfig& config,
+                  std::vector<std::string> id_prefix = {});
 
 /// For each source (a path) the prefix of its ids: nothing for one source, else the shortest tail of the path that
 /// tells all apart.
