@@ -66,15 +66,17 @@ TEST(Learn, MakesAModelThatPassesItsCheckAndCountsEveryTrackOnce) {
   CurbTrajectory standing = tracks.front();
   for (Vector2& velocity : standing.velocities) velocity.setZero();
   tracks.push_back(standing);
+  standing.frame.origin_m.x() += 500.0;  // at another site
+  tracks.push_back(standing);
   const LearnConfig config;
   const ModelSettings settings =
       begin_settings(tracks.front().frame.sidewalk_width_m, CurbScaling::mean_width, 0.2, config.grid);
-  const LearnResult learnt = learn(tracks, settings, config);
+  const LearnResult learnt = learn(tracks, settings, config, SiteSharing::apart);
   EXPECT_NO_THROW(check(learnt.increment.model));
   EXPECT_EQ(learnt.increment.samples.size(), learnt.increment.model.transitions.size());
-  EXPECT_EQ(learnt.report.standing, 1);
+  EXPECT_EQ(learnt.report.standing, 2);
   const auto explained = std::ranges::count_if(learnt.segments, [](const auto& runs) { return !runs.empty(); });
-  EXPECT_EQ(explained + learnt.report.unexplained + learnt.report.standing, 21);
+  EXPECT_EQ(explained + learnt.report.unexplained + learnt.report.standing, 22);
   EXPECT_NEAR(settings.grid.cell * 2.5, 1.0, 1e-12);
 }
 

@@ -267,6 +267,11 @@ TEST(Outcomes, OfALongerHorizonBeginAsThoseOfAShorterOne) {
   EXPECT_GT(compared, 10);
 }
 
+/// The last y of the mode of a variant.
+double sideways_m(const Prediction& prediction, VariantKind variant) {
+  return std::ranges::find(prediction.modes, variant, &Mode::variant)->path_m.back().y();
+}
+
 TEST(Outcomes, AWalkerGoesStraightOnAndAStanderStays) {
   EpisodeConfig config;
   const Model model = run_episodes({}, testing::corner_walks(40, 21), 20, config, sila_update(config)).model;
@@ -279,7 +284,10 @@ TEST(Outcomes, AWalkerGoesStraightOnAndAStanderStays) {
   EXPECT_FALSE(walks.mirrored);
   CurbFrame mirrored = testing::square_frame();
   std::swap(mirrored.axis_1, mirrored.axis_2);
-  EXPECT_TRUE(predictor.predict(observe(walker, walker.times_s.size() - 1, mirrored, 3.2, {})).mirrored);
+  const Prediction in_image = predictor.predict(observe(walker, walker.times_s.size() - 1, mirrored, 3.2, {}));
+  EXPECT_TRUE(in_image.mirrored);
+  EXPECT_LT(sideways_m(walks, VariantKind::left), sideways_m(walks, VariantKind::right));
+  EXPECT_GT(sideways_m(in_image, VariantKind::left), sideways_m(in_image, VariantKind::right));
   Trajectory stander = walker;
   for (Vector2& position_m : stander.positions_m) position_m = {2.0, 2.0};
   const Prediction stands =
