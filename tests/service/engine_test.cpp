@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "service/streams.hpp"
+#include "sila/train/episode.hpp"
 
 namespace sila {
 namespace {
@@ -41,6 +42,31 @@ TEST(Engine, DoesNotEndTheTracksOfAStreamWhoseLinesItIsLateToRead) {
   }
   EXPECT_EQ(counters.detections, rows.size());
   EXPECT_EQ(counters.tracks, tracks.size());
+}
+
+/// The lines that an engine sends for a walk, one prediction at a time.
+std::vector<std::string> lines_of(const Model& model, const OnlineCalibration& calibration) {
+  const ServiceSettings settings = testing::service_settings();
+  LearnerThread learner(model, calibration, settings.episode, settings.service, {});
+  std::vector<std::string> lines;
+  const auto keep = [&](const std::vector<OutgoingLine>& sent) {
+    for (const OutgoingLine& line : sent) lines.push_back(line.text);
+  };
+  Engine engine(settings, learner, {keep, {}}, true);
+  for (const Detection& row : testing::stream_of(testing::paths_of(testing::corner_walks(1, 4)), 0.0)) {
+    engine.offer({1, row, monotonic_s()});
+    engine.drain();
+  }
+  return lines;
+}
+
+TEST(Engine, BeginsWithTheCalibrationThatWasKept) {
+  const EpisodeConfig config = testing::service_settings().episode;
+  const Model model = run_episodes({}, testing::corner_walks(40, 3), 20, config, sila_update(config)).model;
+  const std::vector<std::string> lines = lines_of(model, {});
+  EXPECT_FALSE(lines.empty());
+  EXPECT_EQ(lines, lines_of(model, {}));
+  EXPECT_NE(lines, lines_of(model, {{1.0}, {{1.0, 1.0, 1.0, 1.0}}}));
 }
 
 }  // namespace
