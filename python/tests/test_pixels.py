@@ -93,3 +93,10 @@ def test_what_is_not_in_pixels_is_rejected(model, place, tmp_path):
         sila.fuse(model, sila.learn(tracks))
     with pytest.raises(ValueError, match="in metres"):
         _ = sila.predict(sila.learn(tracks), tracks[:1])[0].paths_px
+
+
+def test_a_prior_of_a_place_in_pixels_leaves_the_scale_to_the_next_place(model):
+    prior = sila.make_prior([model])
+    assert "metres_per_pixel" not in prior.config
+    nearer = sila.learn(walks(scale=2.0), units="pixels", model=prior)
+    assert nearer.config["metres_per_pixel"] == pytest.approx(model.config["metres_per_pixel"] / 2, rel=1e-6)
