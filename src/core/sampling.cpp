@@ -187,8 +187,9 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
                                 const SamplingConfig& config) {
   if (times_s.empty()) return {};
   const auto begin = track.times_s.begin();
-  const auto from = static_cast<std::size_t>(
-      std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), times_s.front() - kRunIn_s) - begin);
+  const double from_s = times_s.front() - kRunIn_s - kTimeSlack_s;
+  const auto from =
+      static_cast<std::size_t>(std::lower_bound(begin, begin + static_cast<std::ptrdiff_t>(known - 1), from_s) - begin);
   const auto seen_s = std::span(track.times_s).subspan(from, known - from);
   for (std::size_t i = 0; i < seen_s.size(); ++i) {
     const bool increases = i == 0 || seen_s[i] > seen_s[i - 1];

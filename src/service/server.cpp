@@ -103,7 +103,11 @@ void accept_all(detail::ConnectionRegistry& registry, Acceptor& acceptor, Start 
 }  // namespace
 
 struct Server::State {
-  explicit State(LearnerThread& learner_) : learner(learner_) {}
+  explicit State(LearnerThread& learner_) : learner(learner_) {
+    struct sigaction at_hangup = {};
+    sigaction(SIGHUP, nullptr, &at_hangup);
+    if (at_hangup.sa_handler != SIG_IGN) signals.add(SIGHUP);  // ignored under nohup
+  }
 
   LearnerThread& learner;
   detail::ConnectionRegistry registry{};

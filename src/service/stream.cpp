@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "clock.hpp"
+#include "core/concatenate.hpp"
 #include "core/unit_warnings.hpp"
 #include "open_track.hpp"
 #include "sila/core/companions.hpp"
@@ -71,9 +72,13 @@ void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings
     path.times_s.push_back(row.t_s);
     path.positions_m.push_back(row.position_m);
   }
-  if (core.first_tracks.size() == kFirstTracks)
-    core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
-                                  "give a camera (--camera, in Python camera=), or send metres and seconds");
+  if (core.first_tracks.size() < kFirstTracks) return;
+  core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
+                                "give a camera (--camera, in Python camera=), or send metres and seconds");
+  if (core.warnings.empty() && core.counters.predictions + core.counters.superseded == 0)
+    core.warnings.push_back("none of the first 20 tracks could be predicted: their detections are more than " +
+                            concatenate(settings.clean.max_gap_s) +
+                            " s apart (clean.max_gap_s), or several have one time stamp");
 }
 
 void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -27,6 +29,31 @@ TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
   ASSERT_EQ(served.code, 0) << served.err;
   EXPECT_EQ(served.out.find("dropped"), std::string::npos) << served.out;
   EXPECT_EQ(served.out.find("rejected"), std::string::npos) << "a file has no rate: " << served.out;
+}
+
+TEST_F(Program, AServiceThatReadsAFileTakesAQuietTimeAsTheEndOfAllTracks) {
+  std::string lines;
+  for (int k = 0; k < 60; ++k) {
+    const double t_s = 60.0 * (k / 20) + 0.1 * (k % 20);
+    lines +=
+        nlohmann::json{{"t", t_s}, {"id", std::to_string(k / 20)}, {"x", 0.13 * (k % 20)}, {"y", 0.0}}.dump() + "\n";
+  }
+  write(folder_ / "lines.ndjson", lines);
+  const std::string out = run("serve --stdin --wait --http off --model s.sila < lines.ndjson").out;
+  EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 3 * 16) << "one from 0.4 s on for each detection";
+  EXPECT_EQ(out.find("off_clock"), std::string::npos);
+}
+
+TEST_F(Program, AServiceLearnsItsTracksBeforeAHangupEndsIt) {
+  std::string lines;
+  for (int k = 0; k < 40; ++k)
+    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
+  write(folder_ / "lines.ndjson", lines);
+  const std::string feed =
+      "cd '" + folder_.path().string() + "' && mkfifo f && { (cat lines.ndjson; sleep 4) > f & } && ";
+  const std::string serve = "timeout --preserve-status --signal=HUP 2 '" SILA_PROGRAM "' serve --stdin --http off";
+  EXPECT_EQ(std::system((feed + serve + " --model s.sila < f > out").c_str()), 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "s.sila"));
 }
 
 TEST_F(Program, SaysThatStandardInputOrOutputOfAServiceFailed) {

@@ -101,6 +101,22 @@ TEST(Sampling, NeverMakesAStaircaseOfCoarseTracks) {
     EXPECT_NEAR((positions_m[i] - positions_m[i - 1]).norm(), 0.12, 0.006);  // 1.2 m/s
 }
 
+TEST(Sampling, DoesNotDependOnTheOffsetOfTheClock) {
+  Trajectory track{"a", {}, {}};
+  for (int i = 0; i <= 200; ++i) {
+    track.times_s.push_back(0.1 * i);
+    track.positions_m.emplace_back(0.13 * i + 0.03 * std::sin(7.0 * i * i), 0.03 * std::cos(5.0 * i * i));
+  }
+  Trajectory later = track;
+  for (double& t_s : later.times_s) t_s += 1000.0;
+  for (std::size_t last = 50; last <= 200; ++last) {
+    const CurbTrajectory a = observe(track, last, square_frame(), 3.2, {}),
+                         b = observe(later, last, square_frame(), 3.2, {});
+    ASSERT_EQ(a.positions.size(), b.positions.size());
+    for (std::size_t i = 0; i < a.positions.size(); ++i) EXPECT_LT((a.positions[i] - b.positions[i]).norm(), 1e-9);
+  }
+}
+
 TEST(Sampling, WhatComesLaterNeverChangesWhatWasObserved) {
   const Trajectory track = walk("a", {{0, 0}, {10, 0}, {10, 10}}, 1.2, 0.13, 0.05, 3);
   std::mt19937 random(11);

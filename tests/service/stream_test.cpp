@@ -303,6 +303,16 @@ TEST(OpenTrack, IsCutAtTheGapsThatCutAFile) {
   }
 }
 
+TEST(StreamCore, WarnsWhereNoTrackCanBePredicted) {
+  const ServiceSettings settings = service_settings();
+  for (const double interval_s : {2.0, 0.2}) {
+    StreamCore core;
+    for (int k = 0; core.counters.tracks < 20; ++k)
+      ingest(core, 1, {std::to_string(k / 20), interval_s * k, Vector2(interval_s * (k % 20), 0.0)}, 0.0, settings);
+    EXPECT_EQ(core.warnings.size(), interval_s > 1.0 ? 1U : 0U);
+  }
+}
+
 TEST(StreamCore, WaitsForATrackAsLongAsItsJitterAllows) {
   ServiceSettings settings = service_settings();
   settings.service.late_s = 0.1;
