@@ -122,8 +122,11 @@ void LearnerThread::add(std::vector<FramedTrajectory> tracks, OnlineCalibration 
     const std::lock_guard lock(mutex_);
     calibration_ = std::move(calibration);
     for (FramedTrajectory& track : tracks) waiting_.push_back(std::move(track));
-    for (; waiting_.size() > static_cast<std::size_t>(service_.max_waiting_tracks); waiting_.pop_front())
+    const auto most = static_cast<std::size_t>(service_.batch) + static_cast<std::size_t>(service_.max_waiting_tracks);
+    for (; waiting_.size() > most; waiting_.pop_front()) {
       ++status_.discarded_tracks;
+      if (overflow_ == Overflow::none) overflow_ = Overflow::unreported;
+    }
   }
   changed_.notify_all();
 }
@@ -163,7 +166,11 @@ void LearnerThread::run() {
       waiting_.erase(waiting_.begin(), end);
     }
     status_.learning = ready;
+    const bool reports = overflow_ == Overflow::unreported;
+    if (reports) overflow_ = Overflow::reported;
     lock.unlock();
+    if (reports && storage_.failed)
+      storage_.failed("tracks end faster than they are learnt: the oldest of those that wait are lost");
     arena.execute([&] {
       reload_if_changed();
       if (ready) learn_batch(batch);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -231,12 +232,25 @@ TEST(LearnerThread, GoesOnWhenTheStoredModelCannotBeRead) {
 }
 
 TEST(LearnerThread, DiscardsTheOldestTracksWhenTooManyWait) {
-  ServiceConfig config = small_batches(1000);
-  config.max_waiting_tracks = 30;
-  LearnerThread learner = started(config, [](const Episode&) {});
+  ServiceConfig config = small_batches(20);
+  config.max_waiting_tracks = 10;
+  std::atomic<bool> learns = false, released = false;
+  std::atomic<int> warnings = 0;
+  const auto hold = [&](const Model&, const Episode&, const OnlineCalibration&) {
+    learns = true;
+    learns.notify_one();
+    released.wait(false);
+  };
+  LearnerThread learner(Model{}, {}, EpisodeConfig{}, config, {hold, {}, {}, [&](const std::string&) { ++warnings; }});
+  learner.add(corner_walks(20, 1), {});
+  learns.wait(false);
   for (int i = 0; i < 10; ++i) learner.add(corner_walks(10, 1), {});
-  EXPECT_EQ(learner.status().waiting_tracks, 30u);
+  EXPECT_EQ(learner.status().waiting_tracks, 30u) << "a batch, and those that wait beside it";
   EXPECT_EQ(learner.status().discarded_tracks, 70u);
+  released = true;
+  released.notify_one();
+  learner.drain();
+  EXPECT_EQ(warnings, 1);
 }
 
 TEST(LearnerThread, EndsWithoutLearningAPartialBatch) {

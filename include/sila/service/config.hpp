@@ -21,7 +21,7 @@ struct ServiceConfig {
   int max_track_samples = 6000;
   /// Predictions retained until their future is known; further ones are not scored; not a setting.
   int max_pending_scores = 20000;
-  /// Tracks that wait to be learnt, at least the largest batch; beyond it the oldest are discarded; not a setting.
+  /// Tracks that wait to be learnt beside a batch; the oldest of more are discarded; not a setting.
   int max_waiting_tracks = 1000;
   /// Step of the online calibration of nominal regions, for each pedestrian.
   static constexpr double calibration_step = 0.05;
@@ -42,7 +42,7 @@ struct ServiceConfig {
 };
 
 void fields(MaybeConst<ServiceConfig> auto& config, auto&& visit) {
-  visit.number("batch", config.batch, Range{1, 1000}, "tracks", "finished tracks that make an episode");
+  visit.number("batch", config.batch, Range{1, 1000000}, "tracks", "finished tracks that make an episode");
   visit.number("stride_s", config.stride_s, Range{0.0, 600.0}, "s",
                "between the predictions of a pedestrian; 0: one for each detection");
   visit.number("late_s", config.late_s, Range{0.0, 60.0}, "s",

@@ -21,7 +21,7 @@ namespace sila {
 /// Counts of the learner thread, since its start.
 struct LearnerStatus {
   std::size_t waiting_tracks = 0;
-  std::uint64_t discarded_tracks = 0;  ///< over service.max_waiting_tracks, or of a failed episode
+  std::uint64_t discarded_tracks = 0;  ///< beyond service.max_waiting_tracks, or of a failed episode
   std::uint64_t episodes = 0;
   std::uint64_t failed_episodes = 0;
   std::uint64_t known_episodes = 0;  ///< batches that the model had learnt before; they change nothing
@@ -90,6 +90,7 @@ class LearnerThread {
   LearnerStatus status_;
   bool stopping_ = false;
   bool draining_ = false;
+  enum class Overflow { none, unreported, reported } overflow_ = Overflow::none;
   std::thread thread_;
 };
 
