@@ -295,6 +295,7 @@ def test_an_interrupt_of_the_program_is_one_line(sites, tmp_path):
     """As Ctrl-C: the workers get the signal, too."""
     begun = (
         "import os, signal, sila.fleet, sila._fleet_program as program\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # ignored in a job in the background of a shell
         "def interrupted(*sources, client, **options):\n"
         "    learnt = client.submit(__import__('time').sleep, 60)\n"
         "    os.killpg(0, signal.SIGINT)\n"
