@@ -38,7 +38,6 @@ struct LiveStream::State {
   explicit State(LiveStreamOptions options);
 
   void start_learner();
-  void end_if_silent(double now_s);
   std::vector<LivePrediction> predict_due();
   void learn_finished();
   void keep(const Model& previous, const Episode& episode, const OnlineCalibration& calibration);
@@ -86,14 +85,6 @@ void LiveStream::State::start_learner() {
   learner.emplace(stored.model, core.online_calibration, config.episode, config.service, std::move(storage));
 }
 
-/// Without a detection that is not rejected the clock of the stream stands still; the time of the caller then ends the
-/// tracks.
-void LiveStream::State::end_if_silent(double now_s) {
-  const auto stream = core.streams.find(kStream);
-  if (stream == core.streams.end() || !stream->second.clock.now_s) return;
-  if (now_s - *stream->second.clock.now_s >= settings.service.silence_s) end_tracks(core, kStream, settings);
-}
-
 std::vector<LivePrediction> LiveStream::State::predict_due() {
   const std::vector<PredictionRequest> requests = take_due_requests(core, due_predictions(core), settings);
   const std::shared_ptr<const Snapshot> snapshot = learner->snapshot();
@@ -130,7 +121,8 @@ std::vector<LivePrediction> LiveStream::update(double now_s, std::span<const Det
     silent = silent && rejection && rejection != Rejection::off_clock;  // a wrong stamp is no silence
     if (rejection) ++state_->rejected[static_cast<std::size_t>(*rejection)];
   }
-  if (silent) state_->end_if_silent(now_s);
+  // The clock of the stream stands still meanwhile.
+  if (silent) end_if_silent(state_->core, kStream, now_s, state_->settings);
   std::vector<LivePrediction> predictions = state_->predict_due();
   score_due(state_->core, std::numeric_limits<std::size_t>::max(), state_->settings);
   state_->learn_finished();

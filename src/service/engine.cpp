@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <chrono>
-#include <cmath>
 #include <utility>
 
 #include "lines.hpp"
@@ -188,10 +187,7 @@ void Engine::ingest_event(const StreamEvent& event) {
     return;
   }
   // In a stepwise run only the time stamps show that a stream was silent.
-  const auto stream = core_.streams.find(event.stream);
-  if (stepwise_ && stream != core_.streams.end() && stream->second.clock.now_s && std::isfinite(event.detection->t_s) &&
-      event.detection->t_s > *stream->second.clock.now_s + ServiceConfig::silence_s)
-    end_tracks(core_, event.stream, settings_);
+  if (stepwise_) end_if_silent(core_, event.stream, event.detection->t_s, settings_);
   const IngestResult result = ingest(core_, event.stream, *event.detection, event.arrived_s, settings_);
   last_arrival_s_[event.stream] = event.arrived_s;
   if (result.superseded) ++superseded_[event.stream];

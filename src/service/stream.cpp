@@ -76,9 +76,9 @@ void check_units(StreamCore& core, const OpenTrack& track, const ServiceSettings
   core.warnings = unit_warnings(std::exchange(core.first_tracks, {}), settings.clean.max_gap_s,
                                 "give a camera (--camera, in Python camera=), or send metres and seconds");
   if (core.warnings.empty() && core.counters.predictions + core.counters.superseded == 0)
-    core.warnings.push_back("none of the first 20 tracks could be predicted: their detections are more than " +
-                            concatenate(settings.clean.max_gap_s) +
-                            " s apart (clean.max_gap_s), or several have one time stamp");
+    core.warnings.push_back(
+        concatenate("none of the first ", kFirstTracks, " tracks could be predicted: their detections are more than ",
+                    settings.clean.max_gap_s, " s apart (clean.max_gap_s), or several have one time stamp"));
 }
 
 void end_pedestrian(StreamCore& core, Pedestrian& pedestrian, const ServiceSettings& settings) {
@@ -280,6 +280,12 @@ void end_tracks(StreamCore& core, StreamId id, const ServiceSettings& settings) 
   if (stream == core.streams.end()) return;
   for (auto& [track, pedestrian] : stream->second.pedestrians) end_pedestrian(core, pedestrian, settings);
   stream->second.pedestrians.clear();
+}
+
+void end_if_silent(StreamCore& core, StreamId id, double now_s, const ServiceSettings& settings) {
+  const auto stream = core.streams.find(id);
+  if (stream == core.streams.end() || !stream->second.clock.now_s) return;
+  if (now_s - *stream->second.clock.now_s >= ServiceConfig::silence_s) end_tracks(core, id, settings);
 }
 
 void end_stream(StreamCore& core, StreamId id, const ServiceSettings& settings) {

@@ -133,7 +133,9 @@ void score_due(StreamCore& core, std::size_t count, const ServiceSettings& setti
 
 /// Ends every open track of a stream; the stream itself stays.
 void end_tracks(StreamCore& core, StreamId stream, const ServiceSettings& settings);
-/// The same, and removes the stream.
+/// The same if the clock of the stream stands still for service.silence_s until `now_s`.
+void end_if_silent(StreamCore& core, StreamId stream, double now_s, const ServiceSettings& settings);
+/// Ends every open track of a stream, and removes the stream.
 void end_stream(StreamCore& core, StreamId stream, const ServiceSettings& settings);
 
 }  // namespace sila
