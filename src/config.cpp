@@ -93,17 +93,17 @@ Config with_profile(Config config, std::string_view name) {
 std::optional<Camera> pixel_camera(const Config& config, bool else_given) {
   if (config.metres_per_pixel == 0.0) return std::nullopt;
   if (else_given) {
-    throw std::invalid_argument(concatenate(
+    throw invalid_argument(
         "metres_per_pixel = ", config.metres_per_pixel,
-        " makes metres of pixels already; give no camera and no metres per unit, or learn a new model with them"));
+        " makes metres of pixels already; give no camera and no metres per unit, or learn a new model with them");
   }
   return flat_camera(config.metres_per_pixel);
 }
 
 void require_one_scale(const Config& previous, const Config& incoming) {
   if (previous.metres_per_pixel == incoming.metres_per_pixel) return;
-  throw std::invalid_argument(concatenate("fuse: the models are not of one scale: metres_per_pixel = ",
-                                          previous.metres_per_pixel, " and ", incoming.metres_per_pixel));
+  throw invalid_argument("fuse: the models are not of one scale: metres_per_pixel = ", previous.metres_per_pixel,
+                         " and ", incoming.metres_per_pixel);
 }
 
 Config read_config(Config config, const nlohmann::json& json, std::string_view source) {

@@ -153,13 +153,13 @@ WalkingScale walking_scale(std::span<const Trajectory> tracks) {
   std::vector<double> speeds = walking_speeds(tracks);
   const std::size_t walking = speeds.size();
   if (walking < kFewestWalking)
-    throw std::invalid_argument(concatenate("units = pixels: ", walking, " of the first ", tracks.size(),
-                                            " tracks walk for 3 s or more, ", kFewestWalking,
-                                            " are needed to measure the scale; give a camera or metres_per_unit"));
+    throw invalid_argument("units = pixels: ", walking, " of the first ", tracks.size(),
+                           " tracks walk for 3 s or more, ", kFewestWalking,
+                           " are needed to measure the scale; give a camera or metres_per_unit");
   const double metres_per_pixel = kWalkingSpeed_mps * kTrialMetresPerPixel / quantile(std::move(speeds), 0.5);
   if (!(metres_per_pixel < kLargestPixel_m))
-    throw std::invalid_argument(concatenate("units = pixels: by the walking speed a pixel is ", metres_per_pixel,
-                                            " m, which is too large; are the positions metres?"));
+    throw invalid_argument("units = pixels: by the walking speed a pixel is ", metres_per_pixel,
+                           " m, which is too large; are the positions metres?");
   return {metres_per_pixel, walking};
 }
 

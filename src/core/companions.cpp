@@ -27,8 +27,8 @@ std::pair<std::size_t, double> begin_of(const Trajectory& track) {
 
 std::optional<MotionState> motion_at(const Trajectory& track, double time_s) {
   if (track.positions_m.size() != track.times_s.size())
-    throw std::invalid_argument(concatenate("motion_at: track '", track.id, "' has ", track.positions_m.size(),
-                                            " positions, must be as many as times, ", track.times_s.size()));
+    throw invalid_argument("motion_at: track '", track.id, "' has ", track.positions_m.size(),
+                           " positions, must be as many as times, ", track.times_s.size());
   const auto begin = track.times_s.begin();
   const auto later = std::upper_bound(begin, track.times_s.end(), time_s + kStampSlack_s);
   if (later - begin < 2) return std::nullopt;

@@ -15,7 +15,7 @@ bool inside(const Range& range, double value) {
 
 void require_in_range(std::string_view function, std::string_view field, double value, const Range& range) {
   if (inside(range, value)) return;
-  throw std::invalid_argument(concatenate(function, ": ", field, " = ", value, " is outside ", describe(range)));
+  throw invalid_argument(function, ": ", field, " = ", value, " is outside ", describe(range));
 }
 
 }  // namespace sila

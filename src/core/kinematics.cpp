@@ -11,8 +11,8 @@ namespace sila {
 void require_sample(const char* function, const Trajectory& track, std::size_t last) {
   const std::size_t count = std::min(track.times_s.size(), track.positions_m.size());
   if (last >= count)
-    throw std::invalid_argument(concatenate(function, ": last = ", last, ", must be below ", count,
-                                            ", the number of samples of track '", track.id, "'"));
+    throw invalid_argument(function, ": last = ", last, ", must be below ", count, ", the number of samples of track '",
+                           track.id, "'");
 }
 
 Vector2 mean_velocity(const CurbTrajectory& observed, double window_s) {

@@ -135,13 +135,12 @@ void require_window(const char* function, const Trajectory& track, std::size_t l
                     double interval_s) {
   require_sample(function, track, last);
   if (!(observe_s > 0.0 && interval_s > 0.0 && std::isfinite(observe_s / interval_s)))
-    throw std::invalid_argument(concatenate(function, ": observe_s = ", observe_s, " and interval_s = ", interval_s,
-                                            ", must be positive and finite"));
+    throw invalid_argument(function, ": observe_s = ", observe_s, " and interval_s = ", interval_s,
+                           ", must be positive and finite");
   const double length_s = track.times_s[last] - track.times_s.front();
   if (!(length_s >= 0.0 && std::isfinite(length_s)))
-    throw std::invalid_argument(concatenate("trajectory '", track.id, "', sample ", last,
-                                            ": time = ", track.times_s[last], ", the first one is ",
-                                            track.times_s.front(), "; times must be finite and increase"));
+    throw invalid_argument("trajectory '", track.id, "', sample ", last, ": time = ", track.times_s[last],
+                           ", the first one is ", track.times_s.front(), "; times must be finite and increase");
 }
 
 /// The times of `observe`, the last one exactly that of sample `last`.
@@ -194,8 +193,8 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
   for (std::size_t i = 0; i < seen_s.size(); ++i) {
     const bool increases = i == 0 || seen_s[i] > seen_s[i - 1];
     if (increases && track.positions_m[from + i].allFinite()) continue;
-    throw std::invalid_argument(concatenate("trajectory '", track.id, "', sample ", from + i, ": ",
-                                            increases ? "position is not finite" : "times do not increase"));
+    throw invalid_argument("trajectory '", track.id, "', sample ", from + i, ": ",
+                           increases ? "position is not finite" : "times do not increase");
   }
   if (const double density = config.acceleration_density; !(density > 0.0 && density <= 1000.0))
     throw std::invalid_argument(

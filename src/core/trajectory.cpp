@@ -17,7 +17,7 @@ bool is_far(const Vector2& value) {
 }
 
 [[noreturn]] void reject(const std::string& id, std::size_t sample, const char* what) {
-  throw std::invalid_argument(concatenate("trajectory '", id, "', sample ", sample, ": ", what));
+  throw invalid_argument("trajectory '", id, "', sample ", sample, ": ", what);
 }
 
 void check(const std::string& id, const std::vector<double>& times_s, const std::vector<Vector2>& positions) {

@@ -172,7 +172,7 @@ Split split_people(std::vector<FramedTrajectory> tracks, std::size_t test_people
 
 Split split_tracks(std::vector<FramedTrajectory> tracks, double test_share, std::uint64_t seed, SplitBy by) {
   if (!(test_share >= 0.0 && test_share < 1.0))
-    throw std::invalid_argument(concatenate("split_tracks: test_share = ", test_share, " is outside [0, 1)"));
+    throw invalid_argument("split_tracks: test_share = ", test_share, " is outside [0, 1)");
   const double people = static_cast<double>(people_of(tracks).size());
   return split_people(std::move(tracks), static_cast<std::size_t>(test_share * people), seed, by);
 }

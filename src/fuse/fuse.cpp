@@ -34,9 +34,9 @@ void require_compatible(const std::string& function, const Model& previous, cons
     const Eigen::Index points = samples.inputs.cols();
     if (points == 0 && samples.outputs.rows() == 0) continue;
     if (samples.inputs.rows() == 2 && samples.outputs.rows() == points && samples.outputs.cols() == 2) continue;
-    throw std::invalid_argument(concatenate(function, ": incoming.samples has positions ", samples.inputs.rows(), " x ",
-                                            points, " and velocities ", samples.outputs.rows(), " x ",
-                                            samples.outputs.cols(), ", they must be 2 x n and n x 2"));
+    throw invalid_argument(function, ": incoming.samples has positions ", samples.inputs.rows(), " x ", points,
+                           " and velocities ", samples.outputs.rows(), " x ", samples.outputs.cols(),
+                           ", they must be 2 x n and n x 2");
   }
 }
 

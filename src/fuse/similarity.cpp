@@ -109,8 +109,7 @@ const MotionPrimitive& primitive_at(const Model& previous, const Model& incoming
 }
 
 SimilarityEdges similarity_graph(const Model& previous, const Model& incoming, double threshold) {
-  if (!(threshold > 0.0))
-    throw std::invalid_argument(concatenate("similarity_graph: threshold = ", threshold, ", it must be positive"));
+  if (!(threshold > 0.0)) throw invalid_argument("similarity_graph: threshold = ", threshold, ", it must be positive");
   const int shift = static_cast<int>(previous.primitives.size());
   SimilarityEdges edges;
   const std::vector<OwnedArrow> arrows = arrows_by_cell(previous);

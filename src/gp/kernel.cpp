@@ -11,7 +11,7 @@ namespace {
 
 void require_positive(const char* field, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
-  throw std::invalid_argument(concatenate("kernel: ", field, " = ", value, ", must be positive and finite"));
+  throw invalid_argument("kernel: ", field, " = ", value, ", must be positive and finite");
 }
 
 void require_dimension(const char* name, Eigen::Index rows, Eigen::Index dimension) {

@@ -147,9 +147,9 @@ void require_input(const Posterior& posterior, std::span<const double> x) {
 
 void require_flow(const Posterior& posterior, const Eigen::Vector2d& x) {
   if (posterior.inputs() == 2 && posterior.outputs() == 2 && x.allFinite()) return;
-  throw std::invalid_argument(concatenate("posterior: x = (", x.x(), ", ", x.y(),
-                                          "), must be finite, and the GP must have 2 inputs and 2 outputs, not ",
-                                          posterior.inputs(), " and ", posterior.outputs()));
+  throw invalid_argument("posterior: x = (", x.x(), ", ", x.y(),
+                         "), must be finite, and the GP must have 2 inputs and 2 outputs, not ", posterior.inputs(),
+                         " and ", posterior.outputs());
 }
 
 }  // namespace
@@ -209,7 +209,7 @@ Posterior::Posterior(const SparseGp& gp)
 std::optional<double> Posterior::predict(std::span<const double> x, std::span<double> mean, double least_share) const {
   require_input(*this, x);
   if (mean.size() != outputs())
-    throw std::invalid_argument(concatenate("posterior: mean has size ", mean.size(), ", must have ", outputs()));
+    throw invalid_argument("posterior: mean has size ", mean.size(), ", must have ", outputs());
   const detail::PosteriorView& view = tables_->view;
   KernelVector k(view, x.data());
   if (explained_share_bound(view, detail::sum_of_norms(view, k.data())) < kRoundingMargin * least_share)

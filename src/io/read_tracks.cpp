@@ -28,7 +28,7 @@ TrackFile require_rows(TrackFile file) {
 
 void require_positive(const char* field, const std::optional<double>& value) {
   if (!value || (*value > 0.0 && std::isfinite(*value))) return;
-  throw std::invalid_argument(concatenate("read_detections: ", field, " = ", *value, ", it must be positive"));
+  throw invalid_argument("read_detections: ", field, " = ", *value, ", it must be positive");
 }
 
 }  // namespace

@@ -202,13 +202,13 @@ Scene scene_of_json(const std::filesystem::path& path, const nlohmann::json& jso
 void validate(const Scene& scene) {
   if (scene.corners.empty()) throw std::invalid_argument("scene: corners = [], at least one is needed");
   if (scene.primary >= scene.corners.size())
-    throw std::invalid_argument(concatenate("scene: primary = ", scene.primary, ", must be below ",
-                                            scene.corners.size(), ", the number of corners"));
+    throw invalid_argument("scene: primary = ", scene.primary, ", must be below ", scene.corners.size(),
+                           ", the number of corners");
   for (const auto& [name, frame, widths] : scene.corners) {
     validate(frame);
     if (!(widths.width_1_m > 0.0 && widths.width_2_m > 0.0))
-      throw std::invalid_argument(concatenate("scene: sidewalk_width_1_m = ", widths.width_1_m,
-                                              ", sidewalk_width_2_m = ", widths.width_2_m, ", they must be positive"));
+      throw invalid_argument("scene: sidewalk_width_1_m = ", widths.width_1_m,
+                             ", sidewalk_width_2_m = ", widths.width_2_m, ", they must be positive");
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 template <class... Parts>
 [[noreturn]] void reject_problem(const Parts&... parts) {
-  throw std::invalid_argument(concatenate("fusion problem: ", parts...));
+  throw invalid_argument("fusion problem: ", parts...);
 }
 
 bool exists(const FusionProblem& problem, int primitive) {

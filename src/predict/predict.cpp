@@ -38,8 +38,8 @@ void require_observed(const CurbTrajectory& observed, double interval_s) {
   for (std::size_t t = 1; t < observed.times_s.size(); ++t) {
     const double step_s = observed.times_s[t] - observed.times_s[t - 1];
     if (std::abs(step_s - interval_s) < 1e-3 * interval_s) continue;
-    throw std::invalid_argument(concatenate("predict: track '", observed.id, "' has an interval of ", step_s,
-                                            " s at sample ", t, ", the model's is ", interval_s, " s"));
+    throw invalid_argument("predict: track '", observed.id, "' has an interval of ", step_s, " s at sample ", t,
+                           ", the model's is ", interval_s, " s");
   }
 }
 

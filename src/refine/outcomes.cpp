@@ -49,8 +49,7 @@ Matrix2 to_heading(const Prediction& prediction) {
 }
 
 void require_heading(const Prediction& prediction, const char* function) {
-  if (prediction.heading.isZero())
-    throw std::invalid_argument(concatenate(function, ": heading = 0, the prediction does not know it"));
+  if (prediction.heading.isZero()) throw invalid_argument(function, ": heading = 0, the prediction does not know it");
 }
 
 /// Sets the probability of `stays` and scales the others to the sum 1; they become equal if all were 0.

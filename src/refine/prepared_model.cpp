@@ -123,8 +123,8 @@ PreparedModel::PreparedModel(const Model& model, const RefineConfig& config, con
       untrained_(fitted_to(pooled_error_statistics(model))) {
   validate_fields("predict", config);
   if (config.observe_s > untrained_.stacking.observe_s() + 1e-9)
-    throw std::invalid_argument(concatenate("predict.observe_s = ", config.observe_s, ", the model uses at most ",
-                                            untrained_.stacking.observe_s(), " s"));
+    throw invalid_argument("predict.observe_s = ", config.observe_s, ", the model uses at most ",
+                           untrained_.stacking.observe_s(), " s");
   by_site_.resize(model.sites.size(), fitted_to({}));
   tbb::parallel_for(std::size_t{0}, by_site_.size(),
                     [&](std::size_t site) { by_site_[site] = fitted_to(shrunk_error_statistics(model, site)); });

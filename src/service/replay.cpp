@@ -163,7 +163,7 @@ bool replay(const std::vector<TimedLine>& lines, double rate, const std::functio
 
 ReplayReport replay_to(const std::string& address, const std::string& token, const std::vector<TimedLine>& lines,
                        double rate, double linger_s, const std::function<void(const std::string&)>& receive) {
-  if (!(rate > 0.0)) throw std::invalid_argument(concatenate("replay: rate = ", rate, " must be positive"));
+  if (!(rate > 0.0)) throw invalid_argument("replay: rate = ", rate, " must be positive");
   boost::asio::io_context context;
   try {
     if (address.starts_with("tcp:")) {

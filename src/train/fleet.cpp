@@ -227,9 +227,8 @@ std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<Episo
                                                std::span<const CurbFrame> sites, const std::vector<bool>& are_models,
                                                const std::vector<EpisodeId>& known) {
   if (sites.size() != episodes.size() || are_models.size() != episodes.size()) {
-    throw std::invalid_argument(concatenate("choose_partitions: sites = ", sites.size(),
-                                            ", are_models = ", are_models.size(), ", must be one for each of ",
-                                            episodes.size(), " partitions"));
+    throw invalid_argument("choose_partitions: sites = ", sites.size(), ", are_models = ", are_models.size(),
+                           ", must be one for each of ", episodes.size(), " partitions");
   }
   std::vector<std::size_t> order(episodes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
