@@ -15,7 +15,6 @@ namespace sila {
 namespace {
 
 constexpr std::string_view kReadable = "a readable file";
-constexpr std::string_view kBlank = " \t\r\n\v\f";
 
 std::string system_error_text() {
   return std::generic_category().message(errno);
@@ -95,7 +94,7 @@ std::string read_text(const std::filesystem::path& path, const std::string& cont
 std::string text_of_bytes(const std::string& path, std::string bytes, const std::string& content) {
   reject_binary(path, bytes);
   if (bytes.starts_with(kByteOrderMark)) bytes.erase(0, kByteOrderMark.size());
-  if (bytes.find_first_not_of(kBlank) == std::string::npos) throw FormatError(path, 0, content, "an empty file");
+  if (trimmed(bytes).empty()) throw FormatError(path, 0, content, "an empty file");
   return bytes;
 }
 
@@ -115,9 +114,10 @@ std::vector<TextLine> lines_of(std::string_view text, std::size_t first_number) 
 }
 
 std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+  const auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
 }
 
 namespace {
