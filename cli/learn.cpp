@@ -82,6 +82,7 @@ class Batches {
       stream_ = std::move(opened.stream);
     }
     if (!given.corners.empty() || !start.sites.empty()) scene_ = scene_for(given, start, {}, corners_);
+    warn({warning_of_moved_corner(start, given)});
   }
 
   /// Empty after the last.

@@ -315,6 +315,7 @@ SceneTracks read_placed(const TrackOptions& options, const Config& config, const
   result.input_ids = std::move(read.tracks.input_ids);
   result.tracks = without_frames(std::move(read.tracks.trajectories));
   result.scene = scene_for(read.scene, model, result.tracks, config.corners);
+  warn({warning_of_moved_corner(model, result.scene)});
   place(result.tracks, result.scene, config.corners, config.episode.scaling);
   return result;
 }

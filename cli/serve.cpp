@@ -61,6 +61,7 @@ OpenModel open_model(const ServeVerb& options) {
 Scene corners_in(const ServeVerb& options, const OpenModel& open) {
   const Scene given = options.scene.empty() ? Scene{} : read_scene(options.scene);
   if (given.corners.empty() && open.stored.model.sites.empty()) return given;
+  warn({warning_of_moved_corner(open.stored.model, given)});
   return scene_for(given, open.stored.model, {}, open.config.corners);
 }
 

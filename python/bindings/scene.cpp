@@ -229,6 +229,12 @@ void bind_scene(nb::module_& module) {
       .def("__setstate__",
            [](DrawnScene& scene, const nb::tuple& state) { new (&scene) DrawnScene(drawn_scene_in(state)); });
   module.def(
+      "warning_of_moved_corner",
+      [](const StoredModel& stored, const DrawnScene& drawn) {
+        return warning_of_moved_corner(stored.model, drawn.scene);
+      },
+      "model"_a, "scene"_a, "A sentence if a corner of the scene may be a moved site of the model; else empty.");
+  module.def(
       "scene_for", &scene_for_verb, "given"_a.none(), "model"_a, "tracks"_a, "batch"_a, "config"_a,
       nb::call_guard<nb::gil_scoped_release>(),
       "The scene by which tracks are looked at: given, of the model, or made from the first batch of a new one.");

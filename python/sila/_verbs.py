@@ -262,6 +262,8 @@ def _looked_at(
 def _place(scene: SceneLike | None, model: Model, tracks: Any, settings: str, batch: int = 1) -> Scene:
     """The scene of the tracks: given, that of the model, or one made from the first `batch` tracks of a new model."""
     given = None if scene is None else as_scene(scene)
+    if given is not None:
+        warn([_sila.warning_of_moved_corner(model, given)])
     return _sila.scene_for(given, model, list(tracks), batch, settings)
 
 

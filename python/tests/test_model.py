@@ -121,6 +121,14 @@ def test_learning_again_or_at_another_place_is_a_warning(model, place):
         sila.learn(place.tracks, scene=place.scene, model=model)  # known batches are not learnt again
 
 
+def test_predicting_at_a_moved_corner_is_a_warning(model, place):
+    frame = place.scene.frame()
+    axis_1, axis_2 = frame.axes
+    moved = sila.Scene(origin=frame.origin_m + [2, 0], axis_1=axis_1, axis_2=axis_2, sidewalk_width_m=3)
+    with pytest.warns(UserWarning, match="is 2 m from that of site 1 of the model"):
+        sila.predict(model, place.tracks[:1], scene=moved)
+
+
 def test_batch_learning_is_one_episode_with_error_statistics(place):
     at_once = sila.train_batch(place.tracks, scene=place.scene)
     assert (at_once.episodes, at_once.tracks) == (1, len(place.tracks))

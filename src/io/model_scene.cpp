@@ -21,6 +21,8 @@ Scene scene_of(const CurbFrame& frame) {
 
 /// Tracks of one place lie nearer to what was learnt there [m].
 constexpr double kAnotherPlace_m = 500.0;
+/// Corners of two sides of a street are farther apart [m].
+constexpr double kSameCorner_m = 5.0;
 
 /// Another scene beside a frame that was made from tracks would put later tracks into other cells than the earlier
 /// ones.
@@ -94,6 +96,25 @@ std::string warning_of_another_place(const Model& model, std::span<const FramedT
   return concatenate("the tracks lie ", std::fixed, std::setprecision(1), nearest_m / 1000.0, " km from ",
                      model.empty() ? "the corner of the scene" : "what the model has learnt",
                      ": is it another place? learn another model, or give its scene");
+}
+
+std::string warning_of_moved_corner(const Model& model, const Scene& scene) {
+  const auto is_site = [&](const Corner& corner) { return find_site(model.sites, corner.frame).has_value(); };
+  for (const Corner& corner : scene.corners) {
+    if (is_site(corner)) continue;
+    for (std::size_t site = 0; site < model.sites.size(); ++site) {
+      const CurbFrame& known = model.sites[site].frame;
+      const double distance_m = (known.origin_m - corner.frame.origin_m).norm();
+      const bool in_scene =
+          std::ranges::any_of(scene.corners, [&](const Corner& other) { return same_site(other.frame, known); });
+      if (in_scene || distance_m > kSameCorner_m) continue;
+      return concatenate("corner ", corner.name, " of the scene is ", std::setprecision(2), distance_m,
+                         " m from that of site ", site + 1,
+                         " of the model, or has other axes, and counts as another site; if it is the same corner, give "
+                         "the scene that `sila scene show` prints");
+    }
+  }
+  return {};
 }
 
 std::string warning_of_own_frames(const Model& previous, const Model& incoming, const Model& fused) {

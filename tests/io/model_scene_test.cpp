@@ -87,6 +87,22 @@ TEST(ModelScene, WarnsOfTracksFarFromAllCellsOrFromTheCorner) {
   EXPECT_EQ(warning_of_another_place(model, {}), "");
 }
 
+TEST(ModelScene, WarnsOfACornerThatMayBeASiteMeasuredAgain) {
+  const CurbFrame frame = frame_of_tracks(walk(5));
+  const Model model = model_at(frame);
+  Scene scene = scene_of(model);
+  EXPECT_EQ(warning_of_moved_corner(model, scene), "");
+  Corner& corner = scene.corners.front();
+  corner.frame.origin_m += Vector2(0.0, 3.0);
+  const std::string warning = warning_of_moved_corner(model, scene);
+  EXPECT_TRUE(contains(warning, "corner 1 of the scene is 3 m from that of site 1")) << warning;
+  scene.corners.push_back(scene_of(model).corners.front());  // two corners that are near each other
+  EXPECT_EQ(warning_of_moved_corner(model, scene), "");
+  scene.corners.pop_back();
+  scene.corners.front().frame.origin_m += Vector2(0.0, 3.0);
+  EXPECT_EQ(warning_of_moved_corner(model, scene), "");
+}
+
 TEST(ModelScene, OfAnEmptyModelCannotBeShown) {
   EXPECT_THROW(scene_of(Model{}), std::invalid_argument);
   EXPECT_THROW(scene_for({}, {}, {}, CornerChoice::primary), std::invalid_argument);

@@ -126,6 +126,10 @@ Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTr
 /// or, if the model has none, from the corner; else empty.
 std::string warning_of_another_place(const Model& model, std::span<const FramedTrajectory> batch);
 
+/// A sentence if a corner of the scene is no site of the model but lies within 5 m of one that the scene does not have:
+/// then it may be a measurement of the same corner; else empty.
+std::string warning_of_moved_corner(const Model& model, const Scene& scene);
+
 /// A sentence if both models made their frames from tracks and no part of one was fused with a part of the other, so
 /// that they may be one place in two frames; else empty.
 std::string warning_of_own_frames(const Model& previous, const Model& incoming, const Model& fused);
