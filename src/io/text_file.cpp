@@ -137,6 +137,7 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   std::size_t begin = 0;
   bool quoted = false;
   for (std::size_t i = 0; i <= line.size(); ++i) {
+    while (!runs && i < line.size() && line[i] != separator && line[i] != '"') ++i;  // most characters
     if (i < line.size() && line[i] == '"') quoted = !quoted;
     if (i < line.size() && (quoted || !separates(line[i]))) continue;
     const std::string_view cell = trimmed(line.substr(begin, i - begin));
