@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "core/concatenate.hpp"
 
 /// Numbers as bytes, little endian on every machine.
 namespace sila::bytes {
@@ -44,8 +45,7 @@ Word word_at(const char* bytes) {
 template <std::unsigned_integral Word, class Number = Word>
 std::vector<Number> words(std::string_view bytes) {
   if (bytes.size() % sizeof(Word) != 0) {
-    throw std::invalid_argument("a blob has " + std::to_string(bytes.size()) + " bytes, no multiple of " +
-                                std::to_string(sizeof(Word)));
+    throw invalid_argument("a blob has ", bytes.size(), " bytes, no multiple of ", sizeof(Word));
   }
   std::vector<Number> result(bytes.size() / sizeof(Word));
   for (std::size_t i = 0; i < result.size(); ++i)
@@ -66,7 +66,7 @@ inline std::vector<double> to_numbers(std::string_view bytes) {
 template <std::integral Count>
 Count count_of(std::int64_t value) {
   if (std::in_range<Count>(value) && value >= 0) return static_cast<Count>(value);
-  throw std::invalid_argument(std::to_string(value) + " is no count");
+  throw invalid_argument(value, " is no count");
 }
 
 /// Takes from the front what `append` put there. Throws: std::invalid_argument where the bytes end too early.
@@ -74,7 +74,7 @@ class Reader {
  public:
   explicit Reader(std::string_view bytes) : rest_(bytes) {}
   std::string_view take(std::uint64_t length) {
-    if (length > rest_.size()) throw std::invalid_argument("the bytes end too early");
+    if (length > rest_.size()) throw invalid_argument("the bytes end too early");
     const std::string_view taken = rest_.substr(0, length);
     rest_.remove_prefix(length);
     return taken;

@@ -5,7 +5,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -29,7 +28,7 @@ constexpr double kSmallestConditionShare = 1e-9;
 constexpr double kLargestPixel_m = 0.5;
 
 [[noreturn]] void reject_camera(const std::string& what) {
-  throw std::invalid_argument("camera: " + what);
+  throw invalid_argument("camera: ", what);
 }
 
 /// Moves the middle of points to 0 and scales their mean distance from it to the square root of 2.

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <stdexcept>
 #include <vector>
 
+#include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
 #include "core/track_frame.hpp"
 #include "sila/core/trajectory.hpp"
@@ -242,11 +242,11 @@ CornerProposal propose_corner(std::span<const Trajectory> tracks, bool y_down) {
     if (extent_m(track) >= kOnArm_m) moving.push_back(&track);
   }
   if (moving.size() < kParts)
-    throw std::invalid_argument("no corner found: expected at least " + std::to_string(kParts) +
-                                " tracks that move 3 m or more, found " + std::to_string(moving.size()));
+    throw invalid_argument("no corner found: expected at least ", kParts, " tracks that move 3 m or more, found ",
+                           moving.size());
   auto result = proposed(moving, y_down);
   if (!result)
-    throw std::invalid_argument(
+    throw invalid_argument(
         "no corner found: all people walk along one line; a corner needs a second direction, 25 degrees or more from "
         "the first");
   const std::vector<CornerProposal> parts = proposed_without_parts(moving, y_down);

@@ -1,7 +1,5 @@
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
@@ -13,19 +11,19 @@ namespace {
 /// Below this |sin| (angles under 20.5 or over 159.5 degrees) the inverse map amplifies noise more than threefold.
 constexpr double kSmallestSine = 0.35;
 
-[[noreturn]] void reject(const std::string& what) {
-  throw std::invalid_argument("curb_frame: " + what);
+template <class... Parts>
+[[noreturn]] void reject_frame(const Parts&... parts) {
+  throw invalid_argument("curb_frame: ", parts...);
 }
 
 Vector2 unit_axis(const char* name, const Vector2& axis) {
   const double length = axis.norm();
-  if (!std::isfinite(length) || length < 1e-9)
-    reject(std::string(name) + " has no direction; it must be a non-zero vector");
+  if (!std::isfinite(length) || length < 1e-9) reject_frame(name, " has no direction; it must be a non-zero vector");
   return axis / length;
 }
 
 void require_positive(const char* name, double value) {
-  if (!(value > 0.0 && std::isfinite(value))) reject(concatenate(name, " = ", value, ", it must be positive"));
+  if (!(value > 0.0 && std::isfinite(value))) reject_frame(name, " = ", value, ", it must be positive");
 }
 
 }  // namespace
@@ -47,9 +45,9 @@ CurbFrame rescaled(CurbFrame frame, CurbScaling scaling) {
 }
 
 void validate(const CurbFrame& frame) {
-  if (!frame.origin_m.allFinite()) reject("origin is not finite");
+  if (!frame.origin_m.allFinite()) reject_frame("origin is not finite");
   for (const Vector2& axis : {frame.axis_1, frame.axis_2}) {
-    if (!(std::abs(axis.norm() - 1.0) <= 1e-6)) reject("axis_1 and axis_2 must have the length 1");
+    if (!(std::abs(axis.norm() - 1.0) <= 1e-6)) reject_frame("axis_1 and axis_2 must have the length 1");
   }
   require_positive("sidewalk_width_m", frame.sidewalk_width_m);
   require_positive("unit_m of axis_1", frame.unit_m.x());
@@ -57,8 +55,8 @@ void validate(const CurbFrame& frame) {
   const double sine = std::abs(cross(frame.axis_1, frame.axis_2));
   if (sine >= kSmallestSine) return;
   const double angle_rad = std::atan2(sine, frame.axis_1.dot(frame.axis_2));
-  reject(concatenate("the angle between axis_1 and axis_2 is ", angle_rad * 180.0 / std::numbers::pi,
-                     " degrees, it must be 20.5 to 159.5"));
+  reject_frame("the angle between axis_1 and axis_2 is ", angle_rad * 180.0 / std::numbers::pi,
+               " degrees, it must be 20.5 to 159.5");
 }
 
 Matrix2 world_from_curb(const CurbFrame& frame) {

@@ -197,8 +197,7 @@ std::vector<MotionState> smooth(const Trajectory& track, std::span<const double>
                            increases ? "position is not finite" : "times do not increase");
   }
   if (const double density = config.acceleration_density; !(density > 0.0 && density <= 1000.0))
-    throw std::invalid_argument(
-        concatenate("sampling.acceleration_density = ", density, ", must be above 0, at most 1000"));
+    throw invalid_argument("sampling.acceleration_density = ", density, ", must be above 0, at most 1000");
   const auto at_samples =
       smoothed_states(seen_s, std::span(track.positions_m).subspan(from, known - from), config.acceleration_density);
   std::vector<MotionState> states;

@@ -1,7 +1,6 @@
 #include "sila/core/trajectory.hpp"
 
 #include <cmath>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
 
+#include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
 #include "sila/refine/predictor.hpp"
 
@@ -59,9 +59,8 @@ double negative_log_likelihood(const Prediction& prediction, std::size_t step, c
 Metrics measure(const Prediction& prediction, std::span<const Vector2> truth_m, std::size_t steps) {
   if (steps == 0 || truth_m.size() < steps || prediction.modes.empty() ||
       prediction.modes.front().path_m.size() < steps) {
-    throw std::invalid_argument("measure: steps = " + std::to_string(steps) + ", but the truth has " +
-                                std::to_string(truth_m.size()) + " and the prediction " +
-                                std::to_string(prediction.times_s.size()) + "; predict with this horizon");
+    throw invalid_argument("measure: steps = ", steps, ", but the truth has ", truth_m.size(), " and the prediction ",
+                           prediction.times_s.size(), "; predict with this horizon");
   }
   const auto truth = truth_m.first(steps);
   Metrics metrics;
@@ -146,7 +145,7 @@ OutcomeScore score_outcomes(std::size_t motion_state, double horizon_s, std::spa
 }
 
 double modified_hausdorff_m(std::span<const Vector2> a, std::span<const Vector2> b) {
-  if (a.empty() || b.empty()) throw std::invalid_argument("modified_hausdorff_m: a path is empty");
+  if (a.empty() || b.empty()) throw invalid_argument("modified_hausdorff_m: a path is empty");
   return std::max(mean_nearest_m(a, b), mean_nearest_m(b, a));
 }
 

@@ -3,7 +3,6 @@
 #include <map>
 #include <random>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "core/concatenate.hpp"
@@ -49,10 +48,10 @@ std::vector<Person> people_of(std::vector<FramedTrajectory> tracks) {
 void require_clock(std::span<const Person> recording) {
   const auto begins_with_first = [&](const Person& person) { return person.begin_s == recording.front().begin_s; };
   if (recording.size() < 2 || !std::ranges::all_of(recording, begins_with_first)) return;
-  throw std::invalid_argument("split: all " + std::to_string(recording.size()) +
-                              " tracks begin at t = " + std::to_string(recording.front().begin_s) +
-                              " s, so they have no common clock; split by track (split=track), or give each recording "
-                              "a file of its own");
+  throw invalid_argument("split: all ", recording.size(), " tracks begin at t = ",
+                         std::to_string(recording.front().begin_s),  // a time since 1970 needs all its digits
+                         " s, so they have no common clock; split by track (split=track), or give each recording a "
+                         "file of its own");
 }
 
 /// The people of each recording by begin.

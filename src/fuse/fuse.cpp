@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "core/inverse.hpp"
@@ -20,15 +19,13 @@ void require_compatible(const std::string& function, const Model& previous, cons
   if (!previous.empty() && !incoming.model.empty()) require_same_settings(function, previous, incoming.model);
   if (!previous.transitions.empty() && !incoming.model.transitions.empty() &&
       previous.transitions.front().field.independent() != incoming.model.transitions.front().field.independent()) {
-    throw std::invalid_argument(function +
-                                ": learn.field.outputs is shared in one model and independent in the other, they must "
-                                "be equal");
+    throw invalid_argument(
+        function, ": learn.field.outputs is shared in one model and independent in the other, they must be equal");
   }
   const std::size_t transitions = incoming.model.transitions.size();
   if (!incoming.samples.empty() && incoming.samples.size() != transitions) {
-    throw std::invalid_argument(function + ": incoming.samples = " + std::to_string(incoming.samples.size()) +
-                                " sets, there must be none or one for each of the " + std::to_string(transitions) +
-                                " transitions");
+    throw invalid_argument(function, ": incoming.samples = ", incoming.samples.size(),
+                           " sets, there must be none or one for each of the ", transitions, " transitions");
   }
   for (const GpData& samples : incoming.samples) {
     const Eigen::Index points = samples.inputs.cols();

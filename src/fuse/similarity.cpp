@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 
@@ -150,7 +149,7 @@ MotionPrimitive mean_primitive(std::span<const MotionPrimitive* const> members, 
     sum /= total;
     longest = std::max(longest, sum.norm());
   }
-  if (!(longest > 0.0)) throw std::invalid_argument("mean_primitive: members = none, or they cancel out in every cell");
+  if (!(longest > 0.0)) throw invalid_argument("mean_primitive: members = none, or they cancel out in every cell");
   for (const auto& [cell, sum] : sums) {
     if (sum.norm() >= std::min(drop_below, longest) && !sum.isZero(0.0)) result.cells.push_back({cell, sum});
   }

@@ -1,9 +1,6 @@
 #include "gp/flow_posterior.hpp"
 
-#include <algorithm>
-#include <stdexcept>
-#include <string>
-#include <vector>
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -21,8 +18,7 @@ SparseGp with_zero_output(SparseGp gp, Eigen::Index component) {
 
 const SparseGp& checked(const SparseGp& gp, Eigen::Index outputs) {
   if (gp.mean.size() == outputs && gp.response.cols() == outputs) return gp;
-  throw std::invalid_argument("flow posterior: a GP has " + std::to_string(gp.mean.size()) + " outputs, must have " +
-                              std::to_string(outputs));
+  throw invalid_argument("flow posterior: a GP has ", gp.mean.size(), " outputs, must have ", outputs);
 }
 
 }  // namespace

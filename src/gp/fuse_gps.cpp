@@ -5,11 +5,10 @@
 #include <functional>
 #include <iterator>
 #include <numeric>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
+#include "core/concatenate.hpp"
 #include "gp/fit.hpp"
 #include "gp/posterior.hpp"
 #include "statistics.hpp"
@@ -22,7 +21,7 @@ using Parts = std::vector<const SparseGp*>;
 void require_parts(std::span<const SparseGp* const> parts, const GpData& data,
                    const std::optional<Hyperparameters>& data_hyperparameters) {
   if (parts.empty() && !data_hyperparameters) {
-    throw std::invalid_argument("fuse_gps: parts is empty, so data_hyperparameters must be given");
+    throw invalid_argument("fuse_gps: parts is empty, so data_hyperparameters must be given");
   }
   const Eigen::Index outputs = parts.empty() ? data.outputs.cols() : parts.front()->mean.size();
   const Eigen::Index inputs =
@@ -30,9 +29,8 @@ void require_parts(std::span<const SparseGp* const> parts, const GpData& data,
   for (const SparseGp* part : parts) {
     validate(*part);
     if (part->pseudo_inputs.rows() == inputs && part->mean.size() == outputs) continue;
-    throw std::invalid_argument("fuse_gps: parts are of " + std::to_string(inputs) + " and " +
-                                std::to_string(part->pseudo_inputs.rows()) + " inputs, " + std::to_string(outputs) +
-                                " and " + std::to_string(part->mean.size()) + " outputs, must agree");
+    throw invalid_argument("fuse_gps: parts are of ", inputs, " and ", part->pseudo_inputs.rows(), " inputs, ", outputs,
+                           " and ", part->mean.size(), " outputs, must agree");
   }
   if (data_hyperparameters) validate(*data_hyperparameters);
   if (data.inputs.cols() > 0) validate("fuse_gps", data, inputs, outputs);

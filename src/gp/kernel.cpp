@@ -1,5 +1,4 @@
 #include <cmath>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "posterior_simd.hpp"
@@ -9,15 +8,10 @@
 namespace sila {
 namespace {
 
-void require_positive(const char* field, double value) {
-  if (value > 0.0 && std::isfinite(value)) return;
-  throw invalid_argument("kernel: ", field, " = ", value, ", must be positive and finite");
-}
-
 void require_dimension(const char* name, Eigen::Index rows, Eigen::Index dimension) {
   if (rows == dimension) return;
-  throw std::invalid_argument(
-      concatenate("covariance: ", name, ".rows() = ", rows, ", must be the kernel's ", dimension, " input dimensions"));
+  throw invalid_argument("covariance: ", name, ".rows() = ", rows, ", must be the kernel's ", dimension,
+                         " input dimensions");
 }
 
 }  // namespace
@@ -39,6 +33,11 @@ Eigen::MatrixXd covariance(const Kernel& kernel, const Eigen::MatrixXd& a, const
 
 namespace detail {
 
+void require_positive(const char* whose, const char* field, double value) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  throw invalid_argument(whose, ": ", field, " = ", value, ", must be positive and finite");
+}
+
 CovarianceColumns::CovarianceColumns(const Kernel& kernel, const Eigen::MatrixXd& points)
     : points_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(padded(static_cast<std::size_t>(points.cols()))),
                                     points.rows())),
@@ -59,11 +58,11 @@ const Eigen::VectorXd& CovarianceColumns::at(const double* point) {
 }  // namespace detail
 
 void validate(const Kernel& kernel) {
-  require_positive("signal_variance", kernel.signal_variance);
+  detail::require_positive("kernel", "signal_variance", kernel.signal_variance);
   if (kernel.length_scales.size() == 0) {
-    throw std::invalid_argument("kernel: length_scales.size() = 0, must be at least 1");
+    throw invalid_argument("kernel: length_scales.size() = 0, must be at least 1");
   }
-  for (const double length : kernel.length_scales) require_positive("length_scales", length);
+  for (const double length : kernel.length_scales) detail::require_positive("kernel", "length_scales", length);
 }
 
 }  // namespace sila

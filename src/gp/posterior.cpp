@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "core/concatenate.hpp"
@@ -60,7 +58,7 @@ Eigen::MatrixXd reduction_factor(const Eigen::MatrixXd& b_reversed) {
     reduction.triangularView<Eigen::Lower>() = factor.reverse().transpose();
     return reduction;
   }
-  throw NumericalError("posterior: I - B^-1 of " + std::to_string(size) + " pseudo-inputs has no Cholesky factor");
+  throw NumericalError(concatenate("posterior: I - B^-1 of ", size, " pseudo-inputs has no Cholesky factor"));
 }
 
 /// The Cholesky factor of B = I + information, rows and columns reversed.
@@ -68,8 +66,8 @@ Eigen::MatrixXd reversed_factor_of_b(const Eigen::MatrixXd& information) {
   Eigen::MatrixXd b = information.reverse();
   b.diagonal().array() += 1.0;
   if (detail::cholesky_in_place(b)) return b;
-  throw NumericalError("posterior: I + information of " + std::to_string(information.rows()) +
-                       " pseudo-inputs has no Cholesky factor");
+  throw NumericalError(
+      concatenate("posterior: I + information of ", information.rows(), " pseudo-inputs has no Cholesky factor"));
 }
 
 /// L_u^-T B^-1 response.
@@ -141,8 +139,7 @@ FieldPrediction flow_at(const detail::PosteriorView& view, const double* k) {
 void require_input(const Posterior& posterior, std::span<const double> x) {
   if (x.size() == posterior.inputs() && std::all_of(x.begin(), x.end(), [](double v) { return std::isfinite(v); }))
     return;
-  throw std::invalid_argument(
-      concatenate("posterior: x has ", x.size(), " entries, must have ", posterior.inputs(), " finite ones"));
+  throw invalid_argument("posterior: x has ", x.size(), " entries, must have ", posterior.inputs(), " finite ones");
 }
 
 void require_flow(const Posterior& posterior, const Eigen::Vector2d& x) {
@@ -237,8 +234,7 @@ std::vector<FieldPrediction> Posterior::bound_flows(std::span<const double> xs, 
   const auto [first_x, count_x] = used<&RasterIndex::column>(points);
   const auto [first_y, count_y] = used<&RasterIndex::row>(points);
   if (first_x + count_x > xs.size() || first_y + count_y > ys.size())
-    throw std::invalid_argument("posterior: a point is outside the raster of " + std::to_string(xs.size()) + " x " +
-                                std::to_string(ys.size()));
+    throw invalid_argument("posterior: a point is outside the raster of ", xs.size(), " x ", ys.size());
   for (const double x : xs.subspan(first_x, count_x)) require_flow(*this, {x, ys[first_y]});
   for (const double y : ys.subspan(first_y, count_y)) require_flow(*this, {xs[first_x], y});
   const detail::PosteriorView& view = tables_->view;

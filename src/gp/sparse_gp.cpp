@@ -2,8 +2,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <stdexcept>
-#include <string>
 
 #include "core/concatenate.hpp"
 #include "sila/core/fields.hpp"
@@ -12,28 +10,24 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void reject(const std::string& what) {
-  throw std::invalid_argument(what);
-}
-
 /// The message is built only on failure: this runs for every posterior.
 void require_shape(const char* whose, const char* name, Eigen::Index rows, Eigen::Index columns,
                    Eigen::Index wanted_rows, Eigen::Index wanted_columns) {
   if (rows == wanted_rows && columns == wanted_columns) return;
-  reject(
-      concatenate(whose, ": ", name, " is ", rows, " x ", columns, ", must be ", wanted_rows, " x ", wanted_columns));
+  throw invalid_argument(whose, ": ", name, " is ", rows, " x ", columns, ", must be ", wanted_rows, " x ",
+                         wanted_columns);
 }
 
 void require_at_least_zero(const char* whose, const char* name, double value) {
   if (!(value >= 0.0) || !std::isfinite(value))
-    reject(concatenate(whose, ": ", name, " = ", value, ", must be finite and not negative"));
+    throw invalid_argument(whose, ": ", name, " = ", value, ", must be finite and not negative");
 }
 
 /// Zero times a finite number is zero, times any other it is NaN: unlike `allFinite`, this uses vector registers.
 template <class Matrix>
 void require_finite(const char* whose, const char* name, const Matrix& matrix) {
   if (!((matrix.array() * 0.0).sum() == 0.0))
-    reject(std::string(whose) + ": " + name + " holds a number that is not finite");
+    throw invalid_argument(whose, ": ", name, " holds a number that is not finite");
 }
 
 /// Compares number by number only if not all bits are equal.
@@ -76,8 +70,7 @@ SparseGp condition(const SparseGp& gp, const Eigen::MatrixXd& inputs, const Eige
 void validate(const SparseGp& gp) {
   validate(gp.kernel);
   const Eigen::Index size = gp.pseudo_inputs.cols();
-  if (!(gp.noise_variance > 0.0) || !std::isfinite(gp.noise_variance))
-    reject(concatenate("sparse_gp: noise_variance = ", gp.noise_variance, ", must be positive and finite"));
+  detail::require_positive("sparse_gp", "noise_variance", gp.noise_variance);
   require_shape("sparse_gp", "pseudo_inputs", gp.pseudo_inputs.rows(), size, gp.kernel.length_scales.size(), size);
   require_shape("sparse_gp", "information", gp.information.rows(), gp.information.cols(), size, size);
   require_shape("sparse_gp", "response", gp.response.rows(), gp.response.cols(), size, gp.mean.size());
@@ -88,7 +81,7 @@ void validate(const SparseGp& gp) {
   require_finite("sparse_gp", "response", gp.response);
   require_finite("sparse_gp", "mean_response", gp.mean_response);
   if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9)) {
-    reject("sparse_gp: information has a negative diagonal");
+    throw invalid_argument("sparse_gp: information has a negative diagonal");
   }
   require_at_least_zero("sparse_gp", "points", gp.points);
   require_at_least_zero("sparse_gp", "jitter", gp.jitter);
@@ -104,10 +97,7 @@ void validate(const char* function, const GpData& data, Eigen::Index input_dimen
 
 void validate(const Hyperparameters& hyperparameters) {
   validate(hyperparameters.kernel);
-  const double noise = hyperparameters.noise_variance;
-  if (noise > 0.0 && std::isfinite(noise)) return;
-  throw std::invalid_argument(
-      concatenate("hyperparameters: noise_variance = ", noise, ", must be positive and finite"));
+  detail::require_positive("hyperparameters", "noise_variance", hyperparameters.noise_variance);
 }
 
 void validate(const GpConfig& config) {

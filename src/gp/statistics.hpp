@@ -8,6 +8,9 @@
 /// Shared by the sources of this folder.
 namespace sila::detail {
 
+/// Throws: std::invalid_argument unless the value is positive and finite.
+void require_positive(const char* whose, const char* field, double value);
+
 /// Single columns of a covariance matrix.
 class CovarianceColumns {
  public:

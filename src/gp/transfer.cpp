@@ -1,9 +1,8 @@
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
+#include "core/concatenate.hpp"
 #include "gp/fuse_gps.hpp"
 #include "sila/core/errors.hpp"
 
@@ -112,9 +111,8 @@ SparseGp transfer(const SparseGp& from, const SparseGp& into) {
   validate(from);
   validate(into);
   if (from.pseudo_inputs.rows() != into.pseudo_inputs.rows() || from.mean.size() != into.mean.size()) {
-    throw std::invalid_argument("transfer: from has " + std::to_string(from.pseudo_inputs.rows()) + " inputs and " +
-                                std::to_string(from.mean.size()) + " outputs, must be those of into, " +
-                                std::to_string(into.pseudo_inputs.rows()) + " and " + std::to_string(into.mean.size()));
+    throw invalid_argument("transfer: from has ", from.pseudo_inputs.rows(), " inputs and ", from.mean.size(),
+                           " outputs, must be those of into, ", into.pseudo_inputs.rows(), " and ", into.mean.size());
   }
   SparseGp updated = into;
   detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer")), from.points);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <stdexcept>
 #include <vector>
 
 #include "core/bytes.hpp"
@@ -63,7 +62,7 @@ EpisodeId episode_id_of(const std::string& text) {
   };
   if (text.size() == 32 && read(text.data(), text.data() + 16, id.high) && read(text.data() + 16, end, id.low))
     return id;
-  throw std::invalid_argument("episode_id_of: text = \"" + text + "\" is no id of 32 hexadecimal digits");
+  throw invalid_argument("episode_id_of: text = \"", text, "\" is no id of 32 hexadecimal digits");
 }
 
 }  // namespace sila

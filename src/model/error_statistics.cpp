@@ -2,8 +2,6 @@
 
 #include <cmath>
 #include <concepts>
-#include <stdexcept>
-#include <string>
 #include <tuple>
 #include <type_traits>
 
@@ -13,15 +11,16 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void reject_statistics(const std::string& what) {
-  throw std::invalid_argument("error statistics: " + what);
+template <class... Parts>
+[[noreturn]] void reject_statistics(const Parts&... parts) {
+  throw invalid_argument("error statistics: ", parts...);
 }
 
 /// Rejects sums of another shape than `like`, and negative or non-finite sums; only entries of regression matrices may
 /// be negative.
 template <class Sums>
 void require_sums(const char* name, const Sums& sums, const Sums& like) {
-  const auto reject = [&](const char* what) { reject_statistics(std::string(name) + what); };
+  const auto reject = [&](const char* what) { reject_statistics(name, what); };
   if constexpr (std::is_arithmetic_v<Sums>) {
     if (!(sums >= 0.0) || !std::isfinite(sums)) reject(" has a number that is no sum");
   } else if constexpr (std::same_as<Sums, Eigen::MatrixXd>) {
@@ -37,8 +36,7 @@ void require_sums(const char* name, const Sums& sums, const Sums& like) {
     };
     std::apply(require_all, parts_of(sums));
   } else {
-    if (sums.size() != like.size())
-      reject_statistics(concatenate(name, " has ", sums.size(), " entries, must have ", like.size()));
+    if (sums.size() != like.size()) reject_statistics(name, " has ", sums.size(), " entries, must have ", like.size());
     for (std::size_t i = 0; i < sums.size(); ++i) require_sums(name, sums[i], like[i]);
   }
 }
@@ -128,8 +126,8 @@ void require_like(const ErrorStatistics& a, const ErrorStatistics& b) {
     return concatenate("sampling.interval_s = ", of.interval_s, ", predict.horizon_s = ", of.interval_s * of.steps,
                        " and predict.observe_s = ", of.observe_s);
   };
-  throw std::invalid_argument("error statistics: expected those of " + text(a) + ", found those of " + text(b) +
-                              "; all models, and a model and its later episodes, need the same values");
+  reject_statistics("expected those of ", text(a), ", found those of ", text(b),
+                    "; all models, and a model and its later episodes, need the same values");
 }
 
 void require_one_shape(const std::vector<ErrorStatistics>& list) {
@@ -157,12 +155,12 @@ ErrorStatistics add_error_statistics(const ErrorStatistics& past, const ErrorSta
 void validate(const ErrorStatistics& error_statistics) {
   const int steps = error_statistics.steps;
   const double interval_s = error_statistics.interval_s, observe_s = error_statistics.observe_s;
-  if (steps < 0) reject_statistics(concatenate("steps = ", steps));
+  if (steps < 0) reject_statistics("steps = ", steps);
   if (!(interval_s > 0.0) || !std::isfinite(interval_s)) reject_statistics("interval_s must be positive");
   if (!(observe_s > 0.0) || !std::isfinite(observe_s)) reject_statistics("observe_s must be positive");
   // First, so that no damaged number of steps asks for very large tables.
   if (const auto cells = error_statistics.stacking.size(); cells != static_cast<std::size_t>(steps) * kSpeedClasses)
-    reject_statistics(concatenate("stacking has ", cells, " entries for ", steps, " steps"));
+    reject_statistics("stacking has ", cells, " entries for ", steps, " steps");
   require_sums("error_statistics", error_statistics,
                error_statistics.empty() ? ErrorStatistics{} : zero_error_statistics(steps, interval_s, observe_s));
 }

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <set>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 

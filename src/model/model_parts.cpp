@@ -4,7 +4,6 @@
 
 #include <concepts>
 #include <iterator>
-#include <stdexcept>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -67,7 +66,7 @@ class Reader {
     for (std::uint64_t rest = rest_.word(); rest > 0; --rest) members(*this, elements.emplace_back());
   }
   void finish() const {
-    if (!rest_.at_end()) throw std::invalid_argument("a part has bytes too many");
+    if (!rest_.at_end()) throw invalid_argument("a part has bytes too many");
   }
 
  private:
@@ -107,8 +106,7 @@ void head_members(auto& archive, MaybeConst<Model> auto& model) {
   archive.number(tracks);
   auto number_of_sharing = static_cast<std::size_t>(sharing);
   archive.number(number_of_sharing);
-  if (number_of_sharing >= kSiteSharings.size())
-    throw std::invalid_argument(std::to_string(number_of_sharing) + " is no sharing of sites");
+  if (number_of_sharing >= kSiteSharings.size()) throw invalid_argument(number_of_sharing, " is no sharing of sites");
   AllSettings all{settings, refinement.residual_settings};
   archive.packed(all);
   if constexpr (!std::is_const_v<std::remove_reference_t<decltype(model)>>) {
@@ -175,7 +173,7 @@ ModelContent content_of(const ModelParts& parts) {
   head_members(head, model);
   head.finish();
   const std::size_t others = 2 + kIdGroups + model.sites.size() + model.transitions.size();
-  if (parts.parts.size() < others) throw std::invalid_argument("parts of the model are missing");
+  if (parts.parts.size() < others) throw invalid_argument("parts of the model are missing");
   model.primitives.resize(parts.parts.size() - others);
   refinement.error_statistics.resize(model.sites.size());
   refinement.residuals.resize(model.transitions.size());

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
 #include <tuple>
 #include <type_traits>
-#include <utility>
 
+#include "core/concatenate.hpp"
 #include "model/model_parts.hpp"
 #include "model/parts.hpp"
 #include "sila/core/fields.hpp"
@@ -16,8 +14,9 @@
 namespace sila {
 namespace {
 
-[[noreturn]] void reject_blob(const std::string& what) {
-  throw std::invalid_argument("unpack: " + what);
+template <class... Parts>
+[[noreturn]] void reject_blob(const Parts&... parts) {
+  throw invalid_argument("unpack: ", parts...);
 }
 
 // An archive is a Packer or an Unpacker; one function for both gives the members of a struct in their order, by
@@ -74,7 +73,7 @@ class Unpacker {
     number(value);
     const double largest = std::min(9.0e15, static_cast<double>(std::numeric_limits<Count>::max()));
     if (!(value >= 0.0 && value <= largest) || std::trunc(value) != value || std::signbit(value))
-      reject_blob(std::to_string(value) + " is no size");
+      reject_blob(value, " is no size");
     result = static_cast<Count>(value);
   }
   template <class Derived>
@@ -84,9 +83,8 @@ class Unpacker {
     count(rows);
     count(columns);
     if (rows > 0 && columns > static_cast<Eigen::Index>(rest_.size()) / rows) reject_blob("a matrix goes over the end");
-    if (fixed_columns == 1 && columns != 1) reject_blob("a vector has " + std::to_string(columns) + " columns");
-    if (fixed_rows != Eigen::Dynamic && rows != fixed_rows)
-      reject_blob("a point has " + std::to_string(rows) + " coordinates");
+    if (fixed_columns == 1 && columns != 1) reject_blob("a vector has ", columns, " columns");
+    if (fixed_rows != Eigen::Dynamic && rows != fixed_rows) reject_blob("a point has ", rows, " coordinates");
     const std::span<const double> entries = take(static_cast<std::size_t>(rows * columns));
     result.derived() = Eigen::Map<const Eigen::MatrixXd>(entries.data(), rows, columns);
   }
@@ -115,7 +113,7 @@ class Unpacker {
   void choice(Choice& value, std::size_t choices) {
     std::size_t number = 0;
     count(number);
-    if (number >= choices) reject_blob(std::to_string(number) + " is none of " + std::to_string(choices) + " choices");
+    if (number >= choices) reject_blob(number, " is none of ", choices, " choices");
     value = static_cast<Choice>(number);
   }
   bool has(bool) const { return !rest_.empty(); }
@@ -123,7 +121,7 @@ class Unpacker {
     if (!holds) reject_blob(what);
   }
   void finish() const {
-    if (!rest_.empty()) reject_blob(std::to_string(rest_.size()) + " numbers are left over");
+    if (!rest_.empty()) reject_blob(rest_.size(), " numbers are left over");
   }
 
  private:

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
 #include "core/concatenate.hpp"
@@ -27,7 +26,7 @@ inline void require_same_settings(const std::string& function, const Model& mode
   add("horizon of residual GPs [s]", ours_a.residual_settings.horizon_s, ours_b.residual_settings.horizon_s);
   add("knots of residual GPs", ours_a.residual_settings.knots, ours_b.residual_settings.knots);
   if (!text.empty())
-    throw std::invalid_argument(function + ": the models have different settings: " + text + "; they must be equal");
+    throw invalid_argument(function, ": the models have different settings: ", text, "; they must be equal");
 }
 
 }  // namespace sila

@@ -2,9 +2,9 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
 #include "sila/model/packing.hpp"
@@ -167,10 +167,10 @@ void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetRep
 /// `empty`: the model without any transition.
 [[noreturn]] void reject(const ModelBudget& budget, const Model& empty) {
   const auto text = [](double value) { return std::isinf(value) ? "inf" : std::to_string(std::llround(value)); };
-  throw std::invalid_argument("apply_budget: budget.max_primitives = " + text(budget.max_primitives) +
-                              " and budget.max_bytes = " + text(budget.max_bytes) +
-                              " leave no room for a single transition; without any the model has " +
-                              std::to_string(packed_bytes(empty)) + " bytes");
+  throw invalid_argument("apply_budget: budget.max_primitives = ", text(budget.max_primitives),
+                         " and budget.max_bytes = ", text(budget.max_bytes),
+                         " leave no room for a single transition; without any the model has ", packed_bytes(empty),
+                         " bytes");
 }
 
 }  // namespace

@@ -2,9 +2,9 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <vector>
+
+#include "core/concatenate.hpp"
 
 namespace sila {
 namespace {
@@ -13,16 +13,14 @@ constexpr int kLeastPoints = 4;
 
 /// The regressors of a curve after `tracks`.
 Eigen::Vector2d regressors(double tracks) {
-  if (!(tracks > 0.0))
-    throw std::invalid_argument("learning_curve: tracks = " + std::to_string(tracks) + ", must be positive");
+  if (!(tracks > 0.0)) throw invalid_argument("learning_curve: tracks = ", tracks, ", must be positive");
   return {1.0, 1.0 / std::sqrt(tracks)};
 }
 
 void require_valid(const PrequentialError& error) {
   for (double sum_m : {error.model_m, error.constant_m}) {
     if (std::isfinite(sum_m) && sum_m >= 0.0) continue;
-    throw std::invalid_argument("learning_curve: an error of " + std::to_string(sum_m) +
-                                " m, must be finite and not negative");
+    throw invalid_argument("learning_curve: an error of ", sum_m, " m, must be finite and not negative");
   }
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
@@ -70,8 +69,7 @@ Outcome outcome_of(const Prediction& prediction, const Vector2& position_m) {
 
 OutcomeProbabilities outcome_probabilities(const Prediction& prediction, std::size_t step) {
   if (step >= prediction.times_s.size())
-    throw std::invalid_argument(
-        concatenate("outcome_probabilities: step = ", step, ", the prediction has ", prediction.times_s.size()));
+    throw invalid_argument("outcome_probabilities: step = ", step, ", the prediction has ", prediction.times_s.size());
   require_heading(prediction, "outcome_probabilities");
   static const auto points = normal_points<256>();
   const Matrix2 rotation = to_heading(prediction);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <optional>
 #include <span>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "predict/constant_velocity.hpp"

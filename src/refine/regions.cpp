@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "sila/refine/predictor.hpp"
@@ -71,11 +70,9 @@ double quantile(const std::vector<double>& shares, double probability) {
 void require_point(const Prediction& prediction, std::size_t step, const Vector2& point_m) {
   const std::size_t steps = prediction.modes.empty() ? 0 : prediction.modes.front().path_m.size();
   if (step >= steps)
-    throw std::invalid_argument(
-        concatenate("prediction: step = ", step, ", must be below ", steps, ", the number of steps"));
+    throw invalid_argument("prediction: step = ", step, ", must be below ", steps, ", the number of steps");
   if (!point_m.allFinite())
-    throw std::invalid_argument(
-        concatenate("prediction: point_m = (", point_m.x(), ", ", point_m.y(), "), must be finite"));
+    throw invalid_argument("prediction: point_m = (", point_m.x(), ", ", point_m.y(), "), must be finite");
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 #include <set>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
+#include "core/concatenate.hpp"
 #include "overlap.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/refine/prune.hpp"
@@ -21,15 +19,15 @@ Model make_prior(std::span<const Model> models) {
   for (const Model& model : models) {
     for (const EpisodeId& id : model.episode_ids) {
       if (!episodes.insert(id).second)
-        throw std::invalid_argument("prior: two models have learnt episode " + to_text(id) +
-                                    ", which would count twice; leave one of them out");
+        throw invalid_argument("prior: two models have learnt episode ", to_text(id),
+                               ", which would count twice; leave one of them out");
     }
     if (counted.insert(pack(model.refinement.prior)).second) sum = add_error_statistics(sum, model.refinement.prior);
     for (const ErrorStatistics& statistics : model.refinement.error_statistics)
       sum = add_error_statistics(sum, statistics);
   }
   if (!(windows_in(sum.density) > 0.0))
-    throw std::invalid_argument(
+    throw invalid_argument(
         "prior: the models have no error statistics; learn them with error_statistics.enabled = true, from tracks "
         "longer than predict.observe_s");
   forget_positions(sum);
@@ -37,8 +35,7 @@ Model make_prior(std::span<const Model> models) {
 }
 
 Model k_anonymous(Model model, int min_people) {
-  if (min_people < 1)
-    throw std::invalid_argument("k_anonymous: min_people = " + std::to_string(min_people) + ", must be at least 1");
+  if (min_people < 1) throw invalid_argument("k_anonymous: min_people = ", min_people, ", must be at least 1");
   const auto known = [&](int primitive) {
     return model.primitives[static_cast<std::size_t>(primitive)].support >= min_people;
   };

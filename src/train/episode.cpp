@@ -5,9 +5,9 @@
 #include <iterator>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 
+#include "core/concatenate.hpp"
 #include "refine/refine.hpp"
 #include "refine/residual.hpp"
 #include "sila/core/counted.hpp"
@@ -60,9 +60,9 @@ void require_nothing_shared(const Model& previous, const Model& incoming) {
   std::vector<EpisodeId> shared;
   std::ranges::set_intersection(previous.episode_ids, incoming.episode_ids, std::back_inserter(shared));
   if (shared.empty()) return;
-  throw std::invalid_argument("fuse: both models have learnt " + counted(shared.size(), "episode") + " (such as " +
-                              to_text(shared.front()) +
-                              "), which would count twice; learn one of the models anew without these tracks");
+  throw invalid_argument("fuse: both models have learnt ", counted(shared.size(), "episode"), " (such as ",
+                         to_text(shared.front()),
+                         "), which would count twice; learn one of the models anew without these tracks");
 }
 
 /// The prior of two models, of which one may have none.
@@ -70,7 +70,7 @@ const ErrorStatistics& common_prior(const Model& previous, const Model& incoming
   const ErrorStatistics &ours = previous.refinement.prior, &theirs = incoming.refinement.prior;
   if (ours.empty() || theirs.empty()) return ours.empty() ? theirs : ours;
   if (!std::ranges::equal(pack(ours), pack(theirs)))
-    throw std::invalid_argument(
+    throw invalid_argument(
         "fuse: the models began with different priors; learn one of them anew from a copy of the other's prior");
   return ours;
 }
@@ -188,9 +188,8 @@ FuseResult fuse_models(const Model& previous, const Model& incoming, const FuseC
   const bool by_width =
       previous.settings.scaling != CurbScaling::metres && previous.settings.scaling == incoming.settings.scaling;
   if (by_width && previous.episodes > 0 && incoming.episodes > 0 && ours_m != theirs_m) {
-    throw std::invalid_argument("fuse: previous began with a sidewalk width of " + std::to_string(ours_m) +
-                                " m, incoming with " + std::to_string(theirs_m) +
-                                " m; models that are to be fused must begin with one reference_width_m");
+    throw invalid_argument("fuse: previous began with a sidewalk width of ", ours_m, " m, incoming with ", theirs_m,
+                           " m; models that are to be fused must begin with one reference_width_m");
   }
   FuseResult fused = fuse(previous, {incoming, {}}, config, residual);
   set_error_statistics(fused.model, errors_by_site(previous), errors_by_site(incoming),

@@ -7,8 +7,6 @@
 #include <numeric>
 #include <optional>
 #include <set>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "core/concatenate.hpp"
@@ -89,7 +87,7 @@ template <class Value>
 Value value_in(const FleetValue& value) {
   if (const Value* found = std::get_if<Value>(&value)) return *found;
   if (std::holds_alternative<std::monostate>(value)) return {};
-  throw std::invalid_argument("run_task: an input is a model where error statistics should be, or the other way round");
+  throw invalid_argument("run_task: an input is a model where error statistics should be, or the other way round");
 }
 
 std::vector<double> widths_of(std::span<const Partition> partitions) {
@@ -106,7 +104,7 @@ std::vector<double> widths_of(std::span<const Partition> partitions) {
 using Batches = std::vector<std::span<const FramedTrajectory>>;
 
 Batches batches_of(const Partition& partition) {
-  if (partition.batch == 0) throw std::invalid_argument("partition: batch = 0, must be at least 1");
+  if (partition.batch == 0) throw invalid_argument("partition: batch = 0, must be at least 1");
   const std::span<const FramedTrajectory> tracks = partition.tracks;
   Batches batches;
   for (std::size_t from = 0; from < tracks.size(); from += partition.batch) {
@@ -249,8 +247,7 @@ std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<Episo
 }
 
 std::vector<FleetTask> plan_fleet(int partitions, bool goes_on, const EpisodeConfig& config) {
-  if (partitions < 1)
-    throw std::invalid_argument("plan_fleet: partitions = " + std::to_string(partitions) + ", must be at least 1");
+  if (partitions < 1) throw invalid_argument("plan_fleet: partitions = ", partitions, ", must be at least 1");
   const std::size_t count = static_cast<std::size_t>(partitions), groups = std::min(count, kGroups);
   Plan plan;
   std::vector<std::size_t> group_of;
@@ -275,8 +272,7 @@ std::vector<FleetTask> plan_fleet(int partitions, bool goes_on, const EpisodeCon
 
 FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, const EpisodeConfig& config) {
   const auto input = [&](std::size_t i) -> const FleetValue& {
-    if (i >= inputs.size())
-      throw std::invalid_argument("run_task: inputs = " + std::to_string(inputs.size()) + ", too few");
+    if (i >= inputs.size()) throw invalid_argument("run_task: inputs = ", inputs.size(), ", too few");
     return *inputs[i];
   };
   switch (step) {
@@ -300,7 +296,7 @@ FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, c
 }
 
 double agreed_width_m(std::vector<double> widths_m) {
-  if (widths_m.empty()) throw std::invalid_argument("agreed_width_m: widths_m = none, must be at least one");
+  if (widths_m.empty()) throw invalid_argument("agreed_width_m: widths_m = none, must be at least one");
   std::ranges::sort(widths_m);
   return widths_m[(widths_m.size() - 1) / 2];
 }

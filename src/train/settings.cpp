@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <stdexcept>
 #include <string>
 
 #include "core/concatenate.hpp"
@@ -17,9 +16,8 @@ constexpr double kLeastWidth_m = 0.1;
 
 /// Throws: std::invalid_argument unless a setting is what the model began with.
 void require_kept(const char* setting, const auto& given, const auto& kept) {
-  if (given != kept)
-    throw std::invalid_argument(
-        concatenate(setting, " = ", given, ", but the model began with ", kept, "; keep it, or learn a new model"));
+  if (given == kept) return;
+  throw invalid_argument(setting, " = ", given, ", but the model began with ", kept, "; keep it, or learn a new model");
 }
 
 /// The name of a choice of the configuration.
@@ -52,8 +50,8 @@ ModelSettings settings_for(const Model& previous, const CurbFrame& frame, const 
   validate(config);
   const bool metres = config.scaling == CurbScaling::metres;
   if (metres && frame.unit_m != Vector2::Ones()) {
-    throw std::invalid_argument("run_episode: frame.unit_m = " + std::to_string(frame.unit_m.x()) +
-                                ", with scaling = metres it must be 1; make the frame with that scaling");
+    throw invalid_argument("run_episode: frame.unit_m = ", frame.unit_m.x(),
+                           ", with scaling = metres it must be 1; make the frame with that scaling");
   }
   require_separable("run_episode", previous, config.fuse.sites);
   const double width_m = config.reference_width_m > 0.0 ? config.reference_width_m : frame.sidewalk_width_m;
@@ -92,8 +90,7 @@ void validate(const EpisodeConfig& config) {
                            "mean_width");
   }
   if (width_m > 0.0 && width_m < kLeastWidth_m) {
-    throw std::invalid_argument(
-        concatenate("config: reference_width_m = ", width_m, ", must be 0 or at least ", kLeastWidth_m));
+    throw invalid_argument("config: reference_width_m = ", width_m, ", must be 0 or at least ", kLeastWidth_m);
   }
 }
 
