@@ -7,7 +7,7 @@
 #include <set>
 
 #include "core/concatenate.hpp"
-#include "core/inverse.hpp"
+#include "core/indices.hpp"
 #include "fuse/fuse_fields.hpp"
 #include "fuse/similarity.hpp"
 #include "model/same_settings.hpp"

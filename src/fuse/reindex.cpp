@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <tuple>
 
+#include "core/indices.hpp"
 #include "fuse/similarity.hpp"
 #include "sila/fuse/fuse.hpp"
 
@@ -22,8 +22,7 @@ class PrimitiveSets {
   explicit PrimitiveSets(const SimilarityEdges& edges) {
     int last = -1;
     for (const Similarity& edge : edges) last = std::max({last, edge.first, edge.second});
-    parent_.resize(static_cast<std::size_t>(last + 1));
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+    parent_ = indices(static_cast<std::size_t>(last + 1));
   }
 
   std::size_t size() const { return parent_.size(); }
@@ -126,9 +125,7 @@ FusionComponent resolve(const SimilarityEdges& component, double threshold, cons
 /// in, out, fusion set and splits: the decisions, applied to m_in = m_out = m.
 FusionPlan reindex(int primitives, std::vector<FusionComponent> components) {
   FusionPlan plan;
-  plan.in.resize(static_cast<std::size_t>(primitives));
-  std::iota(plan.in.begin(), plan.in.end(), 0);
-  plan.out = plan.in;
+  plan.in = plan.out = indices<int>(static_cast<std::size_t>(primitives));
   for (const FusionComponent& component : components) {
     for (const FusionDecision& decision : component.decisions) {
       for (const int member : decision.fused) {

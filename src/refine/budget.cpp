@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "core/concatenate.hpp"
+#include "core/indices.hpp"
 #include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
 #include "sila/model/packing.hpp"
@@ -127,8 +127,7 @@ double bytes_of_primitives(const SubsumptionTable& table, const Model& model) {
 /// Reduces residual GPs, those of the rarest transitions first, until `excess` bytes are saved.
 void reduce_residuals(SubsumptionTable& table, Model& model, double excess, BudgetReport& report) {
   std::vector<SparseGp>& residuals = model.refinement.residuals;
-  std::vector<std::size_t> order(residuals.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = indices(residuals.size());
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return model.transitions[i].count; });
   for (const int most : kReducedPseudoInputs) {
     for (const std::size_t i : order) {
@@ -177,28 +176,23 @@ void keep_to_bytes(SubsumptionTable& table, Model& model, double most, BudgetRep
 
 BudgetResult apply_budget(Model model, const ModelBudget& budget) {
   validate_fields("apply_budget", budget);
-  BudgetResult result;
   const std::size_t before = model.primitives.size();
   const bool few = static_cast<double>(before) <= budget.max_primitives;
-  if (few && (std::isinf(budget.max_bytes) || static_cast<double>(packed_bytes(model)) <= budget.max_bytes)) {
-    result.kept.resize(before);
-    std::iota(result.kept.begin(), result.kept.end(), 0);
-    result.model = std::move(model);
-    return result;
-  }
+  if (few && (std::isinf(budget.max_bytes) || static_cast<double>(packed_bytes(model)) <= budget.max_bytes))
+    return {std::move(model), {}, indices<int>(before)};
+  BudgetReport report;
   SubsumptionTable table = subsumption_table(model);
-  keep_to_primitives(table, model, budget.max_primitives, result.report);
+  keep_to_primitives(table, model, budget.max_primitives, report);
   if (!std::isinf(budget.max_bytes)) {
     Model rest = model;
     rest.primitives.clear();
     rest.transitions.clear();
-    keep_to_bytes(table, model, budget.max_bytes - static_cast<double>(packed_bytes(rest)), result.report);
+    keep_to_bytes(table, model, budget.max_bytes - static_cast<double>(packed_bytes(rest)), report);
   }
-  result.kept = detail::remove_transitions(model, table.kept);
+  std::vector<int> kept = detail::remove_transitions(model, table.kept);
   if (model.transitions.empty()) reject(budget, model);
-  result.report.primitives = static_cast<int>(before - model.primitives.size());
-  result.model = std::move(model);
-  return result;
+  report.primitives = static_cast<int>(before - model.primitives.size());
+  return {std::move(model), report, std::move(kept)};
 }
 
 }  // namespace sila

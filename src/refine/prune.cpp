@@ -1,10 +1,9 @@
 #include "sila/refine/prune.hpp"
 
 #include <algorithm>
-#include <limits>
-#include <numeric>
 #include <utility>
 
+#include "core/indices.hpp"
 #include "fuse/fuse_fields.hpp"
 #include "gp/fuse_gps.hpp"
 #include "overlap.hpp"
@@ -71,8 +70,7 @@ void subsume(PruningState& state, std::size_t rare, std::size_t into, const Fuse
 /// further ones. Returns the number of merged transitions.
 int subsume_rare(PruningState& state, double max_count, const FuseConfig& fusing, const ResidualConfig& residual) {
   const double agreement = PruneConfig::agreement_mps / state.model.settings.reference_width_m;
-  std::vector<std::size_t> order(state.model.transitions.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = indices(state.model.transitions.size());
   int subsumed = 0;
   std::vector<bool> compared(order.size(), true);
   for (; std::find(compared.begin(), compared.end(), true) != compared.end();
@@ -112,23 +110,16 @@ int subsume_old(PruningState& state, const PruneConfig& config, const FuseConfig
 }  // namespace
 
 PruneResult prune(Model model, const PruneConfig& config, const FuseConfig& fusing, const ResidualConfig& residual) {
-  PruneResult result;
-  const std::size_t primitives = model.primitives.size();
-  if (!config.enabled) {
-    result.kept.resize(primitives);
-    std::iota(result.kept.begin(), result.kept.end(), 0);
-    result.model = std::move(model);
-    return result;
-  }
-  const std::size_t transitions = model.transitions.size();
+  const std::size_t primitives = model.primitives.size(), transitions = model.transitions.size();
+  if (!config.enabled) return {std::move(model), {}, indices<int>(primitives)};
   PruningState state{model, detail::OverlapIndex(model.transitions), std::vector<bool>(transitions, true),
                      std::vector<bool>(transitions, false)};
-  result.report.subsumed = subsume_rare(state, config.max_count, fusing, residual);
-  result.report.subsumed += subsume_old(state, config, fusing, residual);
-  result.kept = detail::remove_transitions(model, state.kept);
-  result.report.primitives = static_cast<int>(primitives - model.primitives.size());
-  result.model = std::move(model);
-  return result;
+  PruneReport report;
+  report.subsumed = subsume_rare(state, config.max_count, fusing, residual);
+  report.subsumed += subsume_old(state, config, fusing, residual);
+  std::vector<int> kept = detail::remove_transitions(model, state.kept);
+  report.primitives = static_cast<int>(primitives - model.primitives.size());
+  return {std::move(model), report, std::move(kept)};
 }
 
 }  // namespace sila

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "core/indices.hpp"
 #include "street_plan.hpp"
 #include "walker.hpp"
 
@@ -33,12 +33,6 @@ struct World {
   std::vector<std::size_t> first_sample;  ///< of each track
 };
 
-void place_at_start(Walker& walker) {
-  const std::vector<Vector2>& path = walker.route.path;
-  walker.position = path.front();
-  walker.velocity = walker.speed_mps * (path[1] - path[0]).normalized();
-}
-
 /// One person, or two or three side by side.
 void admit_party(World& world, const SimulationConfig& config, std::size_t sample) {
   Random leader(config.seed, stream(habits, world.arrived));
@@ -58,17 +52,12 @@ void admit_party(World& world, const SimulationConfig& config, std::size_t sampl
     walker.route.traits.walker = world.arrived++;
     walker.route.traits.free_speed_mps = speed;
     walker.route.traits.in_group = size > 1;
-    place_at_start(walker);
+    const std::vector<Vector2>& path = walker.route.path;
+    walker.position = path.front();
+    walker.velocity = speed * (path[1] - path[0]).normalized();
     world.walkers.push_back(std::move(walker));
   }
   ++world.parties;
-}
-
-Trajectory empty_track(std::size_t capacity) {
-  Trajectory track;
-  track.times_s.reserve(capacity);
-  track.positions_m.reserve(capacity);
-  return track;
 }
 
 void report(World& world, const Walker& walker, const SimulationConfig& config) {
@@ -77,7 +66,7 @@ void report(World& world, const Walker& walker, const SimulationConfig& config) 
     return static_cast<double>(walker.first_sample + k) * config.sample_interval_s;
   };
   for (const sim::Sighting& sighting : track_walker(walker.samples, world.scene, config, random)) {
-    Trajectory track = empty_track(sighting.seen.size()), truth = empty_track(sighting.last - sighting.first + 1);
+    Trajectory track, truth;
     for (std::size_t k : sighting.seen) track.times_s.push_back(time_of(k));
     track.positions_m = sighting.measured_m;
     for (std::size_t k = sighting.first; k <= sighting.last; ++k) {
@@ -93,17 +82,16 @@ void report(World& world, const Walker& walker, const SimulationConfig& config) 
 
 void record(World& world, const SimulationConfig& config, std::size_t sample) {
   const auto longest = static_cast<std::size_t>(kLongestStay_s / config.sample_interval_s);
+  const auto leaves = [&](const Walker& walker) { return finished(walker) || sample - walker.first_sample > longest; };
   for (Walker& walker : world.walkers) walker.samples.push_back(walker.position);
   for (const Walker& walker : world.walkers)
-    if (finished(walker) || sample - walker.first_sample > longest) report(world, walker, config);
-  std::erase_if(world.walkers,
-                [&](const Walker& walker) { return finished(walker) || sample - walker.first_sample > longest; });
+    if (leaves(walker)) report(world, walker, config);
+  std::erase_if(world.walkers, leaves);
 }
 
 /// The first `count` tracks by start time, named by their rank.
 Simulation in_order(World world, std::size_t count) {
-  std::vector<std::size_t> order(world.first_sample.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = indices(world.first_sample.size());
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return world.first_sample[i]; });
   Simulation sorted;
   sorted.scene = std::move(world.scene);

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/concatenate.hpp"
-#include "core/inverse.hpp"
+#include "core/indices.hpp"
 #include "train/steps.hpp"
 
 namespace sila {

@@ -4,12 +4,11 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <numeric>
-#include <optional>
 #include <set>
 #include <utility>
 
 #include "core/concatenate.hpp"
+#include "core/indices.hpp"
 #include "train/steps.hpp"
 
 namespace sila {
@@ -190,15 +189,13 @@ Model finalise(Model model, const SiteErrorStatistics& error_statistics, const M
 /// The partitions of each site at even distances; those of one site alone stay in their order.
 std::vector<ChosenPartition> spread(std::vector<ChosenPartition> partitions, std::span<const CurbFrame> frames) {
   std::vector<Site> sites;
-  std::vector<std::size_t> site_of_partition, rank;
-  std::vector<std::size_t> counts;
+  std::vector<std::size_t> site_of_partition, rank, counts;
   for (const ChosenPartition& partition : partitions) {
     site_of_partition.push_back(static_cast<std::size_t>(find_or_add_site(sites, frames[partition.partition])));
     counts.resize(sites.size());
     rank.push_back(counts[site_of_partition.back()]++);
   }
-  std::vector<std::size_t> order(partitions.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = indices(partitions.size());
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {  // (rank + 1/2) / count
     return (2 * rank[a] + 1) * counts[site_of_partition[b]] < (2 * rank[b] + 1) * counts[site_of_partition[a]];
   });
@@ -228,8 +225,7 @@ std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<Episo
     throw invalid_argument("choose_partitions: sites = ", sites.size(), ", are_models = ", are_models.size(),
                            ", must be one for each of ", episodes.size(), " partitions");
   }
-  std::vector<std::size_t> order(episodes.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order = indices(episodes.size());
   // Models first: what they have in common with tracks can be left out of the tracks alone.
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     return are_models[a] != are_models[b] ? are_models[a] : episodes[a] < episodes[b];
