@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "minimise.hpp"
 #include "statistics.hpp"
@@ -9,11 +10,13 @@
 namespace sila {
 namespace {
 
-Eigen::MatrixXd greedy_pseudo_inputs(const GpData& data, const Kernel& kernel, const GpConfig& config) {
+/// Z of the data, chosen greedily, and the factor of k(Z, Z).
+std::pair<Eigen::MatrixXd, Eigen::MatrixXd> choose_greedily(const GpData& data, const Kernel& kernel,
+                                                            const GpConfig& config) {
   const Eigen::MatrixXd candidates = detail::candidates_for(kernel, data.inputs);
-  return candidates(Eigen::all, detail::select_greedily(kernel, candidates, config.max_pseudo_inputs,
-                                                        config.selection_stop, default_jitter)
-                                    .chosen);
+  detail::Selection selection =
+      detail::select_greedily(kernel, candidates, config.max_pseudo_inputs, config.selection_stop, default_jitter);
+  return {candidates(Eigen::all, selection.chosen), std::move(selection.lower)};
 }
 
 /// theta as the optimiser sees it: log length scales, log noise variance, log (signal variance / noise variance). In
@@ -71,7 +74,7 @@ struct Fit {
 /// only, so the log marginal likelihood has less curvature in it than in theta.
 Fit optimise(const GpData& centred, const Hyperparameters& start, const GpConfig& config) {
   const detail::SearchBox of_theta = theta_box(start, centred, config);
-  const Eigen::MatrixXd first = greedy_pseudo_inputs(centred, start.kernel, config);
+  const Eigen::MatrixXd first = choose_greedily(centred, start.kernel, config).first;
   const Eigen::Index dimensions = first.rows(), size = first.cols(), numbers = first.size();
   const Eigen::Index all = numbers + dimensions + 2;
   const Eigen::VectorXd margin = start.kernel.length_scales;
@@ -95,16 +98,12 @@ Fit optimise(const GpData& centred, const Hyperparameters& start, const GpConfig
   return unpack(detail::minimise_in_box(objective, box, config.max_iterations));
 }
 
-/// Greedy Z and theta as given. The factor of k(Z, Z) is known from the selection.
+/// Greedy Z and theta as given.
 SparseGp greedy_fit(const GpData& data, const Hyperparameters& theta, const Eigen::VectorXd& mean,
                     const GpConfig& config) {
-  const Eigen::MatrixXd candidates = detail::candidates_for(theta.kernel, data.inputs);
-  const detail::Selection selection = detail::select_greedily(theta.kernel, candidates, config.max_pseudo_inputs,
-                                                              config.selection_stop, default_jitter);
-  SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, candidates(Eigen::all, selection.chosen),
-                                        mean, default_jitter);
-  detail::add_data(gp, data,
-                   detail::whitened(selection.lower, covariance(theta.kernel, data.inputs, gp.pseudo_inputs)));
+  const auto [pseudo_inputs, lower] = choose_greedily(data, theta.kernel, config);
+  SparseGp gp = detail::unchecked_prior(theta.kernel, theta.noise_variance, pseudo_inputs, mean, default_jitter);
+  detail::add_data(gp, data, detail::whitened(lower, covariance(theta.kernel, data.inputs, pseudo_inputs)));
   return gp;
 }
 

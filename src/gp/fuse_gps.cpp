@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/concatenate.hpp"
+#include "core/indices.hpp"
 #include "gp/fit.hpp"
 #include "gp/posterior.hpp"
-#include "statistics.hpp"
 
 namespace sila {
 namespace {
@@ -92,8 +92,7 @@ bool one_basis(const Parts& parts, const Kernel& kernel) {
 
 /// The columns in lexicographic order.
 std::vector<Eigen::Index> sorted_order(const Eigen::MatrixXd& points) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(points.cols()));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::vector<Eigen::Index> order = indices<Eigen::Index>(static_cast<std::size_t>(points.cols()));
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return std::lexicographical_compare(points.col(a).begin(), points.col(a).end(), points.col(b).begin(),
                                         points.col(b).end());
@@ -117,11 +116,6 @@ Basis make_basis(Eigen::MatrixXd pseudo_inputs, Eigen::MatrixXd lower, const GpD
   return basis;
 }
 
-Basis make_basis(const detail::Selection& selection, const Eigen::MatrixXd& candidates, const GpData& data,
-                 const Kernel& kernel, double jitter) {
-  return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, kernel, jitter);
-}
-
 /// The common basis of the parts, extended by points near data that it does not explain; none if it becomes too large.
 std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const Eigen::MatrixXd& fresh,
                                  const GpConfig& config) {
@@ -133,7 +127,7 @@ std::optional<Basis> grown_basis(const SparseGp& part, const GpData& data, const
                                                  config.selection_stop, part.jitter, kept);
   const bool complete = selection.remaining_variance <= config.selection_stop * part.kernel.signal_variance;
   if (!complete || !selection.sound) return std::nullopt;
-  return make_basis(selection, candidates, data, part.kernel, part.jitter);
+  return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, part.kernel, part.jitter);
 }
 
 /// The part that holds nearly all points, if it is at its limit of pseudo-inputs.
@@ -171,7 +165,7 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
   if (!parts.empty()) candidates = candidates(Eigen::all, sorted_order(candidates)).eval();
   const auto selection = detail::select_greedily(kernel, candidates, config.max_fused_pseudo_inputs,
                                                  config.selection_stop, default_jitter);
-  return make_basis(selection, candidates, data, kernel, default_jitter);
+  return make_basis(candidates(Eigen::all, selection.chosen), selection.lower, data, kernel, default_jitter);
 }
 
 /// docs/gp.md, section 9: the posterior mean at the old pseudo-inputs replaces the old data, with the
