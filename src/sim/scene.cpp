@@ -75,14 +75,4 @@ IntersectionScene simulated_scene(const SimulationConfig& config) {
   return scene;
 }
 
-bool contains(const Polygon& polygon, const Vector2& point) {
-  bool inside = false;
-  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
-    const Vector2 a = polygon[i] - point, b = polygon[j] - point;
-    if ((a.y() > 0.0) == (b.y() > 0.0)) continue;
-    if (a.x() - a.y() * (b.x() - a.x()) / (b.y() - a.y()) > 0.0) inside = !inside;
-  }
-  return inside;
-}
-
 }  // namespace sila

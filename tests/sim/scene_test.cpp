@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sila/sim/simulate.hpp"
+#include "support/polygon.hpp"
 
 namespace sila {
 namespace {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "support/message_of.hpp"
+#include "support/polygon.hpp"
 
 namespace sila {
 namespace {

@@ -98,9 +98,6 @@ inline const NamedCorner& primary_corner(const IntersectionScene& scene) {
 /// Throws: std::invalid_argument for an invalid config.
 IntersectionScene simulated_scene(const SimulationConfig& config);
 
-/// Whether a point lies inside (even-odd rule; the border may fall on either side).
-bool contains(const Polygon& polygon, const Vector2& point);
-
 /// Properties of the walker of a track that a tracker does not observe.
 struct WalkerTraits {
   std::size_t walker = 0;      ///< two tracks of one walker (an identity switch) share it
