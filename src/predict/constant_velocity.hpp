@@ -15,7 +15,4 @@ inline constexpr double kConstantVelocitySpread_mps = 0.3;
 /// Throws: std::invalid_argument for an empty path.
 std::vector<Vector2> constant_velocity(std::span<const Vector2> past_m, int steps, double interval_s);
 
-/// The same for an observed path as a predictor sees it, smoothed.
-std::vector<Vector2> constant_velocity(const CurbTrajectory& observed, int steps, double interval_s);
-
 }  // namespace sila

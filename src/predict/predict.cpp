@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/concatenate.hpp"
+#include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
-#include "predict/rollout.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {
@@ -21,11 +21,14 @@ void fill_plain(Mode& mode, const Rollout& rollout, const CurbFrame& frame) {
   }
 }
 
-/// Constant velocity, with errors that grow by kConstantVelocitySpread_mps.
+/// Constant velocity of the smoothed path, with errors that grow by kConstantVelocitySpread_mps.
 void fill_constant_velocity(Mode& mode, const CurbTrajectory& observed, double interval_s) {
-  mode.path_m = constant_velocity(observed, static_cast<int>(mode.path_m.size()), interval_s);
+  const Vector2 start_m = to_world(observed.frame, observed.positions.back());
+  const Vector2 velocity_mps = mean_velocity_mps(observed, kConstantVelocityWindow_s);
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-    const double spread = kConstantVelocitySpread_mps * (static_cast<double>(j + 1) * interval_s);
+    const double seconds = static_cast<double>(j + 1) * interval_s;
+    const double spread = kConstantVelocitySpread_mps * seconds;
+    mode.path_m[j] = start_m + seconds * velocity_mps;
     mode.covariances_m2[j] = Matrix2::Identity() * spread * spread;
   }
 }

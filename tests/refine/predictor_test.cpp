@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "predict/constant_velocity.hpp"
+#include "core/kinematics.hpp"
 #include "predict/flow_field_index.hpp"
 #include "predict/rollout.hpp"
 #include "sila/config.hpp"
@@ -91,18 +91,24 @@ TEST(Predictor, RejectsWindowsLongerThanThoseOfItsModel) {
   EXPECT_NO_THROW(Predictor(corner_model(), config));
 }
 
+/// Where constant velocity of the smoothed path leads.
+Vector2 constant_velocity_m(const CurbTrajectory& observed, double seconds) {
+  return to_world(observed.frame, observed.positions.back()) +
+         seconds * mean_velocity_mps(observed, kConstantVelocityWindow_s);
+}
+
 TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
   const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});
-  const Prediction prediction = predict(corner_model(), observed, kConfig.predict);
+  const Prediction prediction = Predictor(corner_model(), kConfig.predict).predict(observed);
   expect_valid(prediction);
   EXPECT_TRUE(prediction.fallback);
   EXPECT_GT(prediction.novelty, 0.99);
   RefineConfig plain = kConfig.predict;
   plain.stacking = false;
-  const Prediction constant = predict(corner_model(), observed, plain);
-  const std::vector<Vector2> expected = constant_velocity(observed, 25, 0.2);
-  for (std::size_t j = 0; j < expected.size(); ++j) EXPECT_LT((constant.modes[0].path_m[j] - expected[j]).norm(), 1e-9);
+  const Prediction constant = Predictor(corner_model(), plain).predict(observed);
+  for (std::size_t j = 0; j < 25; ++j)
+    EXPECT_LT((constant.modes[0].path_m[j] - constant_velocity_m(observed, constant.times_s[j])).norm(), 1e-9);
 }
 
 /// Mean distance [m] between where the modes on average end and where people were.
@@ -148,7 +154,7 @@ TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
 TEST(Predictor, AnswersWithAnEmptyModel) {
   const CurbTrajectory observed =
       observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, {});
-  const Prediction prediction = predict(Model{}, observed, kConfig.predict);
+  const Prediction prediction = Predictor(Model{}, kConfig.predict).predict(observed);
   expect_valid(prediction);
   EXPECT_TRUE(prediction.fallback);
 }
@@ -222,7 +228,7 @@ TEST(Predictor, HasTheWayRoundTheCornerAmongItsModes) {
     for (const Mode& mode : prediction.modes)
       best = std::min(best, (mode.path_m.back() - window.future_m.back()).norm());
     ours += best;
-    constant += (constant_velocity(window.observed, 25, 0.2).back() - window.future_m.back()).norm();
+    constant += (constant_velocity_m(window.observed, 5.0) - window.future_m.back()).norm();
     ++windows;
   }
   ASSERT_GT(windows, 50);
@@ -259,7 +265,7 @@ TEST(Predictor, RejectsNumbersThatAreNotFinite) {
   std::vector<CurbTrajectory> broken(4, observed);
   broken[0].positions[3].x() = broken[1].velocities[3].y() = broken[2].companions_mps.x() = broken[3].still_s = NAN;
   for (const CurbTrajectory& track : broken)
-    EXPECT_THROW(predict(corner_model(), track, kConfig.predict), std::invalid_argument);
+    EXPECT_THROW(Predictor(corner_model(), kConfig.predict).predict(track), std::invalid_argument);
 }
 
 TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
@@ -267,7 +273,7 @@ TEST(Predictor, RefusesATrackSampledOtherwiseAndAHorizonThatIsNotPositive) {
   coarse.interval_s = 0.4;
   const CurbTrajectory observed =
       observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, coarse);
-  EXPECT_THROW(predict(corner_model(), observed, kConfig.predict), std::invalid_argument);
+  EXPECT_THROW(Predictor(corner_model(), kConfig.predict).predict(observed), std::invalid_argument);
   RefineConfig none = kConfig.predict;
   none.horizon_s = 0.0;
   EXPECT_THROW(Predictor(corner_model(), none), std::invalid_argument);
