@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
 #include "core/kinematics.hpp"
 #include "predict/constant_velocity.hpp"
 #include "refine/motion_change.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/evaluate/training_support.hpp"
 
 namespace sila {
 namespace {
@@ -19,13 +17,18 @@ namespace {
 constexpr double kShortestHeading_m = 0.2;
 constexpr double kHeadingPart_s = 0.8;
 
+int steps_of(const EpisodeConfig& config) {
+  return steps_in(config.predict.horizon_s, config.sampling.interval_s);
+}
+
 struct TestWindows {
   std::vector<Window> windows;
   std::map<std::string, std::size_t> skipped;  ///< number of tracks without a window, by reason
 };
 
 TestWindows windows_with_future(std::span<const FramedTrajectory> tracks, const EpisodeConfig& config,
-                                const EvaluateConfig& evaluate_config, std::size_t steps) {
+                                const EvaluateConfig& evaluate_config) {
+  const auto steps = static_cast<std::size_t>(steps_of(config));
   TestWindows found;
   const PresentPeople present(tracks);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -73,10 +76,6 @@ GroupScore group(const std::string& name, std::span<const WindowScore> windows, 
     for (Metrics& sum : *sums) sum = share * sum;
   }
   return score;
-}
-
-int steps_of(const EpisodeConfig& config) {
-  return steps_in(config.predict.horizon_s, config.sampling.interval_s);
 }
 
 /// Whether a pedestrian moved by kMoving_m while observed; in proportion where `observed_s` shortens it.
@@ -200,8 +199,7 @@ double heading_change_rad(std::span<const Vector2> path_m, double interval_s) {
 
 TrainingSupport training_support(std::span<const FramedTrajectory> train, const EpisodeConfig& config,
                                  const EvaluateConfig& evaluate_config) {
-  const auto steps = static_cast<std::size_t>(steps_of(config));
-  const std::vector<Window> windows = windows_with_future(train, config, evaluate_config, steps).windows;
+  const std::vector<Window> windows = windows_with_future(train, config, evaluate_config).windows;
   const auto references = [&](bool moving) {
     return references_on(windows, moving, config, evaluate_config, kReferenceCount);
   };
@@ -214,8 +212,7 @@ Evaluation evaluate_forecast(const Forecast& forecast, std::span<const FramedTra
                              const EpisodeConfig& config, const EvaluateConfig& evaluate_config,
                              const TrainingSupport* support) {
   validate_fields("evaluate", evaluate_config);
-  const auto steps = static_cast<std::size_t>(steps_of(config));
-  TestWindows found = windows_with_future(tracks, config, evaluate_config, steps);
+  TestWindows found = windows_with_future(tracks, config, evaluate_config);
   // The paths of other references would be fitted to the windows that they are scored on.
   const auto own_of = [&](bool moving) { return references_on(found.windows, moving, config, evaluate_config, 2); };
   const std::array own{own_of(false), own_of(true)};

@@ -160,8 +160,8 @@ Prediction LinearReference::predict(std::span<const Vector2> past_m, double inte
   const Matrix2 frame = heading_frame(past_m);
   const Vector2 here = past_m.back();
   Mode mode{1.0, constant_velocity(past_m, static_cast<int>(steps), interval_s), {}, {}};
-  const Eigen::VectorXd more = weights.size() > 0 ? Eigen::VectorXd(weights.transpose() * inputs_of(past_m))
-                                                  : Eigen::VectorXd(Eigen::VectorXd::Zero(0));
+  Eigen::VectorXd more;
+  if (weights.size() > 0) more = weights.transpose() * inputs_of(past_m);
   Prediction prediction;
   for (std::size_t j = 0; j < steps; ++j) {
     if (!shares.empty()) mode.path_m[j] = here + shares[j] * (mode.path_m[j] - here);
@@ -189,14 +189,11 @@ std::vector<LinearReference> fit_references(std::span<const Window* const> windo
   for (std::size_t r = 0; r < count; ++r) {
     LinearReference reference = unfitted_reference(static_cast<Reference>(r), steps, interval_s);
     if (reference.kind == Reference::damped_velocity) reference.shares = damped_shares(windows, steps, interval_s);
-    if (windows.empty())
-      references.push_back(std::move(reference));
-    else if (reference.kind == Reference::linear)
-      references.push_back(fit_linear(windows, steps, interval_s, std::move(reference)));
-    else {
+    if (!windows.empty() && reference.kind == Reference::linear)
+      reference = fit_linear(windows, steps, interval_s, std::move(reference));
+    else if (!windows.empty())
       reference.covariances_m2 = covariances_of(errors_of(reference, windows, steps, interval_s), steps);
-      references.push_back(std::move(reference));
-    }
+    references.push_back(std::move(reference));
   }
   return references;
 }

@@ -5,7 +5,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include "coding_state.hpp"
@@ -25,10 +24,11 @@ constexpr double kSameSeedCosine = 0.5;   ///< of two seeds of one round with a 
 struct Section {
   std::size_t track = 0, begin = 0, end = 0;
   double energy = 0.0;
-  auto key() const { return std::tuple(track, begin); }
+  auto key() const { return std::pair(track, begin); }
 };
 
-using Banned = std::set<std::tuple<std::size_t, std::size_t>>;
+using Banned = std::set<std::pair<std::size_t, std::size_t>>;
+using Seeds = std::vector<std::pair<Section, std::vector<CellArrow>>>;  ///< with the arrows of new primitives
 
 bool tiles_differ(const CodingProblem& problem, int a, int b) {
   return tile_of(problem.grid, problem.cells[static_cast<std::size_t>(a)]) !=
@@ -96,10 +96,9 @@ double cosine(std::span<const CellArrow> a, std::span<const CellArrow> b) {
 
 /// The stretches with the largest unexplained energy: at most a tenth of the number of tracks, one a track, no two
 /// alike.
-std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const CodingProblem& problem,
-                                                                     const CodingState& state, const Banned& banned,
-                                                                     double run_cells, const DictionaryConfig& config) {
-  std::vector<std::pair<Section, std::vector<CellArrow>>> best;
+Seeds choose_seeds(const CodingProblem& problem, const CodingState& state, const Banned& banned, double run_cells,
+                   const DictionaryConfig& config) {
+  Seeds best;
   for (std::size_t i = 0; i < problem.tracks.size(); ++i) {
     const std::vector<CellArrow> rest = residual(problem, state, i);
     Section top;
@@ -113,7 +112,7 @@ std::vector<std::pair<Section, std::vector<CellArrow>>> choose_seeds(const Codin
   std::ranges::stable_sort(best, std::ranges::greater(), [](const auto& seed) { return seed.first.energy; });
   const std::size_t room = static_cast<std::size_t>(config.max_primitives) - state.primitives.size();
   const std::size_t most = std::min(room, std::max<std::size_t>(1, problem.tracks.size() / 10));
-  std::vector<std::pair<Section, std::vector<CellArrow>>> seeds;
+  Seeds seeds;
   for (auto& [section, rest] : best) {
     std::vector<CellArrow> seed = seed_on_support(problem, rest, config);
     const bool known = std::any_of(seeds.begin(), seeds.end(),

@@ -77,7 +77,7 @@ std::vector<Segment> without_short_runs(const std::vector<Segment>& runs) {
     const bool is_short = run.end - run.begin < kMinRunSamples;
     if (!kept.empty() && (is_short || kept.back().primitive == run.primitive)) {
       kept.back().end = run.end;
-    } else if (!kept.empty() && kept.size() == 1 && kept.back().end - kept.back().begin < kMinRunSamples) {
+    } else if (kept.size() == 1 && kept.back().end - kept.back().begin < kMinRunSamples) {
       kept.back() = {run.primitive, kept.back().begin, run.end};
     } else {
       kept.push_back(run);

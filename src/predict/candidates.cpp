@@ -29,12 +29,6 @@ double log_prior(const FlowFieldIndex::Field& field, const Vector2& variance_her
   return std::log(std::max(samples.mean(), 1e-12));
 }
 
-/// The index of the first of those samples that lie in the last `seconds`.
-std::size_t first_of_last(std::size_t samples, double seconds, double interval_s) {
-  const auto wanted = static_cast<std::size_t>(std::max(1L, std::lround(seconds / interval_s)));
-  return samples > wanted ? samples - wanted : 0;
-}
-
 /// Likelihood and prior of one field by the last sample; null if the field does not cover it. `least_unknown` becomes
 /// the smaller var / sigma_f^2 at that sample.
 std::optional<Candidate> score(const FlowFieldIndex::Field& field, int index, const CurbTrajectory& observed,
@@ -100,7 +94,8 @@ Candidates find_candidates(const FlowFieldIndex& fields, std::span<const int> ne
   const std::size_t samples = observed.positions.size();
   if (samples == 0) return found;
   const double interval_s = samples > 1 ? observed.times_s[1] - observed.times_s[0] : 1.0;
-  const auto least_unknown = scratch.array<double>(samples - first_of_last(samples, config.likelihood_s, interval_s));
+  const auto scored = static_cast<std::size_t>(std::max(1L, std::lround(config.likelihood_s / interval_s)));
+  const auto least_unknown = scratch.array<double>(std::min(samples, scored));
   std::fill(least_unknown.begin(), least_unknown.end(), 1.0);
   const auto list = scratch.array<Candidate>(near.size());
   std::size_t count = 0;

@@ -1,7 +1,6 @@
 #include "refine/stacking.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 
 #include "core/kinematics.hpp"
@@ -226,11 +225,6 @@ Stacking::Stacking(const ErrorStatistics& error_statistics, const RefineConfig& 
     coefficients_[observed] = solve(error_statistics, walking, observed);
 }
 
-std::size_t Stacking::cell(std::size_t step, int speed_class) const {
-  const std::size_t row = std::min(step, static_cast<std::size_t>(steps_ - 1));
-  return row * kSpeedClasses + static_cast<std::size_t>(speed_class);
-}
-
 Vector2 Stacking::velocity_mps(const Features& features, std::size_t step, const ObservedFeatures& seen) const {
   const Vector2 stacked = stacked_mps(features, step, seen.person);
   if (!seen.person.slow || !fitted()) return stacked;
@@ -277,7 +271,8 @@ void Stacking::add_window(ErrorStatistics& error_statistics, const CurbTrajector
 
 Vector2 Stacking::stacked_mps(const Features& features, std::size_t step, const PersonClass& person) const {
   if (steps_ == 0) return features.col(kResidualFeature);
-  return features.lazyProduct(coefficients_[person.observed][cell(step, person.speed)]);
+  const std::size_t cell = std::min(step, last_step()) * kSpeedClasses + static_cast<std::size_t>(person.speed);
+  return features.lazyProduct(coefficients_[person.observed][cell]);
 }
 
 }  // namespace sila

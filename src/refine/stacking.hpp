@@ -103,8 +103,6 @@ class Stacking {
   const MotionChange& change(std::size_t state) const { return changes_[state]; }
 
  private:
-  std::size_t cell(std::size_t step, int speed_class) const;
-
   int steps_ = 0;
   double observe_s_, horizon_s_;
   std::array<std::vector<Eigen::Matrix<double, kStackedFeatures, 1>>, kObservedClasses> coefficients_;

@@ -250,8 +250,7 @@ void go_round_works(Route& route, const StreetPlan& plan, const SimulationConfig
     gate.roadway = true;
     gate.end = i + 1;
   }
-  if (!gate.roadway) return;
-  insert_gate(route, gate);
+  if (gate.roadway) insert_gate(route, gate);
 }
 
 /// One gate for each crossing, in order, at the curb.
