@@ -1,7 +1,6 @@
 #include "sila/core/grid.hpp"
 
 #include <cmath>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 
@@ -32,13 +31,12 @@ CellKey tile_of(const Grid& grid, const CellKey& cell) {
 }
 
 void validate(const Grid& grid) {
-  if (!grid.origin.allFinite()) throw std::invalid_argument("grid: origin must be finite");
-  if (!(grid.cell >= 1e-6 && grid.cell <= 1e6))
-    throw std::invalid_argument("grid: cell must be 1e-6 to 1e6 curb units");
+  if (!grid.origin.allFinite()) throw invalid_argument("grid: origin must be finite");
+  if (!(grid.cell >= 1e-6 && grid.cell <= 1e6)) throw invalid_argument("grid: cell must be 1e-6 to 1e6 curb units");
   if (!(grid.origin.cwiseAbs().maxCoeff() <= kFarthestCell * grid.cell))
-    throw std::invalid_argument("grid: origin is over 1e9 cells away");
+    throw invalid_argument("grid: origin is over 1e9 cells away");
   if (grid.tile_cells < 1 || grid.tile_cells > 1'000'000)
-    throw std::invalid_argument("grid: tile_cells must be 1 to 1,000,000");
+    throw invalid_argument("grid: tile_cells must be 1 to 1,000,000");
 }
 
 }  // namespace sila

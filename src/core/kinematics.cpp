@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 
@@ -17,7 +16,7 @@ void require_sample(const char* function, const Trajectory& track, std::size_t l
 
 Vector2 mean_velocity(const CurbTrajectory& observed, double window_s) {
   const std::size_t samples = observed.positions.size();
-  if (samples == 0) throw std::invalid_argument("mean_velocity: the observed track is empty");
+  if (samples == 0) throw invalid_argument("mean_velocity: the observed track is empty");
   if (samples == 1) return observed.velocities.back();
   const double interval_s = observed.times_s[1] - observed.times_s[0];
   const auto back = std::clamp<long>(std::lround(window_s / interval_s), 1, static_cast<long>(samples) - 1);

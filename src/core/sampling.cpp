@@ -1,9 +1,6 @@
 #include "sila/core/sampling.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
@@ -259,7 +256,7 @@ std::optional<double> next_due_s(double due_s, double time_s, double stride_s) {
 }
 
 std::vector<std::size_t> prediction_samples(const Trajectory& track, double observe_s, double stride_s) {
-  if (!(stride_s >= 0.0)) throw std::invalid_argument("prediction_samples: stride_s must not be negative");
+  if (!(stride_s >= 0.0)) throw invalid_argument("prediction_samples: stride_s must not be negative");
   validate(track);
   std::vector<std::size_t> samples;
   double due = track.times_s.front() + observe_s;

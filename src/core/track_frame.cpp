@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
-#include <vector>
 
 #include "core/kinematics.hpp"
 

@@ -1,7 +1,6 @@
 #include "sila/evaluate/metrics.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -7,9 +7,7 @@
 #include <compare>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "gp/earlier_gps.hpp"
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kinematics.hpp"
 #include "model/parts.hpp"
 
 namespace sila {

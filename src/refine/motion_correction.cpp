@@ -1,6 +1,5 @@
 #include "refine/motion_correction.hpp"
 
-#include "core/kinematics.hpp"
 #include "model/parts.hpp"
 
 namespace sila {

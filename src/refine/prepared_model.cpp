@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <span>
 
 #include "core/concatenate.hpp"
 #include "predict/constant_velocity.hpp"
