@@ -1,8 +1,5 @@
-#include <nlohmann/json.hpp>
 
 #include "options.hpp"
-#include "sila/config.hpp"
-#include "sila/io/reports.hpp"
 #include "sila/train/episode.hpp"
 #include "verbs.hpp"
 

@@ -1,18 +1,11 @@
 #include "sila/evaluate/evaluate.hpp"
 
-#include <span>
 #include <sstream>
-#include <string>
 
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_file.hpp"
-#include "sila/io/reports.hpp"
-#include "sila/io/scene_tracks.hpp"
 #include "sila/version.hpp"
 #include "verbs.hpp"
 

@@ -1,18 +1,12 @@
 #include "sila/fuse/fuse.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
-#include <stdexcept>
 
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
-#include "sila/io/model_file.hpp"
-#include "sila/io/reports.hpp"
-#include "sila/io/scene.hpp"
 #include "sila/train/episode.hpp"
 #include "verbs.hpp"
 

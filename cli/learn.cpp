@@ -2,20 +2,12 @@
 #include <iomanip>
 #include <iostream>
 #include <iterator>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
 #include <sstream>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_file.hpp"
-#include "sila/io/reports.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
 #include "verbs.hpp"

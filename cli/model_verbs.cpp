@@ -1,13 +1,7 @@
 // The verbs of one model file: inspect, log, rollback, verify.
 
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <string>
-
 #include "options.hpp"
 #include "sila/core/counted.hpp"
-#include "sila/io/model_file.hpp"
-#include "sila/io/reports.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

@@ -2,16 +2,12 @@
 
 #include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <set>
-#include <stdexcept>
 
-#include "sila/config.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
-#include "sila/io/reports.hpp"
 #include "sila/report/report.hpp"
 
 namespace sila::cli {

@@ -3,13 +3,6 @@
 // Options that several verbs share.
 
 #include <CLI/CLI.hpp>
-#include <cstdint>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "sila/config.hpp"
 #include "sila/core/trajectory.hpp"

@@ -4,13 +4,10 @@
 #include <iostream>
 
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/companions.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
-#include "sila/io/model_file.hpp"
-#include "sila/io/reports.hpp"
 #include "sila/refine/predictor.hpp"
 #include "verbs.hpp"
 

@@ -1,13 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/counted.hpp"
-#include "sila/io/model_file.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

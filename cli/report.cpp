@@ -1,11 +1,7 @@
 #include "sila/report/report.hpp"
 
-#include <filesystem>
-
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/files.hpp"
 #include "sila/version.hpp"

@@ -3,17 +3,13 @@
 #include <cmath>
 #include <iomanip>
 #include <iostream>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 #include <utility>
 
 #include "options.hpp"
 #include "sila/core/counted.hpp"
-#include "sila/core/trajectory.hpp"
 #include "sila/io/files.hpp"
-#include "sila/io/model_file.hpp"
 #include "sila/report/report.hpp"
 #include "verbs.hpp"
 

@@ -6,14 +6,10 @@
 #include <cstring>
 #include <iostream>
 #include <mutex>
-#include <optional>
 
 #include "options.hpp"
-#include "sila/config.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/io/config_json.hpp"
-#include "sila/io/model_file.hpp"
-#include "sila/io/reports.hpp"
 #include "sila/service/server.hpp"
 #include "verbs.hpp"
 

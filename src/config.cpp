@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
-#include <span>
-#include <stdexcept>
 
 #include "core/concatenate.hpp"
 #include "sila/core/errors.hpp"

@@ -13,10 +13,7 @@
 
 #include <algorithm>
 #include <map>
-#include <span>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "sila/config.hpp"
 #include "sila/core/trajectory.hpp"

@@ -1,14 +1,7 @@
 #include "sila/evaluate/evaluate.hpp"
 
-#include <array>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
-
 #include "arrays.hpp"
 #include "experiments.hpp"
-#include "sila/config.hpp"
-#include "sila/evaluate/metrics.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
 

@@ -1,21 +1,15 @@
 #include "experiments.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <random>
 #include <ranges>
-#include <stdexcept>
 
 #include "arrays.hpp"
-#include "sila/config.hpp"
 #include "sila/core/sampling.hpp"
-#include "sila/evaluate/evaluate.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/reports.hpp"
-#include "sila/io/scene.hpp"
 
 // Computations of the experiments in Python: splits, windows, the library's own methods, scores.
 namespace sila::python {

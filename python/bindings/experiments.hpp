@@ -1,8 +1,5 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "bindings.hpp"
 #include "sila/evaluate/evaluate.hpp"
 

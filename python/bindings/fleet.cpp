@@ -3,10 +3,8 @@
 #include <nanobind/stl/variant.h>
 
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "bindings.hpp"
-#include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/model/packing.hpp"

@@ -1,9 +1,5 @@
-#include <algorithm>
-#include <nlohmann/json.hpp>
-#include <span>
 
 #include "bindings.hpp"
-#include "sila/config.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_files.hpp"

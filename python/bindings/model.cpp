@@ -1,5 +1,3 @@
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "arrays.hpp"
 #include "sila/core/counted.hpp"

@@ -1,7 +1,5 @@
 #include <tbb/parallel_for.h>
 
-#include <stdexcept>
-
 #include "experiments.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/refine/prune.hpp"

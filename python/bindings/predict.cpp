@@ -1,7 +1,6 @@
 #include <tbb/parallel_for.h>
 
 #include "arrays.hpp"
-#include "sila/config.hpp"
 #include "sila/core/companions.hpp"
 #include "sila/core/sampling.hpp"
 #include "sila/io/model_file.hpp"

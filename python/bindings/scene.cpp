@@ -1,8 +1,5 @@
 #include "sila/io/scene.hpp"
 
-#include <algorithm>
-#include <stdexcept>
-
 #include "arrays.hpp"
 #include "sila/io/model_file.hpp"
 

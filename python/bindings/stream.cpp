@@ -1,5 +1,4 @@
 #include <limits>
-#include <stdexcept>
 
 #include "arrays.hpp"
 #include "sila/live_stream.hpp"

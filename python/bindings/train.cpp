@@ -1,7 +1,5 @@
-#include <nlohmann/json.hpp>
 
 #include "bindings.hpp"
-#include "sila/config.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/reports.hpp"

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <stdexcept>
-#include <vector>
 
 #include "core/concatenate.hpp"
 #include "json_file.hpp"

@@ -1,13 +1,8 @@
 #include "sila/io/config_json.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <optional>
-#include <stdexcept>
-#include <utility>
 
 #include "old_settings.hpp"
 #include "sila/core/errors.hpp"

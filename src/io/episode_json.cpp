@@ -1,11 +1,9 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
 #include <utility>
-#include <vector>
 
 #include "sila/io/reports.hpp"
 

@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <set>
-#include <span>
 
 #include "sila/core/counted.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
-#include "sila/model/model.hpp"
 
 namespace sila {
 namespace {

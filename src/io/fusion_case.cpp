@@ -1,9 +1,6 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
-#include <stdexcept>
-#include <string_view>
 
 #include "json_file.hpp"
 #include "sila/core/errors.hpp"

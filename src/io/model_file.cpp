@@ -3,10 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "json_file.hpp"
@@ -15,7 +11,6 @@
 #include "sila/core/errors.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/version.hpp"
-#include "sqlite.hpp"
 
 namespace sila {
 namespace {

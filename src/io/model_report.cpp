@@ -3,10 +3,8 @@
 #include <cmath>
 #include <ctime>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <span>
 #include <sstream>
 
 #include "sila/core/counted.hpp"

@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <iomanip>
 #include <limits>
-#include <stdexcept>
-#include <string>
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"

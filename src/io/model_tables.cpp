@@ -1,9 +1,7 @@
 #include "model_tables.hpp"
 
 #include <optional>
-#include <stdexcept>
 #include <unordered_set>
-#include <utility>
 
 #include "core/bytes.hpp"
 #include "model/hash.hpp"

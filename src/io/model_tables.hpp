@@ -1,9 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "model/model_parts.hpp"
 #include "sila/io/model_file.hpp"
 #include "sqlite.hpp"

@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <string>
 #include <system_error>
 
 #include "sila/core/errors.hpp"

@@ -1,10 +1,5 @@
 #include "portable_predictor.hpp"
 
-#include <span>
-#include <stdexcept>
-#include <utility>
-#include <vector>
-
 #include "core/bytes.hpp"
 #include "model/model_parts.hpp"
 #include "sila/model/packing.hpp"

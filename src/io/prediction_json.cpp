@@ -1,12 +1,9 @@
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "io/json_file.hpp"

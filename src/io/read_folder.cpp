@@ -1,13 +1,8 @@
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <regex>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "core/dropped_rows.hpp"
-#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "table_reader.hpp"
 #include "text_file.hpp"

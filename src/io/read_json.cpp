@@ -1,11 +1,9 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
 #include "core/dropped_rows.hpp"
 #include "json_file.hpp"
-#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "table_reader.hpp"
 

@@ -1,4 +1,3 @@
-#include <nlohmann/json.hpp>
 
 #include "json_file.hpp"
 #include "read_rows.hpp"

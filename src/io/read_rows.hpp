@@ -1,12 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
-#include "sila/core/detections.hpp"
 #include "sila/io/track_files.hpp"
 #include "text_file.hpp"
 

@@ -1,12 +1,9 @@
 #include <cmath>
-#include <stdexcept>
 #include <system_error>
 
 #include "core/concatenate.hpp"
 #include "core/dropped_rows.hpp"
-#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/track_files.hpp"
 #include "table_reader.hpp"
 
 namespace sila {

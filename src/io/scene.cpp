@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <stdexcept>
 #include <system_error>
 
 #include "core/concatenate.hpp"
@@ -11,7 +10,6 @@
 #include "json_file.hpp"
 #include "scene_parts.hpp"
 #include "sila/core/errors.hpp"
-#include "sila/io/files.hpp"
 #include "text_file.hpp"
 
 namespace sila {

@@ -1,7 +1,6 @@
 #include "sila/io/scene_tracks.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "scene_parts.hpp"

@@ -4,12 +4,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <map>
 #include <unordered_map>
 #include <utility>
 
-#include "read_rows.hpp"
 #include "sila/core/errors.hpp"
 #include "text_file.hpp"
 

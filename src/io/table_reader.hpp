@@ -1,12 +1,8 @@
 #pragma once
 
 #include <map>
-#include <optional>
-#include <string>
-#include <string_view>
 
 #include "read_rows.hpp"
-#include "sila/io/track_files.hpp"
 
 namespace sila {
 

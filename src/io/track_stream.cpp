@@ -1,15 +1,11 @@
 #include <algorithm>
 #include <limits>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
-#include <vector>
 
 #include "core/dropped_rows.hpp"
-#include "read_rows.hpp"
 #include "scene_parts.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/scene_tracks.hpp"

@@ -1,6 +1,4 @@
 #include <stdexcept>
-#include <string>
-#include <string_view>
 
 #include "sila/io/files.hpp"
 #include "sila/io/track_files.hpp"

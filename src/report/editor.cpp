@@ -1,6 +1,5 @@
 #include <fstream>
 #include <iterator>
-#include <stdexcept>
 
 #include "encode.hpp"
 #include "io/json_file.hpp"

@@ -1,11 +1,8 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <string>
 #include <string_view>
 
 #include "sila/core/trajectory.hpp"

@@ -1,7 +1,6 @@
 #include "report/model_data.hpp"
 
 #include <algorithm>
-#include <vector>
 
 #include "encode.hpp"
 #include "sila/io/reports.hpp"

@@ -1,9 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <string>
 
 #include "sila/io/model_file.hpp"
 #include "sila/io/scene.hpp"

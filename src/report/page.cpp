@@ -1,6 +1,5 @@
 #include <span>
 #include <stdexcept>
-#include <string_view>
 
 #include "embedded_editor.hpp"
 #include "embedded_page.hpp"

@@ -1,10 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "sila/evaluate/evaluate.hpp"
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "sila/service/stream.hpp"
 
 namespace sila {

@@ -1,17 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <boost/asio/io_context.hpp>
-#include <functional>
-#include <map>
-#include <memory>
-#include <optional>
-#include <set>
-#include <string>
 #include <string_view>
 
 #include "engine.hpp"
-#include "sila/service/server.hpp"
 
 namespace sila::detail {
 

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <chrono>
-#include <utility>
 
 #include "lines.hpp"
 #include "live_page.hpp"

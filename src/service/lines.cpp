@@ -1,7 +1,6 @@
 #include "lines.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/json_file.hpp"

@@ -1,11 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <deque>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sila/io/track_files.hpp"
 #include "sila/service/rejection.hpp"

@@ -1,13 +1,11 @@
 #include "live_page.hpp"
 
 #include <algorithm>
-#include <span>
 
 #include "embedded_live.hpp"
 #include "io/json_file.hpp"
 #include "report/encode.hpp"
 #include "report/model_data.hpp"
-#include "sila/io/scene.hpp"
 #include "sila/version.hpp"
 
 namespace sila {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 #include "sila/io/scene.hpp"
 #include "sila/service/stream.hpp"
 

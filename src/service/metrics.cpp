@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <sstream>
-#include <string_view>
 
 #include "core/concatenate.hpp"
 #include "io/json_file.hpp"

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "sila/service/stream.hpp"
 
 namespace sila {

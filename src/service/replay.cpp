@@ -8,11 +8,7 @@
 #include <boost/asio/write.hpp>
 #include <chrono>
 #include <future>
-#include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
-#include <thread>
 
 #include "address.hpp"
 #include "core/concatenate.hpp"

@@ -3,16 +3,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
-#include <optional>
 #include <stdexcept>
 
 #include "address.hpp"
-#include "connection.hpp"
 #include "live_page.hpp"
 #include "mqtt.hpp"
 #include "socket_connection.hpp"

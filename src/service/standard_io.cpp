@@ -7,8 +7,6 @@
 #include <cerrno>
 #include <chrono>
 #include <future>
-#include <optional>
-#include <string_view>
 #include <system_error>
 #include <utility>
 

@@ -1,7 +1,5 @@
 #include "web_request.hpp"
 
-#include <string_view>
-
 #include "lines.hpp"
 
 namespace sila::detail {

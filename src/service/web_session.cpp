@@ -4,7 +4,6 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
-#include <optional>
 
 #include "lines.hpp"
 #include "live_page.hpp"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "sila/core/trajectory.hpp"
 #include "sila/io/track_files.hpp"
 #include "sila/model/model.hpp"
 

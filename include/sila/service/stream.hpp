@@ -11,7 +11,6 @@
 
 #include "sila/core/clean.hpp"
 #include "sila/core/trajectory.hpp"
-#include "sila/io/reports.hpp"
 #include "sila/service/rejection.hpp"
 #include "sila/service/scores.hpp"
 
