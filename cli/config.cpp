@@ -1,6 +1,4 @@
 #include "options.hpp"
-#include "sila/io/config_json.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

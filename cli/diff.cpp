@@ -1,7 +1,6 @@
 
 #include "options.hpp"
 #include "sila/train/episode.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

@@ -3,11 +3,7 @@
 #include <sstream>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "sila/core/errors.hpp"
-#include "sila/io/config_json.hpp"
 #include "sila/version.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

@@ -4,11 +4,7 @@
 #include <iostream>
 
 #include "options.hpp"
-#include "sila/core/errors.hpp"
-#include "sila/io/config_json.hpp"
-#include "sila/io/files.hpp"
 #include "sila/train/episode.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

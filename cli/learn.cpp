@@ -6,11 +6,8 @@
 #include <stdexcept>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "sila/io/config_json.hpp"
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

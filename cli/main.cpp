@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "sila/version.hpp"
-#include "usage.hpp"
 #include "verbs.hpp"
 
 namespace {

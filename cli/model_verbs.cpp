@@ -1,8 +1,6 @@
 // The verbs of one model file: inspect, log, rollback, verify.
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

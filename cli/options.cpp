@@ -4,10 +4,6 @@
 #include <iostream>
 #include <set>
 
-#include "sila/core/counted.hpp"
-#include "sila/core/errors.hpp"
-#include "sila/io/config_json.hpp"
-#include "sila/io/files.hpp"
 #include "sila/report/report.hpp"
 
 namespace sila::cli {

@@ -1,17 +1,21 @@
 #pragma once
 
-// Options that several verbs share.
+// Options that several verbs share, and the headers that most of them use.
 
 #include <CLI/CLI.hpp>
 
 #include "sila/config.hpp"
+#include "sila/core/counted.hpp"
+#include "sila/core/errors.hpp"
 #include "sila/core/trajectory.hpp"
 #include "sila/evaluate/training_support.hpp"
+#include "sila/io/config_json.hpp"
+#include "sila/io/files.hpp"
 #include "sila/io/model_file.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/io/scene.hpp"
 #include "sila/io/scene_tracks.hpp"
-#include "usage.hpp"
+#include "verbs.hpp"
 
 namespace sila::cli {
 

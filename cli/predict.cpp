@@ -5,11 +5,7 @@
 
 #include "options.hpp"
 #include "sila/core/companions.hpp"
-#include "sila/core/counted.hpp"
-#include "sila/io/config_json.hpp"
-#include "sila/io/files.hpp"
 #include "sila/refine/predictor.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

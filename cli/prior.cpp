@@ -2,8 +2,6 @@
 #include <cmath>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "usage.hpp"
 #include "verbs.hpp"
 
 namespace sila::cli {

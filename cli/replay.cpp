@@ -5,8 +5,6 @@
 #include <iostream>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

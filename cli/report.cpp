@@ -1,11 +1,7 @@
 #include "sila/report/report.hpp"
 
 #include "options.hpp"
-#include "sila/core/errors.hpp"
-#include "sila/io/config_json.hpp"
-#include "sila/io/files.hpp"
 #include "sila/version.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

@@ -8,10 +8,7 @@
 #include <utility>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "sila/io/files.hpp"
 #include "sila/report/report.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

@@ -8,10 +8,7 @@
 #include <mutex>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "sila/io/config_json.hpp"
 #include "sila/service/server.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {

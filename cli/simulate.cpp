@@ -6,10 +6,7 @@
 #include <stdexcept>
 
 #include "options.hpp"
-#include "sila/core/counted.hpp"
-#include "sila/io/config_json.hpp"
 #include "sila/io/track_files.hpp"
-#include "verbs.hpp"
 
 namespace sila::cli {
 namespace {
