@@ -7,6 +7,7 @@
 namespace sila::python {
 
 /// Arrays that Python gets: of one owner, or views into a bound object that live as long as it and cannot be written.
+using Array = nb::ndarray<nb::numpy, double, nb::c_contig>;
 using View = nb::ndarray<nb::numpy, const double, nb::c_contig>;
 
 /// A new array with these numbers, row by row.
@@ -27,13 +28,13 @@ inline void append(std::vector<double>& numbers, std::span<const Matrix2> matric
 }
 
 /// n x 2, a copy.
-inline nb::ndarray<nb::numpy, double, nb::c_contig> array_of_points(const std::vector<Vector2>& points) {
+inline Array array_of_points(const std::vector<Vector2>& points) {
   std::vector<double> numbers;
   append(numbers, points);
   return array_of(std::move(numbers), {points.size(), 2});
 }
 
-inline nb::ndarray<nb::numpy, double, nb::c_contig> array_of_pair(const Vector2& pair) {
+inline Array array_of_pair(const Vector2& pair) {
   return array_of(std::vector<double>{pair.x(), pair.y()}, {2});
 }
 

@@ -12,8 +12,10 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <stdexcept>
+#include <type_traits>
 
 #include "sila/config.hpp"
 #include "sila/core/trajectory.hpp"
@@ -45,19 +47,21 @@ struct DrawnScene {
   std::map<std::string, std::vector<std::vector<Vector2>>> layers;  ///< polygons, by name
 };
 
-// One function a file: adds what it binds to the module.
-void bind_errors(nb::module_& module);
-void bind_core(nb::module_& module);
-void bind_scene(nb::module_& module);
-void bind_io(nb::module_& module);
-void bind_model(nb::module_& module);
-void bind_episode(nb::module_& module);
-void bind_fleet(nb::module_& module);
-void bind_predict(nb::module_& module);
-void bind_eval(nb::module_& module);
-void bind_experiments(nb::module_& module);
-void bind_sim(nb::module_& module);
-void bind_stream(nb::module_& module);
+/// One function a file: adds what it binds to the module.
+using Bind = void(nb::module_& module);
+Bind bind_errors, bind_core, bind_scene, bind_io, bind_model, bind_episode, bind_fleet, bind_predict, bind_eval,
+    bind_experiments, bind_sim, bind_stream;
+/// All of them, in the order in which they are called.
+inline constexpr Bind* kBindings[] = {bind_errors, bind_core,    bind_scene, bind_io,          bind_model, bind_episode,
+                                      bind_fleet,  bind_predict, bind_eval,  bind_experiments, bind_sim,   bind_stream};
+
+/// What `of` makes of each part, in order.
+template <class Parts, class Of>
+auto list_of(const Parts& parts, Of&& of) {
+  std::vector<std::decay_t<std::invoke_result_t<Of&, decltype(*parts.begin())>>> list;
+  for (const auto& part : parts) list.push_back(std::invoke(of, part));
+  return list;
+}
 
 /// A frame as it travels between processes: bit for bit, where make_curb_frame would normalise again.
 using FrameState = std::vector<double>;

@@ -274,23 +274,18 @@ void bind_framed_tracks(nb::module_& module) {
            })
       .def_prop_ro("ids",
                    [](const FramedTracks& f) {
-                     std::vector<std::string> ids;
-                     for (const FramedTrajectory& placed : f.tracks) ids.push_back(placed.track.id);
-                     return ids;
+                     return list_of(f.tracks, [](const FramedTrajectory& placed) { return placed.track.id; });
                    })
       .def_prop_ro("durations_s",
                    [](const FramedTracks& f) {
-                     std::vector<double> durations;
-                     for (const auto& [track, frame] : f.tracks)
-                       durations.push_back(track.times_s.back() - track.times_s.front());
-                     return durations;
+                     return list_of(f.tracks, [](const FramedTrajectory& placed) {
+                       return placed.track.times_s.back() - placed.track.times_s.front();
+                     });
                    })
       .def_prop_ro(
           "recordings",
           [](const FramedTracks& f) {
-            std::vector<std::size_t> recordings;
-            for (const FramedTrajectory& placed : f.tracks) recordings.push_back(placed.track.recording);
-            return recordings;
+            return list_of(f.tracks, [](const FramedTrajectory& placed) { return placed.track.recording; });
           },
           "Number of the recording of each track: only those of one recording have a common clock.")
       .def_prop_ro("hash", &hash_of)
@@ -326,15 +321,11 @@ void bind_window_set(nb::module_& module) {
       .def_ro("steps", &WindowSet::steps, "Steps to predict.")
       .def_prop_ro("track_ids",
                    [](const WindowSet& set) {
-                     std::vector<std::string> ids;
-                     for (const Window& window : set.windows) ids.push_back(window.observed.id);
-                     return ids;
+                     return list_of(set.windows, [](const Window& window) { return window.observed.id; });
                    })
       .def_prop_ro("t0_s",
                    [](const WindowSet& set) {
-                     std::vector<double> times_s;
-                     for (const Window& window : set.windows) times_s.push_back(window.observed.times_s.back());
-                     return times_s;
+                     return list_of(set.windows, [](const Window& window) { return window.observed.times_s.back(); });
                    })
       .def_prop_ro(
           "past_m", [](const WindowSet& set) { return stacked(set, &Window::past_m); }, nb::rv_policy::automatic,

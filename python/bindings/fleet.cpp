@@ -16,9 +16,7 @@ using PythonValue = std::variant<std::monostate, StoredModel, SiteErrorStatistic
 using PythonTask = std::tuple<std::string, int, std::vector<int>>;
 
 std::vector<EpisodeId> ids_in(const std::vector<std::string>& texts) {
-  std::vector<EpisodeId> ids;
-  for (const std::string& text : texts) ids.push_back(episode_id_of(text));
-  return ids;
+  return list_of(texts, episode_id_of);
 }
 
 Partition partition_of(const std::vector<Track>& tracks, const DrawnScene& scene, std::size_t batch,
@@ -43,14 +41,10 @@ std::pair<std::vector<std::string>, FrameState> content_of_model(const StoredMod
 std::vector<std::pair<std::size_t, std::vector<std::string>>> chosen(
     const std::vector<std::vector<std::string>>& episodes, const std::vector<FrameState>& sites,
     const std::vector<bool>& are_models, const std::vector<std::string>& known) {
-  std::vector<CurbFrame> frames;
-  for (const FrameState& site : sites) frames.push_back(frame_in(site));
-  std::vector<std::vector<EpisodeId>> ids;
-  for (const auto& of_partition : episodes) ids.push_back(ids_in(of_partition));
-  std::vector<std::pair<std::size_t, std::vector<std::string>>> result;
-  for (const ChosenPartition& choice : choose_partitions(ids, frames, are_models, ids_in(known)))
-    result.emplace_back(choice.partition, texts_of(choice.left_out));
-  return result;
+  const auto choices =
+      choose_partitions(list_of(episodes, ids_in), list_of(sites, frame_in), are_models, ids_in(known));
+  return list_of(choices,
+                 [](const ChosenPartition& choice) { return std::pair(choice.partition, texts_of(choice.left_out)); });
 }
 
 std::vector<PythonTask> plan(int partitions, bool goes_on, const std::string& config) {

@@ -49,9 +49,7 @@ std::pair<std::vector<Track>, std::string> read_files(const std::vector<std::fil
 }
 
 void write_csv(const std::filesystem::path& path, const std::vector<Track>& tracks) {
-  std::vector<Trajectory> trajectories;
-  for (const Track& track : tracks) trajectories.push_back(track.trajectory);
-  write_tracks_csv(path, trajectories);
+  write_tracks_csv(path, list_of(tracks, &Track::trajectory));
 }
 
 }  // namespace
@@ -72,10 +70,8 @@ void bind_io(nb::module_& module) {
   module.def(
       "walking_scale",
       [](const std::vector<Track>& tracks) {
-        std::vector<Trajectory> first;
-        for (const Track& track : std::span(tracks).first(std::min(tracks.size(), kScaleTracks)))
-          first.push_back(track.trajectory);
-        return walking_scale(first).metres_per_pixel;
+        const auto first = std::span(tracks).first(std::min(tracks.size(), kScaleTracks));
+        return walking_scale(list_of(first, &Track::trajectory)).metres_per_pixel;
       },
       "tracks"_a, "Metres per pixel of tracks that were read at TRIAL_METRES_PER_PIXEL.");
   module.def(

@@ -15,10 +15,8 @@ struct Primitive {
 };
 
 std::vector<Primitive> primitives_of(const StoredModel& stored) {
-  std::vector<Primitive> primitives;
-  for (const MotionPrimitive& primitive : stored.model.primitives)
-    primitives.push_back({primitive, stored.model.settings.grid});
-  return primitives;
+  const Grid& grid = stored.model.settings.grid;
+  return list_of(stored.model.primitives, [&](const MotionPrimitive& content) { return Primitive{content, grid}; });
 }
 
 std::map<int, double> by_site(const Transition& transition) {
@@ -29,10 +27,8 @@ std::map<int, double> by_site(const Transition& transition) {
 
 /// Without the GPs, which are not for users.
 std::vector<Transition> transitions_of(const StoredModel& stored) {
-  std::vector<Transition> transitions;
-  for (const Transition& t : stored.model.transitions)
-    transitions.push_back({t.from, t.to, t.count, {}, t.sites, t.support});
-  return transitions;
+  return list_of(stored.model.transitions,
+                 [](const Transition& t) { return Transition{t.from, t.to, t.count, {}, t.sites, t.support}; });
 }
 
 nb::ndarray<nb::numpy, std::int32_t, nb::c_contig> cells_of(const Primitive& primitive) {
@@ -42,15 +38,8 @@ nb::ndarray<nb::numpy, std::int32_t, nb::c_contig> cells_of(const Primitive& pri
 }
 
 std::vector<Vector2> centres_of(const Primitive& primitive) {
-  std::vector<Vector2> centres;
-  for (const CellVelocity& entry : primitive.content.cells) centres.push_back(centre_of(primitive.grid, entry.cell));
-  return centres;
-}
-
-std::vector<Vector2> velocities_of(const Primitive& primitive) {
-  std::vector<Vector2> velocities;
-  for (const CellVelocity& entry : primitive.content.cells) velocities.push_back(entry.velocity);
-  return velocities;
+  return list_of(primitive.content.cells,
+                 [&](const CellVelocity& entry) { return centre_of(primitive.grid, entry.cell); });
 }
 
 nlohmann::ordered_json history_of(const StoredModel& stored) {
@@ -82,8 +71,9 @@ void bind_parts(nb::module_& module) {
           "centres", [](const Primitive& p) { return array_of_points(centres_of(p)); }, nb::rv_policy::automatic,
           "Shape (n, 2), curb coordinates of the cells' centres.")
       .def_prop_ro(
-          "velocities", [](const Primitive& p) { return array_of_points(velocities_of(p)); }, nb::rv_policy::automatic,
-          "Shape (n, 2): the arrows, of length at most 1.")
+          "velocities",
+          [](const Primitive& p) { return array_of_points(list_of(p.content.cells, &CellVelocity::velocity)); },
+          nb::rv_policy::automatic, "Shape (n, 2): the arrows, of length at most 1.")
       .def_prop_ro(
           "weight", [](const Primitive& p) { return p.content.weight; }, "How many primitives it was fused of.")
       .def("__len__", [](const Primitive& p) { return p.content.cells.size(); })
@@ -116,9 +106,7 @@ const std::filesystem::path& named(const char* verb, const std::filesystem::path
 }  // namespace
 
 std::vector<std::string> texts_of(const std::vector<EpisodeId>& ids) {
-  std::vector<std::string> texts;
-  for (const EpisodeId& id : ids) texts.push_back(to_text(id));
-  return texts;
+  return list_of(ids, [](const EpisodeId& id) { return to_text(id); });
 }
 
 void bind_model(nb::module_& module) {

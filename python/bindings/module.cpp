@@ -23,20 +23,8 @@ void bind_errors(nb::module_&) {
 }  // namespace sila::python
 
 NB_MODULE(_sila, module) {
-  namespace bindings = sila::python;
   module.doc() = "The C++ library behind the package sila.";
   module.attr("version") = SILA_VERSION;
   module.attr("revision") = std::string(sila::build_revision());
-  bindings::bind_errors(module);
-  bindings::bind_core(module);
-  bindings::bind_scene(module);
-  bindings::bind_io(module);
-  bindings::bind_model(module);
-  bindings::bind_episode(module);
-  bindings::bind_fleet(module);
-  bindings::bind_predict(module);
-  bindings::bind_eval(module);
-  bindings::bind_experiments(module);
-  bindings::bind_sim(module);
-  bindings::bind_stream(module);
+  for (sila::python::Bind* bind : sila::python::kBindings) bind(module);
 }

@@ -128,10 +128,7 @@ auto all_covariances(const Prediction& prediction) {
 }
 
 auto all_weights(const Prediction& prediction) {
-  std::vector<double> weights;
-  for (const Mode& mode : prediction.modes) weights.push_back(mode.weight);
-  const std::size_t modes = weights.size();
-  return array_of(std::move(weights), {modes});
+  return array_of(list_of(prediction.modes, &Mode::weight), {prediction.modes.size()});
 }
 
 using ModeState = std::tuple<double, std::vector<double>, std::vector<double>, std::vector<int>, int, std::size_t>;
@@ -141,6 +138,11 @@ using PoseState = std::tuple<double, double, double, double, bool>;
 using PredictionState =
     std::tuple<std::string, std::string, double, std::vector<double>, bool, double, double, std::vector<ModeState>,
                std::vector<RegionState>, bool, std::vector<double>, double, PoseState>;
+
+std::vector<RegionState> regions_of(const Prediction& prediction) {
+  return list_of(prediction.regions,
+                 [](const Region& region) { return RegionState(region.probability, region.levels); });
+}
 
 PredictionState state_of(const TrackPrediction& prediction) {
   std::vector<ModeState> modes;
@@ -152,8 +154,6 @@ PredictionState state_of(const TrackPrediction& prediction) {
                      static_cast<int>(mode.variant), mode.source});
   }
   const Prediction& content = prediction.content;
-  std::vector<RegionState> regions;
-  for (const Region& region : content.regions) regions.push_back({region.probability, region.levels});
   return {prediction.track,
           prediction.tracklet,
           content.t0_s,
@@ -162,7 +162,7 @@ PredictionState state_of(const TrackPrediction& prediction) {
           content.novelty,
           content.observed_s,
           modes,
-          regions,
+          regions_of(content),
           content.standing,
           content.change_probabilities,
           prediction.metres_per_pixel,
@@ -250,12 +250,7 @@ void bind_prediction(nb::module_& module) {
           "Where the person will be: lists of within_s (whole seconds and the horizon) and of the probabilities stays, "
           "straight, left, right and back then, relative to position_m and heading.")
       .def_prop_ro(
-          "regions",
-          [](const TrackPrediction& p) {
-            std::vector<RegionState> regions;
-            for (const Region& region : p.content.regions) regions.push_back({region.probability, region.levels});
-            return regions;
-          },
+          "regions", [](const TrackPrediction& p) { return regions_of(p.content); },
           "(probability, levels of shape (t,)): with that probability the person will be where the density of the "
           "modes is at least exp(-level) of its peak; none from a model that no error has fitted yet.")
       .def(

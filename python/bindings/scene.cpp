@@ -76,10 +76,8 @@ nb::tuple state_of(const Scene& scene) {
     const SidewalkWidths& w = corner.widths;
     corners.push_back({corner.name, {w.mean_m, w.width_1_m, w.width_2_m}, python::state_of(corner.frame)});
   }
-  std::vector<FileState> files;
-  for (const SceneFile& file : scene.files) files.push_back(state_of(file));
-  std::vector<std::string> searched;
-  for (const std::filesystem::path& folder : scene.searched) searched.push_back(folder.string());
+  const auto files = list_of(scene.files, [](const SceneFile& file) { return state_of(file); });
+  const auto searched = list_of(scene.searched, [](const std::filesystem::path& folder) { return folder.string(); });
   return nb::make_tuple(scene.name, scene.path.string(), scene.y_axis == YAxis::down, corners, scene.primary, files,
                         searched, scene.warnings, state_of(scene.camera));
 }
@@ -122,18 +120,12 @@ DrawnScene drawn_scene_in(const nb::tuple& state) {
   return drawn;
 }
 
-std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers_of(const DrawnScene& scene) {
-  std::map<std::string, std::vector<nb::ndarray<nb::numpy, double, nb::c_contig>>> layers;
+std::map<std::string, std::vector<Array>> layers_of(const DrawnScene& scene) {
+  std::map<std::string, std::vector<Array>> layers;
   for (const auto& [name, polygons] : scene.layers) {
     for (const std::vector<Vector2>& polygon : polygons) layers[name].push_back(array_of_points(polygon));
   }
   return layers;
-}
-
-std::vector<std::string> corner_names(const DrawnScene& drawn) {
-  std::vector<std::string> names;
-  for (const Corner& corner : drawn.scene.corners) names.push_back(corner.name);
-  return names;
 }
 
 CurbFrame frame_of(const DrawnScene& drawn, std::optional<std::size_t> corner, const std::string& scaling) {
@@ -149,8 +141,8 @@ CurbFrame frame_of(const DrawnScene& drawn, std::optional<std::size_t> corner, c
 /// The scene by which tracks are looked at: given, of the model, or made from the first batch of a new one.
 DrawnScene scene_for_verb(const DrawnScene* given, const StoredModel& stored, const std::vector<Track>& tracks,
                           std::size_t batch, const std::string& config_json) {
-  std::vector<FramedTrajectory> first;
-  for (std::size_t i = 0; i < std::min(batch, tracks.size()); ++i) first.push_back({tracks[i].trajectory, {}});
+  const auto first =
+      without_frames(list_of(std::span(tracks).first(std::min(batch, tracks.size())), &Track::trajectory));
   if (given == nullptr && stored.model.sites.empty() && first.empty()) return {};  // nothing is to be looked at
   DrawnScene drawn = given == nullptr ? DrawnScene{} : *given;
   drawn.scene = scene_for(drawn.scene, stored.model, first, config_of(config_json).corners);
@@ -160,8 +152,7 @@ DrawnScene scene_for_verb(const DrawnScene* given, const StoredModel& stored, co
 }  // namespace
 
 std::vector<FramedTrajectory> placed(const std::vector<Track>& tracks, const DrawnScene& drawn, const Config& config) {
-  std::vector<FramedTrajectory> result;
-  for (const Track& track : tracks) result.push_back({track.trajectory, {}});
+  std::vector<FramedTrajectory> result = without_frames(list_of(tracks, &Track::trajectory));
   place(result, drawn.scene, config.corners, config.episode.scaling);
   return result;
 }
@@ -196,17 +187,14 @@ void bind_scene(nb::module_& module) {
           "save", [](const DrawnScene& drawn, const std::filesystem::path& path) { write_scene(path, drawn.scene); },
           "path"_a, "Writes what `load` reads.")
       .def_prop_ro("name", [](const DrawnScene& drawn) { return drawn.scene.name; })
-      .def_prop_ro("corners", &corner_names, "The names of the corners.")
+      .def_prop_ro(
+          "corners", [](const DrawnScene& drawn) { return list_of(drawn.scene.corners, &Corner::name); },
+          "The names of the corners.")
       .def_prop_ro(
           "primary", [](const DrawnScene& drawn) { return drawn.scene.primary; }, "Index of the primary corner.")
       .def_prop_ro("y_axis", [](const DrawnScene& drawn) { return drawn.scene.y_axis == YAxis::up ? "up" : "down"; })
       .def_prop_ro(
-          "files",
-          [](const DrawnScene& scene) {
-            std::vector<std::string> paths;
-            for (const SceneFile& file : scene.scene.files) paths.push_back(file.path);
-            return paths;
-          },
+          "files", [](const DrawnScene& drawn) { return list_of(drawn.scene.files, &SceneFile::path); },
           "The track files that the scene names.")
       .def_prop_ro("warnings", [](const DrawnScene& drawn) { return drawn.scene.warnings; })
       .def_prop_ro(

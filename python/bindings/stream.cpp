@@ -68,7 +68,7 @@ class PythonStream {
   }
 
   /// Points on the ground [m] in the image [pixels]; NaN behind the camera.
-  nb::ndarray<nb::numpy, double, nb::c_contig> image_points(nb::handle points) const {
+  Array image_points(nb::handle points) const {
     const Camera* const camera = live_.camera();
     if (camera == nullptr) throw std::invalid_argument("Stream.to_image: the stream has no camera");
     std::vector<Vector2> result = points_from("points_m", points);

@@ -73,11 +73,7 @@ std::string explain(const StoredModel& previous, const StoredModel& incoming, co
 std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>& tracks, double test_share,
                                                         std::uint64_t seed, const std::string& by) {
   std::map<std::string, std::string> input_ids;
-  std::vector<FramedTrajectory> anywhere;
-  for (const Track& track : tracks) {
-    input_ids[track.trajectory.id] = track.input_id;
-    anywhere.push_back({track.trajectory, {}});
-  }
+  for (const Track& track : tracks) input_ids[track.trajectory.id] = track.input_id;
   const auto as_tracks = [&](std::vector<FramedTrajectory> side) {
     std::vector<Track> result;
     for (FramedTrajectory& entry : side) {
@@ -87,7 +83,7 @@ std::pair<std::vector<Track>, std::vector<Track>> split(const std::vector<Track>
     return result;
   };
   const auto split_by = value_named<SplitBy>("split_tracks: by", kSplitBy, by);
-  Split parts = split_tracks(std::move(anywhere), test_share, seed, split_by);
+  Split parts = split_tracks(without_frames(list_of(tracks, &Track::trajectory)), test_share, seed, split_by);
   return {as_tracks(std::move(parts.train)), as_tracks(std::move(parts.test))};
 }
 
