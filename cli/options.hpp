@@ -2,8 +2,6 @@
 
 // Options that several verbs share, and the headers that most of them use.
 
-#include <CLI/CLI.hpp>
-
 #include "sila/config.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/core/errors.hpp"

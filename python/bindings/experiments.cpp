@@ -1,7 +1,6 @@
 #include "experiments.hpp"
 
 #include <cstdio>
-#include <functional>
 #include <numeric>
 #include <random>
 #include <ranges>

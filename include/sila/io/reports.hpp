@@ -1,10 +1,6 @@
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "sila/core/camera.hpp"
 #include "sila/evaluate/compare.hpp"

@@ -1,11 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "sila/io/track_files.hpp"
 #include "sila/model/model.hpp"

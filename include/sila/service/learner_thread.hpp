@@ -2,14 +2,12 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "sila/io/model_file.hpp"
 #include "sila/refine/predictor.hpp"

@@ -2,11 +2,6 @@
 
 #include <array>
 #include <chrono>
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <string>
-#include <vector>
 
 #include "sila/io/scene.hpp"
 #include "sila/io/track_files.hpp"
