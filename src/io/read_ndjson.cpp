@@ -1,6 +1,5 @@
-
 #include "json_file.hpp"
-#include "read_rows.hpp"
+#include "table_reader.hpp"
 
 namespace sila {
 namespace {
@@ -22,6 +21,51 @@ std::optional<std::string> id_in(const nlohmann::json& object, const char* key) 
   return std::nullopt;
 }
 
+TrackFile read_detection_lines(const TextTable& table) {
+  Detections result{table.path, {}};
+  for (const TextLine& line : table.rows) {
+    ++result.rows_read;
+    const Json json = shallow_json(line.text);
+    std::optional<Detection> row = detection_of(json);
+    if (row) {
+      row->line = line.number;
+      result.rows.push_back(*std::move(row));
+    } else {
+      count_bad(result.dropped, json.is_object() ? DropReason::not_a_number : DropReason::not_json, table.path,
+                line.number, line.text);
+    }
+  }
+  return {std::move(result), TrackFormat::ndjson, "time stamps of \"t\""};
+}
+
+/// Its scenes may name the rate of the frames.
+TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
+  Detections result{table.path, {}};
+  std::optional<double> samples_per_second;
+  for (const TextLine& line : table.rows) {
+    const Json json = shallow_json(line.text);
+    if (json.is_object() && json.contains("scene")) {
+      const auto rate = json["scene"].is_object() ? number_in(json["scene"], "fps") : std::nullopt;
+      if (rate && *rate > 0.0 && !samples_per_second) samples_per_second = rate;
+      continue;
+    }
+    ++result.rows_read;
+    if (!json.is_object() || !json.contains("track") || !json["track"].is_object()) {
+      count_bad(result.dropped, DropReason::not_json, table.path, line.number, line.text);
+      continue;
+    }
+    const Json& track = json["track"];
+    const auto id = id_in(track, "p");
+    const auto frame = number_in(track, "f"), x = number_in(track, "x"), y = number_in(track, "y");
+    if (id && frame && x && y)
+      result.rows.push_back({*id, *frame, Vector2(*x, *y), {}, line.number});
+    else
+      count_bad(result.dropped, DropReason::not_a_number, table.path, line.number, line.text);
+  }
+  const double interval_s = 1.0 / samples_per_second.value_or(2.5);
+  return with_seconds({std::move(result), TrackFormat::trajnetpp, {}}, options, {{}, interval_s});
+}
+
 }  // namespace
 
 std::optional<Detection> detection_of(const nlohmann::json& json) {
@@ -38,46 +82,11 @@ std::optional<Detection> detection_of(const nlohmann::json& json) {
   return row;
 }
 
-Detections read_detection_lines(const TextTable& table) {
-  Detections result{table.path, {}};
-  for (const TextLine& line : table.rows) {
-    ++result.rows_read;
-    const Json json = shallow_json(line.text);
-    std::optional<Detection> row = detection_of(json);
-    if (row) {
-      row->line = line.number;
-      result.rows.push_back(*std::move(row));
-    } else {
-      count_bad(result.dropped, json.is_object() ? DropReason::not_a_number : DropReason::not_json, table.path,
-                line.number, line.text);
-    }
-  }
-  return result;
-}
-
-NdjsonRows read_trajnetpp(const TextTable& table) {
-  NdjsonRows result{{table.path, {}}, {}};
-  for (const TextLine& line : table.rows) {
-    const Json json = shallow_json(line.text);
-    if (json.is_object() && json.contains("scene")) {
-      const auto rate = json["scene"].is_object() ? number_in(json["scene"], "fps") : std::nullopt;
-      if (rate && *rate > 0.0 && !result.samples_per_second) result.samples_per_second = rate;
-      continue;
-    }
-    ++result.detections.rows_read;
-    if (!json.is_object() || !json.contains("track") || !json["track"].is_object()) {
-      count_bad(result.detections.dropped, DropReason::not_json, table.path, line.number, line.text);
-      continue;
-    }
-    const Json& track = json["track"];
-    const auto id = id_in(track, "p");
-    const auto frame = number_in(track, "f"), x = number_in(track, "x"), y = number_in(track, "y");
-    if (id && frame && x && y)
-      result.detections.rows.push_back({*id, *frame, Vector2(*x, *y), {}, line.number});
-    else
-      count_bad(result.detections.dropped, DropReason::not_a_number, table.path, line.number, line.text);
-  }
-  return result;
+TrackFile read_ndjson(const TextTable& table, const ReadOptions& options) {
+  const bool stamped = table.rows.front().text.find("\"t\"") != std::string_view::npos;
+  const TrackFormat format = options.format.value_or(stamped ? TrackFormat::ndjson : TrackFormat::trajnetpp);
+  TrackFile file = format == TrackFormat::ndjson ? read_detection_lines(table) : read_trajnetpp(table, options);
+  return in_metres(std::move(file), options, 1.0);
 }
 
 }  // namespace sila

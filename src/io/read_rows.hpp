@@ -46,9 +46,6 @@ struct TextTable {
 /// `first_line`: the number of the text's first line in the file. Throws: FormatError if there are no rows.
 TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line = 1);
 
-/// Which of the two formats of one JSON object a line.
-TrackFormat ndjson_format(const TextTable& table);
-
 /// The columns that the content shows, or nothing for a format of JSON lines.
 /// Throws: FormatError if it is none of the formats, or not the one that `forced` asks for.
 std::optional<TrackColumns> columns_of(const TextTable& table, std::optional<TrackFormat> forced);
@@ -72,17 +69,10 @@ void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::
 /// in the units of the file. `only_track` is the id where the file is one track.
 Detections read_rows(const TextTable& table, const TrackColumns& columns, const std::string& only_track);
 
-/// The rows of TrajNet++ ndjson, `t_s` the frame number, and the rate that its scenes name.
-struct NdjsonRows {
-  Detections detections;
-  std::optional<double> samples_per_second;
-};
-NdjsonRows read_trajnetpp(const TextTable& table);
-
 /// A detection as JSON, `{"t": 12.3, "id": "a", "x": 1.5, "y": 2.0}`; null for any other JSON.
 std::optional<Detection> detection_of(const nlohmann::json& json);
-/// The lines that `sila serve` receives and `sila replay` writes, a detection each, `t_s` in seconds.
-Detections read_detection_lines(const TextTable& table);
+/// A file of JSON lines: of detections, as `sila serve` receives and `sila replay` writes them, or of TrajNet++.
+TrackFile read_ndjson(const TextTable& table, const ReadOptions& options);
 
 /// Whether a text can only be XML.
 bool is_xml(std::string_view text);

@@ -39,14 +39,7 @@ TrackFile tracks_of_text(const std::string& path, std::string_view text, const R
   if (is_json_array(text)) return require_rows(read_json_array(path, text, options, only_track));
   const TextTable table = table_of(path, text);
   if (const auto reader = table_reader(table, options)) return require_rows(read_table(table, *reader, only_track));
-  if (options.format.value_or(ndjson_format(table)) == TrackFormat::ndjson) {
-    TrackFile file{read_detection_lines(table), TrackFormat::ndjson, "time stamps of \"t\""};
-    return require_rows(in_metres(std::move(file), options, 1.0));
-  }
-  NdjsonRows rows = read_trajnetpp(table);
-  const double interval_s = 1.0 / rows.samples_per_second.value_or(2.5);
-  TrackFile file{std::move(rows.detections), TrackFormat::trajnetpp, {}};
-  return require_rows(in_metres(with_seconds(std::move(file), options, {{}, interval_s}), options, 1.0));
+  return require_rows(read_ndjson(table, options));
 }
 
 ReadOptions first_of(const ReadOptions& first, const ReadOptions& second) {

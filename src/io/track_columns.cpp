@@ -314,10 +314,6 @@ std::optional<TrackColumns> forced_columns(const TextTable& table, TrackFormat f
 
 }  // namespace
 
-TrackFormat ndjson_format(const TextTable& table) {
-  return table.rows.front().text.find("\"t\"") != std::string_view::npos ? TrackFormat::ndjson : TrackFormat::trajnetpp;
-}
-
 TextTable table_of(const std::string& path, std::string_view text, std::size_t first_line) {
   TextTable table{path, {}, {}};
   std::vector<TextLine> lines = lines_of(text, first_line);
