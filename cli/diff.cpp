@@ -1,4 +1,3 @@
-
 #include "options.hpp"
 #include "sila/train/episode.hpp"
 

@@ -1,4 +1,3 @@
-
 #include "bindings.hpp"
 #include "sila/io/config_json.hpp"
 #include "sila/io/scene_tracks.hpp"

@@ -1,4 +1,3 @@
-
 #include "arrays.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/io/model_file.hpp"

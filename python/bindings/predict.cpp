@@ -154,19 +154,11 @@ PredictionState state_of(const TrackPrediction& prediction) {
                      static_cast<int>(mode.variant), mode.source});
   }
   const Prediction& content = prediction.content;
-  return {prediction.track,
-          prediction.tracklet,
-          content.t0_s,
-          content.times_s,
-          content.fallback,
-          content.novelty,
-          content.observed_s,
-          modes,
-          regions_of(content),
-          content.standing,
-          content.change_probabilities,
-          prediction.metres_per_pixel,
-          {content.start_m.x(), content.start_m.y(), content.heading.x(), content.heading.y(), content.mirrored}};
+  const PoseState pose(content.start_m.x(), content.start_m.y(), content.heading.x(), content.heading.y(),
+                       content.mirrored);
+  return PredictionState(prediction.track, prediction.tracklet, content.t0_s, content.times_s, content.fallback,
+                         content.novelty, content.observed_s, modes, regions_of(content), content.standing,
+                         content.change_probabilities, prediction.metres_per_pixel, pose);
 }
 
 TrackPrediction prediction_in(const PredictionState& state) {

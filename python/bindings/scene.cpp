@@ -37,16 +37,11 @@ using PolygonState = std::vector<std::pair<double, double>>;
 
 FileState state_of(const SceneFile& file) {
   std::optional<std::string> format;
-  if (file.options.format) format = std::string(name_of(*file.options.format));
+  const ReadOptions& options = file.options;
+  if (options.format) format = std::string(name_of(*options.format));
   const SimilarityTransform& s = file.to_scene;
-  return {file.path,
-          file.resolved.string(),
-          format,
-          file.options.frames_per_second,
-          file.options.sample_interval_s,
-          file.options.metres_per_unit,
-          {s.a, s.b, s.tx, s.ty},
-          file.options.person_classes};
+  return FileState(file.path, file.resolved.string(), format, options.frames_per_second, options.sample_interval_s,
+                   options.metres_per_unit, {s.a, s.b, s.tx, s.ty}, options.person_classes);
 }
 
 SceneFile file_in(const FileState& state) {

@@ -1,4 +1,3 @@
-
 #include "bindings.hpp"
 #include "sila/evaluate/training_support.hpp"
 #include "sila/io/config_json.hpp"

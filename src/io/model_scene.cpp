@@ -69,10 +69,9 @@ Scene scene_for(const Scene& given, const Model& model, std::span<const FramedTr
   }
   Scene scene = model.sites.empty() ? scene_of(frame_of_tracks(first_batch)) : scene_of(model);
   scene.camera = given.camera;
-  if (model.sites.size() > 1 && corners == CornerChoice::primary) {
-    throw std::invalid_argument("scene: the model knows " + std::to_string(model.sites.size()) +
-                                " sites; give the scene of these tracks, or the setting corners=nearest");
-  }
+  if (model.sites.size() > 1 && corners == CornerChoice::primary)
+    throw invalid_argument("scene: the model knows ", model.sites.size(),
+                           " sites; give the scene of these tracks, or the setting corners=nearest");
   return scene;
 }
 

@@ -90,7 +90,7 @@ ReadOptions options_in(const JsonFields& entry) {
   options.metres_per_unit = entry.optional_positive("metres_per_unit");
   // metres_per_pixel wins: many files have metres_per_unit = 1 without a meaning.
   if (const auto scale = entry.optional_positive("metres_per_pixel")) options.metres_per_unit = scale;
-  for (const std::string& name : entry.texts("person_classes")) options.person_classes.push_back(name);
+  options.person_classes = entry.texts("person_classes");
   // `format` may be a description for people; only the names of formats count.
   options.format = track_format(entry.text_or("format", ""));
   return options;

@@ -43,6 +43,11 @@ std::string unzipped_bytes(const std::string& path) {
   }
 }
 
+std::string_view unquoted(std::string_view cell) {
+  const bool quoted = cell.size() >= 2 && (cell.front() == '"' || cell.front() == '\'') && cell.back() == cell.front();
+  return quoted ? cell.substr(1, cell.size() - 2) : cell;
+}
+
 }  // namespace
 
 GzipFile::GzipFile(std::string path) : path_(std::move(path)) {
@@ -119,15 +124,6 @@ std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
   return text;
 }
-
-namespace {
-
-std::string_view unquoted(std::string_view cell) {
-  const bool quoted = cell.size() >= 2 && (cell.front() == '"' || cell.front() == '\'') && cell.back() == cell.front();
-  return quoted ? cell.substr(1, cell.size() - 2) : cell;
-}
-
-}  // namespace
 
 std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   const bool runs = separator == ' ';

@@ -104,12 +104,9 @@ ordered_json episodes_json(const StoredModel& stored, std::size_t most_bytes) {
     ordered_json statistics = ordered_json::parse(episode.statistics, nullptr, false);
     if (!statistics.is_object()) statistics = ordered_json::object();
     if (bytes > most_bytes) statistics.erase("change");
-    list.push_back({{"number", episode.number},
-                    {"tracks", episode.tracks},
-                    {"seconds", rounded(episode.seconds, 4)},
-                    {"size_before", episode.size_before},
-                    {"size_after", episode.size_after},
-                    {"statistics", std::move(statistics)}});
+    ordered_json& record = list.emplace_back(record_json(episode));
+    record["seconds"] = rounded(episode.seconds, 4);
+    record["statistics"] = std::move(statistics);
   }
   return list;
 }
