@@ -1,31 +1,23 @@
 #include "address.hpp"
 
-#include <boost/asio/ip/address.hpp>
 #include <charconv>
 #include <stdexcept>
 
 namespace sila::detail {
 
-Address parse_address(const std::string& option, const std::string& text) {
-  const auto reject = [&]() -> Address {
-    throw std::invalid_argument(option + " = " + text + " is not ADDRESS:PORT, as in 127.0.0.1:8765 or [::1]:8765");
-  };
+boost::asio::ip::tcp::endpoint parse_endpoint(const std::string& option, const std::string& text) {
   const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos) return reject();
-  Address address{text.substr(0, colon), 0};
-  if (address.host.empty() || address.host == "localhost") address.host = "127.0.0.1";
-  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']')
-    address.host = address.host.substr(1, address.host.size() - 2);
+  std::string host = text.substr(0, colon);
+  if (host.empty() || host == "localhost") host = "127.0.0.1";
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  std::uint16_t port = 0;
   const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, address.port);
+  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, port);
   boost::system::error_code unknown;
-  boost::asio::ip::make_address(address.host, unknown);
-  if (error != std::errc{} || rest != end || unknown) return reject();
-  return address;
-}
-
-bool is_loopback(const Address& address) {
-  return boost::asio::ip::make_address(address.host).is_loopback();
+  const boost::asio::ip::address address = boost::asio::ip::make_address(host, unknown);
+  if (colon == std::string::npos || error != std::errc{} || rest != end || unknown)
+    throw std::invalid_argument(option + " = " + text + " is not ADDRESS:PORT, as in 127.0.0.1:8765 or [::1]:8765");
+  return {address, port};
 }
 
 }  // namespace sila::detail

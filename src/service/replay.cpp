@@ -1,8 +1,8 @@
 #include "sila/service/replay.hpp"
 
 #include <algorithm>
+#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
@@ -17,8 +17,7 @@
 namespace sila {
 namespace {
 
-using Local = boost::asio::local::stream_protocol;
-using boost::asio::ip::tcp;
+using Socket = boost::asio::generic::stream_protocol::socket;
 
 /// Between recordings that follow one another.
 constexpr double kPause_s = 5.0;
@@ -88,7 +87,6 @@ class Answers {
 };
 
 /// Writes on this thread and reads on another, until the service has answered all and closes the connection.
-template <class Socket>
 ReplayReport exchange(Socket& socket, const std::string& token, const std::vector<TimedLine>& lines, double rate,
                       double linger_s, const std::function<void(const std::string&)>& receive) {
   Answers answers;
@@ -160,24 +158,21 @@ bool replay(const std::vector<TimedLine>& lines, double rate, const std::functio
 ReplayReport replay_to(const std::string& address, const std::string& token, const std::vector<TimedLine>& lines,
                        double rate, double linger_s, const std::function<void(const std::string&)>& receive) {
   if (!(rate > 0.0)) throw invalid_argument("replay: rate = ", rate, " must be positive");
+  const bool tcp = address.starts_with("tcp:");
+  if (!tcp && !address.starts_with("unix:"))
+    throw invalid_argument("replay: --to = ", address, " is neither tcp:ADDRESS:PORT nor unix:PATH");
   boost::asio::io_context context;
+  Socket socket(context);
   try {
-    if (address.starts_with("tcp:")) {
-      const detail::Address at = detail::parse_address("--to", address.substr(4));
-      tcp::socket socket(context);
-      socket.connect({boost::asio::ip::make_address(at.host), at.port});
-      socket.set_option(tcp::no_delay(true));
-      return exchange(socket, token, lines, rate, linger_s, receive);
-    }
-    if (address.starts_with("unix:")) {
-      Local::socket socket(context);
-      socket.connect(Local::endpoint(address.substr(5)));
-      return exchange(socket, token, lines, rate, linger_s, receive);
-    }
+    if (tcp)
+      socket.connect(detail::parse_endpoint("--to", address.substr(4)));
+    else
+      socket.connect(boost::asio::local::stream_protocol::endpoint(address.substr(5)));
+    if (tcp) socket.set_option(boost::asio::ip::tcp::no_delay(true));
+    return exchange(socket, token, lines, rate, linger_s, receive);
   } catch (const boost::system::system_error& error) {
     throw std::runtime_error("replay: cannot connect to " + address + ": " + error.code().message());
   }
-  throw std::invalid_argument("replay: --to = " + address + " is neither tcp:ADDRESS:PORT nor unix:PATH");
 }
 
 }  // namespace sila

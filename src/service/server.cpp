@@ -22,23 +22,27 @@ namespace {
 using boost::asio::ip::tcp;
 using Local = boost::asio::local::stream_protocol;
 
-void require_private(const std::string& option, const detail::Address& address, const std::string& token) {
-  if (detail::is_loopback(address) || !token.empty()) return;
-  throw std::invalid_argument("serve: " + option + " = " + address.host + ":" + std::to_string(address.port) +
-                              " can be reached from other machines, which needs a token");
+std::string text_of(const tcp::endpoint& end) {
+  const std::string host = end.address().to_string();
+  return (end.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(end.port());
 }
 
 std::runtime_error cannot_listen(const std::string& where, const std::string& why) {
   return std::runtime_error("serve: cannot listen at " + where + ": " + why);
 }
 
-tcp::acceptor listen_at(boost::asio::io_context& context, const detail::Address& address) {
+/// An address that other machines can reach needs a token.
+tcp::acceptor listen_at(detail::ConnectionRegistry& registry, const std::string& option, const std::string& address) {
+  const tcp::endpoint end = detail::parse_endpoint(option, address);
+  if (!end.address().is_loopback() && registry.options.token.empty())
+    throw std::invalid_argument("serve: " + option + " = " + text_of(end) +
+                                " can be reached from other machines, which needs a token");
   try {
-    return {context, tcp::endpoint(boost::asio::ip::make_address(address.host), address.port)};
+    return {registry.context, end};
   } catch (const boost::system::system_error& error) {
     const bool in_use = error.code() == boost::asio::error::address_in_use;
     throw cannot_listen(
-        address.host + ":" + std::to_string(address.port),
+        text_of(end),
         error.code().message() + (in_use ? "; give another port (--http, --tcp), 0 for any that is free" : ""));
   }
 }
@@ -66,12 +70,6 @@ Local::acceptor listen_at(boost::asio::io_context& context, const std::string& p
     umask(before);
     throw cannot_listen(path, error.code().message());
   }
-}
-
-std::string text_of(const tcp::acceptor& acceptor) {
-  const tcp::endpoint end = acceptor.local_endpoint();
-  const std::string host = end.address().to_string();
-  return (end.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(end.port());
 }
 
 /// Sends the reason and closes the socket.
@@ -114,11 +112,12 @@ struct Server::State {
   std::shared_ptr<detail::StandardIo> standard;
   std::shared_ptr<detail::MqttConnection> mqtt;
   std::unique_ptr<Engine> engine;
+  std::vector<std::string> listening;  ///< announced once all addresses are open
 
   ServiceMetrics metrics() const;
-  void listen_http(const std::function<void(const std::string&)>& announce);
-  void listen_tcp(const std::function<void(const std::string&)>& announce);
-  void listen_unix(const std::function<void(const std::string&)>& announce);
+  void listen_http();
+  void listen_tcp();
+  void listen_unix();
   void send(std::vector<OutgoingLine> outgoing);
   void show(std::string message);
   void finish(StreamId stream);
@@ -134,33 +133,30 @@ ServiceMetrics Server::State::metrics() const {
   return metrics;
 }
 
-void Server::State::listen_http(const std::function<void(const std::string&)>& announce) {
-  const detail::Address address = detail::parse_address("--http", registry.options.http);
-  require_private("--http", address, registry.options.token);
-  http.emplace(listen_at(registry.context, address));
+void Server::State::listen_http() {
+  http.emplace(listen_at(registry, "--http", registry.options.http));
   accept_all(registry, *http, [this](tcp::socket socket) { detail::serve_web(registry, std::move(socket)); });
-  announce("page and metrics at http://" + text_of(*http) + "/, WebSocket at ws://" + text_of(*http) + "/stream");
+  const std::string end = text_of(http->local_endpoint());
+  listening.push_back("page and metrics at http://" + end + "/, WebSocket at ws://" + end + "/stream");
 }
 
-void Server::State::listen_tcp(const std::function<void(const std::string&)>& announce) {
-  const detail::Address address = detail::parse_address("--tcp", registry.options.tcp);
-  require_private("--tcp", address, registry.options.token);
-  lines.emplace(listen_at(registry.context, address));
+void Server::State::listen_tcp() {
+  lines.emplace(listen_at(registry, "--tcp", registry.options.tcp));
   accept_all(registry, *lines, [this](tcp::socket socket) {
     boost::system::error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(boost::asio::socket_base::keep_alive(true), ignored);
     std::make_shared<detail::SocketConnection<tcp::socket>>(registry, std::move(socket))->start();
   });
-  announce("lines at tcp:" + text_of(*lines));
+  listening.push_back("lines at tcp:" + text_of(lines->local_endpoint()));
 }
 
-void Server::State::listen_unix(const std::function<void(const std::string&)>& announce) {
+void Server::State::listen_unix() {
   local.emplace(listen_at(registry.context, registry.options.unix_path));
   accept_all(registry, *local, [this](Local::socket socket) {
     std::make_shared<detail::SocketConnection<Local::socket>>(registry, std::move(socket))->start();
   });
-  announce("lines at unix:" + registry.options.unix_path);
+  listening.push_back("lines at unix:" + registry.options.unix_path);
 }
 
 void Server::State::send(std::vector<OutgoingLine> outgoing) {
@@ -235,13 +231,11 @@ Server::Server(const ServerOptions& options, const Scene& scene, ServiceSettings
   state.registry.hello = [scene, &learner, picture = options.picture] {
     return hello_message(scene, learner.snapshot()->model, picture);
   };
-  std::vector<std::string> listening;  // announced once all addresses are open
-  const auto note = [&listening](const std::string& where) { listening.push_back(where); };
-  if (!options.http.empty()) state.listen_http(note);
-  if (!options.tcp.empty()) state.listen_tcp(note);
-  if (!options.unix_path.empty()) state.listen_unix(note);
+  if (!options.http.empty()) state.listen_http();
+  if (!options.tcp.empty()) state.listen_tcp();
+  if (!options.unix_path.empty()) state.listen_unix();
   if (!options.mqtt.empty()) state.mqtt = std::make_shared<detail::MqttConnection>(state.registry);
-  for (const std::string& where : listening) announce(where);
+  for (const std::string& where : state.listening) announce(where);
   state.registry.announce = std::move(announce);
   state.signals.async_wait([&state](const boost::system::error_code& error, int) {
     if (!error) state.close();
