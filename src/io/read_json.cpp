@@ -56,10 +56,9 @@ std::string json_cell(const Json& value) {
 
 /// The rows of a table made of JSON objects, each with the line of its object, and what is no such object.
 struct JsonTable {
-  std::string path, rows = {};
+  Detections bad = {};  ///< counts alone
+  std::string rows = {};
   std::vector<std::size_t> lines = {};
-  std::vector<DroppedRows> bad = {};
-  std::size_t bad_rows = 0;
 
   void add(const std::vector<Json>& values, std::size_t line) {
     rows += '0';  // neither blank nor a comment, whatever the first value is
@@ -68,17 +67,17 @@ struct JsonTable {
     lines.push_back(line);
   }
   void reject(const TextLine& element, DropReason reason = DropReason::not_json) {
-    count_bad(bad, reason, path, element.number, element.text);
-    ++bad_rows;
+    count_bad(bad, reason, element);
+    ++bad.rows_read;
   }
   TextTable table() const {
-    TextTable result{path, lines_of(rows), {}};
+    TextTable result{bad.source, lines_of(rows), {}};
     for (std::size_t i = 0; i < lines.size(); ++i) result.rows[i].number = lines[i];
     return result;
   }
   TrackFile with_bad_rows(TrackFile file) const {
-    file.detections.rows_read += bad_rows;
-    sila::add(file.detections.dropped, bad);
+    file.detections.rows_read += bad.rows_read;
+    sila::add(file.detections.dropped, bad.dropped);
     return file;
   }
 };
@@ -244,7 +243,7 @@ std::optional<TrackFormat> json_boxes_format(std::string_view text, std::optiona
 
 TrackFile read_json_boxes(const std::string& path, std::string_view text, TrackFormat format,
                           const ReadOptions& options) {
-  JsonTable table{.path = path};
+  JsonTable table{.bad = {path, {}}};
   const bool centred = format == TrackFormat::ottrk && has_centres(text);
   std::set<std::string> cameras;
   for (const TextLine& element : box_elements(path, text, format)) {
@@ -286,7 +285,7 @@ TrackFile read_json_array(const std::string& path, std::string_view text, const 
       for (const auto& [name, value] : object.items()) names.insert(name);
   }
   if (first_line == 0) throw FormatError(path, 1, "a JSON array of objects, one a detection", "none");
-  JsonTable objects{.path = path, .rows = "object", .lines = {first_line}};
+  JsonTable objects{.bad = {path, {}}, .rows = "object", .lines = {first_line}};
   for (const std::string& name : names) objects.rows += '\t' + json_cell(name);
   std::ranges::replace_if(
       objects.rows, [](char c) { return c == ',' || c == ';'; }, ' ');  // tabs separate

@@ -31,8 +31,7 @@ TrackFile read_detection_lines(const TextTable& table) {
       row->line = line.number;
       result.rows.push_back(*std::move(row));
     } else {
-      count_bad(result.dropped, json.is_object() ? DropReason::not_a_number : DropReason::not_json, table.path,
-                line.number, line.text);
+      count_bad(result, json.is_object() ? DropReason::not_a_number : DropReason::not_json, line);
     }
   }
   return {std::move(result), TrackFormat::ndjson, "time stamps of \"t\""};
@@ -51,7 +50,7 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
     }
     ++result.rows_read;
     if (!json.is_object() || !json.contains("track") || !json["track"].is_object()) {
-      count_bad(result.dropped, DropReason::not_json, table.path, line.number, line.text);
+      count_bad(result, DropReason::not_json, line);
       continue;
     }
     const Json& track = json["track"];
@@ -60,7 +59,7 @@ TrackFile read_trajnetpp(const TextTable& table, const ReadOptions& options) {
     if (id && frame && x && y)
       result.rows.push_back({*id, *frame, Vector2(*x, *y), {}, line.number});
     else
-      count_bad(result.dropped, DropReason::not_a_number, table.path, line.number, line.text);
+      count_bad(result, DropReason::not_a_number, line);
   }
   const double interval_s = 1.0 / samples_per_second.value_or(2.5);
   return with_seconds({std::move(result), TrackFormat::trajnetpp, {}}, options, {{}, interval_s});

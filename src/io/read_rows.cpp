@@ -94,14 +94,13 @@ class RowReader {
 
 }  // namespace
 
-void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::string& path, std::size_t line,
-               std::string_view found) {
-  DroppedRows& entry = entry_of(dropped, reason);
+void count_bad(Detections& detections, DropReason reason, const TextLine& found) {
+  DroppedRows& entry = entry_of(detections.dropped, reason);
   if (entry.rows++ > 0) return;
-  entry.first = path + ":" + std::to_string(line);
-  if (!found.empty()) entry.first += ", found " + excerpt(found);
-  const bool decimal_comma = found.find_first_not_of("+-0123456789eE,") == std::string_view::npos;
-  if (reason == DropReason::not_a_number && decimal_comma && std::ranges::count(found, ',') == 1)
+  entry.first = detections.source + ":" + std::to_string(found.number);
+  if (!found.text.empty()) entry.first += ", found " + excerpt(found.text);
+  const bool decimal_comma = found.text.find_first_not_of("+-0123456789eE,") == std::string_view::npos;
+  if (reason == DropReason::not_a_number && decimal_comma && std::ranges::count(found.text, ',') == 1)
     entry.first += "; numbers need a decimal point";
 }
 
@@ -122,8 +121,8 @@ Detections read_rows(const TextTable& table, const TrackColumns& columns, const 
     row.reject_lost();
     ++result.rows_read;
     if (row.fault()) {
-      count_bad(result.dropped, row.fault()->reason, table.path, line.number,
-                row.fault()->found.empty() ? line.text : row.fault()->found);
+      const auto [reason, found] = *row.fault();
+      count_bad(result, reason, {found.empty() ? line.text : found, line.number});
     } else {
       result.rows.push_back(std::move(detection));
     }

@@ -61,9 +61,8 @@ TrackFile tracks_of_text(const std::string& path, std::string_view text, const R
 /// Throws: FormatError for any other folder, and for frames without a rate or of several streams.
 TrackFile read_folder(const std::filesystem::path& folder, const ReadOptions& options);
 
-/// Counts a row that cannot be used in a list by reason.
-void count_bad(std::vector<DroppedRows>& dropped, DropReason reason, const std::string& path, std::size_t line,
-               std::string_view found);
+/// Counts a row that cannot be used among those dropped, by reason; `found` is what was found on its line.
+void count_bad(Detections& detections, DropReason reason, const TextLine& found);
 
 /// The rows of a table. `t_s` is in seconds if there is a column of times, else it is the frame number; positions are
 /// in the units of the file. `only_track` is the id where the file is one track.

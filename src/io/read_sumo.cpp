@@ -11,7 +11,6 @@ namespace sila {
 namespace {
 
 struct Reading {
-  std::string path;
   std::string_view text;
   XML_Parser parser = nullptr;
   std::size_t line = 1, counted_bytes = 0;  ///< of the text before the last place that was asked for
@@ -61,9 +60,9 @@ void begin_element(void* data, const XML_Char* element, const XML_Char** attribu
   const char* const id = attribute(attributes, "id");
   const auto x_m = number(attributes, "x"), y_m = number(attributes, "y");
   if (id == nullptr || *id == '\0') {
-    count_bad(reading.detections.dropped, DropReason::missing_cells, reading.path, line, element);
+    count_bad(reading.detections, DropReason::missing_cells, {element, line});
   } else if (!reading.timed || !x_m || !y_m) {
-    count_bad(reading.detections.dropped, DropReason::not_a_number, reading.path, line, id);
+    count_bad(reading.detections, DropReason::not_a_number, {id, line});
   } else {
     const char* const vehicle = attribute(attributes, "vehicle");
     const bool rides = vehicle != nullptr && *vehicle != '\0';
@@ -81,7 +80,7 @@ TrackFile read_sumo_fcd(const std::string& path, std::string_view text) {
   const std::unique_ptr<std::remove_pointer_t<XML_Parser>, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                                              &XML_ParserFree);
   Reading reading;
-  reading.path = reading.detections.source = path;
+  reading.detections.source = path;
   reading.text = text;
   reading.parser = parser.get();
   XML_SetUserData(parser.get(), &reading);

@@ -102,8 +102,8 @@ TrackFile on_ground(TrackFile file, const Camera& camera) {
       row.position_m = *ground_m;
       seen.push_back(std::move(row));
     } else {
-      count_bad(file.detections.dropped, DropReason::above_horizon, file.detections.source, row.line,
-                exact(image_px.x()) + ", " + exact(image_px.y()));
+      const std::string place = exact(image_px.x()) + ", " + exact(image_px.y());
+      count_bad(file.detections, DropReason::above_horizon, {place, row.line});
     }
   }
   file.detections.rows = std::move(seen);
