@@ -28,7 +28,7 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 7);
   const Outcome back = run("rollback m.sila --to 3");
   ASSERT_EQ(back.code, 0) << back.err;
-  EXPECT_NE(back.out.find("as it was after episode 3"), std::string::npos) << back.out;
+  EXPECT_TRUE(says(back.out, "as it was after episode 3"));
   const auto without_bytes = [&](const std::string& model) {
     auto json = nlohmann::json::parse(run("inspect --json " + model).out);
     json.erase("bytes");
@@ -63,7 +63,7 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
             ">predictions 2>reported\n");
   ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
   const std::string reported = read(folder_ / "reported");
-  EXPECT_NE(reported.find("changed by another process; continuing with its 1 episode"), std::string::npos) << reported;
+  EXPECT_TRUE(says(reported, "changed by another process; continuing with its 1 episode"));
   const auto log = nlohmann::json::parse(run("log m.sila --json").out);
   EXPECT_GE(log.at("episodes").size(), 4u) << reported;  // the first, and those of the others
   for (std::size_t i = 0; i < log["episodes"].size(); ++i) EXPECT_EQ(log["episodes"][i].at("number"), i + 1);
@@ -78,7 +78,7 @@ TEST_F(Program, TellsWhatDiffersBetweenTwoModels) {
   const Outcome reported = run("diff m.sila n.sila");
   ASSERT_EQ(reported.code, 0) << reported.err;
   for (const char* part : {"primitives ", "transitions ", "only in B", "at 5.0 s: "})
-    EXPECT_NE(reported.out.find(part), std::string::npos) << part << " is not in: " << reported.out;
+    EXPECT_TRUE(says(reported.out, part));
   const auto on_tracks = nlohmann::json::parse(run("diff m.sila n.sila more.csv --scene more.scene.json --json").out);
   EXPECT_GT(on_tracks.at("windows").get<int>(), 20);
   EXPECT_GT(on_tracks.at("predictions").back().at("mean_m").get<double>(), 0.001);
@@ -92,7 +92,7 @@ TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {
   const Outcome whole = run("verify m.sila");
   EXPECT_EQ(whole.code, 0) << whole.err;
   EXPECT_EQ(std::count(whole.out.begin(), whole.out.end(), '\n'), 1);
-  EXPECT_NE(whole.out.find("intact"), std::string::npos);
+  EXPECT_TRUE(says(whole.out, "intact"));
   EXPECT_EQ(nlohmann::json::parse(run("verify m.sila --json").out).at("undone"), 2);
   std::string bytes = read(folder_ / "m.sila");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
@@ -107,7 +107,7 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
   const std::string learning = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20 --share s.sila";
   const Outcome shared = run(learning + " --min-people 5");
   ASSERT_EQ(shared.code, 0) << shared.err;
-  EXPECT_NE(shared.err.find("each shown by 5 different tracks"), std::string::npos) << shared.err;
+  EXPECT_TRUE(says(shared.err, "each shown by 5 different tracks"));
   const auto home = nlohmann::json::parse(run("inspect m.sila --json").out);
   const auto away = nlohmann::json::parse(run("inspect s.sila --json").out);
   EXPECT_LT(away.at("size"), home.at("size"));
@@ -118,7 +118,7 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
   const Outcome none =
       run("learn tracks.csv --scene tracks.scene.json --model n.sila --batch 20 --min-people 61 --share t.sila");
   EXPECT_EQ(none.code, 0);
-  EXPECT_NE(none.err.find("not written"), std::string::npos) << none.err;
+  EXPECT_TRUE(says(none.err, "not written"));
   EXPECT_FALSE(fs::exists(folder_ / "t.sila"));
   expect_rejected(learning, {"--min-people and --share"});
   expect_rejected("learn tracks.csv --scene tracks.scene.json --model m.sila --min-people 5", {"--share"});
@@ -129,7 +129,7 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   write(folder_ / "p.sila", "");  // as after a full disk
   const Outcome made = run("prior make m.sila --out p.sila");
   ASSERT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.out.find("begin each new place with a copy"), std::string::npos) << made.out;
+  EXPECT_TRUE(says(made.out, "begin each new place with a copy"));
   const auto prior = nlohmann::json::parse(run("inspect p.sila --json").out);
   EXPECT_EQ(prior.at("size"), 0);
   EXPECT_GT(prior.at("prior_windows").get<double>(), 100.0);
@@ -140,8 +140,7 @@ TEST_F(Program, BeginsANewPlaceWithAPrior) {
   const auto model = nlohmann::json::parse(run("inspect new.sila --json").out);
   EXPECT_EQ(model.at("prior_windows"), prior.at("prior_windows"));
   EXPECT_EQ(model.at("size"), nlohmann::json::parse(run("inspect m.sila --json").out).at("size"));
-  EXPECT_NE(run("prior make --out s.sila --set predict.horizon_s=3").out.find("from simulated pedestrians"),
-            std::string::npos);
+  EXPECT_TRUE(says(run("prior make --out s.sila --set predict.horizon_s=3").out, "from simulated pedestrians"));
   EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model s.sila --out s.ndjson").code, 0);
   expect_rejected("prior make m.sila --out q.sila --set predict.horizon_s=3", {"for a prior without models"});
   expect_rejected("prior make tracks.csv --out q.sila", {"tracks.csv"});

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila::tests {
@@ -57,8 +58,7 @@ class Program : public ::testing::Test {
     EXPECT_TRUE(code == 0 ? outcome.code == 1 || outcome.code == 2 : outcome.code == code)
         << "exit code " << outcome.code << "\n"
         << outcome.err;
-    for (const std::string& word : words)
-      EXPECT_NE(outcome.err.find(word), std::string::npos) << word << " is not in: " << outcome.err;
+    for (const std::string& word : words) EXPECT_TRUE(says(outcome.err, word));
   }
 
   void simulate() const {

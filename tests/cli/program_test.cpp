@@ -20,7 +20,7 @@ TEST_F(Program, LearnsPredictsAndEvaluatesASimulatedIntersection) {
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila --out p.ndjson").code, 0);
   const std::string all = "--every 5 --outcomes --explain --digits 6 --out all.ndjson";  // of one line
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila " + all).code, 0);
-  EXPECT_NE(read(folder_ / "all.ndjson").find("explanation"), std::string::npos);
+  EXPECT_TRUE(says(read(folder_ / "all.ndjson"), "explanation"));
   const Outcome evaluated = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
   const auto groups = nlohmann::json::parse(evaluated.out).at("groups");
   EXPECT_GT(groups.at("moving").at("windows").get<int>(), 50);
@@ -109,7 +109,7 @@ TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
   EXPECT_GT(evicted.at("primitives").get<int>(), 0);
   EXPECT_GT(evicted.at("transitions").get<int>(), 0);
   EXPECT_GT(evicted.at("count").get<double>(), 0.0);
-  EXPECT_NE(outcome.err.find("over the limit, evicted"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(says(outcome.err, "over the limit, evicted"));
 }
 
 TEST_F(Program, RejectsCapsTooSmallForAModelAndLeavesTheFileAlone) {
@@ -139,9 +139,7 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   const std::string again = "learn tracks.csv --scene tracks.scene.json --model ";
   const Outcome second = run(again + "m.sila --batch 30");
   ASSERT_EQ(second.code, 0);
-  EXPECT_NE(second.err.find("warning: the model has learnt at least 60 of the first 60 tracks in other batches"),
-            std::string::npos)
-      << second.err;
+  EXPECT_TRUE(says(second.err, "warning: the model has learnt at least 60 of the first 60 tracks in other batches"));
   EXPECT_EQ(nlohmann::json::parse(run("inspect m.sila --json").out).at("episodes"), 5);
   ASSERT_EQ(run(again + "n.sila --batch 25").code, 0);
   const Outcome fused = run("fuse m.sila n.sila --out both.sila --explain why.json");
@@ -150,8 +148,8 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   ASSERT_EQ(run("simulate --tracks 40 --seed 2 --out other.csv").code, 0);
   for (const char* name : {"tracks", "other"})
     ASSERT_EQ(run(std::string("learn ") + name + ".csv --model " + name + ".sila").code, 0);
-  EXPECT_NE(run("fuse tracks.sila other.sila --out two.sila").err.find("warning: both models made their frames from"),
-            std::string::npos);
+  EXPECT_TRUE(
+      says(run("fuse tracks.sila other.sila --out two.sila").err, "warning: both models made their frames from"));
   EXPECT_EQ(nlohmann::json::parse(run("inspect both.sila --json").out).at("tracks"), 180);
   fs::create_directory(folder_ / "cases");
   fs::rename(folder_ / "why.json", folder_ / "cases" / "why.json");
@@ -163,7 +161,7 @@ TEST_F(Program, LearnsNoBatchTwice) {
   const std::string model = read(folder_ / "m.sila");
   const Outcome again = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
   EXPECT_EQ(again.code, 0);
-  EXPECT_NE(again.err.find("3 of 3 batches are in m.sila already"), std::string::npos) << again.err;
+  EXPECT_TRUE(says(again.err, "3 of 3 batches are in m.sila already"));
   EXPECT_EQ(read(folder_ / "m.sila"), model);
   expect_rejected("fuse m.sila m.sila --out twice.sila", {"have learnt 3 episodes"});
 }
@@ -184,7 +182,7 @@ TEST_F(Program, RunsCasesAndSaysWhichFail) {
   }
   const Outcome failed = run("fuse --cases cases");
   EXPECT_EQ(failed.code, 1);
-  EXPECT_NE(failed.out.find("FAIL"), std::string::npos);
+  EXPECT_TRUE(says(failed.out, "FAIL"));
 }
 
 TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
@@ -192,12 +190,12 @@ TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
   EXPECT_EQ(config.code, 0);
   for (const char* path :
        {"fuse.similarity_threshold", "learn.grid.cell_m", "predict.horizon_s", "simulate.noise_std_m"}) {
-    EXPECT_NE(config.out.find(path), std::string::npos) << path;
+    EXPECT_TRUE(says(config.out, path));
   }
   write(folder_ / "c.json", run("config --json").out);
   EXPECT_EQ(run("config --config c.json").out, config.out);
   for (const char* verb : {"simulate", "learn", "predict", "evaluate", "fuse", "inspect", "config"}) {
-    EXPECT_NE(run(std::string(verb) + " --help").out.find("Example"), std::string::npos) << verb;
+    EXPECT_TRUE(says(run(std::string(verb) + " --help").out, "Example"));
   }
 }
 
@@ -208,7 +206,7 @@ TEST_F(Program, PrintsVersionAndRevisionAndWritesThemToModelsAndReports) {
   learn();
   for (const std::string command : {"inspect m.sila", "inspect m.sila --json", "report m.sila --json",
                                     "evaluate tracks.csv --scene tracks.scene.json --model m.sila --json"})
-    EXPECT_NE(run(command).out.find(version.substr(5, version.size() - 6)), std::string::npos) << command;
+    EXPECT_TRUE(says(run(command).out, version.substr(5, version.size() - 6)));
 }
 
 TEST_F(Program, TakesAProfileFromTheCommandLineOrAFile) {

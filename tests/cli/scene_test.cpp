@@ -10,7 +10,7 @@ TEST_F(Program, ProposesASceneFromTracks) {
   simulate();
   const Outcome made = run("scene make tracks.csv");
   ASSERT_EQ(made.code, 0) << made.err;
-  EXPECT_NE(made.err.find("corner at x = 4"), std::string::npos) << made.err;
+  EXPECT_TRUE(says(made.err, "corner at x = 4"));
   const auto scene = nlohmann::json::parse(made.out);
   EXPECT_NEAR(scene["origin"][0].get<double>(), 4.0, 1.5);
   EXPECT_GT(scene["corners"][0]["origin_uncertainty_m"].get<double>(), 0.0);
@@ -22,7 +22,7 @@ TEST_F(Program, ProposesASceneFromTracks) {
   EXPECT_EQ(run("learn tracks.csv --scene made.json --model m.sila").code, 0);
   const Outcome quiet = run("scene make tracks.csv --json");
   EXPECT_EQ(quiet.out, made.out);
-  EXPECT_EQ(quiet.err.find("corner at"), std::string::npos) << quiet.err;
+  EXPECT_FALSE(says(quiet.err, "corner at"));
   write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
   expect_rejected("scene make few.csv", {"tracks that move 3 m or more, found 1", "at least 10"});
   expect_rejected("scene make", {"tracks"});
@@ -62,7 +62,7 @@ TEST_F(Program, MakesAPageThatEditsAScene) {
   EXPECT_EQ(given["proposal"], "The corner is that of tracks.scene.json.");
   write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
   const auto few = nlohmann::json::parse(run("scene edit few.csv --json").out);
-  EXPECT_NE(few["proposal"].get<std::string>().find("at least 10"), std::string::npos) << few["proposal"];
+  EXPECT_TRUE(says(few["proposal"].get<std::string>(), "at least 10"));
   EXPECT_EQ(few["file"]["sidewalk_width_m"], 3.0);
   expect_rejected("scene edit", {"tracks"});
   expect_rejected("scene edit none.csv", {"none.csv"});
@@ -145,22 +145,22 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   write(folder_ / "metres.csv", metres);
   const Outcome learnt = run("learn pixels.csv --units pixels --model m.sila");
   ASSERT_EQ(learnt.code, 0) << learnt.err;
-  EXPECT_NE(learnt.err.find("1 pixel = 0.0241 m"), std::string::npos) << learnt.err;
-  EXPECT_EQ(learnt.err.find("warning"), std::string::npos) << learnt.err;
-  EXPECT_NE(run("inspect m.sila").out.find("pixels of 0.0241"), std::string::npos);
+  EXPECT_TRUE(says(learnt.err, "1 pixel = 0.0241 m"));
+  EXPECT_FALSE(says(learnt.err, "warning"));
+  EXPECT_TRUE(says(run("inspect m.sila").out, "pixels of 0.0241"));
   const Outcome predicted = run("predict pixels.csv --model m.sila --every 100");
   ASSERT_EQ(predicted.code, 0) << predicted.err;
-  EXPECT_NE(predicted.err.find("u and v are pixels"), std::string::npos) << predicted.err;
+  EXPECT_TRUE(says(predicted.err, "u and v are pixels"));
   const auto mode = nlohmann::json::parse(predicted.out.substr(0, predicted.out.find('\n'))).at("modes").at(0);
   EXPECT_NEAR(mode.at("u").back().get<double>() - mode.at("u").at(0).get<double>(), 50.0 * 4.6, 20.0);
   EXPECT_NEAR(mode.at("v").at(0).get<double>(), -mode.at("y").at(0).get<double>() / 0.02414, 1.0);
-  EXPECT_EQ(run("learn pixels.csv --model m.sila").err.find("warning"), std::string::npos);
+  EXPECT_FALSE(says(run("learn pixels.csv --model m.sila").err, "warning"));
   const Outcome replayed = run("replay pixels.csv --rate 1000 --set metres_per_pixel=0.02");
-  EXPECT_NE(replayed.out.find("\"x\":305.0"), std::string::npos) << replayed.out.substr(0, 200);
+  EXPECT_TRUE(says(replayed.out, "\"x\":305.0"));
   write(folder_ / "lines.ndjson", replayed.out);
   const Outcome served = run("serve --stdin --wait --http off --model m.sila < lines.ndjson");
-  EXPECT_NE(served.out.find("\"cov_uv\":"), std::string::npos) << served.err;
-  EXPECT_NE(run("predict metres.csv --model m.sila").err.find("are the positions metres"), std::string::npos);
+  EXPECT_TRUE(says(served.out, "\"cov_uv\":")) << served.err;
+  EXPECT_TRUE(says(run("predict metres.csv --model m.sila").err, "are the positions metres"));
   expect_rejected("predict pixels.csv --model m.sila --metres-per-unit 0.1", {"metres_per_pixel", "new model"});
   for (const char* other : {"--camera c.json", "--metres-per-unit 0.1", "--scene s.json"})
     expect_rejected(std::string("learn pixels.csv --units pixels --model n.sila ") + other, {"--units pixels"});

@@ -27,8 +27,8 @@ TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
   const Outcome served =
       run("serve --stdin --wait --http off --set service.max_rate_hz=1 --model s.sila < lines.ndjson");
   ASSERT_EQ(served.code, 0) << served.err;
-  EXPECT_EQ(served.out.find("dropped"), std::string::npos) << served.out;
-  EXPECT_EQ(served.out.find("rejected"), std::string::npos) << "a file has no rate: " << served.out;
+  EXPECT_FALSE(says(served.out, "dropped"));
+  EXPECT_FALSE(says(served.out, "rejected")) << "a file has no rate";
 }
 
 TEST_F(Program, AServiceThatReadsAFileTakesAQuietTimeAsTheEndOfAllTracks) {
@@ -41,7 +41,7 @@ TEST_F(Program, AServiceThatReadsAFileTakesAQuietTimeAsTheEndOfAllTracks) {
   write(folder_ / "lines.ndjson", lines);
   const std::string out = run("serve --stdin --wait --http off --model s.sila < lines.ndjson").out;
   EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 3 * 16) << "one from 0.4 s on for each detection";
-  EXPECT_EQ(out.find("off_clock"), std::string::npos);
+  EXPECT_FALSE(says(out, "off_clock"));
 }
 
 TEST_F(Program, AServiceLearnsItsTracksBeforeAHangupEndsIt) {
@@ -68,7 +68,7 @@ TEST_F(Program, SaysThatStandardInputOrOutputOfAServiceFailed) {
         std::pair{"< .", "standard input cannot be read: "}, std::pair{"<&-", "standard input is closed"}}) {
     const Outcome outcome = run(serve + files, no_endless_loop);
     EXPECT_EQ(outcome.code, 1) << files << outcome.err;
-    EXPECT_NE(outcome.err.find(std::string("sila: serve: ") + what), std::string::npos) << files << outcome.err;
+    EXPECT_TRUE(says(outcome.err, std::string("sila: serve: ") + what)) << files;
   }
 }
 
@@ -104,10 +104,10 @@ TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {
   write(folder_ / "lines.ndjson", lines);
   const std::string serve = "serve --stdin --wait --http off --scene seen.json --model s.sila < lines.ndjson";
   expect_rejected(serve, {"seen.json has a camera", "--camera seen.json", "--camera off"});
-  EXPECT_NE(run(serve + " --camera seen.json").out.find("\"u\":"), std::string::npos);
+  EXPECT_TRUE(says(run(serve + " --camera seen.json").out, "\"u\":"));
   const std::string metres = run(serve + " --camera off").out;
-  EXPECT_NE(metres.find("\"modes\":"), std::string::npos);
-  EXPECT_EQ(metres.find("\"u\":"), std::string::npos);
+  EXPECT_TRUE(says(metres, "\"modes\":"));
+  EXPECT_FALSE(says(metres, "\"u\":"));
 }
 
 }  // namespace

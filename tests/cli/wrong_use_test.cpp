@@ -15,28 +15,28 @@ TEST_F(Program, OnAFullDiskSaysSoAndKeepsWhatItHad) {
   const std::string full = "trap '' XFSZ; ulimit -f 64; ";  // no file over 32 KB
   const Outcome nothing = run(learn + "20", full);
   EXPECT_EQ(nothing.code, 1) << nothing.err;
-  EXPECT_NE(nothing.err.find("m.sila: expected a model file that can be written"), std::string::npos) << nothing.err;
-  EXPECT_NE(nothing.err.find("is the disk full?"), std::string::npos) << nothing.err;
+  EXPECT_TRUE(says(nothing.err, "m.sila: expected a model file that can be written"));
+  EXPECT_TRUE(says(nothing.err, "is the disk full?"));
   ASSERT_EQ(run(learn + "20").code, 0);  // what was begun there is no hindrance
   const std::string before = run("inspect m.sila --json").out;
   EXPECT_EQ(nlohmann::json::parse(before).at("episodes"), 3);
   const Outcome more = run(learn + "15", full);
   EXPECT_EQ(more.code, 1) << more.err;
-  EXPECT_NE(more.err.find("m.sila: expected a model file that can be written"), std::string::npos) << more.err;
+  EXPECT_TRUE(says(more.err, "m.sila: expected a model file that can be written"));
   EXPECT_EQ(run("inspect m.sila --json").out, before);
   EXPECT_EQ(run(learn + "15").code, 0);
   ASSERT_EQ(run("replay tracks.csv --rate 1e6 > lines.ndjson").code, 0);
   const std::string serve = "serve --stdin --wait --http off --scene tracks.scene.json --model s.sila --every 10 ";
   const Outcome served = run(serve + "< lines.ndjson", full);
   EXPECT_EQ(served.code, 1) << served.err;
-  EXPECT_NE(served.err.find("sila: serve: 3 episodes failed"), std::string::npos) << served.err;
+  EXPECT_TRUE(says(served.err, "sila: serve: 3 episodes failed"));
 }
 
 TEST_F(Program, SaysThatStandardOutputIsFull) {
   learn();
   const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila > /dev/full");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("standard output"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(says(outcome.err, "standard output"));
 }
 
 TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
@@ -132,7 +132,7 @@ TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
         "evaluate two.csv --model m.sila --predictions two.csv", "serve --token-file no.txt --model m.sila",
         "prior make --config off.json --out p.sila"})
     expect_rejected(bad_input, {"sila: "}, 1);
-  EXPECT_NE(run("--help").out.find("Exit codes: 0 done; 1 bad input"), std::string::npos);
+  EXPECT_TRUE(says(run("--help").out, "Exit codes: 0 done; 1 bad input"));
 }
 
 TEST_F(Program, NamesTheSettingThatDoesNotFitAModel) {
@@ -159,7 +159,7 @@ TEST_F(Program, NamesTheSettingThatDoesNotFitAModel) {
             0);
   for (const char* verb : {"diff m.sila fine.sila", "fuse m.sila fine.sila --out f.sila"})
     expect_rejected(verb, {"sampling.interval_s = 0.2 and 0.1"}, 1);
-  EXPECT_EQ(run("diff m.sila fine.sila").err.find("scaling"), std::string::npos) << "that is equal";
+  EXPECT_FALSE(says(run("diff m.sila fine.sila").err, "scaling")) << "that is equal";
   expect_rejected("prior make m.sila fine.sila --out p.sila",
                   {"sampling.interval_s = 0.2, predict", "found those of sampling.interval_s = 0.1"}, 1);
   expect_rejected("prior make --profile paper --out p.sila", {"error_statistics.enabled = false"}, 2);
@@ -172,14 +172,14 @@ TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
   const std::string with = " tracks.csv --scene tracks.scene.json";
   const std::string learnt = "warning: the model has learnt at least 60 of these 60 tracks";
   for (const std::string& verb : {"evaluate --model m.sila" + with, "report m.sila" + with})
-    EXPECT_NE(run(verb).err.find(learnt), std::string::npos) << verb;
+    EXPECT_TRUE(says(run(verb).err, learnt));
   const Outcome part = run("learn --model part.sila --hold-out 0.3" + with);
   ASSERT_EQ(part.code, 0);
-  EXPECT_NE(part.err.find("--hold-out: 18 tracks held back, "), std::string::npos) << part.err;
-  EXPECT_EQ(run("evaluate --model part.sila --hold-out 0.3" + with).err.find("warning"), std::string::npos);
+  EXPECT_TRUE(says(part.err, "--hold-out: 18 tracks held back, "));
+  EXPECT_FALSE(says(run("evaluate --model part.sila --hold-out 0.3" + with).err, "warning"));
   write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
-  EXPECT_NE(run("learn two.csv --model t.sila").err.find("warning: no motion was learnt"), std::string::npos);
-  EXPECT_NE(run("inspect t.sila").out.find("not calibrated"), std::string::npos);
+  EXPECT_TRUE(says(run("learn two.csv --model t.sila").err, "warning: no motion was learnt"));
+  EXPECT_TRUE(says(run("inspect t.sila").out, "not calibrated"));
   write(folder_ / "empty.csv", "");
   expect_rejected("learn tracks.csv empty.csv --model n.sila", {"empty.csv: expected a file with rows"}, 1);
   EXPECT_NE(run("inspect n.sila").code, 0) << "nothing was learnt before the empty file was found";
@@ -192,10 +192,10 @@ TEST_F(Program, WarnsOfTracksOfAnotherPlace) {
   for (const char* model : {"m.sila", "new.sila"}) {
     const Outcome far = run(std::string("learn far.csv --scene tracks.scene.json --model ") + model);
     EXPECT_EQ(far.code, 0);
-    EXPECT_NE(far.err.find(warning + "5423.1 km from "), std::string::npos) << far.err;
+    EXPECT_TRUE(says(far.err, warning + "5423.1 km from "));
   }
   for (const char* learn : {"tracks.csv --batch 30 --model m.sila", "far.csv --model own.sila"})
-    EXPECT_EQ(run(std::string("learn ") + learn).err.find(warning), std::string::npos) << learn;
+    EXPECT_FALSE(says(run(std::string("learn ") + learn).err, warning)) << learn;
 }
 
 TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
@@ -214,7 +214,7 @@ TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
     if (answer.contains("rejected")) rejected[answer.at("rejected")] += answer.at("count").get<int>();
   }
   EXPECT_EQ(rejected, (std::map<std::string, int>{{"not_json", 30}, {"not_usable", 1}}));
-  EXPECT_NE(outcome.err.find("standard input: {\"rejected\":\"not_json\""), std::string::npos) << outcome.err;
+  EXPECT_TRUE(says(outcome.err, "standard input: {\"rejected\":\"not_json\""));
   EXPECT_EQ(outcome.err.find("not_json"), outcome.err.rfind("not_json")) << "only the first report of a kind";
 }
 
@@ -237,7 +237,7 @@ TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
   const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila ";
   ASSERT_EQ(run("predict" + with + "--out p.ndjson").code, 0);
   const std::string evaluate = "evaluate" + with + "--predictions ";
-  EXPECT_EQ(run(evaluate + "p.ndjson").err.find("warning"), std::string::npos);
+  EXPECT_FALSE(says(run(evaluate + "p.ndjson").err, "warning"));
   const std::string lines = read(folder_ / "p.ndjson");
   const std::string others = std::regex_replace(lines, std::regex(R"("track":")"), R"("track":"other )");
   write(folder_ / "others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
@@ -252,7 +252,7 @@ TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
   expect_rejected(evaluate + "others.ndjson", {"others.ndjson", "predictions of these tracks", "without a sample"});
   const Outcome some = run(evaluate + "some.ndjson");
   EXPECT_EQ(some.code, 0) << some.err;
-  EXPECT_NE(some.err.find("warning: some.ndjson: 1 of "), std::string::npos) << some.err;
+  EXPECT_TRUE(says(some.err, "warning: some.ndjson: 1 of "));
 }
 
 TEST_F(Program, TellsThePeopleOfSeveralFilesApart) {
@@ -262,18 +262,17 @@ TEST_F(Program, TellsThePeopleOfSeveralFilesApart) {
   const std::string with = " tracks.csv other/tracks.csv --scene tracks.scene.json --model m.sila ";
   const Outcome predicted = run("predict" + with + "--out p.ndjson");
   ASSERT_EQ(predicted.code, 0) << predicted.err;
-  EXPECT_NE(read(folder_ / "p.ndjson").find(R"("track":"other/tracks:)"), std::string::npos);
+  EXPECT_TRUE(says(read(folder_ / "p.ndjson"), R"("track":"other/tracks:)"));
   const Outcome scored = run("evaluate" + with + "--predictions p.ndjson");
   EXPECT_EQ(scored.code, 0) << scored.err;
-  EXPECT_EQ(scored.err.find("without a sample"), std::string::npos) << scored.err;
+  EXPECT_FALSE(says(scored.err, "without a sample"));
 }
 
 TEST_F(Program, SaysHowManyPredictionsAreFallbacks) {
   learn();
   write(folder_ / "far.csv", "track_id,t,x,y\n1,0,900,900\n1,0.5,900,900.6\n1,1,900,901.2\n");
   const Outcome far = run("predict far.csv --scene tracks.scene.json --model m.sila --every 0.5");
-  EXPECT_NE(far.err.find("2 predictions for 1 track; 2 of them without flow fields (fallback)"), std::string::npos)
-      << far.err;
+  EXPECT_TRUE(says(far.err, "2 predictions for 1 track; 2 of them without flow fields (fallback)"));
 }
 
 TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/unit_warnings.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
@@ -62,7 +63,7 @@ TEST(Clean, WarnsOfStampsInWholeSeconds) {
   for (Detection& row : rows) row.t_s = std::floor(row.t_s);
   const CleanTracks tracks = clean_one(rows);
   ASSERT_FALSE(tracks.report.warnings.empty());
-  EXPECT_NE(tracks.report.warnings[0].find("most rows have the time stamp of another row"), std::string::npos);
+  EXPECT_TRUE(says(tracks.report.warnings[0], "most rows have the time stamp of another row"));
   EXPECT_TRUE(clean_one(walk("a", 0.0, 40) + walk("b", 0.0, 40)).report.warnings.empty());
 }
 
@@ -94,7 +95,7 @@ TEST(Clean, ATrackerAtOneHertzMayJitter) {
   const CleanTracks slow = clean_one(rows);
   EXPECT_TRUE(slow.trajectories.empty());
   ASSERT_FALSE(slow.report.warnings.empty());
-  EXPECT_NE(slow.report.warnings[0].find("clean.max_gap_s"), std::string::npos);
+  EXPECT_TRUE(says(slow.report.warnings[0], "clean.max_gap_s"));
 }
 
 TEST(Clean, SplitsReusedIdsAtJumps) {
@@ -313,31 +314,31 @@ TEST(UnitWarnings, AreSilentOnWalkersInMetresAndSeconds) {
 TEST(UnitWarnings, SeePixelsByTheirSpeedOrByWholeNumbers) {
   const std::vector<Trajectory> fast = {straight(35.0, 0.033, 200.1), straight(30.0, 0.033, 100.1)};
   ASSERT_EQ(unit_warnings(fast, 1.0).size(), 1U);
-  EXPECT_NE(unit_warnings(fast, 1.0)[0].find("look like pixels"), std::string::npos);
+  EXPECT_TRUE(says(unit_warnings(fast, 1.0)[0], "look like pixels"));
   Trajectory slow = straight(5.0, 0.4, 600.0);
   Trajectory far = straight(0.0, 0.4, 100.0);
   const std::vector<Trajectory> whole = {slow, far};
   ASSERT_EQ(unit_warnings(whole, 1.0).size(), 1U);
-  EXPECT_NE(unit_warnings(whole, 1.0)[0].find("multiples of one half"), std::string::npos);
+  EXPECT_TRUE(says(unit_warnings(whole, 1.0)[0], "multiples of one half"));
 }
 
 TEST(UnitWarnings, SeeMetresThatWereTakenAsPixels) {
   const std::vector<Trajectory> tracks(5, straight(0.03, 0.4, 0.1));
   ASSERT_EQ(unit_warnings(tracks, 1.0).size(), 1U);
-  EXPECT_NE(unit_warnings(tracks, 1.0)[0].find("are the positions metres"), std::string::npos);
+  EXPECT_TRUE(says(unit_warnings(tracks, 1.0)[0], "are the positions metres"));
   EXPECT_TRUE(unit_warnings(std::span(tracks).first(4), 1.0).empty());
 }
 
 TEST(UnitWarnings, SeeDegreesThatWereTakenAsMetres) {
   const std::vector<Trajectory> tracks(5, straight(1.3e-5, 0.4, 48.1));
   ASSERT_EQ(unit_warnings(tracks, 1.0).size(), 1U);
-  EXPECT_NE(unit_warnings(tracks, 1.0)[0].find("latitude and longitude"), std::string::npos);
+  EXPECT_TRUE(says(unit_warnings(tracks, 1.0)[0], "latitude and longitude"));
 }
 
 TEST(UnitWarnings, SeeStampsThatAreNotSeconds) {
   const std::vector<Trajectory> milliseconds = {straight(0.0013, 40.0, 0.1)};
   ASSERT_EQ(unit_warnings(milliseconds, 1.0).size(), 1U);
-  EXPECT_NE(unit_warnings(milliseconds, 1.0)[0].find("milliseconds"), std::string::npos);
+  EXPECT_TRUE(says(unit_warnings(milliseconds, 1.0)[0], "milliseconds"));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "sila/core/errors.hpp"
 #include "sila/fuse/fuse.hpp"
 #include "sila/io/reports.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -130,12 +131,11 @@ TEST(FusionCases, ExplanationNamesTheReasonOfEachComponent) {
 }
 
 TEST(FusionCases, BrokenFilesAreRejectedWithThePlace) {
-  EXPECT_NE(rejection("").find("found an empty file"), std::string::npos);
-  EXPECT_NE(rejection("{\n\"similarity\": [\n").find(".json:2: expected JSON"), std::string::npos);
-  EXPECT_NE(rejection("[1]").find(R"(expected a JSON object, found "[1]")"), std::string::npos);
-  EXPECT_NE(
-      rejection("{\"similarity_threshold\": 0.7}").find("previous_primitives = a whole number, found no such field"),
-      std::string::npos);
+  EXPECT_TRUE(says(rejection(""), "found an empty file"));
+  EXPECT_TRUE(says(rejection("{\n\"similarity\": [\n"), ".json:2: expected JSON"));
+  EXPECT_TRUE(says(rejection("[1]"), R"(expected a JSON object, found "[1]")"));
+  EXPECT_TRUE(
+      says(rejection("{\"similarity_threshold\": 0.7}"), "previous_primitives = a whole number, found no such field"));
 }
 
 TEST(FusionCases, SenselessContentIsRejected) {
@@ -146,19 +146,19 @@ TEST(FusionCases, SenselessContentIsRejected) {
   };
   const std::string expect = R"(, "expect": {"kept": [1, 2, 3, 4]})";
   EXPECT_EQ(with("[]", "[]", expect), "accepted");
-  EXPECT_NE(with("[[1, 5, 0.8]]", "[]", expect).find("does not exist"), std::string::npos);
-  EXPECT_NE(with("[[1, 1, 0.8]]", "[]", expect).find("first must be below second"), std::string::npos);
-  EXPECT_NE(with("[[1, 3, 1.8]]", "[]", expect).find("must be in [-1, 1]"), std::string::npos);
-  EXPECT_NE(with("[[1, 3, 0.8], [3, 1, 0.9]]", "[]", expect).find("stands twice"), std::string::npos);
-  EXPECT_NE(with("[[1.5, 3, 0.8]]", "[]", expect).find(R"(found similarity = "[[1.5,3,0.8]]")"), std::string::npos);
-  EXPECT_NE(with("[[1, 3]]", "[]", expect).find("[primitive, primitive, number]"), std::string::npos);
-  EXPECT_NE(with("[]", "[[1, 3, 1]]", expect).find("must stay within one model"), std::string::npos);
-  EXPECT_NE(with("[]", "[[1, 2, 0]]", expect).find("the count must be positive"), std::string::npos);
-  EXPECT_NE(with("[]", "[[0, 1, 1]]", expect).find("does not exist"), std::string::npos);
-  EXPECT_NE(with("[]", "[]", "").find("found no such field"), std::string::npos);
-  EXPECT_NE(with("[]", "[]", R"(, "expect": {"keep": []})").find(R"(found expect = "{"keep":[]}")"), std::string::npos);
-  EXPECT_NE(with("[]", "[]", expect + R"(, "options": {"strict": true})").find("options = an object of strict_relax"),
-            std::string::npos);
+  EXPECT_TRUE(says(with("[[1, 5, 0.8]]", "[]", expect), "does not exist"));
+  EXPECT_TRUE(says(with("[[1, 1, 0.8]]", "[]", expect), "first must be below second"));
+  EXPECT_TRUE(says(with("[[1, 3, 1.8]]", "[]", expect), "must be in [-1, 1]"));
+  EXPECT_TRUE(says(with("[[1, 3, 0.8], [3, 1, 0.9]]", "[]", expect), "stands twice"));
+  EXPECT_TRUE(says(with("[[1.5, 3, 0.8]]", "[]", expect), R"(found similarity = "[[1.5,3,0.8]]")"));
+  EXPECT_TRUE(says(with("[[1, 3]]", "[]", expect), "[primitive, primitive, number]"));
+  EXPECT_TRUE(says(with("[]", "[[1, 3, 1]]", expect), "must stay within one model"));
+  EXPECT_TRUE(says(with("[]", "[[1, 2, 0]]", expect), "the count must be positive"));
+  EXPECT_TRUE(says(with("[]", "[[0, 1, 1]]", expect), "does not exist"));
+  EXPECT_TRUE(says(with("[]", "[]", ""), "found no such field"));
+  EXPECT_TRUE(says(with("[]", "[]", R"(, "expect": {"keep": []})"), R"(found expect = "{"keep":[]}")"));
+  EXPECT_TRUE(
+      says(with("[]", "[]", expect + R"(, "options": {"strict": true})"), "options = an object of strict_relax"));
 }
 
 }  // namespace

@@ -158,10 +158,9 @@ TEST(Fuse, AsksTheCallerForModelsOfOneKind) {
   Increment incoming = random_increment(random);
   incoming.model.settings.grid.cell = 2.5;
   const std::string message = message_of([&] { fuse(previous, incoming); });
-  EXPECT_NE(message.find("fuse: the models have different settings: grid.cell = 1 and 2.5; "), std::string::npos)
-      << message;
-  EXPECT_NE(message_of([&] { accumulate(previous, incoming); }).find("accumulate: the models have different settings"),
-            std::string::npos);
+  EXPECT_TRUE(says(message, "fuse: the models have different settings: grid.cell = 1 and 2.5; "));
+  EXPECT_TRUE(
+      says(message_of([&] { accumulate(previous, incoming); }), "accumulate: the models have different settings"));
 }
 
 TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {
@@ -169,9 +168,9 @@ TEST(Fuse, AsksForSamplesThatBelongToTheTransitions) {
   const Model previous = random_model(random);
   Increment incoming = random_increment(random);
   incoming.samples[0].outputs.resize(1, 2);
-  EXPECT_NE(message_of([&] { fuse(previous, incoming); }).find("they must be 2 x n and n x 2"), std::string::npos);
+  EXPECT_TRUE(says(message_of([&] { fuse(previous, incoming); }), "they must be 2 x n and n x 2"));
   incoming.samples.pop_back();
-  EXPECT_NE(message_of([&] { fuse(previous, incoming); }).find("one for each of the"), std::string::npos);
+  EXPECT_TRUE(says(message_of([&] { fuse(previous, incoming); }), "one for each of the"));
 }
 
 TEST(FuseConfig, NamesTheFieldThatIsOutOfRange) {

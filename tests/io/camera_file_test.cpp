@@ -7,12 +7,12 @@
 #include "sila/core/clean.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_files.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
 
 using tests::at_rate;
-using tests::contains;
 using tests::format_error_of;
 using tests::kCamera;
 using tests::rows_of;
@@ -79,8 +79,7 @@ TEST(Pixels, AreNoTracksWithoutACameraOrAScale) {
     const auto in_parts = format_error_of([&] { TrackStream(files, {}, options, CleanConfig{}).next(); });
     for (const auto& error : {read, in_parts}) {
       ASSERT_TRUE(error) << path;
-      EXPECT_TRUE(contains(error->what(), "expected positions in metres, found pixels; give --camera"))
-          << error->what();
+      EXPECT_TRUE(says(error->what(), "expected positions in metres, found pixels; give --camera"));
     }
     EXPECT_TRUE(read_detections(path, options).pixels) << "its caller decides";
     options.metres_per_unit = 0.01;
@@ -95,19 +94,19 @@ TEST(CameraFile, WarnsOfLargeResidualsAndNamesTheFileOfWrongOnes) {
           "ground_points": [[0,0],[10,0],[0,20],[10,20],[5,12],[5,4]]})";
   const CameraFile read = read_camera(folder.write("six.json", six));
   ASSERT_EQ(read.warnings.size(), 1U);
-  EXPECT_TRUE(contains(read.warnings[0], "pair ")) << read.warnings[0];
+  EXPECT_TRUE(says(read.warnings[0], "pair "));
   for (const char* text :
        {R"({"image_points": [[0, 0]], "ground_points": [[0, 0]]})", R"({"image_points": [[0, 0]]})",
         R"({"image_points": [[0, "a"]], "ground_points": []})", R"({"homography": [[1, 0, 0], [0, 1, 0]]})",
         R"({"homography": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]})", R"({"homography": 3})", "[1, 2]"}) {
     const auto error = format_error_of([&] { read_camera(folder.write("bad.json", text)); });
     ASSERT_TRUE(error) << text;
-    EXPECT_TRUE(contains(error->what(), "bad.json")) << error->what();
+    EXPECT_TRUE(says(error->what(), "bad.json"));
   }
   for (const char* text : {"{}", R"({"homography": [[1,0,0],[0,1,0],[0,0,1]], "image_points": [[0, 0]]})"}) {
     const auto error = format_error_of([&] { read_camera(folder.write("bad.json", text)); });
     ASSERT_TRUE(error) << text;
-    EXPECT_TRUE(contains(error->what(), "or a homography")) << error->what();
+    EXPECT_TRUE(says(error->what(), "or a homography"));
   }
 }
 

@@ -47,8 +47,4 @@ inline std::string bytes_of(const std::filesystem::path& path) {
   return bytes;
 }
 
-inline bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 }  // namespace sila::tests

@@ -125,8 +125,8 @@ TEST(GoldenFiles, AnOlderSchemaIsRejectedWithWhatToDo) {
   const tests::ScratchFolder folder;
   std::filesystem::copy_file(kGolden / "schema_12.sila", folder / "m.sila");
   const std::string message = message_of<std::exception>([&] { load_model(folder / "m.sila"); });
-  EXPECT_TRUE(says(message, "schema 12")) << message;
-  EXPECT_TRUE(says(message, "sila learn TRACKS --model NEW.sila")) << message;
+  EXPECT_TRUE(says(message, "schema 12"));
+  EXPECT_TRUE(says(message, "sila learn TRACKS --model NEW.sila"));
 }
 
 TEST(GoldenFiles, BothFormsOfLinesGiveTheSamePredictions) {

@@ -17,7 +17,6 @@
 namespace sila {
 namespace {
 
-using tests::contains;
 using tests::format_error_of;
 using tests::TempFolder;
 
@@ -36,7 +35,7 @@ TEST(HarmfulJson, IsRejectedIfItIsNestedTooDeep) {
     const std::string text = repeated(200000, opening) + "1" + repeated(200000, closing);
     const auto error = format_error_of([&] { read_scene(folder.write("s.json", text)); });
     ASSERT_TRUE(error);
-    EXPECT_TRUE(contains(error->what(), "nested")) << error->what();
+    EXPECT_TRUE(says(error->what(), "nested"));
     EXPECT_EQ(error->line, 1U);
   }
 }
@@ -53,7 +52,7 @@ TEST(HarmfulJson, ANumberBeyondAllNumbersIsRejectedWithItsLine) {
   const auto error = format_error_of([&] { read_json(folder.write("a.json", "{\n\"x\": 1,\n\"y\": -1e999}")); });
   ASSERT_TRUE(error);
   EXPECT_EQ(error->line, 3U);
-  EXPECT_TRUE(contains(error->found, "-1e999")) << error->what();
+  EXPECT_TRUE(says(error->found, "-1e999"));
 }
 
 // A key of the input stands in the message: it must not break the line or move the cursor of a terminal.
@@ -67,7 +66,7 @@ TEST(HarmfulJson, MessagesAreOneLineOfBoundedLength) {
   const std::string message = error->what();
   EXPECT_EQ(message.find_first_of("\n\x1b"), std::string::npos) << message;
   EXPECT_LT(message.size(), 2000U);
-  EXPECT_TRUE(contains(message, path.string())) << message;
+  EXPECT_TRUE(says(message, path.string()));
 }
 
 // Two people whose ids differ by 2^64 were one.

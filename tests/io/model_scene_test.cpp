@@ -12,8 +12,6 @@
 namespace sila {
 namespace {
 
-using tests::contains;
-
 std::vector<FramedTrajectory> walk(double x_m) {
   return {{{"1", {0.0, 1.0, 2.0}, {{x_m, 0}, {x_m + 1, 0.1}, {x_m + 2, 0}}}, {}}};
 }
@@ -45,8 +43,8 @@ TEST(ModelScene, AGivenSceneMustBeTheFrameThatTheModelBeganWith) {
   EXPECT_EQ(rejection(same, model), "");
   other.name = "yard";
   other.corners[0].frame.origin_m.x() += 20.0;
-  EXPECT_TRUE(contains(rejection(other, model), "yard")) << rejection(other, model);
-  EXPECT_TRUE(contains(rejection(other, model), "leave the scene out")) << rejection(other, model);
+  EXPECT_TRUE(says(rejection(other, model), "yard"));
+  EXPECT_TRUE(says(rejection(other, model), "leave the scene out"));
   EXPECT_EQ(rejection(other, model_at(same.corners[0].frame)), "");  // a model of scene files may have several
 }
 
@@ -57,7 +55,7 @@ TEST(ModelScene, OfAFusedModelMayBeThatOfAnyOfItsSites) {
   find_or_add_site(model.sites, second);
   EXPECT_EQ(rejection(scene_of(model_at(second)), model), "");
   second.origin_m.x() += 20.0;
-  EXPECT_TRUE(contains(rejection(scene_of(model_at(second)), model), "leave the scene out"));
+  EXPECT_TRUE(says(rejection(scene_of(model_at(second)), model), "leave the scene out"));
 }
 
 TEST(ModelScene, HasTheYAxisOfItsFrames) {
@@ -71,7 +69,7 @@ TEST(ModelScene, HasTheYAxisOfItsFrames) {
 TEST(ModelScene, OfSeveralSitesMustBeGivenUnlessTracksGoToTheNearest) {
   Model model = model_at(frame_of_tracks(walk(5)));
   find_or_add_site(model.sites, frame_of_tracks(walk(500)));
-  EXPECT_TRUE(contains(rejection({}, model), "2 sites"));
+  EXPECT_TRUE(says(rejection({}, model), "2 sites"));
   EXPECT_EQ(scene_for({}, model, {}, CornerChoice::nearest).corners.size(), 2U);
 }
 
@@ -79,11 +77,10 @@ TEST(ModelScene, WarnsOfTracksFarFromAllCellsOrFromTheCorner) {
   Model model = model_at(CurbFrame{});
   const auto warning = [&](double x_m) { return warning_of_another_place(model, walk(x_m)); };
   EXPECT_EQ(warning(400), "");
-  EXPECT_TRUE(contains(warning(1299), "the tracks lie 1.3 km from the corner of the scene")) << warning(1299);
+  EXPECT_TRUE(says(warning(1299), "the tracks lie 1.3 km from the corner of the scene"));
   model.primitives.push_back({{{{0, 0}, Vector2::UnitX()}, {{1000, 0}, Vector2::UnitX()}}});
   EXPECT_EQ(warning(1299), "");
-  EXPECT_TRUE(contains(warning(-2000), "2.0 km from what the model has learnt: is it another place?"))
-      << warning(-2000);
+  EXPECT_TRUE(says(warning(-2000), "2.0 km from what the model has learnt: is it another place?"));
   EXPECT_EQ(warning_of_another_place(model, {}), "");
 }
 

@@ -210,7 +210,7 @@ TEST(ReadPredictions, RefusesWhatIsNoDensityAtEachTime) {
       FAIL() << wrong;
     } catch (const FormatError& error) {
       EXPECT_EQ(error.line, 2u);
-      EXPECT_EQ(std::string(error.what()).find("json.exception"), std::string::npos);
+      EXPECT_FALSE(says(std::string(error.what()), "json.exception"));
     }
   }
 }

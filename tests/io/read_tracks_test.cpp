@@ -11,7 +11,6 @@
 namespace sila {
 namespace {
 
-using tests::contains;
 using tests::expect_row;
 using tests::rows_of;
 using tests::TempFolder;
@@ -65,7 +64,7 @@ TEST(GenericCsv, TurnsFramesIntoSecondsByTheRateOrTheInterval) {
   EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 25.0}).detections.rows[1].t_s, 0.4);
   EXPECT_DOUBLE_EQ(read_detections(path, {.sample_interval_s = 0.5}).detections.rows[1].t_s, 1.0);
   const auto error = tests::format_error_of([&] { read_detections(path); });
-  EXPECT_TRUE(contains(error->expected, "frames_per_second"));
+  EXPECT_TRUE(says(error->expected, "frames_per_second"));
 }
 
 TEST(GenericCsv, WarnsOfColumnsThatAreNotUsed) {
@@ -77,8 +76,8 @@ TEST(GenericCsv, WarnsOfColumnsThatAreNotUsed) {
   };
   EXPECT_EQ(warning("frame,personId,x,y,type\n", "1,7,2,3,car\n"), "");
   EXPECT_EQ(warning("timestamp,x,y,label\n", "1,2,3,person\n"), "");
-  EXPECT_TRUE(contains(warning("timestamp,walker,x,y\n", "1,7,2,3\n"), "no column of track ids"));
-  EXPECT_TRUE(contains(warning("frame,id,x,y,w,h\n", "1,7,2,3,4,5\n"), "widths and heights are not used"));
+  EXPECT_TRUE(says(warning("timestamp,walker,x,y\n", "1,7,2,3\n"), "no column of track ids"));
+  EXPECT_TRUE(says(warning("frame,id,x,y,w,h\n", "1,7,2,3,4,5\n"), "widths and heights are not used"));
 }
 
 TEST(GenericCsv, BoxesWithoutATrackAreCounted) {
@@ -116,7 +115,7 @@ TEST(GenericCsv, CountsBadRowsByReasonWithTheFirstLine) {
     const char* line = entry.reason == DropReason::not_a_number    ? ":3"
                        : entry.reason == DropReason::missing_cells ? ":4"
                                                                    : ":8";
-    EXPECT_TRUE(contains(entry.first, line)) << entry.first;
+    EXPECT_TRUE(says(entry.first, line));
   }
 }
 
@@ -126,7 +125,7 @@ TEST(GenericCsv, DropsRowsWithMoreCellsThanNamesButNotWithASeparatorAtTheirEnd) 
   EXPECT_EQ(rows_of(commas.detections, DropReason::extra_cells), 2U);
   EXPECT_EQ(read_detections(folder.write("b.csv", "track_id,t,x,y\n1,10,6,-6,\n")).detections.rows.size(), 1U);
   const auto semicolons = read_detections(folder.write("c.csv", "track_id;t;x;y\n1;10,6;1;2\n1;10;1;2\n"));
-  EXPECT_TRUE(contains(semicolons.detections.dropped.at(0).first, "\"10,6\"; numbers need a decimal point"));
+  EXPECT_TRUE(says(semicolons.detections.dropped.at(0).first, "\"10,6\"; numbers need a decimal point"));
 }
 
 TEST(GenericCsv, NamesTheRemedyForOtherEncodingsAndLineEnds) {
@@ -134,8 +133,8 @@ TEST(GenericCsv, NamesTheRemedyForOtherEncodingsAndLineEnds) {
   const auto rejection = [&](const std::string& text) {
     return message_of<FormatError>([&] { read_detections(folder.write("a.csv", text)); });
   };
-  EXPECT_TRUE(contains(rejection(std::string("\xff\xfet\0,\0x\0", 8)), "save it as UTF-8"));
-  EXPECT_TRUE(contains(rejection("track_id,t,x,y\r1,0,1,2\r1,1,1,2\r"), "line ends of CR alone"));
+  EXPECT_TRUE(says(rejection(std::string("\xff\xfet\0,\0x\0", 8)), "save it as UTF-8"));
+  EXPECT_TRUE(says(rejection("track_id,t,x,y\r1,0,1,2\r1,1,1,2\r"), "line ends of CR alone"));
 }
 
 TEST(GenericCsv, IsReadTheSameInALocaleWithDecimalCommas) {
@@ -186,7 +185,7 @@ TEST(StanfordDrone, TakesBoxCentresInPixelsAndCountsLostRows) {
   EXPECT_EQ(rows_of(file.detections, DropReason::lost), 1U);
   EXPECT_TRUE(file.detections.warnings.empty());
   ASSERT_EQ(read_detections(path).detections.warnings.size(), 1U);
-  EXPECT_TRUE(contains(read_detections(path).detections.warnings[0], "pixels"));
+  EXPECT_TRUE(says(read_detections(path).detections.warnings[0], "pixels"));
 }
 
 class IndRecording : public ::testing::Test {
@@ -214,12 +213,12 @@ TEST_F(IndRecording, JoinsClassesAndFrameRateFromTheMetaFiles) {
 
 TEST_F(IndRecording, IsRejectedWithoutTheClasses) {
   const auto error = tests::format_error_of([&] { read_detections(tracks); });
-  EXPECT_TRUE(contains(error->expected, "NN_tracksMeta.csv"));
+  EXPECT_TRUE(says(error->expected, "NN_tracksMeta.csv"));
 }
 
 TEST_F(IndRecording, NeedsAFrameRateFromTheMetaFileOrTheCaller) {
   write_classes();
-  EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(tracks); })->expected, "frame rate"));
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(tracks); })->expected, "frame rate"));
   EXPECT_DOUBLE_EQ(read_detections(tracks, {.frames_per_second = 50.0}).detections.rows[0].t_s, 1.0);
 }
 
@@ -268,8 +267,8 @@ TEST(Vru, TellsOfFilesInTheFolderThatItSkips) {
   folder.write("notes.txt", "hello\n");
   const auto file = read_detections(folder.path());
   ASSERT_EQ(file.detections.warnings.size(), 1U);
-  EXPECT_TRUE(contains(file.detections.warnings[0], "1 of 2 files skipped"));
-  EXPECT_TRUE(contains(file.detections.warnings[0], "notes.txt"));
+  EXPECT_TRUE(says(file.detections.warnings[0], "1 of 2 files skipped"));
+  EXPECT_TRUE(says(file.detections.warnings[0], "notes.txt"));
 }
 
 TEST(Juelich, ReadsTheRateAndTheUnitFromTheComments) {
@@ -288,7 +287,7 @@ TEST(Juelich, ReadsTheRateAndTheUnitFromTheComments) {
 TEST(Juelich, NeedsAFrameRate) {
   const TempFolder folder;
   const auto path = folder.write("a.txt", "1 8 3.5 -0.5 1.7\n");
-  EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(path); })->expected, "frame rate"));
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(path); })->expected, "frame rate"));
   EXPECT_DOUBLE_EQ(read_detections(path, {.frames_per_second = 16.0}).detections.rows[0].t_s, 0.5);
 }
 
@@ -307,7 +306,7 @@ TEST(ReadDetections, ObeysAForcedFormat) {
   const auto file = read_detections(path, {.format = TrackFormat::juelich, .frames_per_second = 16.0});
   expect_row(file.detections.rows[0], "1", 1.0, 3.5, -0.5);
   const auto error = tests::format_error_of([&] { read_detections(path, {.format = TrackFormat::dut}); });
-  EXPECT_TRUE(contains(error->expected, "x_est"));
+  EXPECT_TRUE(says(error->expected, "x_est"));
   EXPECT_EQ(error->line, 1U);
 }
 
@@ -360,8 +359,8 @@ TEST(BadTrackFile, IsRejectedWithPathLineExpectedAndFound) {
     ASSERT_TRUE(error);
     EXPECT_EQ(error->path, path.string());
     EXPECT_EQ(error->line, bad.line);
-    EXPECT_TRUE(contains(error->expected, bad.expected)) << error->what();
-    EXPECT_TRUE(contains(error->found, bad.found)) << error->what();
+    EXPECT_TRUE(says(error->expected, bad.expected));
+    EXPECT_TRUE(says(error->found, bad.found));
   }
 }
 
@@ -375,7 +374,7 @@ TEST(BadTrackFile, IsRejectedIfTheGzipIsTruncatedAnywhere) {
        {std::size_t{2}, std::size_t{9}, std::size_t{11}, bytes.size() / 2, bytes.size() - 9, bytes.size() - 1}) {
     SCOPED_TRACE(length);
     const auto path = folder.write("cut.gz", bytes.substr(0, length));
-    EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(path); })->found, "truncated"));
+    EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(path); })->found, "truncated"));
   }
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 0x55);
@@ -384,13 +383,12 @@ TEST(BadTrackFile, IsRejectedIfTheGzipIsTruncatedAnywhere) {
 
 TEST(BadTrackFile, IsRejectedIfMissingOrAFolderWithoutTracks) {
   const TempFolder folder;
-  EXPECT_TRUE(
-      contains(tests::format_error_of([&] { read_detections(folder.path() / "no.csv"); })->found, "no such file"));
-  EXPECT_TRUE(contains(tests::format_error_of([&] { read_detections(folder.path()); })->found, "no .csv"));
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(folder.path() / "no.csv"); })->found, "no such file"));
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_detections(folder.path()); })->found, "no .csv"));
   folder.write("a.csv", "track_id,t,x,y\n1,0,1,2\n");
   const auto error = tests::format_error_of([&] { read_detections(folder.path()); });
-  EXPECT_TRUE(contains(error->expected, "one track each"));
-  EXPECT_TRUE(contains(error->found, "a.csv"));
+  EXPECT_TRUE(says(error->expected, "one track each"));
+  EXPECT_TRUE(says(error->found, "a.csv"));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "io/files.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "support/data.hpp"
+#include "support/message_of.hpp"
 
 // The recordings are not part of this repository; without them these tests are skipped. Expected numbers of ids are
 // those that the recordings' own documentation states; tracklets differ where gaps and jumps split tracks.
@@ -139,7 +140,7 @@ TEST_F(RealTracks, InPixelsAreDoubtedAsDroneAnnotationsAndAsPlainCsv) {
     file.detections.warnings.clear();  // what remains is the warning that any format gets
     const CleanTracks tracks = clean(std::span(&file.detections, 1), {});
     ASSERT_EQ(tracks.report.warnings.size(), 1U);
-    EXPECT_NE(tracks.report.warnings[0].find("look like pixels"), std::string::npos);
+    EXPECT_TRUE(says(tracks.report.warnings[0], "look like pixels"));
   }
 }
 

@@ -11,7 +11,6 @@
 namespace sila {
 namespace {
 
-using tests::contains;
 using tests::TempFolder;
 using Json = nlohmann::json;
 
@@ -71,7 +70,7 @@ TEST(Scene, UsesTheFirstLevelAndWarnsIfThePrimaryCornerDiffers) {
   const Scene scene = read_scene(folder.write("s.json", json.dump()));
   EXPECT_EQ(scene.corners[scene.primary].frame.origin_m, Vector2(1, 2));
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(contains(scene.warnings[0], "differ"));
+  EXPECT_TRUE(says(scene.warnings[0], "differ"));
 }
 
 TEST(Scene, WarnsOfMirroredAxes) {
@@ -84,7 +83,7 @@ TEST(Scene, WarnsOfMirroredAxes) {
   json["y_axis"] = "up";
   const Scene scene = read_scene(folder.write("s.json", json.dump()));
   ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(contains(scene.warnings[0], "mirrored"));
+  EXPECT_TRUE(says(scene.warnings[0], "mirrored"));
 }
 
 TEST(Scene, HasTheYAxisOfTheGroundOfACamera) {
@@ -130,10 +129,10 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
     const auto error = tests::format_error_of([&] { read_scene(path); });
     ASSERT_TRUE(error);
     EXPECT_EQ(error->path, path.string());
-    EXPECT_TRUE(contains(error->expected, bad.field)) << error->what();
+    EXPECT_TRUE(says(error->expected, bad.field));
     const bool gone = std::string(bad.found) == "null";  // a merge patch with null removes the field
-    EXPECT_TRUE(contains(error->found, gone ? "no such field" : bad.found)) << error->what();
-    EXPECT_FALSE(contains(error->found, R"("")")) << error->what();  // a text is shown in one pair of quotes
+    EXPECT_TRUE(says(error->found, gone ? "no such field" : bad.found));
+    EXPECT_FALSE(says(error->found, R"("")"));  // a text is shown in one pair of quotes
   }
 }
 
@@ -172,15 +171,15 @@ TEST_F(SceneFiles, AreFoundBesideTheSceneInItsParentAndInTheDataFolder) {
   EXPECT_EQ(scene.files[2].resolved, folder.path() / "data/c.csv");
   EXPECT_TRUE(scene.files[3].resolved.empty());
   const auto error = tests::format_error_of([&] { read_tracks({}, scene, {}, {}); });
-  EXPECT_TRUE(contains(error->expected, "files[3].path")) << error->what();
+  EXPECT_TRUE(says(error->expected, "files[3].path"));
 }
 
 TEST_F(SceneFiles, ThatAreNowhereAreRejectedNamingTheEntryAndTheFolders) {
   json["files"] = {{{"path", "gone.csv"}}};
   const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
-  EXPECT_TRUE(contains(error->expected, "files[0].path"));
-  EXPECT_TRUE(contains(error->expected, (folder.path() / "data").string()));
-  EXPECT_TRUE(contains(error->found, "gone.csv"));
+  EXPECT_TRUE(says(error->expected, "files[0].path"));
+  EXPECT_TRUE(says(error->expected, (folder.path() / "data").string()));
+  EXPECT_TRUE(says(error->found, "gone.csv"));
 }
 
 TEST_F(SceneFiles, AreReadWithTheirOwnRatesScalesAndPlacement) {
@@ -231,10 +230,10 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   folder.write("data/a.csv", "track_id,t,x,y,label\n1,0,0,0,car\n1,0.5,1,0,car\n");
   json["files"] = {{{"path", "a.csv"}}};
   const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
-  EXPECT_TRUE(contains(error->expected, "at least one track"));
-  EXPECT_TRUE(contains(error->found, "dropped rows that are not pedestrians: 2")) << error->what();
+  EXPECT_TRUE(says(error->expected, "at least one track"));
+  EXPECT_TRUE(says(error->found, "dropped rows that are not pedestrians: 2"));
   json.erase("files");
-  EXPECT_TRUE(contains(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); })->expected, "files"));
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); })->expected, "files"));
 }
 
 TEST(NearestCorner, GoesByTheFirstPosition) {

@@ -4,12 +4,12 @@
 
 #include "io/files.hpp"
 #include "io/rows.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
 
 using tests::at_rate;
-using tests::contains;
 using tests::expect_row;
 using tests::format_error_of;
 using tests::rows_of;
@@ -35,7 +35,7 @@ TEST(ColumnsWithoutAHeader, AreNotTakenByPositionIfALineOfUnknownNamesIsThere) {
   const std::string text = "f,who,a,b,c,d,e\n1,7,2,3,4,5,1\n2,7,2,3,4,5,1\n";
   const auto error = format_error_of([&] { read("t.csv", text, at_rate(10.0)); });
   ASSERT_TRUE(error);
-  EXPECT_TRUE(contains(error->expected, "known names in the header line"));
+  EXPECT_TRUE(says(error->expected, "known names in the header line"));
   ReadOptions options = at_rate(10.0);
   options.format = TrackFormat::mot;
   EXPECT_EQ(read("t.csv", text, options).rows.size(), 2U);
@@ -94,7 +94,7 @@ TEST(Classes, ThatAreAskedForNeedAColumn) {
   options.person_classes = {"pedestrian"};
   const auto warnings = read("t.csv", "id,t,x,y\n7,0,1,2\n", options).warnings;
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_TRUE(contains(warnings[0], "no column of classes"));
+  EXPECT_TRUE(says(warnings[0], "no column of classes"));
   EXPECT_TRUE(read("t.csv", "id,t,x,y,class\n7,0,1,2,pedestrian\n", options).warnings.empty());
 }
 

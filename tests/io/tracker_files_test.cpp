@@ -9,12 +9,12 @@
 #include "sila/core/clean.hpp"
 #include "sila/io/scene_tracks.hpp"
 #include "sila/io/track_files.hpp"
+#include "support/message_of.hpp"
 
 namespace sila {
 namespace {
 
 using tests::at_rate;
-using tests::contains;
 using tests::expect_row;
 using tests::format_error_of;
 using tests::kCamera;
@@ -35,7 +35,7 @@ TEST(MotChallenge, GivesTheFootOfEachBox) {
   EXPECT_EQ(rows_of(file.detections, DropReason::bad_box), 1U);
   EXPECT_EQ(rows_of(file.detections, DropReason::not_a_number), 1U);
   ASSERT_EQ(file.detections.warnings.size(), 1U);
-  EXPECT_TRUE(contains(file.detections.warnings[0], "pixels"));
+  EXPECT_TRUE(says(file.detections.warnings[0], "pixels"));
 }
 
 TEST(MotChallenge, KeepsThePedestriansOfAGroundTruthThatCount) {
@@ -59,12 +59,12 @@ TEST(MotChallenge, NeedsAFrameRateAndAKnownNumberOfColumns) {
   const TempFolder folder;
   const auto no_rate =
       format_error_of([&] { read_detections(folder.write("mot.txt", "1,3,100,50,40,120,0.91,-1,-1,-1\n")); });
-  EXPECT_TRUE(contains(no_rate->what(), "frames_per_second"));
+  EXPECT_TRUE(says(no_rate->what(), "frames_per_second"));
   for (const std::string row : {"1,3,100,50,40", "1,3,100,50,40,120,0.9,1"}) {
     const auto other = format_error_of([&] { read_detections(folder.write("other.txt", row)); });
     const auto columns = std::to_string(std::ranges::count(row, ',') + 1);
-    EXPECT_TRUE(contains(other->what(), "other.txt:1: expected a header line"));
-    EXPECT_TRUE(contains(other->what(), "10 columns as in MOTChallenge, found " + columns + " columns"));
+    EXPECT_TRUE(says(other->what(), "other.txt:1: expected a header line"));
+    EXPECT_TRUE(says(other->what(), "10 columns as in MOTChallenge, found " + columns + " columns"));
   }
 }
 
@@ -114,7 +114,7 @@ TEST(JsonArrays, ThatAreDamagedOrNoTracksAreRefused) {
                                   std::string(R"([{"a":1,"b":2}])"), std::string("[\"a")}) {
     const auto error = format_error_of([&] { read_detections(folder.write("bad.json", text)); });
     ASSERT_TRUE(error) << text;
-    EXPECT_TRUE(contains(error->what(), "bad.json")) << error->what();
+    EXPECT_TRUE(says(error->what(), "bad.json"));
   }
   ReadOptions forced;
   forced.format = TrackFormat::ndjson;
@@ -170,15 +170,15 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   EXPECT_EQ(file.detections.rows[1].label, "car");
   expect_row(file.detections.rows[2], "7", 0.08, 130.0, 170.0);
   EXPECT_EQ(rows_of(file.detections, DropReason::missing_cells), 1U);
-  EXPECT_TRUE(contains(file.detections.dropped.front().first, "00_000_000002.txt:3"));
+  EXPECT_TRUE(says(file.detections.dropped.front().first, "00_000_000002.txt:3"));
   folder.write_gz("run/00_000_000003.txt.gz", "person 7 0.0 0 0.0 120 50 160 170" + unknown);
   EXPECT_EQ(read_detections(folder.path() / "run", options).detections.rows.size(), 4U);
   const auto no_rate = format_error_of([&] { read_detections(folder.path() / "run", {}); });
   ASSERT_TRUE(no_rate);
-  EXPECT_TRUE(contains(no_rate->what(), "--fps"));
+  EXPECT_TRUE(says(no_rate->what(), "--fps"));
   const auto alone = format_error_of([&] { read_detections(folder.path() / "run/00_000_000000.txt", options); });
   ASSERT_TRUE(alone);
-  EXPECT_TRUE(contains(alone->what(), "give the folder"));
+  EXPECT_TRUE(says(alone->what(), "give the folder"));
   folder.write("run/00_000_000004.txt", "person 7 0.0 0 0.0 nan 50 160 170" + unknown);
   const Detections with_nan = read_detections(folder.path() / "run", options).detections;
   const std::vector<DroppedRows> dropped = clean(std::span(&with_nan, 1), {}).report.dropped;
@@ -187,8 +187,8 @@ TEST(DeepStream, GivesTheBoxesOfAFolderWithAFileForEachFrame) {
   folder.write("run/00_001_000000.txt", "person 3 0.0 0 0.0 100 50 140 170" + unknown);
   const auto streams = format_error_of([&] { read_detections(folder.path() / "run", options); });
   ASSERT_TRUE(streams);
-  EXPECT_TRUE(contains(streams->what(), "00_000 and "));
-  EXPECT_TRUE(contains(streams->what(), "00_001"));
+  EXPECT_TRUE(says(streams->what(), "00_000 and "));
+  EXPECT_TRUE(says(streams->what(), "00_001"));
 }
 
 TEST(SumoFcd, GivesPersonsAndCountsTheRest) {
@@ -216,11 +216,11 @@ TEST(SumoFcd, RejectsOtherAndDamagedXml) {
   const auto cut = format_error_of([&] {
     read_detections(folder.write("cut.xml", "<fcd-export>\n<timestep time=\"0\"><person id=\"a\" x=\"1\" y=\"2\"/>\n"));
   });
-  EXPECT_TRUE(contains(cut->what(), "cut.xml:3")) << cut->what();
+  EXPECT_TRUE(says(cut->what(), "cut.xml:3"));
   const auto returns = format_error_of([&] { read_detections(folder.write("returns.xml", "<fcd-export>\r\r\n<&\n")); });
-  EXPECT_TRUE(contains(returns->what(), "returns.xml:2")) << returns->what();  // lines end with line feeds
+  EXPECT_TRUE(says(returns->what(), "returns.xml:2"));  // lines end with line feeds
   const auto other = format_error_of([&] { read_detections(folder.write("net.xml", "<net><edge id=\"1\"/></net>")); });
-  EXPECT_TRUE(contains(other->what(), "fcd-export")) << other->what();
+  EXPECT_TRUE(says(other->what(), "fcd-export"));
 }
 
 TEST(BoxTables, ReadTheColumnsOfSupervision) {
@@ -278,7 +278,7 @@ TEST(FrigateEvents, OfTwoCamerasAreWarnedOf) {
   const auto path = folder.write("events.jsonl", yard + "\n" + side + "\n");
   const auto file = read_detections(path);
   ASSERT_EQ(file.detections.warnings.size(), 2U);  // the other one is of pixels
-  EXPECT_TRUE(contains(file.detections.warnings[1], "2 cameras")) << file.detections.warnings[1];
+  EXPECT_TRUE(says(file.detections.warnings[1], "2 cameras"));
   const auto one = read_detections(path, {.frigate_camera = "side"});
   EXPECT_EQ(one.detections.warnings.size(), 1U);
   EXPECT_EQ(one.detections.rows.size(), 1U);
@@ -334,13 +334,13 @@ TEST(OtvisionTracks, ThatAreCutOrPackedAreRefused) {
   const auto cut = format_error_of(
       [&] { read_detections(folder.write("cut.ottrk", "{\"metadata\": {}, \"data\": {\"detections\": [{\"x\": 1}")); });
   ASSERT_TRUE(cut);
-  EXPECT_TRUE(contains(cut->what(), "whole")) << cut->what();
+  EXPECT_TRUE(says(cut->what(), "whole"));
   const auto none = format_error_of([&] { read_detections(folder.write("none.ottrk", R"({"metadata": {}})")); });
   ASSERT_TRUE(none);
-  EXPECT_TRUE(contains(none->what(), "\"detections\"")) << none->what();
+  EXPECT_TRUE(says(none->what(), "\"detections\""));
   const auto packed = format_error_of([&] { read_detections(folder.write("packed.ottrk", "BZh91AY&SY etc.")); });
   ASSERT_TRUE(packed);
-  EXPECT_TRUE(contains(packed->what(), "bunzip2")) << packed->what();
+  EXPECT_TRUE(says(packed->what(), "bunzip2"));
   EXPECT_TRUE(format_error_of([&] { read_detections(folder.write("start.ottrk", "BZh")); }));
 }
 

@@ -17,6 +17,7 @@
 #include "sila/io/scene.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -79,7 +80,7 @@ TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
   learner.drain();
   const sila::StoredModel stored = file.read();
   const std::string curve = learner.status().learning_curve;
-  EXPECT_NE(curve.find("of constant velocity after 70 tracks"), std::string::npos) << curve;
+  EXPECT_TRUE(says(curve, "of constant velocity after 70 tracks"));
   EXPECT_EQ(curve, describe_learning(stored.model, learning_points(stored)));
   EXPECT_EQ(learning_json(stored)["fit"]["text"], curve);
 }
@@ -192,7 +193,7 @@ TEST(LearnerThread, TakesNoModelThatContradictsItsConfiguration) {
   save_model(folder / "m.sila", stored);
   for (int i = 0; i < 200 && learner.status().last_error.empty(); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  EXPECT_NE(learner.status().last_error.find("sampling.interval_s"), std::string::npos) << learner.status().last_error;
+  EXPECT_TRUE(says(learner.status().last_error, "sampling.interval_s"));
   EXPECT_EQ(learner.status().reloads, 0u);
   EXPECT_EQ(learner.snapshot()->model.episodes, 0);
   learner.add(corner_walks(10, 1), {});

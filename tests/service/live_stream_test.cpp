@@ -173,7 +173,7 @@ TEST(LiveStream, WarnsOfAnEpisodeThatFails) {
   EXPECT_EQ(stream.metrics().learner.failed_episodes, 1u);
   const std::vector<std::string> warnings = stream.take_warnings();
   ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_TRUE(says(warnings.front(), "an episode failed, and 10 tracks are lost")) << warnings.front();
+  EXPECT_TRUE(says(warnings.front(), "an episode failed, and 10 tracks are lost"));
 }
 
 TEST(LiveStream, AModelFileThatIsGoneIsAnError) {

@@ -15,6 +15,7 @@
 
 #include "service/running.hpp"
 #include "sila/service/replay.hpp"
+#include "support/message_of.hpp"
 #include "support/scratch.hpp"
 
 namespace sila {
@@ -254,7 +255,7 @@ TEST(Server, ServesThePageAndTheMetrics) {
   for (const char* sample :
        {"sila_lines_total 41", "sila_detections_total 41", "sila_predictions_total 37", "sila_pedestrians 1",
         "sila_prediction_seconds_bucket{le=\"+Inf\"} 37", "# TYPE sila_prediction_seconds histogram"})
-    EXPECT_NE(metrics.find(sample), std::string::npos) << sample;
+    EXPECT_TRUE(says(metrics, sample));
 }
 
 TEST(Server, AnswersHeadWithoutABody) {
@@ -267,8 +268,8 @@ TEST(Server, AnswersHeadWithoutABody) {
   std::string answer;
   boost::system::error_code end;
   asio::read(socket, asio::dynamic_buffer(answer), end);
-  EXPECT_NE(answer.find("200 OK"), std::string::npos) << answer;
-  EXPECT_NE(answer.find("Content-Length: 3\r\n"), std::string::npos) << answer;
+  EXPECT_TRUE(says(answer, "200 OK"));
+  EXPECT_TRUE(says(answer, "Content-Length: 3\r\n"));
   EXPECT_TRUE(answer.ends_with("\r\n\r\n")) << answer;
 }
 
@@ -373,7 +374,7 @@ TEST(Server, AReplayEndsWhenTheServiceDoes) {
     replay_to(address, "", lines, 1.0, 0.0, [](const std::string&) {});
     ADD_FAILURE() << "the service had ended";
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("closed the connection after"), std::string::npos) << error.what();
+    EXPECT_TRUE(says(std::string(error.what()), "closed the connection after"));
   }
   end.join();
 }

@@ -18,10 +18,11 @@ std::string message_of(Action&& action) {
   return "";
 }
 
-/// For EXPECT_TRUE: whether a message has a part, and what it is if not.
-inline ::testing::AssertionResult says(const std::string& message, const std::string& part) {
-  if (message.find(part) != std::string::npos) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << "\"" << message << "\" does not say \"" << part << "\"";
+/// For EXPECT_TRUE and EXPECT_FALSE: whether a text has a part; it is printed if that is not as expected.
+inline ::testing::AssertionResult says(const std::string& text, const std::string& part) {
+  const bool found = text.find(part) != std::string::npos;
+  return ::testing::AssertionResult(found)
+         << "\"" << text << (found ? "\" says \"" : "\" does not say \"") << part << "\"";
 }
 
 }  // namespace sila

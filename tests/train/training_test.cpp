@@ -142,8 +142,8 @@ TEST(Episode, RejectsOtherOutputsHorizonOfResidualsOrScalingThanTheModels) {
   nearer.predict.horizon_s = 3.0;
   widths.scaling = CurbScaling::mean_width;
   const auto why = [&](const EpisodeConfig& config) { return message_of([&] { run_episode(model, tracks, config); }); };
-  EXPECT_TRUE(says(why(outputs), "learn.field.outputs = ")) << why(outputs);
-  EXPECT_TRUE(says(why(nearer), "predict.horizon_s of residual GPs (0: residual.enabled = false) = 3")) << why(nearer);
+  EXPECT_TRUE(says(why(outputs), "learn.field.outputs = "));
+  EXPECT_TRUE(says(why(nearer), "predict.horizon_s of residual GPs (0: residual.enabled = false) = 3"));
   EXPECT_TRUE(says(message_of([&] { require_same_units(model, widths); }), "scaling = mean_width"));
   EXPECT_EQ(why(kConfig), "");
 }
