@@ -3,21 +3,15 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
-#include <random>
 #include <set>
 #include <stdexcept>
 
 #include "fuse/similarity.hpp"
 #include "sila/fuse/fuse.hpp"
+#include "support/random_models.hpp"
 
 namespace sila {
 namespace {
-
-using Random = std::mt19937_64;
-
-int integer(Random& random, int low, int high) {
-  return std::uniform_int_distribution<int>(low, high)(random);
-}
 
 /// A random problem; coarse similarities, so that ties are common.
 FusionProblem random_problem(Random& random) {
@@ -42,16 +36,6 @@ FusionProblem random_problem(Random& random) {
 FusionRules random_rules(Random& random) {
   const auto flip = [&random] { return integer(random, 0, 1) == 1; };
   return {flip(), flip(), flip(), flip(), flip()};
-}
-
-template <class Law>
-void for_random_problems(int problems, Law law) {
-  for (int seed = 1; seed <= problems; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(static_cast<std::uint64_t>(seed));
-    law(random);
-    if (::testing::Test::HasFailure()) return;
-  }
 }
 
 double total(const std::vector<TransitionCount>& transitions) {
@@ -84,7 +68,7 @@ std::set<std::tuple<int, int>> positions(const SimilarityEdges& edges) {
 }
 
 TEST(Relaxing, EqualsRemovingOneEdgeAtATime) {
-  for_random_problems(2000, [](Random& random) {
+  for_seeds(2000, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     for (const SimilarityEdges& component : connected_components(matching_edges(problem))) {
       const Relaxed relaxed = relax(component, false);
@@ -108,7 +92,7 @@ TEST(Relaxing, NamesTheRemovedEdgesWeakestFirst) {
 }
 
 TEST(Relaxing, StrictlyAlwaysLeavesTwoEdgesInOnePart) {
-  for_random_problems(300, [](Random& random) {
+  for_seeds(300, [](Random& random) {
     for (const SimilarityEdges& component : connected_components(matching_edges(random_problem(random)))) {
       const Relaxed relaxed = relax(component, true);
       ASSERT_EQ(relaxed.parts.size(), 1u);
@@ -119,7 +103,7 @@ TEST(Relaxing, StrictlyAlwaysLeavesTwoEdgesInOnePart) {
 }
 
 TEST(Components, AreThoseOfBreadthFirstSearch) {
-  for_random_problems(500, [](Random& random) {
+  for_seeds(500, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     const SimilarityEdges edges = matching_edges(problem);
     std::map<int, int> label;  // spreads the smallest index over the edges until nothing changes
@@ -145,7 +129,7 @@ TEST(Components, AreThoseOfBreadthFirstSearch) {
 }
 
 TEST(Reindexing, ConservesCountsButForTheReportedCredit) {
-  for_random_problems(1000, [](Random& random) {
+  for_seeds(1000, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     const FusionRules rules = random_rules(random);
     const FusionPlan plan = plan_fusion(problem, rules);
@@ -161,7 +145,7 @@ TEST(Reindexing, ConservesCountsButForTheReportedCredit) {
 }
 
 TEST(Reindexing, CreditsTheTransitionBetweenThePartsOfEverySplit) {
-  for_random_problems(1000, [](Random& random) {
+  for_seeds(1000, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     FusionRules rules = random_rules(random);
     rules.split_credit = true;
@@ -181,7 +165,7 @@ TEST(Reindexing, CreditsTheTransitionBetweenThePartsOfEverySplit) {
 }
 
 TEST(Reindexing, SizeFollowsTheFormulaAndNeverExceedsThatOfAccumulating) {
-  for_random_problems(1000, [](Random& random) {
+  for_seeds(1000, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     const FusionPlan plan = plan_fusion(problem, random_rules(random));
     int expected = problem.primitives();
@@ -199,7 +183,7 @@ TEST(Reindexing, SizeFollowsTheFormulaAndNeverExceedsThatOfAccumulating) {
 }
 
 TEST(Reindexing, LeadsEveryTransitionToKeptPrimitivesAndUsesEachOnce) {
-  for_random_problems(1000, [](Random& random) {
+  for_seeds(1000, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     const FusionPlan plan = plan_fusion(problem, random_rules(random));
     const std::set<int> kept(plan.kept.begin(), plan.kept.end());
@@ -215,7 +199,7 @@ TEST(Reindexing, LeadsEveryTransitionToKeptPrimitivesAndUsesEachOnce) {
 }
 
 TEST(Reindexing, MakesNoSelfTransitionThatWasNone) {
-  for_random_problems(1000, [](Random& random) {
+  for_seeds(1000, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     // With all rules as documented, only fused primitives could become one; case 1 takes precedence if they are joined.
     for (const TransitionGroup& group : plan_fusion(problem).groups) {
@@ -227,7 +211,7 @@ TEST(Reindexing, MakesNoSelfTransitionThatWasNone) {
 }
 
 TEST(Reindexing, DoesNotDependOnTheOrderOfTheLists) {
-  for_random_problems(500, [](Random& random) {
+  for_seeds(500, [](Random& random) {
     const FusionProblem problem = random_problem(random);
     FusionProblem shuffled = problem;
     std::shuffle(shuffled.similarities.begin(), shuffled.similarities.end(), random);
@@ -249,7 +233,7 @@ TEST(Reindexing, DoesNotDependOnTheOrderOfTheLists) {
 }
 
 TEST(Reindexing, OfAThresholdThatNothingReachesIsTheIdentity) {
-  for_random_problems(200, [](Random& random) {
+  for_seeds(200, [](Random& random) {
     FusionProblem problem = random_problem(random);
     problem.similarity_threshold = 1.1;
     const FusionPlan plan = plan_fusion(problem, random_rules(random));

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Core>
 #include <initializer_list>
 #include <random>
 #include <span>
+#include <string>
 
 #include "gp/posterior.hpp"
 #include "gp/statistics.hpp"
@@ -98,5 +101,18 @@ class Generator {
  private:
   std::mt19937 engine_;
 };
+
+/// How many seeds the laws are tried with.
+inline constexpr unsigned seeds = 12;
+
+/// Runs a law with generators of the seeds 0 .. count - 1 and names the seed that breaks it.
+template <class Law>
+void for_seeds(unsigned count, Law law) {
+  for (unsigned seed = 0; seed < count; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Generator make(seed);
+    law(make, seed);
+  }
+}
 
 }  // namespace sila::gp_tests

@@ -14,8 +14,6 @@
 namespace sila::gp_tests {
 namespace {
 
-constexpr unsigned seeds = 12;
-
 GpData nothing(Eigen::Index inputs = 2, Eigen::Index outputs = 2) {
   return {Eigen::MatrixXd(inputs, 0), Eigen::MatrixXd(0, outputs)};
 }
@@ -92,9 +90,7 @@ SparseGp textbook_transfer(const SparseGp& a, const SparseGp& into) {
 }
 
 TEST(Transfer, ByCholeskyEqualsTheEigenDecomposition) {
-  for (unsigned seed = 0; seed < 4 * seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(4 * seeds, [](Generator& make, unsigned seed) {
     const Hyperparameters old_theta = make.hyperparameters(2);
     const Hyperparameters new_theta = seed % 2 == 0 ? old_theta : make.hyperparameters(2);
     const Eigen::Index points = seed % 3 == 0 ? 5 : 80;  // with 5 points G has not full rank
@@ -111,7 +107,7 @@ TEST(Transfer, ByCholeskyEqualsTheEigenDecomposition) {
     EXPECT_EQ(found.information, found.information.transpose().eval());
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(found.information);
     EXPECT_GE(eigen.eigenvalues().minCoeff(), -1e-10 * eigen.eigenvalues().maxCoeff());
-  }
+  });
 }
 
 TEST(Transfer, ToTheSameBasisAddsExactly) {
@@ -136,8 +132,7 @@ SparseGp repeated(SparseGp gp, double factor) {
 
 // What the new pseudo-inputs explain whole is then left with rounding, of either sign, times what was seen.
 TEST(Transfer, OfVeryManyPointsIsValid) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 80, 2);
     const Eigen::MatrixXd pseudo_inputs = select_pseudo_inputs(theta.kernel, data.inputs, 30);
@@ -146,7 +141,7 @@ TEST(Transfer, OfVeryManyPointsIsValid) {
     superset << make.points(2, 2, 12.0), pseudo_inputs.rowwise().reverse();
     const SparseGp prior = prior_gp(theta.kernel, theta.noise_variance, superset, vector({0, 0}));
     for (double often = 1.0; often < 1e16; often *= 100.0) {
-      SCOPED_TRACE("seed " + std::to_string(seed) + ", times " + std::to_string(often));
+      SCOPED_TRACE("times " + std::to_string(often));
       const SparseGp moved = transfer(repeated(seen, often), prior);
       EXPECT_NO_THROW(validate(moved));
       if (often > 1e10) continue;
@@ -154,13 +149,11 @@ TEST(Transfer, OfVeryManyPointsIsValid) {
       for (const auto& x : data.inputs.leftCols(5).colwise())
         EXPECT_LT((predict(after, x).mean - predict(before, x).mean).norm(), 1e-3);
     }
-  }
+  });
 }
 
 TEST(Transfer, ToASupersetLosesNothingInSpiteOfTheJitter) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const SparseGp gp = fit_sparse_gp(make.data(2, 60, 2), make.hyperparameters(2));
     const Eigen::Index size = gp.pseudo_inputs.cols();
     Eigen::MatrixXd superset(2, size + 3);
@@ -170,13 +163,11 @@ TEST(Transfer, ToASupersetLosesNothingInSpiteOfTheJitter) {
     expect_same_predictions(gp, wider, 1e-8, make);
     EXPECT_TRUE(back.information.isApprox(gp.information, 1e-8));
     EXPECT_TRUE(back.response.isApprox(gp.response, 1e-8));
-  }
+  });
 }
 
 TEST(FuseGps, WithAnEmptyGpChangesNothing) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const SparseGp gp = fit_sparse_gp(make.data(2, 60, 2), make.hyperparameters(2));
     const Hyperparameters other = make.hyperparameters(2);
     const SparseGp empty = prior_gp(other.kernel, other.noise_variance, make.points(2, 4), vector({3, 3}));
@@ -188,14 +179,12 @@ TEST(FuseGps, WithAnEmptyGpChangesNothing) {
       EXPECT_TRUE(fused.kernel == gp.kernel);
       EXPECT_EQ(fused.points, gp.points);
     }
-  }
+  });
 }
 
 TEST(FuseGps, DoesNotDependOnTheOrderOfTheParts) {
   for (const GpFusion way : {GpFusion::transfer, GpFusion::pseudo_data}) {
-    for (unsigned seed = 0; seed < seeds; ++seed) {
-      SCOPED_TRACE("seed " + std::to_string(seed));
-      Generator make(seed);
+    for_seeds(seeds, [&](Generator& make, unsigned seed) {
       const Hyperparameters theta = make.hyperparameters(2);
       std::vector<SparseGp> parts;
       for (int i = 0; i < 3; ++i) {
@@ -210,7 +199,7 @@ TEST(FuseGps, DoesNotDependOnTheOrderOfTheParts) {
       EXPECT_TRUE(forward.mean.isApprox(backward.mean, 1e-12));
       EXPECT_EQ(forward.points, backward.points);
       expect_same_predictions(forward, backward, 1e-8, make);
-    }
+    });
   }
 }
 
@@ -294,9 +283,7 @@ TEST(FuseGps, AGpWithNearlyAllPointsKeepsItsPseudoInputs) {
 }
 
 TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
-  for (unsigned seed = 0; seed < 4; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(4, [](Generator& make, unsigned) {
     const Hyperparameters theta{{0.8, vector({1.5, 1.5})}, 0.04};
     GpConfig config;
     config.max_pseudo_inputs = config.max_fused_pseudo_inputs = 40;
@@ -326,7 +313,7 @@ TEST(FuseGps, EpisodeAfterEpisodeStaysCloseToOneFitOfAllData) {
     EXPECT_LT(suks.error, 2.0 * batch.error);
     EXPECT_GT(only_last.error, 2.0 * batch.error);
     EXPECT_EQ(episodes.points, 450.0);
-  }
+  });
 }
 
 }  // namespace

@@ -15,8 +15,6 @@
 namespace sila::gp_tests {
 namespace {
 
-constexpr unsigned seeds = 12;
-
 SparseGp prior_on(const Hyperparameters& theta, const Eigen::MatrixXd& pseudo_inputs, const Eigen::VectorXd& mean) {
   return prior_gp(theta.kernel, theta.noise_variance, pseudo_inputs, mean);
 }
@@ -36,9 +34,7 @@ GpPrediction textbook(const SparseGp& gp, const Eigen::VectorXd& x) {
 }
 
 TEST(SparseGp, OnePseudoInputPerPointIsTheFullGp) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Hyperparameters theta = make.hyperparameters(2);
     const Eigen::MatrixXd spread = select_pseudo_inputs(theta.kernel, make.points(2, 80), 20, 0.02);
     const GpData data = make.data_at(spread, 2);
@@ -55,13 +51,11 @@ TEST(SparseGp, OnePseudoInputPerPointIsTheFullGp) {
       EXPECT_NEAR((prediction.mean - mean).norm(), 0.0, 1e-9);
       EXPECT_NEAR(prediction.variance, theta.kernel.signal_variance - k.dot(cholesky.solve(k)), 1e-9);
     }
-  }
+  });
 }
 
 TEST(SparseGp, ConditioningInAnyOrderIsOneFit) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 60, 2);
     const SparseGp prior = prior_on(theta, select_pseudo_inputs(theta.kernel, data.inputs, 15), vector({0.5, 0.1}));
@@ -74,13 +68,11 @@ TEST(SparseGp, ConditioningInAnyOrderIsOneFit) {
     EXPECT_TRUE(pieces.response.isApprox(once.response, 1e-12));
     EXPECT_TRUE(pieces.mean_response.isApprox(once.mean_response, 1e-12));
     EXPECT_EQ(pieces.points, once.points);
-  }
+  });
 }
 
 TEST(SparseGp, TheConstantMeanCanBeChangedLater) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Hyperparameters theta = make.hyperparameters(2);
     const GpData data = make.data(2, 40, 2);
     const Eigen::MatrixXd pseudo_inputs = select_pseudo_inputs(theta.kernel, data.inputs, 15);
@@ -89,13 +81,11 @@ TEST(SparseGp, TheConstantMeanCanBeChangedLater) {
     const SparseGp changed = transfer(before, prior);
     EXPECT_TRUE(changed.response.isApprox(condition(prior, data).response, 1e-11));
     EXPECT_EQ(changed.information, before.information);
-  }
+  });
 }
 
 TEST(Posterior, MatchesTheTextbook) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Hyperparameters theta = make.hyperparameters(2);
     const SparseGp gp = fit_sparse_gp(make.data(2, 120, 2), theta);
     const Posterior posterior(gp);
@@ -112,7 +102,7 @@ TEST(Posterior, MatchesTheTextbook) {
       EXPECT_EQ(both.flow.mean, flow.mean);
       EXPECT_EQ(both.flow.variance, flow.variance);
     }
-  }
+  });
 }
 
 /// Of these tables half is left out: with as much, less and more seen than there are pseudo-inputs.
@@ -173,9 +163,7 @@ TEST(Posterior, MatchesTheTextbookWithMorePseudoInputsThanTheStackHolds) {
 }
 
 TEST(Posterior, JacobianIsTheCentralDifferenceOfTheMean) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Posterior posterior(fit_sparse_gp(make.data(2, 80, 2), make.hyperparameters(2)));
     const Eigen::Vector2d x = make.points(2, 1);
     const Eigen::Matrix2d jacobian = posterior.linearise_flow(x).jacobian;
@@ -186,13 +174,11 @@ TEST(Posterior, JacobianIsTheCentralDifferenceOfTheMean) {
           (posterior.predict_flow(x + shift).mean - posterior.predict_flow(x - shift).mean) / (2.0 * step);
       EXPECT_NEAR((jacobian.col(d) - slope).norm(), 0.0, 1e-7);
     }
-  }
+  });
 }
 
 TEST(Posterior, VarianceStaysBetweenZeroAndThePrior) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned seed) {
     Hyperparameters theta = make.hyperparameters(2);
     if (seed % 2 == 1) theta.noise_variance = 1e-8;  // nothing left to be unsure of at the data
     const GpData data = make.data(2, 150, 2);
@@ -205,14 +191,12 @@ TEST(Posterior, VarianceStaysBetweenZeroAndThePrior) {
         EXPECT_LE(variance, theta.kernel.signal_variance);
       }
     }
-  }
+  });
 }
 
 TEST(Posterior, IsEmptyOnlyBelowTheLeastShare) {
   int known = 0, unknown = 0;
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [&](Generator& make, unsigned) {
     const Hyperparameters theta = make.hyperparameters(2);
     const Posterior posterior(fit_sparse_gp(make.data(2, 80, 2), theta));
     for (int i = 0; i < 100; ++i) {
@@ -238,7 +222,7 @@ TEST(Posterior, IsEmptyOnlyBelowTheLeastShare) {
       EXPECT_LE(bounds[1].variance.x(), flow.variance.x() + 1e-9 * theta.kernel.signal_variance);
       EXPECT_THROW(posterior.bound_flows(std::span(xs).first(2), ys, places), std::invalid_argument);
     }
-  }
+  });
   EXPECT_GT(known, 100);
   EXPECT_GT(unknown, 100);
 }
@@ -254,9 +238,7 @@ TEST(Posterior, WithoutPseudoInputsIsTheConstantMean) {
 }
 
 TEST(Greedy, ChoosesUntilEverythingIsExplained) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned) {
     const Kernel kernel = make.hyperparameters(2).kernel;
     const Eigen::MatrixXd candidates = make.points(2, 100);
     const Eigen::MatrixXd chosen = select_pseudo_inputs(kernel, candidates, 100, 0.05);
@@ -270,7 +252,7 @@ TEST(Greedy, ChoosesUntilEverythingIsExplained) {
     EXPECT_GE(remaining(chosen.leftCols(chosen.cols() - 1)), 0.05 - 1e-9);
     EXPECT_EQ(select_pseudo_inputs(kernel, candidates, 7, 0.0).cols(), 7);
     EXPECT_EQ(select_pseudo_inputs(kernel, candidates, 7, 0.0), select_pseudo_inputs(kernel, candidates, 7, 0.0));
-  }
+  });
 }
 
 TEST(Greedy, TakesTheFirstOfEqualsAndNeverACopy) {

@@ -14,8 +14,6 @@
 namespace sila::gp_tests {
 namespace {
 
-constexpr unsigned seeds = 12;
-
 GpData centred(const GpData& data) {
   return {data.inputs, data.outputs.rowwise() - data.outputs.colwise().mean()};
 }
@@ -26,9 +24,7 @@ double negative_log_marginal_likelihood(const GpData& data, const Hyperparameter
 }
 
 TEST(MarginalLikelihood, GradientIsTheCentralDifference) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned seed) {
     const Eigen::Index dimensions = 1 + seed % 3;
     const Hyperparameters theta = make.hyperparameters(dimensions);
     const GpData data = make.data(dimensions, 25, 1 + seed % 2);
@@ -64,7 +60,7 @@ TEST(MarginalLikelihood, GradientIsTheCentralDifference) {
         });
       }
     }
-  }
+  });
 }
 
 TEST(MarginalLikelihood, OfTwoOutputsIsTheSumOfEach) {
@@ -90,9 +86,7 @@ Eigen::MatrixXd on_lattice(const Eigen::MatrixXd& points, const Kernel& kernel) 
 }
 
 TEST(Fit, KeepsNoPointOfItsDataAsAPseudoInput) {
-  for (unsigned seed = 0; seed < seeds; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(seeds, [](Generator& make, unsigned seed) {
     GpConfig config;
     if (seed % 2 == 1) {
       config.pseudo_inputs = PseudoInputChoice::optimised;
@@ -111,7 +105,7 @@ TEST(Fit, KeepsNoPointOfItsDataAsAPseudoInput) {
         }
       }
     }
-  }
+  });
 }
 
 TEST(Fit, WithFixedThetaIsTheGreedyPseudoInputsAndTheData) {
@@ -146,9 +140,7 @@ TEST(Fit, OfNoneOrOnePointIsTheConstantMeanWithThePriorsVariance) {
 }
 
 TEST(Fit, OptimisationImprovesTheLikelihoodInsideTheBox) {
-  for (unsigned seed = 0; seed < 4; ++seed) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Generator make(seed);
+  for_seeds(4, [](Generator& make, unsigned) {
     const Hyperparameters start{{0.5, vector({1, 3})}, 0.3};
     const GpData data = make.data(2, 80, 2);
     const auto neg_log_likelihood = [&](const SparseGp& gp) {
@@ -163,7 +155,7 @@ TEST(Fit, OptimisationImprovesTheLikelihoodInsideTheBox) {
     EXPECT_LT(neg_log_likelihood(optimised), neg_log_likelihood(fixed) - 2.0);
     EXPECT_GE(optimised.noise_variance, config.min_noise_variance * (1 - 1e-12));
     EXPECT_GE(optimised.kernel.length_scales.minCoeff(), config.min_length_scale * (1 - 1e-12));
-  }
+  });
 }
 
 TEST(Fit, RespectsTheNoiseFloorOnNoiselessData) {
