@@ -62,7 +62,7 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
             "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
             ">predictions 2>reported\n");
   ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
-  const std::string reported = read(folder_ / "reported");
+  const std::string reported = content_of(folder_ / "reported");
   EXPECT_TRUE(says(reported, "changed by another process; continuing with its 1 episode"));
   const auto log = nlohmann::json::parse(run("log m.sila --json").out);
   EXPECT_GE(log.at("episodes").size(), 4u) << reported;  // the first, and those of the others
@@ -94,7 +94,7 @@ TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {
   EXPECT_EQ(std::count(whole.out.begin(), whole.out.end(), '\n'), 1);
   EXPECT_TRUE(says(whole.out, "intact"));
   EXPECT_EQ(nlohmann::json::parse(run("verify m.sila --json").out).at("undone"), 2);
-  std::string bytes = read(folder_ / "m.sila");
+  std::string bytes = content_of(folder_ / "m.sila");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
   write(folder_ / "m.sila", bytes);
   expect_rejected("verify m.sila", {"m.sila", "damaged"});

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -24,11 +23,6 @@ struct Outcome {
   std::string out;  ///< stdout
   std::string err;
 };
-
-inline std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 inline void write(const fs::path& path, const std::string& content) {
   std::ofstream(path, std::ios::binary) << content;
@@ -47,7 +41,7 @@ class Program : public ::testing::Test {
     for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.out.append(buffer, n);
     const int status = ::pclose(pipe);
     outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    outcome.err = read(err);
+    outcome.err = content_of(err);
     return outcome;
   }
 

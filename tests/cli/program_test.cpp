@@ -20,7 +20,7 @@ TEST_F(Program, LearnsPredictsAndEvaluatesASimulatedIntersection) {
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila --out p.ndjson").code, 0);
   const std::string all = "--every 5 --outcomes --explain --digits 6 --out all.ndjson";  // of one line
   ASSERT_EQ(run("predict tracks.csv --scene tracks.scene.json --model m.sila " + all).code, 0);
-  EXPECT_TRUE(says(read(folder_ / "all.ndjson"), "explanation"));
+  EXPECT_TRUE(says(content_of(folder_ / "all.ndjson"), "explanation"));
   const Outcome evaluated = run("evaluate tracks.csv --scene tracks.scene.json --model m.sila --json");
   const auto groups = nlohmann::json::parse(evaluated.out).at("groups");
   EXPECT_GT(groups.at("moving").at("windows").get<int>(), 50);
@@ -35,7 +35,7 @@ TEST_F(Program, LearnsAndPredictsWithoutAScene) {
   ASSERT_EQ(shown.code, 0) << shown.err;
   write(folder_ / "shown.json", shown.out);
   ASSERT_EQ(run("predict tracks.csv --scene shown.json --model m.sila --out q.ndjson").code, 0);
-  EXPECT_EQ(read(folder_ / "p.ndjson"), read(folder_ / "q.ndjson"));
+  EXPECT_EQ(content_of(folder_ / "p.ndjson"), content_of(folder_ / "q.ndjson"));
   EXPECT_EQ(run("learn tracks.csv --model m.sila").out, run("learn tracks.csv --scene shown.json --model m.sila").out);
   EXPECT_EQ(run("scene show m.sila").out, shown.out);
   for (const char* verb : {"learn", "predict", "evaluate"}) {
@@ -49,7 +49,7 @@ TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
   const Outcome outcome = run("predict tracks.csv --scene tracks.scene.json --model m.sila --every 0.7");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::map<std::string, std::set<double>> stamps;
-  std::istringstream rows(read(folder_ / "tracks.csv"));
+  std::istringstream rows(content_of(folder_ / "tracks.csv"));
   std::string row;
   std::getline(rows, row);
   while (std::getline(rows, row)) {
@@ -78,7 +78,7 @@ TEST_F(Program, PredictsFromRealSamplesOnlyAndKeepsTheContractOfALine) {
 
 TEST_F(Program, LearnsTheSameInCoordinatesOfAMap) {
   simulate();
-  std::istringstream rows(read(folder_ / "tracks.csv"));
+  std::istringstream rows(content_of(folder_ / "tracks.csv"));
   std::ostringstream moved;
   std::string id, t, x, y;
   std::getline(rows, id);
@@ -114,22 +114,22 @@ TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
 
 TEST_F(Program, RejectsCapsTooSmallForAModelAndLeavesTheFileAlone) {
   learn();
-  const std::string model = read(folder_ / "m.sila");
+  const std::string model = content_of(folder_ / "m.sila");
   for (const std::string field : {"budget.max_bytes=1000", "budget.max_bytes=0", "budget.max_bytes=-5",
                                   "budget.max_primitives=0", "budget.max_primitives=nan"}) {
     const std::string rejected = "learn tracks.csv --scene tracks.scene.json --model m.sila --batch 30 --set " + field;
     expect_rejected(rejected, {field.substr(0, field.find('='))});
     EXPECT_EQ(run(rejected).code, field == "budget.max_bytes=1000" ? 1 : 2) << field;  // what fits depends on the model
-    EXPECT_EQ(read(folder_ / "m.sila"), model) << field;
+    EXPECT_EQ(content_of(folder_ / "m.sila"), model) << field;
   }
 }
 
 TEST_F(Program, TheSameInputAndSeedGiveTheSameBytes) {
   learn();
   fs::rename(folder_ / "m.sila", folder_ / "first.sila");
-  const std::string tracks = read(folder_ / "tracks.csv");
+  const std::string tracks = content_of(folder_ / "tracks.csv");
   learn();
-  EXPECT_EQ(read(folder_ / "tracks.csv"), tracks);
+  EXPECT_EQ(content_of(folder_ / "tracks.csv"), tracks);
   const std::string predict = "predict tracks.csv --scene tracks.scene.json --threads ";
   EXPECT_EQ(run(predict + "1 --model first.sila").out, run(predict + "2 --model m.sila").out);
 }
@@ -158,11 +158,11 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
 
 TEST_F(Program, LearnsNoBatchTwice) {
   learn();
-  const std::string model = read(folder_ / "m.sila");
+  const std::string model = content_of(folder_ / "m.sila");
   const Outcome again = run("learn tracks.csv --scene tracks.scene.json --model m.sila --batch 20");
   EXPECT_EQ(again.code, 0);
   EXPECT_TRUE(says(again.err, "3 of 3 batches are in m.sila already"));
-  EXPECT_EQ(read(folder_ / "m.sila"), model);
+  EXPECT_EQ(content_of(folder_ / "m.sila"), model);
   expect_rejected("fuse m.sila m.sila --out twice.sila", {"have learnt 3 episodes"});
 }
 
@@ -175,7 +175,7 @@ TEST_F(Program, RunsCasesAndSaysWhichFail) {
   fs::copy(fs::path(SILA_TESTS_DIR) / "cases" / "fuse", folder_ / "cases");
   EXPECT_EQ(run("fuse --cases cases").code, 0);
   for (const auto& entry : fs::directory_iterator(folder_ / "cases")) {
-    nlohmann::json wrong = nlohmann::json::parse(read(entry.path()));
+    nlohmann::json wrong = nlohmann::json::parse(content_of(entry.path()));
     wrong["expect"]["model_size"] = 999;
     write(entry.path(), wrong.dump());
     break;
@@ -235,7 +235,7 @@ nlohmann::json data_of(const std::string& page) {
 TEST_F(Program, ReportsAModelItsEpisodesAndItsPredictions) {
   learn();
   ASSERT_EQ(run("report m.sila tracks.csv --scene tracks.scene.json --out r.html").code, 0);
-  const nlohmann::json data = data_of(read(folder_ / "r.html"));
+  const nlohmann::json data = data_of(content_of(folder_ / "r.html"));
   EXPECT_EQ(data.at("episodes").size(), 3u);
   EXPECT_EQ(data.at("model").at("tracks"), 60);
   EXPECT_FALSE(data.at("played").empty());
@@ -247,7 +247,7 @@ TEST_F(Program, ReportsAModelItsEpisodesAndItsPredictions) {
   }
   EXPECT_EQ(primitives, data.at("model").at("primitives").size());
   EXPECT_FALSE(data_of(run("report m.sila").out).contains("played"));
-  EXPECT_EQ(run("report m.sila tracks.csv --scene tracks.scene.json --threads 1").out, read(folder_ / "r.html"));
+  EXPECT_EQ(run("report m.sila tracks.csv --scene tracks.scene.json --threads 1").out, content_of(folder_ / "r.html"));
 }
 
 TEST_F(Program, ReportsAnExperimentAndRejectsWhatIsNone) {

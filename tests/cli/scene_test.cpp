@@ -26,7 +26,7 @@ TEST_F(Program, ProposesASceneFromTracks) {
   write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
   expect_rejected("scene make few.csv", {"tracks that move 3 m or more, found 1", "at least 10"});
   expect_rejected("scene make", {"tracks"});
-  auto unnamed = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  auto unnamed = nlohmann::json::parse(content_of(folder_ / "tracks.scene.json"));
   unnamed["name"] = "";
   write(folder_ / "unnamed.json", unnamed.dump());
   const Outcome named = run("scene make --scene unnamed.json");
@@ -50,7 +50,7 @@ std::string mot_rows() {
 TEST_F(Program, MakesAPageThatEditsAScene) {
   simulate();
   ASSERT_EQ(run("scene edit tracks.csv --out editor.html").code, 0);
-  const std::string page = read(folder_ / "editor.html");
+  const std::string page = content_of(folder_ / "editor.html");
   EXPECT_TRUE(page.starts_with("<!doctype html>"));
   EXPECT_LT(page.size(), 2'000'000u);
   const auto proposed = nlohmann::json::parse(run("scene edit tracks.csv --json").out);

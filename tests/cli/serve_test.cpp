@@ -95,7 +95,7 @@ TEST_F(Program, AServiceWritesAllPredictionsToASlowPipeThatDoesNotBlock) {
 
 TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {
   simulate();
-  nlohmann::json scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  nlohmann::json scene = nlohmann::json::parse(content_of(folder_ / "tracks.scene.json"));
   scene["camera"] = {{"homography", {{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 1}}}};
   write(folder_ / "seen.json", scene.dump());
   std::string lines;

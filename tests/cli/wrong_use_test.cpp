@@ -41,7 +41,7 @@ TEST_F(Program, SaysThatStandardOutputIsFull) {
 
 TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   learn();
-  const std::string model = read(folder_ / "m.sila"), tracks = read(folder_ / "tracks.csv");
+  const std::string model = content_of(folder_ / "m.sila"), tracks = content_of(folder_ / "tracks.csv");
   const std::string with = " tracks.csv --scene tracks.scene.json --model m.sila";
   fs::create_symlink(folder_ / "m.sila", folder_ / "link.sila");
   for (const char* out : {"m.sila", "./m.sila", "link.sila", "tracks.csv", "tracks.scene.json"})
@@ -51,10 +51,10 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
                     {"the file of tracks.scene.json", "name another file"}, 2);
   write(folder_ / "own.scene.json", "{}");
   expect_rejected("simulate --tracks 5 --out own.csv", {"own.scene.json", "would be lost"});
-  EXPECT_EQ(read(folder_ / "own.scene.json"), "{}");
+  EXPECT_EQ(content_of(folder_ / "own.scene.json"), "{}");
   write(folder_ / "real.csv", tracks);
   expect_rejected("simulate --tracks 5 --out real.csv", {"real.csv", "would be lost"}, 1);
-  EXPECT_EQ(read(folder_ / "real.csv"), tracks);
+  EXPECT_EQ(content_of(folder_ / "real.csv"), tracks);
   EXPECT_FALSE(fs::exists(folder_ / "real.scene.json"));
   for (const char* out : {"-", "/dev/stdout"})
     expect_rejected(std::string("simulate --tracks 5 --out ") + out, {"expected a file"}, 2);
@@ -81,9 +81,9 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   EXPECT_FALSE(fs::exists(folder_ / "f.sila"));
   expect_rejected("learn tracks.csv --scene '' --model m.sila", {"--scene", "an empty one"});
   EXPECT_EQ(run("predict" + with + " --out /dev/null").code, 0);
-  EXPECT_EQ(read(folder_ / "m.sila"), model);
-  EXPECT_EQ(read(folder_ / "other.sila"), model);
-  EXPECT_EQ(read(folder_ / "tracks.csv"), tracks);
+  EXPECT_EQ(content_of(folder_ / "m.sila"), model);
+  EXPECT_EQ(content_of(folder_ / "other.sila"), model);
+  EXPECT_EQ(content_of(folder_ / "tracks.csv"), tracks);
 }
 
 TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
@@ -238,7 +238,7 @@ TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
   ASSERT_EQ(run("predict" + with + "--out p.ndjson").code, 0);
   const std::string evaluate = "evaluate" + with + "--predictions ";
   EXPECT_FALSE(says(run(evaluate + "p.ndjson").err, "warning"));
-  const std::string lines = read(folder_ / "p.ndjson");
+  const std::string lines = content_of(folder_ / "p.ndjson");
   const std::string others = std::regex_replace(lines, std::regex(R"("track":")"), R"("track":"other )");
   write(folder_ / "others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
   write(folder_ / "some.ndjson", lines + others.substr(0, others.find('\n') + 1));
@@ -262,7 +262,7 @@ TEST_F(Program, TellsThePeopleOfSeveralFilesApart) {
   const std::string with = " tracks.csv other/tracks.csv --scene tracks.scene.json --model m.sila ";
   const Outcome predicted = run("predict" + with + "--out p.ndjson");
   ASSERT_EQ(predicted.code, 0) << predicted.err;
-  EXPECT_TRUE(says(read(folder_ / "p.ndjson"), R"("track":"other/tracks:)"));
+  EXPECT_TRUE(says(content_of(folder_ / "p.ndjson"), R"("track":"other/tracks:)"));
   const Outcome scored = run("evaluate" + with + "--predictions p.ndjson");
   EXPECT_EQ(scored.code, 0) << scored.err;
   EXPECT_FALSE(says(scored.err, "without a sample"));
@@ -285,7 +285,7 @@ TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {
 
 TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   learn();
-  const std::string before = read(folder_ / "m.sila");
+  const std::string before = content_of(folder_ / "m.sila");
   write(folder_ / "empty.csv", "");
   write(folder_ / "binary.csv", std::string("\x00\x01\xff\xfe\x00PNG", 8));
   write(folder_ / "header.csv", "track_id,t,x,y\n");
@@ -297,7 +297,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   for (const char* file : {"empty.csv", "binary.csv", "header.csv", "nan.csv", "absurd.csv", "prose.txt"}) {
     expect_rejected(std::string("learn ") + file + learn_with, {file, "expected"});
   }
-  const auto scene = nlohmann::json::parse(read(folder_ / "tracks.scene.json"));
+  const auto scene = nlohmann::json::parse(content_of(folder_ / "tracks.scene.json"));
   const auto spoilt = [&](const char* name, auto change) {
     nlohmann::json wrong = scene;
     wrong.erase("corners");
@@ -340,7 +340,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   expect_rejected("--foo", {"not expected: --foo"});
   expect_rejected("lern", {"sila: expected a verb (`sila --help` lists them); found lern"});
   expect_rejected("fuse m.sila", {"--out"});
-  EXPECT_EQ(read(folder_ / "m.sila"), before);
+  EXPECT_EQ(content_of(folder_ / "m.sila"), before);
 }
 
 }  // namespace

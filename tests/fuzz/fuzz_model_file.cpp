@@ -4,8 +4,6 @@
 
 #include <array>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <memory>
 
 #include "io/made_up_model.hpp"
@@ -34,8 +32,7 @@ std::string in_small_pages(const std::string& bytes) {
               sqlite3_exec(opened, "PRAGMA page_size = 512; VACUUM", nullptr, nullptr, nullptr) == SQLITE_OK,
           "SQLite can make pages small");
   database.reset();
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return content_of(path);
 }
 
 std::string sound_bytes() {

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "support/scratch.hpp"
+
 namespace sila {
 namespace {
 
@@ -58,16 +60,11 @@ void note(const std::string& path, Change change) {
   if (!path.empty() && !too_late) disk.files[path].pending.push_back(std::move(change));
 }
 
-std::string content_of_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// The disk knows a file from when SQLite first touches it.
 void meet(const std::string& path) {
   if (path.empty() || disk.files.contains(path)) return;
   OnDisk& file = disk.files[path];
-  if (fs::exists(path)) file.lasting = content_of_file(path);
+  if (fs::exists(path)) file.lasting = tests::content_of(path);
 }
 
 struct File {
@@ -108,7 +105,7 @@ int truncate(sqlite3_file* file, sqlite3_int64 size) {
 int sync(sqlite3_file* file, int) {
   if (const auto broken = fault(SQLITE_IOERR_FSYNC)) return *broken;
   const std::string& path = *file_of(file).path;
-  if (!path.empty()) disk.files[path] = {content_of_file(path), {}};
+  if (!path.empty()) disk.files[path] = {tests::content_of(path), {}};
   return SQLITE_OK;
 }
 

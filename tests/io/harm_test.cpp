@@ -1,6 +1,5 @@
 // Input that is meant to harm, or that fuzzing found to: rejected in one sentence, in bounded time and memory.
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <nlohmann/json.hpp>
 
@@ -86,10 +85,7 @@ std::filesystem::path changed_model(const ScratchFolder& folder, const std::stri
   const auto path = folder / "m.sila";
   std::filesystem::remove(path);
   save_model(path, stored(random_model(3)));
-  sqlite3* database = nullptr;
-  EXPECT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
-  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
-  sqlite3_close(database);
+  tests::run_sql(path, sql);
   return path;
 }
 

@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string>
 
 #include "sila/io/model_file.hpp"
@@ -17,13 +14,8 @@
 
 namespace sila {
 
+using tests::content_of;
 using tests::ScratchFolder;
-
-inline std::string content_of(const std::filesystem::path& path) {
-  std::ostringstream content;
-  content << std::ifstream(path, std::ios::binary).rdbuf();
-  return std::move(content).str();
-}
 
 inline Eigen::MatrixXd random_matrix(std::mt19937_64& random, Eigen::Index rows, Eigen::Index columns) {
   std::normal_distribution<double> normal;
@@ -164,8 +156,20 @@ inline EpisodeRecord record(int number) {
   return {number, 20, 0.125, 3, 5, R"({"note": "made up"})"};
 }
 
+inline bool same_records(const std::vector<EpisodeRecord>& a, const std::vector<EpisodeRecord>& b) {
+  return std::ranges::equal(a, b, [](const EpisodeRecord& x, const EpisodeRecord& y) {
+    return x.number == y.number && x.tracks == y.tracks && x.seconds == y.seconds && x.size_before == y.size_before &&
+           x.size_after == y.size_after && x.statistics == y.statistics && x.committed_s == y.committed_s;
+  });
+}
+
 inline StoredModel stored(const Model& model) {
   return {model, R"({"threshold": 0.7})", {record(1), record(2)}, "", 0};
+}
+
+/// The episode of this number, with a model of this seed.
+inline void commit(ModelFile& file, int episode) {
+  file.commit(random_model(static_cast<std::uint64_t>(episode)), record(episode), "{}");
 }
 
 }  // namespace sila

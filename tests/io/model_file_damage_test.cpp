@@ -9,9 +9,9 @@
 
 #include <array>
 #include <bit>
-#include <fstream>
 #include <thread>
 
+#include "io/files.hpp"
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/io/files.hpp"
@@ -22,24 +22,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using tests::run_sql;
+
 std::string rejection_to_load(const fs::path& path) {
   return message_of<FormatError>([&] { load_model(path); });
 }
 
 std::string rejection_to_learn(const fs::path& path) {
   return message_of<FormatError>([&] { ModelFile::open_or_create(path); });
-}
-
-void put(const fs::path& path, const std::string& content) {
-  std::ofstream(path, std::ios::binary) << content;
-}
-
-/// Runs statements as a foreign program would.
-void run_sql(const fs::path& path, const std::string& sql) {
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
-  sqlite3_close(database);
 }
 
 /// Tests of several processes. Model files are read by one thread there: a process that forks while another thread of
@@ -67,6 +57,13 @@ pid_t fork_to(Action&& action) {
   return child;
 }
 
+/// How a child ended, as waitpid gives it.
+int status_of(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status;
+}
+
 TEST(ModelFileDamage, NoticesAnEpisodeThatWouldBeLearntAgain) {
   const ScratchFolder folder;
   save_model(folder / "m.sila", stored(random_model(7)));
@@ -80,11 +77,11 @@ TEST(ModelFileDamage, RejectsWhatIsNoModelAndSaysSo) {
   EXPECT_TRUE(says(rejection_to_load(folder.path()), "found a folder"));
   EXPECT_TRUE(says(rejection_to_learn(folder.path()), "found a folder"));
   EXPECT_TRUE(says(rejection_to_load("/dev/null"), "no regular file"));
-  put(folder / "tracks.csv", "track_id,t,x,y\n1,0,0,0\n");
+  folder.write("tracks.csv", "track_id,t,x,y\n1,0,0,0\n");
   EXPECT_TRUE(says(rejection_to_load(folder / "tracks.csv"), "another kind"));
   EXPECT_TRUE(says(rejection_to_learn(folder / "tracks.csv"), "another kind"));
   EXPECT_EQ(content_of(folder / "tracks.csv"), "track_id,t,x,y\n1,0,0,0\n");
-  put(folder / "empty.sila", "");
+  folder.write("empty.sila", "");
   EXPECT_TRUE(says(rejection_to_load(folder / "empty.sila"), "an empty file"));
   run_sql(folder / "foreign.db", "CREATE TABLE t (x)");
   EXPECT_TRUE(says(rejection_to_load(folder / "foreign.db"), "another program"));
@@ -93,7 +90,7 @@ TEST(ModelFileDamage, RejectsWhatIsNoModelAndSaysSo) {
 
 TEST(ModelFileDamage, LearnsIntoAnEmptyFile) {
   const ScratchFolder folder;
-  put(folder / "m.sila", "");
+  folder.write("m.sila", "");
   ModelFile::open_or_create(folder / "m.sila").commit(random_model(1), record(1), "{}");
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(1)));
 }
@@ -112,10 +109,8 @@ TEST_F(ModelFileProcesses, RejectsUnwritablePlacesBeforeAnyLearning) {
     if (rejection_to_learn(folder / "n.sila").find("permission") == std::string::npos)
       throw std::runtime_error("new file");
   });
-  int status = 0;
-  waitpid(child, &status, 0);
+  EXPECT_EQ(status_of(child), 0);
   fs::permissions(folder.path(), fs::perms(0755));
-  EXPECT_EQ(status, 0);
 }
 
 TEST(ModelFileDamage, RejectsEveryTruncation) {
@@ -124,7 +119,7 @@ TEST(ModelFileDamage, RejectsEveryTruncation) {
   const std::string whole = content_of(folder / "m.sila");
   for (std::size_t length = 1; length < whole.size(); length += length < 600 ? 37 : 1777) {
     SCOPED_TRACE(length);
-    put(folder / "cut.sila", whole.substr(0, length));
+    folder.write("cut.sila", whole.substr(0, length));
     EXPECT_TRUE(says(rejection_to_load(folder / "cut.sila"), "cut.sila: expected a sila model, found"));
   }
 }
@@ -142,7 +137,7 @@ TEST(ModelFileDamage, NeverReadsAFlippedBitAsAnotherModel) {
     SCOPED_TRACE(testing::Message() << "seed 7, trial " << trial << ", byte " << place << ", bit " << int{bit});
     std::string flipped = whole;
     flipped[place] = static_cast<char>(static_cast<unsigned char>(flipped[place]) ^ bit);
-    put(folder / "flipped.sila", flipped);
+    folder.write("flipped.sila", flipped);
     try {
       EXPECT_TRUE(identical(load_model(folder / "flipped.sila").model, model));  // unused bytes: no harm
     } catch (const FormatError&) {
@@ -165,7 +160,7 @@ TEST(ModelFileDamage, RejectsEveryFlippedBitOfANumber) {
     char& byte = spoilt[place + bit / 8];
     const char whole = byte;
     byte = static_cast<char>(static_cast<unsigned char>(byte) ^ (1U << (bit % 8)));
-    put(folder / "spoilt.sila", spoilt);
+    folder.write("spoilt.sila", spoilt);
     EXPECT_TRUE(says(rejection_to_load(folder / "spoilt.sila"), "a damaged one"));
     byte = whole;
   }
@@ -181,7 +176,7 @@ TEST(ModelFileDamage, RejectsGarbageInPages) {
     std::string spoilt = whole;
     const std::size_t start = random() % (whole.size() - 200);
     for (std::size_t i = start; i < start + 200; ++i) spoilt[i] = static_cast<char>(random());
-    put(folder / "spoilt.sila", spoilt);
+    folder.write("spoilt.sila", spoilt);
     try {
       EXPECT_TRUE(identical(load_model(folder / "spoilt.sila").model, random_model(6)));
     } catch (const FormatError&) {
@@ -234,15 +229,12 @@ TEST_F(ModelFileProcesses, AWriterKilledAtAnyTimeLeavesTheLastCompleteEpisode) {
     const int before = load_model(folder / "m.sila").episodes.back().number;
     const pid_t child = fork_to([&] {
       ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-      for (int number = before + 1;; ++number)
-        file.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
+      for (int number = before + 1;; ++number) commit(file, number);
     });
     while (load_model(folder / "m.sila").episodes.back().number < before + 2) std::this_thread::yield();
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 5000));
     ASSERT_EQ(kill(child, SIGKILL), 0);
-    int status = 0;
-    waitpid(child, &status, 0);
-    ASSERT_TRUE(WIFSIGNALED(status));  // by the kill, not by an error of its own
+    ASSERT_TRUE(WIFSIGNALED(status_of(child)));  // by the kill, not by an error of its own
     const StoredModel read = load_model(folder / "m.sila");
     const int last = read.episodes.back().number;
     EXPECT_EQ(read.episodes.size(), static_cast<std::size_t>(last));
@@ -262,9 +254,7 @@ TEST_F(ModelFileProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastComplet
     const int code = sqlite3_exec(database, half_an_episode, nullptr, nullptr, nullptr);
     _exit(code == SQLITE_OK ? 0 : 1);  // without closing, as a killed process
   });
-  int status = 0;
-  waitpid(child, &status, 0);
-  ASSERT_EQ(status, 0);
+  ASSERT_EQ(status_of(child), 0);
   ASSERT_TRUE(fs::exists(folder / "m.sila-journal"));
   ASSERT_NE(content_of(folder / "m.sila"), whole);  // or the test would test nothing
   EXPECT_TRUE(identical(load_model(folder / "m.sila").model, random_model(12)));
@@ -274,7 +264,7 @@ TEST_F(ModelFileProcesses, AWriterKilledWithPagesHalfWrittenLeavesTheLastComplet
 TEST_F(ModelFileProcesses, OthersReadCompleteEpisodesWhileOneLearns) {
   const ScratchFolder folder;
   ModelFile writer = ModelFile::open_or_create(folder / "m.sila");
-  writer.commit(random_model(1), record(1), "{}");
+  commit(writer, 1);
   const pid_t child = fork_to([&] {
     ModelFile reader = ModelFile::open(folder / "m.sila");
     for (int seen = 0; seen < 40;) {
@@ -284,12 +274,8 @@ TEST_F(ModelFileProcesses, OthersReadCompleteEpisodesWhileOneLearns) {
         throw std::runtime_error("a torn episode");
     }
   });
-  for (int number = 2; number <= 40; ++number) {
-    writer.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0);
+  for (int number = 2; number <= 40; ++number) commit(writer, number);
+  EXPECT_EQ(status_of(child), 0);
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST(ModelFile, TravelsAsTheBytesOfItsFile) {
     EXPECT_EQ(back.configuration, there.configuration);
     EXPECT_EQ(back.episodes.size(), there.episodes.size());
     const ScratchFolder folder;
-    std::ofstream(folder / "m.sila", std::ios::binary) << bytes;
+    folder.write("m.sila", bytes);
     EXPECT_TRUE(identical(load_model(folder / "m.sila").model, there.model));
     EXPECT_THROW(model_of_bytes(std::string_view(bytes).substr(0, bytes.size() / 2)), FormatError);
   }
@@ -123,7 +123,7 @@ TEST(ModelFile, SavingReplacesModelAndEpisodes) {
 TEST(ModelFile, LearningLeavesOneFileThatCanBeCopied) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   const auto files = std::distance(std::filesystem::directory_iterator(folder.path()), {});
   EXPECT_EQ(files, 1);  // no journal beside it between two episodes
   std::filesystem::copy_file(folder / "m.sila", folder / "copy.sila");
@@ -139,7 +139,7 @@ TEST(ModelFile, OpeningAloneMakesNoFile) {
 TEST(ModelFile, RejectsAModelThatBreaksAnInvariantAndKeepsTheFile) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   Model broken = random_model(2);
   broken.transitions[0].field.gp.mean(0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(file.commit(broken, record(2), "{}"), std::invalid_argument);
@@ -149,7 +149,7 @@ TEST(ModelFile, RejectsAModelThatBreaksAnInvariantAndKeepsTheFile) {
 TEST(ModelFile, RejectsTextsThatAreNoJsonObjectAndKeepsTheFile) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   for (const std::string text : {"", "nonsense", "[1]"}) {
     EpisodeRecord broken = record(2);
     broken.statistics = text;
@@ -173,10 +173,10 @@ TEST(ModelFile, RejectsAnEpisodeWithoutANumber) {
 TEST(ModelFile, RejectsAnEpisodeTwice) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   EXPECT_TRUE(says(message_of<FormatError>([&] { file.commit(random_model(2), record(1), "{}"); }), "episode 1"));
   EXPECT_TRUE(identical(file.read().model, random_model(1)));
-  file.commit(random_model(2), record(2), "{}");  // the file can be used after an error
+  commit(file, 2);  // the file can be used after an error
   EXPECT_TRUE(identical(file.read().model, random_model(2)));
 }
 
@@ -184,10 +184,10 @@ TEST(ModelFile, DoesNotLoseTheEpisodeOfAnotherProcess) {
   const ScratchFolder folder;
   ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
   ModelFile other = ModelFile::open_or_create(folder / "m.sila");
-  other.commit(random_model(1), record(1), "{}");
-  EXPECT_TRUE(says(message_of<FormatError>([&] { mine.commit(random_model(2), record(2), "{}"); }), "meanwhile"));
+  commit(other, 1);
+  EXPECT_TRUE(says(message_of<FormatError>([&] { commit(mine, 2); }), "meanwhile"));
   EXPECT_TRUE(identical(mine.read().model, random_model(1)));
-  mine.commit(random_model(2), record(2), "{}");  // after reading what the other wrote it may
+  commit(mine, 2);  // after reading what the other wrote it may
   EXPECT_EQ(load_model(folder / "m.sila").episodes.size(), 2u);
 }
 
@@ -196,13 +196,13 @@ TEST(ModelFile, TellsThatAnotherProcessChangedTheFile) {
   ModelFile mine = ModelFile::open_or_create(folder / "m.sila");
   ModelFile other = ModelFile::open_or_create(folder / "m.sila");
   EXPECT_FALSE(mine.changed_elsewhere()) << "there is no file yet";
-  other.commit(random_model(1), record(1), "{}");
+  commit(other, 1);
   EXPECT_FALSE(other.changed_elsewhere());
   EXPECT_TRUE(mine.changed_elsewhere());
   EXPECT_TRUE(mine.changed_elsewhere()) << "until it is read";
   EXPECT_TRUE(identical(mine.read().model, random_model(1)));
   EXPECT_FALSE(mine.changed_elsewhere());
-  mine.commit(random_model(2), record(2), "{}");
+  commit(mine, 2);
   EXPECT_FALSE(mine.changed_elsewhere());
   EXPECT_TRUE(other.changed_elsewhere());
   EXPECT_EQ(other.read().episodes.size(), 2u);
@@ -218,7 +218,7 @@ TEST(ModelFile, TellsThatAnotherFileChangedAsOftenTookItsPlace) {
   for (const bool moved : {false, true}) {
     fs::remove(path);
     ModelFile mine = ModelFile::open_or_create(path);
-    mine.commit(random_model(1), record(1), "{}");
+    commit(mine, 1);
     ModelFile::open_or_create(other).commit(random_model(2), record(1), "{}");
     moved ? fs::rename(other, path) : void(fs::copy_file(other, path, fs::copy_options::overwrite_existing));
     EXPECT_THROW(mine.commit(random_model(3), record(2), "{}"), FormatError);

@@ -1,11 +1,11 @@
 // No bit of a model file flips unnoticed; files of an older schema are rejected.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
+#include "io/files.hpp"
 #include "made_up_model.hpp"
 #include "sila/core/errors.hpp"
 #include "sila/model/packing.hpp"
@@ -15,19 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void run_sql(const fs::path& path, const std::string& sql) {
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
-  ASSERT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
-  sqlite3_close(database);
-}
-
-bool same_records(const std::vector<EpisodeRecord>& a, const std::vector<EpisodeRecord>& b) {
-  return std::ranges::equal(a, b, [](const EpisodeRecord& x, const EpisodeRecord& y) {
-    return x.number == y.number && x.tracks == y.tracks && x.seconds == y.seconds && x.size_before == y.size_before &&
-           x.size_after == y.size_after && x.statistics == y.statistics && x.committed_s == y.committed_s;
-  });
-}
+using tests::run_sql;
 
 bool same(const StoredModel& a, const StoredModel& b) {
   return identical(a.model, b.model) && a.configuration == b.configuration && a.sila_version == b.sila_version &&
@@ -152,8 +140,7 @@ TEST(Verify, NoticesFlippedBitsAnywhereInALargeFile) {
 TEST(Verify, TellsDamageToTheHistoryFromDamageToTheModel) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  for (int number = 1; number <= 4; ++number)
-    file.commit(random_model(static_cast<std::uint64_t>(number)), record(number), "{}");
+  for (int number = 1; number <= 4; ++number) commit(file, number);
   const auto finding = [&](const std::string& spoiler) {
     fs::copy_file(folder / "m.sila", folder / "spoilt.sila", fs::copy_options::overwrite_existing);
     run_sql(folder / "spoilt.sila", spoiler);
@@ -182,7 +169,7 @@ TEST(Verify, TellsDamageToTheHistoryFromDamageToTheModel) {
   ModelFile damaged = ModelFile::open(folder / "m.sila");
   EXPECT_THROW(damaged.rollback(3), FormatError);
   EXPECT_TRUE(identical(damaged.read().model, random_model(4)));  // and can be learnt on, or its history forgotten
-  damaged.commit(random_model(5), record(5), "{}");
+  commit(damaged, 5);
   damaged.keep_undo(0);
   EXPECT_EQ(damaged.verify().undone, 0u);
 }
@@ -205,7 +192,7 @@ TEST(Verify, AnEarlierModelOfAnotherFileIsNotTaken) {
 TEST(Verify, AnEpisodeMendsDamagedPartsThatItsModelHas) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   run_sql(folder / "m.sila", "UPDATE parts SET content = x'00'");
   EXPECT_THROW(load_model(folder / "m.sila"), FormatError);
   file.commit(random_model(1), record(2), "{}");

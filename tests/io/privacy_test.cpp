@@ -187,7 +187,7 @@ TEST(Privacy, TheSearchFindsWhatIsThere) {
 TEST(Privacy, WhatWasRolledBackIsNotLeftInUnusedPages) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   Model model = random_model(2);
   Secrets secrets({1e-3});
   for (const Transition& edge : model.transitions) secrets.add(edge.field.gp.pseudo_inputs.col(0));

@@ -369,7 +369,7 @@ TEST(BadTrackFile, IsRejectedIfTheGzipIsTruncatedAnywhere) {
   std::string text = "track_id,t,x,y\n";
   for (int i = 0; i < 2000; ++i) text += "1," + std::to_string(i) + "," + std::to_string(i * i % 977) + ",2\n";
   const auto whole = folder.write_gz("whole.gz", text);
-  const std::string bytes = tests::bytes_of(whole);
+  const std::string bytes = tests::content_of(whole);
   for (const std::size_t length :
        {std::size_t{2}, std::size_t{9}, std::size_t{11}, bytes.size() / 2, bytes.size() - 9, bytes.size() - 1}) {
     SCOPED_TRACE(length);

@@ -26,15 +26,10 @@ std::string configuration_of(int number) {
   return R"({"n": )" + std::to_string(number / 3) + "}";
 }
 
-bool operator==(const EpisodeRecord& a, const EpisodeRecord& b) {
-  return a.number == b.number && a.tracks == b.tracks && a.seconds == b.seconds && a.size_before == b.size_before &&
-         a.size_after == b.size_after && a.statistics == b.statistics && a.committed_s == b.committed_s;
-}
-
 void expect_same(const StoredModel& a, const StoredModel& b) {
   EXPECT_TRUE(identical(a.model, b.model));
   EXPECT_EQ(a.configuration, b.configuration);
-  EXPECT_TRUE(std::ranges::equal(a.episodes, b.episodes, [](const auto& x, const auto& y) { return x == y; }));
+  EXPECT_TRUE(same_records(a.episodes, b.episodes));
   EXPECT_EQ(model_bytes(a), model_bytes(b));
 }
 
@@ -214,7 +209,7 @@ TEST(Undo, DetailsOfOldEpisodesGoAndComeBack) {
 TEST(Undo, TheLogTellsWhatEachEpisodeDid) {
   const ScratchFolder folder;
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
-  file.commit(random_model(1), record(1), "{}");
+  commit(file, 1);
   file.commit(random_model(2), record_of(2), "{}");
   const nlohmann::ordered_json json = log_json(file.read(), file.oldest_rollback());
   EXPECT_EQ(json.at("oldest_rollback"), 1);

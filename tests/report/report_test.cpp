@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "report/scored.hpp"
@@ -38,11 +36,6 @@ ReportInput made_up() {
   input.tracks = testing::corner_walks(30, 2);
   input.configuration = to_json(kConfig);
   return input;
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 TEST(Report, HasTheModelAndWhatBecameOfThePeople) {
@@ -96,7 +89,7 @@ TEST(Report, HasWhatPredictsOnThePageIfItFits) {
   const ReportInput input = made_up(), empty;
   const nlohmann::ordered_json data = report_data(input);
   EXPECT_EQ(data.at("predictor").at("wasm"),
-            text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/predictor.wasm.base64"));
+            tests::content_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/predictor.wasm.base64"));
   EXPECT_GT(data.at("predictor").at("model").get<std::string>().size(), 1000u);
   ReportLimits limits;
   limits.bytes_with_predictor = data.dump().size() - 100;
@@ -135,7 +128,7 @@ TEST(Page, IsTheBuiltOneWithTheDataInItsPlace) {
   const nlohmann::ordered_json data{{"a", 1}};
   for (const auto& [name, page] :
        std::map<std::string, std::string>{{"report", report_page(data)}, {"editor", editor_page(data)}}) {
-    std::string built = text_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/" + name + ".html");
+    std::string built = tests::content_of(std::string(SILA_TESTS_DIR) + "/../viewer/dist/" + name + ".html");
     const std::string marker = "\"sila-report-data\"";
     const std::size_t at = built.find(marker);
     ASSERT_NE(at, std::string::npos);
@@ -186,10 +179,7 @@ TEST(Editor, DrawsTracksOfACameraInItsPicture) {
 
 TEST(Picture, IsADataUrlOfAPngOrJpeg) {
   const tests::ScratchFolder folder;
-  const auto url_of = [&](const std::string& bytes) {
-    std::ofstream(folder / "picture", std::ios::binary) << bytes;
-    return picture_url(folder / "picture");
-  };
+  const auto url_of = [&](const std::string& bytes) { return picture_url(folder.write("picture", bytes)); };
   EXPECT_EQ(url_of("\x89PNG\r\n\x1a\nabc"), "data:image/png;base64,iVBORw0KGgphYmM=");
   EXPECT_EQ(url_of("\xff\xd8\xff"), "data:image/jpeg;base64,/9j/");
   EXPECT_EQ(url_of("\xff\xd8\xff\xe0"), "data:image/jpeg;base64,/9j/4A==");

@@ -3,10 +3,16 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
 namespace sila::tests {
+
+inline std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 /// A new folder that nobody else has, removed at the end: tests run side by side, and several builds of them on one
 /// machine, so that a fixed name in the folder of temporary files would be written by two at once.
