@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "sila/train/episode.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 const EpisodeConfig kConfig;
 
 Model learnt(int tracks) {
-  return run_episodes({}, testing::corner_walks(tracks, 2), 20, kConfig, sila_update(kConfig)).model;
+  return testing::learnt(testing::corner_walks(tracks, 2));
 }
 
 /// The same model with its primitives numbered the other way round.

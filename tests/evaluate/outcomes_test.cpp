@@ -5,6 +5,7 @@
 #include "sila/evaluate/training_support.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
@@ -19,7 +20,7 @@ TEST(Evaluate, OutcomesOfSimulatedPeopleAreCalibrated) {
   for (const Trajectory& track : simulation.tracks)
     tracks.push_back({track, rescaled(primary_corner(simulation.scene).frame, config.scaling)});
   const Split split = split_tracks(std::move(tracks), 0.3, 7, SplitBy::track);
-  const Model model = run_episodes({}, split.train, 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(split.train, config);
   const std::vector<OutcomeScore> outcomes = evaluate(model, split.test, config, {}).outcomes;
   ASSERT_EQ(outcomes.size(), 10);  // of people who stand and who walk, at five horizons
   for (const OutcomeScore& score : outcomes) {

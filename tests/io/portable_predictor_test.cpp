@@ -4,8 +4,8 @@
 
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 #include "support/message_of.hpp"
-#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 PortablePredictor learnt() {
   const EpisodeConfig config;
   PortablePredictor predictor{{}, testing::square_frame(), config.sampling, config.predict};
-  predictor.model = run_episodes({}, testing::corner_walks(60, 1), 20, config, sila_update(config)).model;
+  predictor.model = testing::learnt(testing::corner_walks(60, 1), config);
   predictor.sampling.acceleration_density = 1.5;
   predictor.predict.horizon_s = 4.0;
   return predictor;

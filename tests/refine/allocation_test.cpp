@@ -11,8 +11,8 @@
 #include "sila/config.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 #include "support/sanitized.hpp"
-#include "support/walks.hpp"
 
 // Sanitizers have an allocator of their own, which must not be replaced.
 #if !SILA_SANITIZED
@@ -74,7 +74,7 @@ Counts counts_of(const Work& work) {
 }
 
 void expect_quiet(const EpisodeConfig& config) {
-  const Model model = run_episodes({}, testing::corner_walks(80, 21), 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(testing::corner_walks(80, 21), config);
   const std::vector<Window> windows = windows_of(testing::corner_walks(20, 99), config.sampling, config.predict, 0.4);
   ASSERT_GT(windows.size(), 50u);
   const Predictor predictor(model, config.predict);
@@ -120,7 +120,7 @@ TEST(Workspace, TheSameInThePapersProfile) {
 
 TEST(FlowFieldIndex, OfFieldsThatReachFarOnAFineGridMakesNoBuckets) {
   const EpisodeConfig config;
-  Model model = run_episodes({}, testing::corner_walks(20, 21), 20, config, sila_update(config)).model;
+  Model model = testing::learnt(testing::corner_walks(20, 21), config);
   const double scale = model.transitions.front().field.gp.kernel.length_scales.maxCoeff();
   model.settings.grid.cell = scale / 45.0;  // nearly 10,000 cells are within one length scale
   const Counts counts = counts_of([&] { Predictor(model, config.predict); });

@@ -7,17 +7,14 @@
 #include "refine/residual.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
 
-const EpisodeConfig kConfig;
+using testing::corner_model;
 
-const Model& corner_model() {
-  static const Model model = run_episodes({}, testing::corner_walks(80, 21), 20, kConfig, sila_update(kConfig)).model;
-  return model;
-}
+const EpisodeConfig kConfig;
 
 std::vector<Window> fresh_windows() {
   return windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
@@ -120,7 +117,7 @@ void add_coverage(Coverage& coverage, const Model& model, const std::vector<Fram
 }
 
 TEST(Predictor, StatedRegionsHoldWhatTheySayOnTracksThatWereNotLearnt) {
-  const Model model = run_episodes({}, testing::corner_walks(200, 31), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(testing::corner_walks(200, 31));
   Coverage found;
   add_coverage(found, model, testing::corner_walks(150, 77));
   ASSERT_GT(found.windows, 300.0);

@@ -13,7 +13,7 @@
 #include "sila/core/sampling.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
@@ -251,7 +251,7 @@ TEST(Outcomes, AreStatedAtWholeSecondsAndTheHorizon) {
 
 TEST(Outcomes, OfALongerHorizonBeginAsThoseOfAShorterOne) {
   EpisodeConfig config;
-  const Model model = run_episodes({}, testing::corner_walks(40, 21), 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(testing::corner_walks(40, 21));
   RefineConfig shorter = config.predict;
   shorter.horizon_s = 3.0;
   const Predictor near(model, shorter), far(model, config.predict);
@@ -274,7 +274,7 @@ double sideways_m(const Prediction& prediction, VariantKind variant) {
 
 TEST(Outcomes, AWalkerGoesStraightOnAndAStanderStays) {
   EpisodeConfig config;
-  const Model model = run_episodes({}, testing::corner_walks(40, 21), 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(testing::corner_walks(40, 21));
   const Predictor predictor(model, config.predict);
   const Trajectory walker = testing::walk("walks", {{14, 1}, {6, 1}}, 1.3);
   const Prediction walks =

@@ -7,6 +7,7 @@
 #include "sila/config.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 TEST(PaperAlone, IsWhatTheProfileOfThePaperDoes) {
   const EpisodeConfig config = with_profile({}, "paper").episode;
   const std::vector<FramedTrajectory> tracks = testing::walks_in_widths(60, 3);
-  const Model whole = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+  const Model whole = testing::learnt(tracks, config);
   const Model alone = testing::learn_paper_alone(tracks, config.sampling, config.learn, config.fuse);
   ASSERT_EQ(alone.primitives.size(), whole.primitives.size());
   ASSERT_EQ(alone.transitions.size(), whole.transitions.size());

@@ -11,17 +11,14 @@
 #include "predict/rollout.hpp"
 #include "sila/config.hpp"
 #include "sila/train/episode.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
 
-const EpisodeConfig kConfig;
+using testing::corner_model;
 
-const Model& corner_model() {
-  static const Model model = run_episodes({}, testing::corner_walks(80, 21), 20, kConfig, sila_update(kConfig)).model;
-  return model;
-}
+const EpisodeConfig kConfig;
 
 void expect_valid(const Prediction& prediction) {
   ASSERT_FALSE(prediction.modes.empty());
@@ -325,7 +322,7 @@ TEST(Predictor, OwnDeviationBeginsWithTheObservedVelocityAndFades) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 21);
   EpisodeConfig config = with_profile({}, "paper").episode;
   config.predict.merge_radius_m = 0.0;
-  const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(tracks, config);
   RefineConfig without = config.predict;
   without.own_deviation = false;
   const Predictor own(model, config.predict), field(model, without);

@@ -9,6 +9,7 @@
 
 #include "service/streams.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
@@ -62,7 +63,7 @@ std::vector<std::string> lines_of(const Model& model, const OnlineCalibration& c
 
 TEST(Engine, BeginsWithTheCalibrationThatWasKept) {
   const EpisodeConfig config = testing::service_settings().episode;
-  const Model model = run_episodes({}, testing::corner_walks(40, 3), 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(testing::corner_walks(40, 3), config);
   const std::vector<std::string> lines = lines_of(model, {});
   EXPECT_FALSE(lines.empty());
   EXPECT_EQ(lines, lines_of(model, {}));

@@ -58,4 +58,14 @@ inline std::vector<FramedTrajectory> corner_walks(int count, unsigned seed) {
   return tracks;
 }
 
+/// `corner_walks` at another place.
+inline std::vector<FramedTrajectory> walks_at(const CurbFrame& frame, int count, unsigned seed) {
+  std::vector<FramedTrajectory> tracks = corner_walks(count, seed);
+  for (FramedTrajectory& placed : tracks) {
+    for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
+    placed.frame = frame;
+  }
+  return tracks;
+}
+
 }  // namespace sila::testing

@@ -10,11 +10,14 @@
 
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 #include "support/message_of.hpp"
-#include "support/walks.hpp"
 
 namespace sila {
 namespace {
+
+using testing::learnt;
+using testing::leaves_of;
 
 const EpisodeConfig kConfig;
 
@@ -23,13 +26,6 @@ using Tracks = std::vector<FramedTrajectory>;
 Tracks part(const Tracks& tracks, std::size_t from, std::size_t count) {
   const auto first = tracks.begin() + static_cast<std::ptrdiff_t>(from);
   return {first, first + static_cast<std::ptrdiff_t>(count)};
-}
-
-std::vector<Partition> leaves_of(const Tracks& tracks, std::size_t partition, std::size_t batch) {
-  std::vector<Partition> partitions;
-  for (std::size_t i = 0; i < tracks.size(); i += partition)
-    partitions.push_back({part(tracks, i, std::min(partition, tracks.size() - i)), batch, {}, {}});
-  return partitions;
 }
 
 TEST(EpisodeIds, StandForTheContentWhateverItsNamesAndOrder) {
@@ -83,10 +79,10 @@ TEST(Episode, ThatTheModelHasLearntBeforeChangesNothing) {
 
 TEST(FuseModels, DoesNotCountAnEpisodeTwice) {
   const Tracks tracks = testing::corner_walks(60, 4);
-  const Model all = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
-  const Model last = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
+  const Model all = learnt(tracks);
+  const Model last = learnt(part(tracks, 40, 20));
   EXPECT_THROW(fuse_models(all, last, kConfig.fuse), std::invalid_argument);
-  const Model other = run_episodes({}, testing::corner_walks(20, 5), 20, kConfig, sila_update(kConfig)).model;
+  const Model other = learnt(testing::corner_walks(20, 5));
   const Model fused = fuse_models(all, other, kConfig.fuse).model;
   EXPECT_EQ(fused.episode_ids.size(), 4u);
   EXPECT_TRUE(std::ranges::is_sorted(fused.episode_ids));
@@ -151,7 +147,7 @@ TEST(Fleet, TakesModelsThatWereLearntElsewhere) {
   const Tracks tracks = testing::corner_walks(60, 12);
   std::vector<Partition> partitions = leaves_of(part(tracks, 0, 40), 20, 20);
   Partition elsewhere;
-  elsewhere.model = run_episodes({}, part(tracks, 40, 20), 20, kConfig, sila_update(kConfig)).model;
+  elsewhere.model = learnt(part(tracks, 40, 20));
   partitions.push_back(elsewhere);
   const Model model = learn_fleet({}, partitions, kConfig);
   EXPECT_EQ(model.tracks, 60);
@@ -207,11 +203,7 @@ TEST(Fleet, LeavesWhatAModelHasOutOfTheTracks) {
 }
 
 TEST(Fleet, ScoresALeafByItselfWhoseSiteTheOtherHalfDoesNotKnow) {
-  Tracks elsewhere = testing::corner_walks(60, 13);
-  for (FramedTrajectory& placed : elsewhere) placed.frame.origin_m.x() += 100.0;
-  for (FramedTrajectory& placed : elsewhere) {
-    for (Vector2& position : placed.track.positions_m) position.x() += 100.0;
-  }
+  const Tracks elsewhere = testing::walks_at(make_curb_frame({100, 0}, {1, 0}, {0, 1}, 2.5), 60, 13);
   const Partition here{testing::corner_walks(60, 12), 20, {}, {}}, there{elsewhere, 20, {}, {}};
   const Model model = learn_fleet({}, {here, there}, kConfig);
   ASSERT_EQ(model.sites.size(), 2u);

@@ -6,7 +6,7 @@
 #include "refine/refine.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 #include "train/steps.hpp"
 
 namespace sila {
@@ -32,7 +32,7 @@ TEST(Growth, WithoutPruningTheModelIsThatOfLearningAndFusing) {
   EpisodeConfig off = kConfig;
   off.prune.enabled = false;
   const Model plain = run_episodes({}, tracks, 20, off, only_learn_and_fuse(off)).model;
-  EXPECT_TRUE(identical(run_episodes({}, tracks, 20, off, sila_update(off)).model, plain));
+  EXPECT_TRUE(identical(testing::learnt(tracks, off), plain));
 }
 
 // Which primitives a batch gives depends on rounding, so that one run more or less proves nothing: four seeds of 15
@@ -51,7 +51,7 @@ TEST(Growth, PruningMakesModelsSmaller) {
 
 TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(100, 6);
-  Model rest = run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
+  Model rest = testing::learnt(tracks);
   const auto most = static_cast<double>(packed_bytes(rest));
   rest.primitives.clear();
   rest.transitions.clear();
@@ -72,7 +72,7 @@ TEST(Growth, ALimitHoldsAfterEveryEpisodeAndWhatWasGivenUpIsTold) {
 }
 
 TEST(Growth, WhereBytesAreShortResidualsLoseDetailBeforeATransitionGoes) {
-  const Model model = run_episodes({}, testing::corner_walks(100, 6), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(testing::corner_walks(100, 6));
   const auto most_inputs = [](const Model& of) {
     Eigen::Index most = 0;
     for (const SparseGp& residual : of.refinement.residuals) most = std::max(most, residual.pseudo_inputs.cols());

@@ -8,6 +8,7 @@
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
 #include "support/hostile_tracks.hpp"
+#include "support/learnt.hpp"
 #include "support/message_of.hpp"
 #include "support/sanitized.hpp"
 #include "support/sound.hpp"
@@ -84,7 +85,7 @@ TEST(Hostile, PeopleWhoAllDoTheSameDoNotMakeAPredictionSurerThanAMillimetre) {
 }
 
 TEST(Hostile, AnyWindowIsPredictedByASaneModel) {
-  const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(testing::corner_walks(60, 3));
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     HostileTracks hostile(seed);
@@ -109,7 +110,7 @@ CurbTrajectory random_window(HostileTracks& hostile) {
 }
 
 TEST(Hostile, NumbersOfAnySizeArePredictedOrRejected) {
-  const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(testing::corner_walks(60, 3));
   const Predictor predictor(model, kConfig.predict);
   RefineConfig plain = kConfig.predict;
   plain.stacking = false;

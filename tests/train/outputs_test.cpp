@@ -6,7 +6,7 @@
 #include "sila/model/packing.hpp"
 #include "sila/refine/predictor.hpp"
 #include "sila/train/episode.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
@@ -17,17 +17,13 @@ EpisodeConfig with_outputs(FieldOutputs outputs) {
   return config;
 }
 
-Model learnt(const EpisodeConfig& config, std::span<const FramedTrajectory> tracks) {
-  return run_episodes({}, tracks, 20, config, sila_update(config)).model;
-}
-
 TEST(IndependentOutputs, PredictAsSharedOnesUnderOneTheta) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 11);
   EpisodeConfig shared = with_outputs(FieldOutputs::shared), independent = with_outputs(FieldOutputs::independent);
   for (const bool pruned : {false, true}) {
     SCOPED_TRACE(pruned);
     shared.prune.enabled = independent.prune.enabled = pruned;
-    const Model a = learnt(shared, tracks), b = learnt(independent, tracks);
+    const Model a = testing::learnt(tracks, shared), b = testing::learnt(tracks, independent);
     EXPECT_NO_THROW(check(b));
     ASSERT_EQ(size(a), size(b));
     const Predictor first(a, shared.predict), second(b, shared.predict);
@@ -45,7 +41,7 @@ TEST(IndependentOutputs, PredictAsSharedOnesUnderOneTheta) {
 
 TEST(IndependentOutputs, HaveAThetaAndPseudoInputsOfTheirOwn) {
   EpisodeConfig config = with_profile({}, "paper-literal").episode;
-  const Model model = learnt(config, testing::corner_walks(40, 5));
+  const Model model = testing::learnt(testing::corner_walks(40, 5), config);
   std::size_t apart = 0;
   for (const Transition& transition : model.transitions) {
     ASSERT_TRUE(transition.field.independent());
@@ -58,7 +54,7 @@ TEST(IndependentOutputs, HaveAThetaAndPseudoInputsOfTheirOwn) {
 }
 
 TEST(IndependentOutputs, ArePackedBitForBit) {
-  const Model model = learnt(with_outputs(FieldOutputs::independent), testing::corner_walks(20, 6));
+  const Model model = testing::learnt(testing::corner_walks(20, 6), with_outputs(FieldOutputs::independent));
   for (const Transition& transition : model.transitions) {
     const FlowField again = unpack<FlowField>(pack(transition.field));
     EXPECT_TRUE(again.gp == transition.field.gp && again.gp_y == transition.field.gp_y);

@@ -12,10 +12,12 @@
 #include "sila/refine/prune.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
+
+using testing::learnt;
 
 using Tracks = std::vector<FramedTrajectory>;
 
@@ -23,17 +25,7 @@ const EpisodeConfig kConfig;
 
 /// Around a corner far from the origin, turned.
 Tracks elsewhere(int count, unsigned seed) {
-  const CurbFrame frame = make_curb_frame({300, -80}, {0, 1}, {-1, 0}, 3);
-  Tracks tracks = testing::corner_walks(count, seed);
-  for (FramedTrajectory& placed : tracks) {
-    for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
-    placed.frame = frame;
-  }
-  return tracks;
-}
-
-Model learnt(const Tracks& tracks, const Model& start = {}, const EpisodeConfig& config = kConfig) {
-  return run_episodes(start, tracks, 20, config, sila_update(config)).model;
+  return testing::walks_at(make_curb_frame({300, -80}, {0, 1}, {-1, 0}, 3), count, seed);
 }
 
 /// Mean displacement error of the mean paths [m].
@@ -164,15 +156,7 @@ TEST(Prior, StaysAsItIsWhateverIsLearntAndFused) {
 
 TEST(Prior, IsWhereAFleetBegins) {
   const Model prior = prior_elsewhere();
-  const Tracks tracks = testing::corner_walks(40, 3);
-  std::vector<Partition> partitions;
-  for (std::size_t i = 0; i < 40; i += 20)
-    partitions.push_back(
-        {Tracks(tracks.begin() + static_cast<std::ptrdiff_t>(i), tracks.begin() + static_cast<std::ptrdiff_t>(i + 20)),
-         20,
-         {},
-         {}});
-  const Model model = learn_fleet(prior, std::move(partitions), kConfig);
+  const Model model = learn_fleet(prior, testing::leaves_of(testing::corner_walks(40, 3), 20, 20), kConfig);
   EXPECT_EQ(pack(model.refinement.prior), pack(prior.refinement.prior));
   EXPECT_EQ(model.tracks, 40);
   EXPECT_NO_THROW(check(model));

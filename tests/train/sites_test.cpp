@@ -8,10 +8,12 @@
 #include "refine/error_statistics.hpp"
 #include "sila/train/episode.hpp"
 #include "sila/train/fleet.hpp"
-#include "support/walks.hpp"
+#include "support/learnt.hpp"
 
 namespace sila {
 namespace {
+
+using testing::learnt;
 
 using Tracks = std::vector<FramedTrajectory>;
 
@@ -23,12 +25,9 @@ Tracks here(int count, unsigned seed) {
 }
 
 Tracks there(int count, unsigned seed) {
-  const CurbFrame frame = make_curb_frame({200, 50}, {0, 1}, {-1, 0}, 1.8);
-  Tracks tracks = testing::corner_walks(count, seed);
+  Tracks tracks = testing::walks_at(make_curb_frame({200, 50}, {0, 1}, {-1, 0}, 1.8), count, seed);
   for (FramedTrajectory& placed : tracks) {
-    for (Vector2& p : placed.track.positions_m) p = to_world(frame, p);
     for (double& t : placed.track.times_s) t *= 1.3;
-    placed.frame = frame;
   }
   return tracks;
 }
@@ -36,10 +35,6 @@ Tracks there(int count, unsigned seed) {
 Tracks both(Tracks first, const Tracks& second) {
   first.insert(first.end(), second.begin(), second.end());
   return first;
-}
-
-Model learnt(const Tracks& tracks, const Model& start = {}, const EpisodeConfig& config = kConfig) {
-  return run_episodes(start, tracks, 20, config, sila_update(config)).model;
 }
 
 /// Largest distance of the mean paths of two models on the windows of tracks [m].
@@ -93,16 +88,7 @@ TEST(Sites, LaterTracksOfOneLeaveTheOthersPaths) {
 
 TEST(Sites, LearntByATreePredictAboutAsByTheirOwnTrees) {
   const Tracks a = here(80, 1), b = there(80, 2);
-  const auto partitions_of = [](const Tracks& tracks) {
-    std::vector<Partition> partitions;
-    for (std::size_t i = 0; i < tracks.size(); i += 20)
-      partitions.push_back({Tracks(tracks.begin() + static_cast<std::ptrdiff_t>(i),
-                                   tracks.begin() + static_cast<std::ptrdiff_t>(i + 20)),
-                            20,
-                            {},
-                            {}});
-    return partitions;
-  };
+  const auto partitions_of = [](const Tracks& tracks) { return testing::leaves_of(tracks, 20, 20); };
   const Model of_a = learn_fleet({}, partitions_of(a), kConfig), of_b = learn_fleet({}, partitions_of(b), kConfig);
   const Model together = learn_fleet({}, partitions_of(both(a, b)), kConfig);
   EXPECT_NO_THROW(check(together));

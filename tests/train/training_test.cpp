@@ -10,8 +10,8 @@
 #include "sila/evaluate/training_support.hpp"
 #include "sila/model/packing.hpp"
 #include "sila/train/episode.hpp"
+#include "support/learnt.hpp"
 #include "support/message_of.hpp"
-#include "support/walks.hpp"
 #include "train/steps.hpp"
 
 namespace sila {
@@ -39,7 +39,7 @@ TEST(Episode, GivesTheSameModelOnOneThreadAndOnMany) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 5);
   const auto learnt = [&](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    return run_episodes({}, tracks, 20, kConfig, sila_update(kConfig)).model;
+    return testing::learnt(tracks);
   };
   const Model one = learnt(1), two = learnt(2), eight = learnt(8);
   EXPECT_TRUE(identical(one, two));
@@ -55,13 +55,13 @@ TEST(Episode, ErrorStatisticsAreLearntBeforeTheBatchIsAndDoNotGrow) {
             run.model.refinement.error_statistics[0].stacking.size());
   EpisodeConfig none = kConfig;
   none.error_statistics.enabled = false;
-  EXPECT_TRUE(run_episodes({}, tracks, 20, none, sila_update(none)).model.refinement.error_statistics.at(0).empty());
+  EXPECT_TRUE(testing::learnt(tracks, none).refinement.error_statistics.at(0).empty());
 }
 
 TEST(Episode, ReportsThePrequentialErrorThatEvaluateFinds) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 6);
   const auto batch = std::span(tracks).subspan(40);
-  const Model before = run_episodes({}, std::span(tracks).first(40), 20, kConfig, sila_update(kConfig)).model;
+  const Model before = testing::learnt(std::span(tracks).first(40));
   const PrequentialError error = run_episode(before, batch, kConfig).report.prequential;
   EvaluateConfig as_often;
   as_often.stride_s = kConfig.error_statistics.stride_s;
@@ -165,7 +165,7 @@ TEST(Retrain, SeesAllBatchesSoFar) {
 }
 
 TEST(Evaluate, CountsEveryTrackAndBeatsConstantVelocityRoundACorner) {
-  const Model model = run_episodes({}, testing::corner_walks(100, 12), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(testing::corner_walks(100, 12));
   std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 13);
   tracks.push_back({testing::walk("brief", {{0, 0}, {2, 0}}, 1.0), testing::square_frame()});
   tracks.push_back({testing::walk("short future", {{0, 1}, {5, 1}}, 1.0), testing::square_frame()});
@@ -197,7 +197,7 @@ TEST(Episode, PeopleWhoStandHaveADensityOfTheirOwn) {
 }
 
 TEST(Episode, ShortWindowsHaveDensitiesOfTheirOwn) {
-  const Model model = run_episodes({}, testing::corner_walks(60, 3), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(testing::corner_walks(60, 3));
   const Densities& densities = model.refinement.error_statistics[0].density;
   double shorter = 0.0;
   for (std::size_t observed = 1; observed < kObservedClasses; ++observed) {
@@ -241,7 +241,7 @@ TEST(Evaluate, ScoresWhenPeopleStart) {
   std::vector<FramedTrajectory> tracks;
   for (unsigned i = 0; i < 100; ++i)  // half of the people start after 5 to 6 s, the others much later
     tracks.push_back(starts_after("s" + std::to_string(i), i % 2 == 0 ? 5.0 + 0.02 * i : 40.0, i));
-  const Model model = run_episodes({}, std::span(tracks).first(60), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(std::span(tracks).first(60));
   const std::vector<ChangeScore> changes = evaluate(model, std::span(tracks).subspan(60), kConfig, {}).changes;
   ASSERT_FALSE(changes.empty());
   EXPECT_EQ(changes.front().motion_state, kStanding);
@@ -255,7 +255,7 @@ TEST(Evaluate, ScoresWhenPeopleStart) {
 
 TEST(Evaluate, ShowsTheModelLessOfTheSameWindows) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(80, 3);
-  const Model model = run_episodes({}, std::span(tracks).first(60), 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(std::span(tracks).first(60));
   EvaluateConfig shorter;
   shorter.observed_s = 0.4;
   const Evaluation whole = evaluate(model, std::span(tracks).subspan(60), kConfig, {});
@@ -290,8 +290,7 @@ std::vector<FramedTrajectory> people_who_stand() {
 }
 
 TEST(ErrorStatistics, ScoresOfStandingPeopleCountWhereNobodyWalks) {
-  const ErrorStatistics seen =
-      run_episodes({}, people_who_stand(), 20, kConfig, sila_update(kConfig)).model.refinement.error_statistics[0];
+  const ErrorStatistics seen = testing::learnt(people_who_stand()).refinement.error_statistics[0];
   ASSERT_LT(seen.density[kWalking].scale.weight, 10.0);
   EXPECT_GT(std::accumulate(seen.scores[0].begin(), seen.scores[0].end(), 0.0), 20.0);
 }
@@ -300,8 +299,7 @@ TEST(ErrorStatistics, EachObservedClassIsFittedAtAnyInterval) {
   for (const double interval_s : {0.2, 0.25, 0.3, 0.5}) {
     EpisodeConfig config;
     config.sampling.interval_s = interval_s;
-    const ErrorStatistics seen = run_episodes({}, testing::corner_walks(40, 3), 20, config, sila_update(config))
-                                     .model.refinement.error_statistics[0];
+    const ErrorStatistics seen = testing::learnt(testing::corner_walks(40, 3), config).refinement.error_statistics[0];
     for (std::size_t observed = 0; observed < kObservedClasses; ++observed)
       EXPECT_GT(seen.density[observed * kMotionStates + kWalking].scale.weight, 0.0) << interval_s << " " << observed;
   }
@@ -339,7 +337,7 @@ TEST(Evaluate, PeopleWhoStandErrNoMoreThanTheBetterReference) {
   std::vector<FramedTrajectory> tracks = testing::corner_walks(60, 21);
   std::ranges::move(people_who_stand(), std::back_inserter(tracks));
   const Split split = split_tracks(std::move(tracks), 0.25, 5, SplitBy::track);
-  const Model model = run_episodes({}, split.train, 20, kConfig, sila_update(kConfig)).model;
+  const Model model = testing::learnt(split.train);
   const GroupScore standing = evaluate(model, split.test, kConfig, {}).groups[2];
   ASSERT_EQ(standing.name, "standing");
   ASSERT_GT(standing.windows, 40u);
@@ -351,7 +349,7 @@ TEST(Evaluate, ScoresAsFarAsIsPredictedWhereTheHorizonIsNoMultipleOfTheInterval)
   EpisodeConfig config;
   config.sampling.interval_s = 0.3;  // 16 steps in 5 s, and the 17th is nearer to it
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 9);
-  const Model model = run_episodes({}, tracks, 20, config, sila_update(config)).model;
+  const Model model = testing::learnt(tracks, config);
   EXPECT_EQ(model.refinement.error_statistics.at(0).steps, 16);
   const Evaluation evaluation = evaluate(model, tracks, config, {});
   EXPECT_EQ(evaluation.groups.front().model.size(), evaluation.horizons_s.size());
