@@ -15,7 +15,7 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   fs::copy(folder_ / "m.sila", folder_ / "three.sila");
   ASSERT_EQ(run("simulate --tracks 40 --seed 2 --set simulate.occlusions_per_min=0 --out more.csv").code, 0);
   ASSERT_EQ(run("learn more.csv --scene more.scene.json --model m.sila --batch 20").code, 0);
-  const auto log = nlohmann::json::parse(run("log m.sila --json").out);
+  const auto log = json_of("log m.sila --json");
   ASSERT_EQ(log.at("episodes").size(), 5u);
   EXPECT_EQ(log.at("oldest_rollback"), 1);
   for (const auto& episode : log["episodes"]) {
@@ -30,12 +30,12 @@ TEST_F(Program, ListsEpisodesAndGoesBackToAnyOfThem) {
   ASSERT_EQ(back.code, 0) << back.err;
   EXPECT_TRUE(says(back.out, "as it was after episode 3"));
   const auto without_bytes = [&](const std::string& model) {
-    auto json = nlohmann::json::parse(run("inspect --json " + model).out);
+    auto json = json_of("inspect --json " + model);
     json.erase("bytes");
     return json;
   };
   EXPECT_EQ(without_bytes("m.sila"), without_bytes("three.sila"));
-  const auto difference = nlohmann::json::parse(run("diff m.sila three.sila --json").out);
+  const auto difference = json_of("diff m.sila three.sila --json");
   EXPECT_TRUE(difference.at("primitives").at("only_a").empty() && difference["primitives"]["changed"].empty());
   for (const auto& horizon : difference.at("predictions")) EXPECT_EQ(horizon.at("max_m"), 0.0);
   const std::string predict = "predict tracks.csv --scene tracks.scene.json --model ";
@@ -55,16 +55,16 @@ TEST_F(Program, ServiceGoesOnFromWhatARollbackLeft) {
   const auto until_reported = [](const std::string& words) {
     return "for i in $(seq 600); do if grep -q '" + words + "' reported; then break; fi; sleep 0.1; done; ";
   };
-  write(folder_ / "live.sh",
-        "touch reported; { cat tracks.ndjson; " + until_reported("episode 2 is stored") +
-            "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " + until_reported("continuing with its 1 episode") +
-            "cat more.ndjson; } | '" SILA_PROGRAM
-            "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
-            ">predictions 2>reported\n");
+  folder_.write("live.sh", "touch reported; { cat tracks.ndjson; " + until_reported("episode 2 is stored") +
+                               "'" SILA_PROGRAM "' rollback m.sila --to 1 >&2; " +
+                               until_reported("continuing with its 1 episode") +
+                               "cat more.ndjson; } | '" SILA_PROGRAM
+                               "' serve --stdin --wait --http off --batch 20 --scene tracks.scene.json --model m.sila "
+                               ">predictions 2>reported\n");
   ASSERT_EQ(std::system(("cd '" + folder_.path().string() + "' && sh live.sh").c_str()), 0);
   const std::string reported = content_of(folder_ / "reported");
   EXPECT_TRUE(says(reported, "changed by another process; continuing with its 1 episode"));
-  const auto log = nlohmann::json::parse(run("log m.sila --json").out);
+  const auto log = json_of("log m.sila --json");
   EXPECT_GE(log.at("episodes").size(), 4u) << reported;  // the first, and those of the others
   for (std::size_t i = 0; i < log["episodes"].size(); ++i) EXPECT_EQ(log["episodes"][i].at("number"), i + 1);
   EXPECT_EQ(run("verify m.sila").code, 0);
@@ -79,12 +79,12 @@ TEST_F(Program, TellsWhatDiffersBetweenTwoModels) {
   ASSERT_EQ(reported.code, 0) << reported.err;
   for (const char* part : {"primitives ", "transitions ", "only in B", "at 5.0 s: "})
     EXPECT_TRUE(says(reported.out, part));
-  const auto on_tracks = nlohmann::json::parse(run("diff m.sila n.sila more.csv --scene more.scene.json --json").out);
+  const auto on_tracks = json_of("diff m.sila n.sila more.csv --scene more.scene.json --json");
   EXPECT_GT(on_tracks.at("windows").get<int>(), 20);
   EXPECT_GT(on_tracks.at("predictions").back().at("mean_m").get<double>(), 0.001);
   EXPECT_GT(on_tracks.at("transitions").at("only_b").size() + on_tracks["transitions"]["changed"].size(), 0u);
   // Without a scene the tracks lie in the frame of the first model.
-  EXPECT_GT(nlohmann::json::parse(run("diff m.sila n.sila more.csv --json").out).at("windows").get<int>(), 20);
+  EXPECT_GT(json_of("diff m.sila n.sila more.csv --json").at("windows").get<int>(), 20);
 }
 
 TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {
@@ -93,12 +93,12 @@ TEST_F(Program, VerifiesAModelInOneLineAndSaysWhatHelps) {
   EXPECT_EQ(whole.code, 0) << whole.err;
   EXPECT_EQ(std::count(whole.out.begin(), whole.out.end(), '\n'), 1);
   EXPECT_TRUE(says(whole.out, "intact"));
-  EXPECT_EQ(nlohmann::json::parse(run("verify m.sila --json").out).at("undone"), 2);
+  EXPECT_EQ(json_of("verify m.sila --json").at("undone"), 2);
   std::string bytes = content_of(folder_ / "m.sila");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
-  write(folder_ / "m.sila", bytes);
+  folder_.write("m.sila", bytes);
   expect_rejected("verify m.sila", {"m.sila", "damaged"});
-  write(folder_ / "m.sila", "no model");
+  folder_.write("m.sila", "no model");
   expect_rejected("verify m.sila", {"m.sila", "another kind"});
 }
 
@@ -108,12 +108,12 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
   const Outcome shared = run(learning + " --min-people 5");
   ASSERT_EQ(shared.code, 0) << shared.err;
   EXPECT_TRUE(says(shared.err, "each shown by 5 different tracks"));
-  const auto home = nlohmann::json::parse(run("inspect m.sila --json").out);
-  const auto away = nlohmann::json::parse(run("inspect s.sila --json").out);
+  const auto home = json_of("inspect m.sila --json");
+  const auto away = json_of("inspect s.sila --json");
   EXPECT_LT(away.at("size"), home.at("size"));
   EXPECT_GT(away.at("size"), 0);
   EXPECT_TRUE(away.at("records").empty());
-  EXPECT_EQ(nlohmann::json::parse(run("verify s.sila --json").out).at("undone"), 0);
+  EXPECT_EQ(json_of("verify s.sila --json").at("undone"), 0);
   EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model s.sila --out p.ndjson").code, 0);
   const Outcome none =
       run("learn tracks.csv --scene tracks.scene.json --model n.sila --batch 20 --min-people 61 --share t.sila");
@@ -126,20 +126,20 @@ TEST_F(Program, SharesOnlyWhatEnoughTracksShowed) {
 
 TEST_F(Program, BeginsANewPlaceWithAPrior) {
   learn();
-  write(folder_ / "p.sila", "");  // as after a full disk
+  folder_.write("p.sila", "");  // as after a full disk
   const Outcome made = run("prior make m.sila --out p.sila");
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_TRUE(says(made.out, "begin each new place with a copy"));
-  const auto prior = nlohmann::json::parse(run("inspect p.sila --json").out);
+  const auto prior = json_of("inspect p.sila --json");
   EXPECT_EQ(prior.at("size"), 0);
   EXPECT_GT(prior.at("prior_windows").get<double>(), 100.0);
   EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model p.sila --out p.ndjson").code, 0);
   fs::copy(folder_ / "p.sila", folder_ / "new.sila");
   const Outcome learnt = run("learn tracks.csv --scene tracks.scene.json --model new.sila --batch 20");
   ASSERT_EQ(learnt.code, 0) << learnt.err;
-  const auto model = nlohmann::json::parse(run("inspect new.sila --json").out);
+  const auto model = json_of("inspect new.sila --json");
   EXPECT_EQ(model.at("prior_windows"), prior.at("prior_windows"));
-  EXPECT_EQ(model.at("size"), nlohmann::json::parse(run("inspect m.sila --json").out).at("size"));
+  EXPECT_EQ(model.at("size"), json_of("inspect m.sila --json").at("size"));
   EXPECT_TRUE(says(run("prior make --out s.sila --set predict.horizon_s=3").out, "from simulated pedestrians"));
   EXPECT_EQ(run("predict tracks.csv --scene tracks.scene.json --model s.sila --out s.ndjson").code, 0);
   expect_rejected("prior make m.sila --out q.sila --set predict.horizon_s=3", {"for a prior without models"});

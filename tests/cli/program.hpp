@@ -7,7 +7,7 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -23,10 +23,6 @@ struct Outcome {
   std::string out;  ///< stdout
   std::string err;
 };
-
-inline void write(const fs::path& path, const std::string& content) {
-  std::ofstream(path, std::ios::binary) << content;
-}
 
 class Program : public ::testing::Test {
  protected:
@@ -44,6 +40,9 @@ class Program : public ::testing::Test {
     outcome.err = content_of(err);
     return outcome;
   }
+
+  /// The JSON on stdout.
+  nlohmann::json json_of(const std::string& arguments) const { return nlohmann::json::parse(run(arguments).out); }
 
   /// Runs something wrong: the exit code is `code` (0: 1 or 2), one sentence on stderr has each of `words`.
   void expect_rejected(const std::string& arguments, const std::vector<std::string>& words, int code = 0) const {

@@ -11,7 +11,7 @@ namespace {
 
 TEST_F(Program, LearnsPredictsAndEvaluatesASimulatedIntersection) {
   learn();
-  const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
+  const auto inspected = json_of("inspect m.sila --json");
   EXPECT_EQ(inspected.at("tracks"), 60);
   EXPECT_EQ(inspected.at("episodes"), 3);
   EXPECT_EQ(inspected.at("size").get<int>(),
@@ -33,7 +33,7 @@ TEST_F(Program, LearnsAndPredictsWithoutAScene) {
   ASSERT_EQ(run("predict tracks.csv --model m.sila --out p.ndjson").code, 0);
   const Outcome shown = run("scene show m.sila");
   ASSERT_EQ(shown.code, 0) << shown.err;
-  write(folder_ / "shown.json", shown.out);
+  folder_.write("shown.json", shown.out);
   ASSERT_EQ(run("predict tracks.csv --scene shown.json --model m.sila --out q.ndjson").code, 0);
   EXPECT_EQ(content_of(folder_ / "p.ndjson"), content_of(folder_ / "q.ndjson"));
   EXPECT_EQ(run("learn tracks.csv --model m.sila").out, run("learn tracks.csv --scene shown.json --model m.sila").out);
@@ -86,11 +86,11 @@ TEST_F(Program, LearnsTheSameInCoordinatesOfAMap) {
   while (std::getline(rows, id, ',') && std::getline(rows, t, ',') && std::getline(rows, x, ',') &&
          std::getline(rows, y))
     moved << id << "," << t << "," << std::stod(x) + 691600.0 << "," << std::stod(y) + 5334700.0 << "\n";  // UTM
-  write(folder_ / "utm.csv", moved.str());
+  folder_.write("utm.csv", moved.str());
   const auto error_of = [&](const std::string& tracks) {
     const Outcome learnt = run("learn " + tracks + " --model " + tracks + ".sila");
     EXPECT_EQ(learnt.code, 0) << learnt.err;
-    const auto score = nlohmann::json::parse(run("evaluate " + tracks + " --json --model " + tracks + ".sila").out);
+    const auto score = json_of("evaluate " + tracks + " --json --model " + tracks + ".sila");
     return score.at("groups").at("moving").at("horizons").back().at("model").at("ade_m").get<double>();
   };
   EXPECT_NEAR(error_of("utm.csv"), error_of("tracks.csv"), 1e-3);  // rows have six decimals
@@ -102,7 +102,7 @@ TEST_F(Program, NeverExceedsACapAndSaysWhatItGaveUp) {
       run("learn tracks.csv --scene tracks.scene.json --model m.sila --json --set budget.max_primitives=25 "
           "--set budget.max_bytes=400000");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto inspected = nlohmann::json::parse(run("inspect m.sila --json").out);
+  const auto inspected = json_of("inspect m.sila --json");
   EXPECT_LE(inspected.at("primitives").get<int>(), 25);
   EXPECT_LE(inspected.at("model_bytes").get<double>(), 400000.0);
   const auto evicted = nlohmann::json::parse(outcome.out).at("evicted");
@@ -140,7 +140,7 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   const Outcome second = run(again + "m.sila --batch 30");
   ASSERT_EQ(second.code, 0);
   EXPECT_TRUE(says(second.err, "warning: the model has learnt at least 60 of the first 60 tracks in other batches"));
-  EXPECT_EQ(nlohmann::json::parse(run("inspect m.sila --json").out).at("episodes"), 5);
+  EXPECT_EQ(json_of("inspect m.sila --json").at("episodes"), 5);
   ASSERT_EQ(run(again + "n.sila --batch 25").code, 0);
   const Outcome fused = run("fuse m.sila n.sila --out both.sila --explain why.json");
   ASSERT_EQ(fused.code, 0) << fused.err;
@@ -150,7 +150,7 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
     ASSERT_EQ(run(std::string("learn ") + name + ".csv --model " + name + ".sila").code, 0);
   EXPECT_TRUE(
       says(run("fuse tracks.sila other.sila --out two.sila").err, "warning: both models made their frames from"));
-  EXPECT_EQ(nlohmann::json::parse(run("inspect both.sila --json").out).at("tracks"), 180);
+  EXPECT_EQ(json_of("inspect both.sila --json").at("tracks"), 180);
   fs::create_directory(folder_ / "cases");
   fs::rename(folder_ / "why.json", folder_ / "cases" / "why.json");
   EXPECT_EQ(run("fuse --cases cases").code, 0);  // what it explains is a case that it passes
@@ -177,7 +177,7 @@ TEST_F(Program, RunsCasesAndSaysWhichFail) {
   for (const auto& entry : fs::directory_iterator(folder_ / "cases")) {
     nlohmann::json wrong = nlohmann::json::parse(content_of(entry.path()));
     wrong["expect"]["model_size"] = 999;
-    write(entry.path(), wrong.dump());
+    folder_.write("cases" / entry.path().filename(), wrong.dump());
     break;
   }
   const Outcome failed = run("fuse --cases cases");
@@ -192,7 +192,7 @@ TEST_F(Program, PrintsEveryConfigurationValueAndItsVersion) {
        {"fuse.similarity_threshold", "learn.grid.cell_m", "predict.horizon_s", "simulate.noise_std_m"}) {
     EXPECT_TRUE(says(config.out, path));
   }
-  write(folder_ / "c.json", run("config --json").out);
+  folder_.write("c.json", run("config --json").out);
   EXPECT_EQ(run("config --config c.json").out, config.out);
   for (const char* verb : {"simulate", "learn", "predict", "evaluate", "fuse", "inspect", "config"}) {
     EXPECT_TRUE(says(run(std::string(verb) + " --help").out, "Example"));
@@ -210,10 +210,8 @@ TEST_F(Program, PrintsVersionAndRevisionAndWritesThemToModelsAndReports) {
 }
 
 TEST_F(Program, TakesAProfileFromTheCommandLineOrAFile) {
-  write(folder_ / "paper.json", R"({"profile": "paper", "predict": {"max_modes": 3}})");
-  const auto configured = [&](const std::string& options) {
-    return nlohmann::json::parse(run("config --json " + options).out);
-  };
+  folder_.write("paper.json", R"({"profile": "paper", "predict": {"max_modes": 3}})");
+  const auto configured = [&](const std::string& options) { return json_of("config --json " + options); };
   nlohmann::json paper = configured("--profile paper");
   EXPECT_NE(paper, configured("--profile paper-literal"));
   paper["predict"]["max_modes"] = 3;
@@ -251,9 +249,9 @@ TEST_F(Program, ReportsAModelItsEpisodesAndItsPredictions) {
 }
 
 TEST_F(Program, ReportsAnExperimentAndRejectsWhatIsNone) {
-  write(folder_ / "results.json", R"({"version": "0", "curves": []})");
+  folder_.write("results.json", R"({"version": "0", "curves": []})");
   EXPECT_TRUE(data_of(run("report results.json").out).contains("results"));
-  write(folder_ / "other.json", "{}");
+  folder_.write("other.json", "{}");
   expect_rejected("report other.json", {"other.json", "sila experiment"});
   expect_rejected("report missing.sila", {"missing.sila"});
   learn();

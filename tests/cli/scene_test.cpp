@@ -14,21 +14,21 @@ TEST_F(Program, ProposesASceneFromTracks) {
   const auto scene = nlohmann::json::parse(made.out);
   EXPECT_NEAR(scene["origin"][0].get<double>(), 4.0, 1.5);
   EXPECT_GT(scene["corners"][0]["origin_uncertainty_m"].get<double>(), 0.0);
-  write(folder_ / "made.json", made.out);
+  folder_.write("made.json", made.out);
   ASSERT_EQ(run("simulate --tracks 60 --seed 1 --out more.csv").code,
             0);  // some parts have another of the four corners
-  const auto other = nlohmann::json::parse(run("scene make more.csv").out);
+  const auto other = json_of("scene make more.csv");
   EXPECT_LT(other["corners"][0]["axis_uncertainty_deg"].get<double>(), 5.0);
   EXPECT_EQ(run("learn tracks.csv --scene made.json --model m.sila").code, 0);
   const Outcome quiet = run("scene make tracks.csv --json");
   EXPECT_EQ(quiet.out, made.out);
   EXPECT_FALSE(says(quiet.err, "corner at"));
-  write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
+  folder_.write("few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
   expect_rejected("scene make few.csv", {"tracks that move 3 m or more, found 1", "at least 10"});
   expect_rejected("scene make", {"tracks"});
   auto unnamed = nlohmann::json::parse(content_of(folder_ / "tracks.scene.json"));
   unnamed["name"] = "";
-  write(folder_ / "unnamed.json", unnamed.dump());
+  folder_.write("unnamed.json", unnamed.dump());
   const Outcome named = run("scene make --scene unnamed.json");
   ASSERT_EQ(named.code, 0) << named.err;
   EXPECT_EQ(nlohmann::json::parse(named.out)["name"], "unnamed");
@@ -53,15 +53,15 @@ TEST_F(Program, MakesAPageThatEditsAScene) {
   const std::string page = content_of(folder_ / "editor.html");
   EXPECT_TRUE(page.starts_with("<!doctype html>"));
   EXPECT_LT(page.size(), 2'000'000u);
-  const auto proposed = nlohmann::json::parse(run("scene edit tracks.csv --json").out);
-  const auto made = nlohmann::json::parse(run("scene make tracks.csv").out);
+  const auto proposed = json_of("scene edit tracks.csv --json");
+  const auto made = json_of("scene make tracks.csv");
   EXPECT_EQ(proposed["file"]["origin"], made["origin"]);
   EXPECT_EQ(proposed["file_name"], "tracks.scene.json");
-  const auto given = nlohmann::json::parse(run("scene edit tracks.csv --scene tracks.scene.json --json").out);
+  const auto given = json_of("scene edit tracks.csv --scene tracks.scene.json --json");
   EXPECT_EQ(given["file"]["corners"].size(), 4u);
   EXPECT_EQ(given["proposal"], "The corner is that of tracks.scene.json.");
-  write(folder_ / "few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
-  const auto few = nlohmann::json::parse(run("scene edit few.csv --json").out);
+  folder_.write("few.csv", "track_id,t,x,y\na,0,1,2\na,1,9,2\n");
+  const auto few = json_of("scene edit few.csv --json");
   EXPECT_TRUE(says(few["proposal"].get<std::string>(), "at least 10"));
   EXPECT_EQ(few["file"]["sidewalk_width_m"], 3.0);
   expect_rejected("scene edit", {"tracks"});
@@ -70,8 +70,8 @@ TEST_F(Program, MakesAPageThatEditsAScene) {
 
 TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
   simulate();
-  write(folder_ / "mot.txt", mot_rows());
-  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  folder_.write("mot.txt", mot_rows());
+  folder_.write("p.png", "\x89PNG\r\n\x1a\n");
   const auto data_of = [&](const std::string& arguments) {
     const Outcome outcome = run("scene edit --picture p.png --json " + arguments);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -82,14 +82,14 @@ TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
   EXPECT_EQ(pixels["tracks"].size(), 6u) << "nothing is cut because pixels are fast";
   EXPECT_NEAR(pixels["tracks"][0][0].get<double>(), 120.0, 1e-6);
   EXPECT_TRUE(pixels["file"]["corners"].empty());
-  write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
+  folder_.write("camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
     "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
   const auto seen = data_of("mot.txt --fps 10 --camera camera.json");
   EXPECT_NEAR(seen["tracks"][0][0].get<double>(), 120.0, 0.01);
   EXPECT_EQ(seen["file"]["camera"]["image_points"].size(), 4u);
   EXPECT_EQ(seen["file"]["corners"].size(), 1u);
   EXPECT_EQ(seen["file"]["y_axis"], "up");
-  write(folder_ / "above.json", R"({"homography": [[0.02, 0, 0], [0, 0.02, 0], [0, 0, 1]]})");
+  folder_.write("above.json", R"({"homography": [[0.02, 0, 0], [0, 0.02, 0], [0, 0, 1]]})");
   EXPECT_EQ(data_of("mot.txt --fps 10 --camera above.json")["file"]["y_axis"], "down");
   const auto metres = data_of("tracks.csv");
   EXPECT_EQ(metres["tracks_in"], "ground");
@@ -101,8 +101,8 @@ TEST_F(Program, MakesAPageThatEditsASceneOnAPicture) {
 }
 
 TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
-  write(folder_ / "mot.txt", mot_rows());
-  write(folder_ / "camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
+  folder_.write("mot.txt", mot_rows());
+  folder_.write("camera.json", R"({"image_points": [[0, 1000], [1000, 1000], [300, 500], [700, 500]],
     "ground_points": [[0, 0], [10, 0], [0, 20], [10, 20]]})");
   for (const char* verb : {"learn mot.txt --fps 10 --model n.sila", "replay mot.txt --fps 10"})
     expect_rejected(verb, {"mot.txt: expected positions in metres, found pixels", "--camera", "--units pixels"}, 1);
@@ -116,7 +116,7 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   EXPECT_EQ(mode.at("u").size(), mode.at("x").size());
   EXPECT_NEAR(mode.at("v").at(0).get<double>(), 620.0, 5.0);
   EXPECT_EQ(mode.at("cov_uv").at(0).size(), 3U);
-  write(folder_ / "p.png", "\x89PNG\r\n\x1a\n");
+  folder_.write("p.png", "\x89PNG\r\n\x1a\n");
   const Outcome report = run("report m.sila mot.txt --fps 10 --camera camera.json --picture p.png --json");
   ASSERT_EQ(report.code, 0) << report.err;
   const auto drawn = nlohmann::json::parse(report.out);
@@ -124,7 +124,7 @@ TEST_F(Program, LearnsFromPixelsThroughACameraAndPredictsIntoThePicture) {
   EXPECT_EQ(drawn["camera"].size(), 9u);
   expect_rejected("report m.sila --picture p.png", {"--picture", "tracks"});
   expect_rejected("serve --model new.sila --picture p.png", {"--picture", "--camera"});
-  write(folder_ / "metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  folder_.write("metres.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
   expect_rejected("report m.sila metres.csv --picture p.png", {"--picture", "--camera"});
   expect_rejected("report m.sila mot.txt --fps 10 --camera camera.json --picture camera.json", {"PNG or JPEG"});
   expect_rejected("predict metres.csv --model m.sila --image", {"--image", "--camera"});
@@ -141,8 +141,8 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
       metres += std::to_string(id) + "," + std::to_string(id + 0.1 * i) + "," + std::to_string(0.1 * i) + ",1\n";
     }
   }
-  write(folder_ / "pixels.csv", rows);
-  write(folder_ / "metres.csv", metres);
+  folder_.write("pixels.csv", rows);
+  folder_.write("metres.csv", metres);
   const Outcome learnt = run("learn pixels.csv --units pixels --model m.sila");
   ASSERT_EQ(learnt.code, 0) << learnt.err;
   EXPECT_TRUE(says(learnt.err, "1 pixel = 0.0241 m"));
@@ -157,7 +157,7 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   EXPECT_FALSE(says(run("learn pixels.csv --model m.sila").err, "warning"));
   const Outcome replayed = run("replay pixels.csv --rate 1000 --set metres_per_pixel=0.02");
   EXPECT_TRUE(says(replayed.out, "\"x\":305.0"));
-  write(folder_ / "lines.ndjson", replayed.out);
+  folder_.write("lines.ndjson", replayed.out);
   const Outcome served = run("serve --stdin --wait --http off --model m.sila < lines.ndjson");
   EXPECT_TRUE(says(served.out, "\"cov_uv\":")) << served.err;
   EXPECT_TRUE(says(run("predict metres.csv --model m.sila").err, "are the positions metres"));
@@ -170,9 +170,9 @@ TEST_F(Program, LearnsFromPixelsWithoutACamera) {
   ASSERT_EQ(run("learn metres.csv --model metres.sila").code, 0);
   expect_rejected("learn pixels.csv --units pixels --model metres.sila", {"learnt in metres"});
   expect_rejected("fuse m.sila metres.sila --out f.sila", {"not of one scale"});
-  write(folder_ / "few.csv", rows.substr(0, 1000));
+  folder_.write("few.csv", rows.substr(0, 1000));
   expect_rejected("learn few.csv --units pixels --model n.sila", {"0 of the first 1 tracks", "camera"});
-  write(folder_ / "bad.csv", rows.substr(0, 1000) + "7,x,1,1\n");
+  folder_.write("bad.csv", rows.substr(0, 1000) + "7,x,1,1\n");
   expect_rejected("learn bad.csv --units pixels --model n.sila", {"dropped rows", "of the first 1 tracks"});
 }
 

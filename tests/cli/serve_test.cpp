@@ -14,6 +14,14 @@
 namespace sila::tests {
 namespace {
 
+/// Detections of a person who walks at 1 m/s, every 0.1 s.
+std::string one_walker(int detections) {
+  std::string lines;
+  for (int k = 0; k < detections; ++k)
+    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
+  return lines;
+}
+
 TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
   std::string lines;
   for (int k = 0; k < 20; ++k) {  // who comes first changes from one time stamp to the next
@@ -23,7 +31,7 @@ TEST_F(Program, PredictsAtEachDetectionIfStandardInputWaits) {
           nlohmann::json{{"t", 0.1 * k}, {"id", std::to_string(id)}, {"x", 0.1 * k}, {"y", 5.0 * id}}.dump() + "\n";
     }
   }
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", lines);
   const Outcome served =
       run("serve --stdin --wait --http off --set service.max_rate_hz=1 --model s.sila < lines.ndjson");
   ASSERT_EQ(served.code, 0) << served.err;
@@ -38,17 +46,14 @@ TEST_F(Program, AServiceThatReadsAFileTakesAQuietTimeAsTheEndOfAllTracks) {
     lines +=
         nlohmann::json{{"t", t_s}, {"id", std::to_string(k / 20)}, {"x", 0.13 * (k % 20)}, {"y", 0.0}}.dump() + "\n";
   }
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", lines);
   const std::string out = run("serve --stdin --wait --http off --model s.sila < lines.ndjson").out;
   EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 3 * 16) << "one from 0.4 s on for each detection";
   EXPECT_FALSE(says(out, "off_clock"));
 }
 
 TEST_F(Program, AServiceLearnsItsTracksBeforeAHangupEndsIt) {
-  std::string lines;
-  for (int k = 0; k < 40; ++k)
-    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", one_walker(40));
   const std::string feed =
       "cd '" + folder_.path().string() + "' && mkfifo f && { (cat lines.ndjson; sleep 4) > f & } && ";
   const std::string serve = "timeout --preserve-status --signal=HUP 2 '" SILA_PROGRAM "' serve --stdin --http off";
@@ -57,10 +62,7 @@ TEST_F(Program, AServiceLearnsItsTracksBeforeAHangupEndsIt) {
 }
 
 TEST_F(Program, SaysThatStandardInputOrOutputOfAServiceFailed) {
-  std::string lines;
-  for (int k = 0; k < 8; ++k)
-    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", one_walker(8));
   const std::string serve = "serve --stdin --wait --http off --model s.sila ";
   const std::string no_endless_loop = "ulimit -t 20; ";
   for (const auto& [files, what] :
@@ -73,10 +75,7 @@ TEST_F(Program, SaysThatStandardInputOrOutputOfAServiceFailed) {
 }
 
 TEST_F(Program, AServiceWritesAllPredictionsToASlowPipeThatDoesNotBlock) {
-  std::string lines;
-  for (int k = 0; k < 200; ++k)
-    lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 0.1 * k}, {"y", 0.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", one_walker(200));
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
   ASSERT_EQ(::fcntl(ends[1], F_SETFL, O_NONBLOCK), 0);
@@ -97,11 +96,11 @@ TEST_F(Program, ServesASceneWithACameraOnlyIfItsUseIsSaid) {
   simulate();
   nlohmann::json scene = nlohmann::json::parse(content_of(folder_ / "tracks.scene.json"));
   scene["camera"] = {{"homography", {{0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 1}}}};
-  write(folder_ / "seen.json", scene.dump());
+  folder_.write("seen.json", scene.dump());
   std::string lines;
   for (int k = 0; k < 8; ++k)
     lines += nlohmann::json{{"t", 0.1 * k}, {"id", "a"}, {"x", 10.0 + 0.3 * k}, {"y", 9.0}}.dump() + "\n";
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", lines);
   const std::string serve = "serve --stdin --wait --http off --scene seen.json --model s.sila < lines.ndjson";
   expect_rejected(serve, {"seen.json has a camera", "--camera seen.json", "--camera off"});
   EXPECT_TRUE(says(run(serve + " --camera seen.json").out, "\"u\":"));

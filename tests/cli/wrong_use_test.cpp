@@ -49,10 +49,10 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
   for (const char* verb : {"predict --model m.sila", "scene edit"})
     expect_rejected(std::string(verb) + " --scene tracks.scene.json --out tracks.csv",
                     {"the file of tracks.scene.json", "name another file"}, 2);
-  write(folder_ / "own.scene.json", "{}");
+  folder_.write("own.scene.json", "{}");
   expect_rejected("simulate --tracks 5 --out own.csv", {"own.scene.json", "would be lost"});
   EXPECT_EQ(content_of(folder_ / "own.scene.json"), "{}");
-  write(folder_ / "real.csv", tracks);
+  folder_.write("real.csv", tracks);
   expect_rejected("simulate --tracks 5 --out real.csv", {"real.csv", "would be lost"}, 1);
   EXPECT_EQ(content_of(folder_ / "real.csv"), tracks);
   EXPECT_FALSE(fs::exists(folder_ / "real.scene.json"));
@@ -89,9 +89,9 @@ TEST_F(Program, WritesOverNoFileThatItReadsAndOverNoHistory) {
 TEST_F(Program, ExitsWithTwoForAWrongCommandLineAndWithOneForBadInput) {
   learn();
   fs::copy(folder_ / "m.sila", folder_ / "copy.sila");
-  write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
-  write(folder_ / "wrong.json", R"({"fuse": {"similarity_threshold": 7}})");
-  write(folder_ / "off.json", R"({"error_statistics": {"enabled": false}})");
+  folder_.write("two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  folder_.write("wrong.json", R"({"fuse": {"similarity_threshold": 7}})");
+  folder_.write("off.json", R"({"error_statistics": {"enabled": false}})");
   for (const char* wrong_command : {"",
                                     "lern",
                                     "--foo",
@@ -177,10 +177,10 @@ TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
   ASSERT_EQ(part.code, 0);
   EXPECT_TRUE(says(part.err, "--hold-out: 18 tracks held back, "));
   EXPECT_FALSE(says(run("evaluate --model part.sila --hold-out 0.3" + with).err, "warning"));
-  write(folder_ / "two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
+  folder_.write("two.csv", "track_id,t,x,y\n1,0,1,2\n1,0.5,1,2.5\n");
   EXPECT_TRUE(says(run("learn two.csv --model t.sila").err, "warning: no motion was learnt"));
   EXPECT_TRUE(says(run("inspect t.sila").out, "not calibrated"));
-  write(folder_ / "empty.csv", "");
+  folder_.write("empty.csv", "");
   expect_rejected("learn tracks.csv empty.csv --model n.sila", {"empty.csv: expected a file with rows"}, 1);
   EXPECT_NE(run("inspect n.sila").code, 0) << "nothing was learnt before the empty file was found";
 }
@@ -188,7 +188,7 @@ TEST_F(Program, WarnsOfTracksThatTeachNothingAndOfTracksThatWereLearnt) {
 TEST_F(Program, WarnsOfTracksOfAnotherPlace) {
   learn();
   const std::string warning = "warning: the tracks lie ";
-  write(folder_ / "far.csv", "track_id,t,x,y\n1,0,500000,5400000\n1,0.5,500000,5400000.6\n1,1,500000,5400001\n");
+  folder_.write("far.csv", "track_id,t,x,y\n1,0,500000,5400000\n1,0.5,500000,5400000.6\n1,1,500000,5400001\n");
   for (const char* model : {"m.sila", "new.sila"}) {
     const Outcome far = run(std::string("learn far.csv --scene tracks.scene.json --model ") + model);
     EXPECT_EQ(far.code, 0);
@@ -204,7 +204,7 @@ TEST_F(Program, ReportsEachRejectedLineOfItsInput) {
   for (int i = 0; i < 30; ++i) lines += "nonsense\n";
   lines += R"({"t": 2, "id": "a", "x": 1, "y": 1e300})"
            "\n";
-  write(folder_ / "lines.ndjson", lines);
+  folder_.write("lines.ndjson", lines);
   const Outcome outcome = run("serve --stdin --wait --http off --model s.sila < lines.ndjson");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::map<std::string, int> rejected;
@@ -240,9 +240,9 @@ TEST_F(Program, ScoresPredictionsOfTheseTracksAlone) {
   EXPECT_FALSE(says(run(evaluate + "p.ndjson").err, "warning"));
   const std::string lines = content_of(folder_ / "p.ndjson");
   const std::string others = std::regex_replace(lines, std::regex(R"("track":")"), R"("track":"other )");
-  write(folder_ / "others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
-  write(folder_ / "some.ndjson", lines + others.substr(0, others.find('\n') + 1));
-  write(folder_ / "none.ndjson", "");
+  folder_.write("others.ndjson", others + lines.substr(0, lines.find('\n') + 1));
+  folder_.write("some.ndjson", lines + others.substr(0, others.find('\n') + 1));
+  folder_.write("none.ndjson", "");
   ASSERT_EQ(run("predict" + with + "--horizon 2 --out short.ndjson").code, 0);
   expect_rejected(evaluate + "short.ndjson", {"short.ndjson", "--set predict.horizon_s=2"}, 1);
   EXPECT_EQ(run(evaluate + "short.ndjson --set predict.horizon_s=2").code, 0);
@@ -270,7 +270,7 @@ TEST_F(Program, TellsThePeopleOfSeveralFilesApart) {
 
 TEST_F(Program, SaysHowManyPredictionsAreFallbacks) {
   learn();
-  write(folder_ / "far.csv", "track_id,t,x,y\n1,0,900,900\n1,0.5,900,900.6\n1,1,900,901.2\n");
+  folder_.write("far.csv", "track_id,t,x,y\n1,0,900,900\n1,0.5,900,900.6\n1,1,900,901.2\n");
   const Outcome far = run("predict far.csv --scene tracks.scene.json --model m.sila --every 0.5");
   EXPECT_TRUE(says(far.err, "2 predictions for 1 track; 2 of them without flow fields (fallback)"));
 }
@@ -286,12 +286,12 @@ TEST_F(Program, RejectsContradictingFieldsBeforeItReadsTracks) {
 TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
   learn();
   const std::string before = content_of(folder_ / "m.sila");
-  write(folder_ / "empty.csv", "");
-  write(folder_ / "binary.csv", std::string("\x00\x01\xff\xfe\x00PNG", 8));
-  write(folder_ / "header.csv", "track_id,t,x,y\n");
-  write(folder_ / "nan.csv", "track_id,t,x,y\na,0,nan,1\na,1,nan,1\n");
-  write(folder_ / "absurd.csv", "track_id,t,x,y\na,0,1e300,1\na,1,1e300,1\n");
-  write(folder_ / "prose.txt", "It was a dark and stormy night.\nNobody walked.\n");
+  folder_.write("empty.csv", "");
+  folder_.write("binary.csv", std::string("\x00\x01\xff\xfe\x00PNG", 8));
+  folder_.write("header.csv", "track_id,t,x,y\n");
+  folder_.write("nan.csv", "track_id,t,x,y\na,0,nan,1\na,1,nan,1\n");
+  folder_.write("absurd.csv", "track_id,t,x,y\na,0,1e300,1\na,1,1e300,1\n");
+  folder_.write("prose.txt", "It was a dark and stormy night.\nNobody walked.\n");
   const std::string learn_with = " --scene tracks.scene.json --model m.sila";
   expect_rejected("learn missing.csv" + learn_with, {"missing.csv"});
   for (const char* file : {"empty.csv", "binary.csv", "header.csv", "nan.csv", "absurd.csv", "prose.txt"}) {
@@ -302,7 +302,7 @@ TEST_F(Program, RejectsBadInputInOneSentenceAndLeavesTheModelAsItWas) {
     nlohmann::json wrong = scene;
     wrong.erase("corners");
     change(wrong);
-    write(folder_ / name, wrong.dump());
+    folder_.write(name, wrong.dump());
   };
   spoilt("no_axes.json", [](auto& s) { s.erase("axis_1"); });
   spoilt("parallel.json", [](auto& s) { s["axis_2"] = s["axis_1"]; });
