@@ -18,6 +18,10 @@ struct Harm {
   std::function<void(Model&)> doing;
 };
 
+ErrorStatistics& first(Model& model) {
+  return model.refinement.error_statistics[0];
+}
+
 void expect_rejected(const std::vector<Harm>& harms) {
   ASSERT_NO_THROW(check(random_model(3)));
   for (const Harm& harm : harms) {
@@ -45,32 +49,26 @@ TEST(CheckModel, RejectsInvalidSettings) {
 
 TEST(CheckModel, RejectsErrorStatisticsOfAnotherShape) {
   expect_rejected({
-      {"more steps than rows", [](Model& m) { m.refinement.error_statistics[0].steps = 1000; }},
-      {"steps whose product overflows", [](Model& m) { m.refinement.error_statistics[0].steps = 2000000000; }},
-      {"negative steps", [](Model& m) { m.refinement.error_statistics[0].steps = -1; }},
-      {"fewer features of a change",
-       [](Model& m) { m.refinement.error_statistics[0].changes[kStanding].features.resize(2, 2); }},
-      {"no interval", [](Model& m) { m.refinement.error_statistics[0].interval_s = 0.0; }},
-      {"a regression less", [](Model& m) { m.refinement.error_statistics[0].stacking.pop_back(); }},
-      {"a component less",
-       [](Model& m) { m.refinement.error_statistics[0].density_place_free[kStanding].components.pop_back(); }},
-      {"fewer features",
-       [](Model& m) { m.refinement.error_statistics[0].density[kWalking].scale.features.resize(2, 2); }},
-      {"features that are not square",
-       [](Model& m) { m.refinement.error_statistics[0].stacking[0].features.conservativeResize(9, 8); }},
-      {"fewer products", [](Model& m) { m.refinement.error_statistics[0].stacking[0].products.resize(3, 1); }},
-      {"a product that is no number",
-       [](Model& m) { m.refinement.error_statistics[0].stacking[0].products(2) = kNan; }},
-      {"a negative weight", [](Model& m) { m.refinement.error_statistics[0].stacking[0].weight = -5.0; }},
-      {"a negative residual",
-       [](Model& m) { m.refinement.error_statistics[0].density[kWalking].components[0].along = -1.0; }},
-      {"fewer bins", [](Model& m) { m.refinement.error_statistics[0].scores[2].pop_back(); }},
-      {"a bin that is no number", [](Model& m) { m.refinement.error_statistics[0].scores[2][0] = kNan; }},
-      {"a negative bin", [](Model& m) { m.refinement.error_statistics[0].novelties[0] = -1.0; }},
-      {"an error that is no sum", [](Model& m) { m.refinement.error_statistics[0].slow[0].errors_m[2] = -1.0; }},
-      {"fewer slow classes", [](Model& m) { m.refinement.error_statistics[0].slow.pop_back(); }},
-      {"fewer novelties", [](Model& m) { m.refinement.error_statistics[0].novelties.pop_back(); }},
-      {"rows without steps", [](Model& m) { m.refinement.error_statistics[0].steps = 0; }},
+      {"more steps than rows", [](Model& m) { first(m).steps = 1000; }},
+      {"steps whose product overflows", [](Model& m) { first(m).steps = 2000000000; }},
+      {"negative steps", [](Model& m) { first(m).steps = -1; }},
+      {"fewer features of a change", [](Model& m) { first(m).changes[kStanding].features.resize(2, 2); }},
+      {"no interval", [](Model& m) { first(m).interval_s = 0.0; }},
+      {"a regression less", [](Model& m) { first(m).stacking.pop_back(); }},
+      {"a component less", [](Model& m) { first(m).density_place_free[kStanding].components.pop_back(); }},
+      {"fewer features", [](Model& m) { first(m).density[kWalking].scale.features.resize(2, 2); }},
+      {"features that are not square", [](Model& m) { first(m).stacking[0].features.conservativeResize(9, 8); }},
+      {"fewer products", [](Model& m) { first(m).stacking[0].products.resize(3, 1); }},
+      {"a product that is no number", [](Model& m) { first(m).stacking[0].products(2) = kNan; }},
+      {"a negative weight", [](Model& m) { first(m).stacking[0].weight = -5.0; }},
+      {"a negative residual", [](Model& m) { first(m).density[kWalking].components[0].along = -1.0; }},
+      {"fewer bins", [](Model& m) { first(m).scores[2].pop_back(); }},
+      {"a bin that is no number", [](Model& m) { first(m).scores[2][0] = kNan; }},
+      {"a negative bin", [](Model& m) { first(m).novelties[0] = -1.0; }},
+      {"an error that is no sum", [](Model& m) { first(m).slow[0].errors_m[2] = -1.0; }},
+      {"fewer slow classes", [](Model& m) { first(m).slow.pop_back(); }},
+      {"fewer novelties", [](Model& m) { first(m).novelties.pop_back(); }},
+      {"rows without steps", [](Model& m) { first(m).steps = 0; }},
   });
 }
 

@@ -31,6 +31,12 @@ ServiceConfig small_batches(int batch) {
   return config;
 }
 
+/// Returns when the tracks are learnt.
+void learn(LearnerThread& learner, const std::vector<FramedTrajectory>& tracks) {
+  learner.add(tracks, {});
+  learner.drain();
+}
+
 /// A learner with an empty model.
 LearnerThread started(const ServiceConfig& config, std::function<void(const Episode&)> commit,
                       std::function<std::optional<Model>()> reload = {}) {
@@ -76,8 +82,7 @@ TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
   ModelFile file = ModelFile::open_or_create(folder / "m.sila");
   LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), storage_in(file, {}, {}, [](const auto&) {}));
   EXPECT_EQ(learner.status().learning_curve, "");
-  learner.add(corner_walks(70, 5), {});
-  learner.drain();
+  learn(learner, corner_walks(70, 5));
   const sila::StoredModel stored = file.read();
   const std::string curve = learner.status().learning_curve;
   EXPECT_TRUE(says(curve, "of constant velocity after 70 tracks"));
@@ -87,8 +92,7 @@ TEST(LearnerThread, StatesTheLearningCurveThatTheFileGives) {
 
 TEST(LearnerThread, WithoutStorageKeepsTheModelInMemory) {
   LearnerThread learner(Model{}, {}, EpisodeConfig{}, small_batches(10), {});
-  learner.add(corner_walks(10, 5), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 5));
   EXPECT_EQ(learner.status().last_error, "");
   EXPECT_EQ(learner.snapshot()->model.tracks, 10);
 }
@@ -98,8 +102,7 @@ TEST(LearnerThread, MakesTheFrameOfAModelWithoutASceneFromItsFirstBatch) {
   for (FramedTrajectory& entry : tracks)
     entry.frame = live_frame({}, {}, entry.track, CornerChoice::primary, CurbScaling::metres);
   LearnerThread learner = started(small_batches(10), [](const Episode&) {});
-  learner.add(tracks, {});
-  learner.drain();
+  learn(learner, tracks);
   const auto snapshot = learner.snapshot();
   const Model& model = snapshot->model;
   ASSERT_EQ(model.sites.size(), 1u);
@@ -119,24 +122,19 @@ TEST(LearnerThread, KeepsTheModelWhenAnEpisodeCannotBeStored) {
                          .reload = {},
                          .learning_curve = {},
                          .failed = [&](const std::string& why) { message = why; }});
-  learner.add(corner_walks(10, 1), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 1));
   EXPECT_EQ(learner.status().failed_episodes, 1u);
   EXPECT_EQ(learner.status().last_error, "the disk is full");
   EXPECT_EQ(message, "an episode failed, and 10 tracks are lost: the disk is full");
   EXPECT_TRUE(learner.snapshot()->model.empty());
-  learner.add(corner_walks(10, 2), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 2));
   EXPECT_EQ(learner.snapshot()->model.episodes, 1);
 }
 
 TEST(LearnerThread, StoresNoEpisodeOfAKnownBatch) {
   int calls = 0;
   LearnerThread learner = started(small_batches(10), [&](const Episode&) { ++calls; });
-  for (int i = 0; i < 2; ++i) {
-    learner.add(corner_walks(10, 1), {});
-    learner.drain();
-  }
+  for (int i = 0; i < 2; ++i) learn(learner, corner_walks(10, 1));
   EXPECT_EQ(calls, 1);
   EXPECT_EQ(learner.snapshot()->model.episodes, 1);
   EXPECT_EQ(learner.status().episodes, 1u);
@@ -170,8 +168,7 @@ TEST(LearnerThread, ReloadsAModelThatAnotherProcessReplaced) {
   StoredModel stored;
   LearnerThread learner = started(
       small_batches(10), [&](const Episode& episode) { stored.commit(episode); }, [&] { return stored.reload(); });
-  learner.add(corner_walks(10, 1), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 1));
   ASSERT_EQ(learner.snapshot()->model.episodes, 1);
   stored.replace(Model{});  // rolled back
   for (int i = 0; i < 200 && learner.status().reloads == 0; ++i)
@@ -196,8 +193,7 @@ TEST(LearnerThread, TakesNoModelThatContradictsItsConfiguration) {
   EXPECT_TRUE(says(learner.status().last_error, "sampling.interval_s"));
   EXPECT_EQ(learner.status().reloads, 0u);
   EXPECT_EQ(learner.snapshot()->model.episodes, 0);
-  learner.add(corner_walks(10, 1), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 1));
   EXPECT_EQ(learner.status().failed_episodes, 1u);
   EXPECT_EQ(load_model(folder / "m.sila").model.settings.sample_interval_s, 0.1) << "it is not overwritten";
 }
@@ -213,8 +209,7 @@ TEST(LearnerThread, LearnsAgainWhenAnotherProcessReplacedTheModel) {
         stored.commit(episode);
       },
       [&] { return stored.reload(); });
-  learner.add(corner_walks(10, 1), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 1));
   EXPECT_EQ(learner.status().failed_episodes, 0u);
   EXPECT_EQ(learner.status().discarded_tracks, 0u);
   EXPECT_EQ(learner.status().reloads, 1u);
@@ -226,8 +221,7 @@ TEST(LearnerThread, GoesOnWhenTheStoredModelCannotBeRead) {
   LearnerThread learner = started(
       small_batches(10), [](const Episode&) {},
       []() -> std::optional<Model> { throw std::runtime_error("the file is damaged"); });
-  learner.add(corner_walks(10, 1), {});
-  learner.drain();
+  learn(learner, corner_walks(10, 1));
   EXPECT_EQ(learner.status().last_error, "the file is damaged");
   EXPECT_EQ(learner.snapshot()->model.episodes, 1);
 }

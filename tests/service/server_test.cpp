@@ -31,12 +31,14 @@ std::string line_of(const Detection& row) {
   return nlohmann::json{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", row.position_m.y()}}.dump();
 }
 
+tcp::endpoint loopback(unsigned port) {
+  return {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)};
+}
+
 /// A client that sends lines and waits for answers.
 class Client {
  public:
-  explicit Client(unsigned port) : socket_(context_) {
-    socket_.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)});
-  }
+  explicit Client(unsigned port) : socket_(context_) { socket_.connect(loopback(port)); }
   void send(const std::string& line) { asio::write(socket_, asio::buffer(line + "\n")); }
   void send(const Detection& row) { send(line_of(row)); }
   void end() { socket_.shutdown(tcp::socket::shutdown_send); }
@@ -59,7 +61,7 @@ class Client {
 std::string get(unsigned port, const std::string& target, const std::string& authorization = {}) {
   asio::io_context context;
   tcp::socket socket(context);
-  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(port)});
+  socket.connect(loopback(port));
   beast::http::request<beast::http::empty_body> request{beast::http::verb::get, target, 11};
   request.set(beast::http::field::host, "localhost");
   if (!authorization.empty()) request.set(beast::http::field::authorization, authorization);
@@ -262,7 +264,7 @@ TEST(Server, AnswersHeadWithoutABody) {
   Running service;
   asio::io_context context;
   tcp::socket socket(context);
-  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(service.server->http_port())});
+  socket.connect(loopback(service.server->http_port()));
   const std::string request = "HEAD /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
   asio::write(socket, asio::buffer(request));
   std::string answer;
@@ -278,8 +280,7 @@ TEST(Server, WebSocketsCarryLinesAndThePage) {
   asio::io_context context;
   const auto open = [&](const std::string& path) {
     auto socket = std::make_unique<beast::websocket::stream<tcp::socket>>(context);
-    socket->next_layer().connect(
-        {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(service.server->http_port())});
+    socket->next_layer().connect(loopback(service.server->http_port()));
     socket->handshake("localhost", path);
     return socket;
   };
@@ -335,8 +336,7 @@ TEST(Server, LearnsTheOpenTracksOfAllConnectionsWhenItStops) {
   Client client(service.server->tcp_port());
   asio::io_context context;
   beast::websocket::stream<tcp::socket> socket(context);
-  socket.next_layer().connect(
-      {asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(service.server->http_port())});
+  socket.next_layer().connect(loopback(service.server->http_port()));
   socket.handshake("localhost", "/stream");
   for (const Detection& row : one_walker(4.0)) {
     client.send(row);
