@@ -26,17 +26,6 @@ def at(path, t, k):
     return (x0 + f * (x1 - x0), y0 + f * (y1 - y0)), k
 
 
-def resident_mb(pid):
-    with open(f"/proc/{pid}/status") as file:
-        return int(re.search(r"VmRSS:\s+(\d+)", file.read()).group(1)) / 1024
-
-
-def metrics(port):
-    text = urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=20).read().decode()
-    rows = (line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#"))
-    return {name: float(value) for name, value in rows}
-
-
 def two_free_ports():
     """The first of two in a row, below those that systems give to clients."""
     while True:
@@ -76,10 +65,13 @@ class Service:
         return self.process.poll() is None
 
     def resident_mb(self):
-        return resident_mb(self.process.pid)
+        with open(f"/proc/{self.process.pid}/status") as file:
+            return int(re.search(r"VmRSS:\s+(\d+)", file.read()).group(1)) / 1024
 
     def metrics(self):
-        return metrics(self.port)
+        text = urllib.request.urlopen(f"http://127.0.0.1:{self.port}/metrics", timeout=20).read().decode()
+        rows = (line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#"))
+        return {name: float(value) for name, value in rows}
 
     def end(self, signal):
         self.process.send_signal(signal)
