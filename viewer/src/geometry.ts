@@ -18,8 +18,6 @@ export interface Grid {
   tile_cells: number;
 }
 
-export type Matrix = [number, number, number, number];
-
 /** Curb coordinates [curb units] to metres. */
 export function toWorld(corner: Corner, [q1, q2]: Point): Point {
   const [u1, u2] = [corner.unit_m[0] * q1, corner.unit_m[1] * q2];
