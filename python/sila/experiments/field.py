@@ -55,27 +55,21 @@ class FieldScene:
 
 
 def read_scene(name: str, files: Sequence[str], data: Path, config: str) -> FieldScene:
-    parts, raw = [], {}
+    parts, walks = [], []
     for file in files:
         if not (data / file).is_file():
             raise FormatError(str(data / file), 0, "a file of tracks below --data-dir", "none")
         scene = Scene(origin=(0, 0), axis_1=(1, 0), axis_2=(0, 1), sidewalk_width_m=2.5)
         tracks, _ = _sila.read_files([str(data / file)], scene, None, None, None, None, [], config)
-        framed = FramedTracks(tracks, scene, config)
-        parts.append((Path(file).stem, framed))
+        parts.append((Path(file).stem, FramedTracks(tracks, scene, config)))
+        walks += tracks
     whole = FramedTracks.joined(parts) if len(parts) > 1 else parts[0][1]
-    first = 0
-    for (stem, framed), file in zip(parts, files):
-        tracks, _ = _sila.read_files([str(data / file)], None, None, None, None, None, [], config)
-        for walk, joined_id in zip(tracks, whole.ids[first : first + len(framed)]):
-            raw[joined_id] = np.asarray(walk.times_s), np.asarray(walk.positions_m)
-        first += len(framed)
+    walk_of = dict(zip(whole.ids, walks))
     windows = whole.windows(config, STEP_S)
     seen = []
     for track, t0_s in zip(windows.track_ids, windows.t0_s):
-        times, positions = raw[track]
-        at = t0_s + STEP_S * np.arange(1 - SEEN, 1)
-        seen.append(np.stack([np.interp(at, times, positions[:, c]) for c in range(2)], -1))
+        walk, at = walk_of[track], t0_s + STEP_S * np.arange(1 - SEEN, 1)
+        seen.append(np.stack([np.interp(at, walk.times_s, walk.positions_m[:, c]) for c in range(2)], -1))
     frames = np.round(np.asarray(windows.t0_s) / STEP_S).astype(int)
     held = round(STEP_S / windows.interval_s)
     true = np.asarray(windows.future_m)[:, held - 1 :: held]
