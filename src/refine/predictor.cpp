@@ -37,6 +37,10 @@ Prediction Predictor::predict(const CurbTrajectory& observed) const {
   return std::move(workspace.prediction);
 }
 
+Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config) {
+  return Predictor(model, config).predict(observed);
+}
+
 Snapshot::Snapshot(Model given, const RefineConfig& config, const Snapshot* earlier)
     : model(std::move(given)),
       predictor(std::make_shared<const PreparedModel>(model, config, earlier ? &earlier->model : nullptr,

@@ -45,6 +45,9 @@ class Predictor {
   std::shared_ptr<const PreparedModel> prepared_;
 };
 
+/// One prediction; for many tracks make a Predictor.
+Prediction predict(const Model& model, const CurbTrajectory& observed, const RefineConfig& config);
+
 /// A model and its predictor, immutable, so that threads can share them.
 struct Snapshot {
   Model model;
