@@ -4,9 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "lines.hpp"
-
 namespace sila::detail {
+
+Connection::Connection(ConnectionRegistry& registry, std::size_t max_send_bytes)
+    : registry_(registry), id_(registry.next_id++), queue_(max_send_bytes) {}
 
 void ReportAnnouncer::announce(const ConnectionRegistry& registry, const std::string& line, const char* input,
                                const char* output) {

@@ -4,8 +4,11 @@
 #include <string_view>
 
 #include "engine.hpp"
+#include "lines.hpp"
 
 namespace sila::detail {
+
+struct ConnectionRegistry;
 
 /// A client that is sent lines.
 class Connection {
@@ -15,6 +18,13 @@ class Connection {
   virtual void close() = 0;
   /// All lines of the stream are answered and sent.
   virtual void finish() {}
+
+ protected:
+  Connection(ConnectionRegistry& registry, std::size_t max_send_bytes);
+
+  ConnectionRegistry& registry_;
+  StreamId id_;
+  SendQueue queue_;
 };
 
 /// The connections of a service and their common state. Used by the thread that runs `context` alone, except the

@@ -86,11 +86,9 @@ MqttAddress parse_mqtt_address(const std::string& text) {
 }
 
 MqttConnection::MqttConnection(ConnectionRegistry& registry)
-    : registry_(registry),
-      id_(registry.next_id++),
+    : Connection(registry, registry.max_send_bytes()),
       address_(parse_mqtt_address(registry.options.mqtt)),
-      client_(nullptr, mosquitto_destroy),
-      queue_(registry.max_send_bytes()) {
+      client_(nullptr, mosquitto_destroy) {
   const ServerOptions& options = registry.options;
   require_topics(address_.topic, options.mqtt_out);
   static const int initialised = mosquitto_lib_init();

@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "connection.hpp"
-#include "lines.hpp"
 
 struct mosquitto;
 
@@ -48,17 +47,14 @@ class MqttConnection : public Connection, public std::enable_shared_from_this<Mq
   void publish();  // mutex_ is held
   void announce_change(const std::string& sentence);
 
-  ConnectionRegistry& registry_;
-  StreamId id_;
   MqttAddress address_;
   std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
   // Used by the thread of the client alone.
   LineReceiver* receiver_ = nullptr;
   std::string announced_;  ///< the last sentence for people
   std::string error_;      ///< the client's description of the present failure
-  std::mutex mutex_;       // guards all below
+  std::mutex mutex_;       // guards the queue and all below
   std::condition_variable changed_;
-  SendQueue queue_;
   std::size_t unacknowledged_ = 0;
   bool connected_ = false;
   ReportAnnouncer announcer_;

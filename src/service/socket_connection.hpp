@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "connection.hpp"
-#include "lines.hpp"
 
 namespace sila::detail {
 
@@ -17,14 +16,12 @@ template <class Socket>
 class SocketConnection : public Connection, public std::enable_shared_from_this<SocketConnection<Socket>> {
  public:
   SocketConnection(ConnectionRegistry& registry, Socket socket)
-      : registry_(registry),
+      : Connection(registry, registry.max_send_bytes()),
         open_(registry),
-        id_(registry.next_id++),
         socket_(std::move(socket)),
         timer_(registry.context),
         // Room for a carriage return, which does not count.
-        lines_(static_cast<std::size_t>(registry.config.max_line_bytes) + 1),
-        queue_(registry.max_send_bytes()) {}
+        lines_(static_cast<std::size_t>(registry.config.max_line_bytes) + 1) {}
   ~SocketConnection() override { registry_.streams.erase(id_); }
 
   void start() {
@@ -118,14 +115,11 @@ class SocketConnection : public Connection, public std::enable_shared_from_this<
                              });
   }
 
-  ConnectionRegistry& registry_;
   OpenSocket open_;
-  StreamId id_;
   Socket socket_;
   boost::asio::steady_timer timer_;
   std::array<char, kBlock> block_;
   LineBuffer lines_;
-  SendQueue queue_;
   std::string writing_;
   std::optional<LineReceiver> receiver_;
   bool closing_ = false;

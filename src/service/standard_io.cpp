@@ -20,11 +20,9 @@ constexpr int kCheck_ms = 100;
 }  // namespace
 
 StandardIo::StandardIo(ConnectionRegistry& registry, std::function<void()> ended)
-    : registry_(registry),
-      id_(registry.next_id++),
+    : Connection(registry, registry.max_send_bytes()),
       ended_(std::move(ended)),
-      lines_(static_cast<std::size_t>(registry.config.max_line_bytes) + 1),
-      queue_(registry.max_send_bytes()) {}
+      lines_(static_cast<std::size_t>(registry.config.max_line_bytes) + 1) {}
 
 StandardIo::~StandardIo() {
   close();

@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "connection.hpp"
-#include "lines.hpp"
 
 namespace sila::detail {
 
@@ -40,13 +39,10 @@ class StandardIo : public Connection, public std::enable_shared_from_this<Standa
   void fail(const std::string& what);
   void drain();
 
-  ConnectionRegistry& registry_;
-  StreamId id_;
   std::function<void()> ended_;
   LineBuffer lines_;
   std::mutex mutex_;  // guards the queue, the flags of writing and the failure
   std::condition_variable changed_;
-  SendQueue queue_;
   ReportAnnouncer announcer_;
   bool writing_ = false, closing_ = false;
   std::string failure_;

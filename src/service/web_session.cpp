@@ -5,7 +5,6 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 
-#include "lines.hpp"
 #include "live_page.hpp"
 #include "web_request.hpp"
 
@@ -29,12 +28,10 @@ constexpr std::size_t kMaxPageBytes = 8 << 20;
 class WebSocketConnection : public Connection, public std::enable_shared_from_this<WebSocketConnection> {
  public:
   WebSocketConnection(ConnectionRegistry& registry, beast::tcp_stream stream, bool is_page)
-      : registry_(registry),
+      : Connection(registry, is_page ? kMaxPageBytes : registry.max_send_bytes()),
         open_(registry),
-        id_(registry.next_id++),
         socket_(std::move(stream)),
-        is_page_(is_page),
-        queue_(is_page ? kMaxPageBytes : registry.max_send_bytes()) {}
+        is_page_(is_page) {}
   ~WebSocketConnection() override {
     connections().erase(id_);
     count_pages();
@@ -105,13 +102,10 @@ class WebSocketConnection : public Connection, public std::enable_shared_from_th
                         });
   }
 
-  ConnectionRegistry& registry_;
   OpenSocket open_;
-  StreamId id_;
   websocket::stream<beast::tcp_stream> socket_;
   bool is_page_;
   beast::flat_buffer buffer_;
-  SendQueue queue_;
   std::string text_;
   bool writing_ = false;
   std::optional<LineReceiver> receiver_;
