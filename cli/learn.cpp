@@ -21,20 +21,6 @@ struct LearnOptions {
   std::string share;
 };
 
-/// Sums over all episodes: transitions merged or removed by pruning and by the budget.
-struct Removed {
-  int subsumed = 0;
-  BudgetReport evicted;
-
-  void add(const EpisodeReport& report) {
-    subsumed += report.prune.subsumed;
-    evicted.primitives += report.budget.primitives;
-    evicted.transitions += report.budget.transitions;
-    evicted.count += report.budget.count;
-    evicted.reduced += report.budget.reduced;
-  }
-};
-
 void print_episode(int number, const EpisodeReport& report) {
   std::ostringstream line;
   line << "episode " << number << ": " << counted(report.tracks, "track") << ", size " << report.size_before << " -> "
@@ -131,11 +117,21 @@ void write_k_anonymous(const LearnOptions& options, const Model& model, const st
 }
 
 /// The result of all episodes, on standard output, and how many batches were known, on stderr.
-void print_result(const LearnOptions& options, const Model& model, int episodes, int known, std::size_t tracks,
-                  const Removed& removed) {
+void print_result(const LearnOptions& options, const Training& run, std::size_t tracks) {
+  const auto& [model, reports, known] = run;
+  const int episodes = static_cast<int>(reports.size()) + known;
   if (known > 0) {
     std::cerr << known << " of " << episodes << " batches are in " << options.model
               << " already and were not learnt again\n";
+  }
+  int subsumed = 0;
+  BudgetReport evicted;
+  for (const EpisodeReport& report : reports) {
+    subsumed += report.prune.subsumed;
+    evicted.primitives += report.budget.primitives;
+    evicted.transitions += report.budget.transitions;
+    evicted.count += report.budget.count;
+    evicted.reduced += report.budget.reduced;
   }
   if (model.primitives.empty())
     warn({"no motion was learnt: the tracks are too few or too short, or not in metres and seconds"});
@@ -145,8 +141,8 @@ void print_result(const LearnOptions& options, const Model& model, int episodes,
          {"known", known},
          {"tracks", tracks},
          {"size", size(model)},
-         {"subsumed", removed.subsumed},
-         {"evicted", to_json(removed.evicted)}},
+         {"subsumed", subsumed},
+         {"evicted", to_json(evicted)}},
         options.model + ": " + counted(model.tracks, "track") + " in " + counted(model.episodes, "episode") + ", " +
             counted(model.primitives.size(), "primitive") + ", " + counted(model.transitions.size(), "transition") +
             "\n");
@@ -204,18 +200,16 @@ void learn_tracks(const LearnOptions& options) {
   std::optional first = batches.next();
   warn(warnings_before_learning(stored, *first, batches.read_ahead()));
   const auto next = [&] { return first ? *std::exchange(first, std::nullopt) : batches.next(); };
-  Removed removed;
-  const auto [model, episodes, known] =
+  const Training run =
       run_batches(std::move(stored.model), next, config.episode, sila_update(config.episode),
                   [&](int number, const Model& previous, const Episode& episode) {
                     file.commit(episode.model, record_of(before + number, previous, episode), configuration);
                     print_episode(before + number, episode.report);
-                    removed.add(episode.report);
                   });
   if (batches.tracks() == 0)
     throw std::invalid_argument("learn: --hold-out holds back all tracks; give a smaller share");
-  if (!options.share.empty()) write_k_anonymous(options, model, configuration);
-  print_result(options, model, static_cast<int>(episodes.size()) + known, known, batches.tracks(), removed);
+  if (!options.share.empty()) write_k_anonymous(options, run.model, configuration);
+  print_result(options, run, batches.tracks());
 }
 
 }  // namespace

@@ -228,10 +228,8 @@ void tell(const TrackReport& report) {
 }
 
 ReadTracks read_clean(const TrackOptions& options, const Config& config) {
-  ReadTracks result;
   const Named named = named_in(options, config);
-  result.scene = named.scene;
-  result.tracks = read_tracks(named.paths, named.scene, named.read, config.clean);
+  ReadTracks result{named.scene, read_tracks(named.paths, named.scene, named.read, config.clean)};
   tell(result.tracks.report);
   return result;
 }

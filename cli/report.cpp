@@ -31,11 +31,12 @@ nlohmann::ordered_json model_data(const ReportOptions& options) {
   input.episode = config.episode;
   input.evaluate = config.evaluate;
   input.configuration = to_json(config);
-  const bool alone = options.tracks.scene.empty() && options.tracks.paths.empty();
-  SceneTracks read = alone ? SceneTracks{} : read_placed(options.tracks, config, input.stored.model);
-  if (!options.picture.empty() && alone) throw UsageError("report: --picture needs tracks");
-  if (options.tracks.hold_out > 0.0 && alone) throw UsageError("report: --hold-out needs tracks");
-  if (alone) return report_data(input);
+  if (options.tracks.scene.empty() && options.tracks.paths.empty()) {
+    if (!options.picture.empty()) throw UsageError("report: --picture needs tracks");
+    if (options.tracks.hold_out > 0.0) throw UsageError("report: --hold-out needs tracks");
+    return report_data(input);
+  }
+  SceneTracks read = read_placed(options.tracks, config, input.stored.model);
   input.picture = picture_in("report", options.picture, read.scene);
   input.scene = std::move(read.scene);
   input.rows = std::move(read.report);

@@ -211,12 +211,9 @@ std::vector<TrackPrediction> predictions_of(const WindowSet& set, const Doubles&
 nlohmann::ordered_json to_json(const WindowScore& window) {
   nlohmann::ordered_json json{{"track", window.track},     {"t0_s", window.t0_s},     {"moving", window.moving},
                               {"turning", window.turning}, {"inside", window.inside}, {"fallback", window.fallback},
-                              {"novelty", window.novelty}, {"modes", window.modes},   {"fork", false},
-                              {"way_log_probability", 0.0}};
-  if (window.way_log_probability) {
-    json["fork"] = true;
-    json["way_log_probability"] = *window.way_log_probability;
-  }
+                              {"novelty", window.novelty}, {"modes", window.modes}};
+  json["fork"] = window.way_log_probability.has_value();
+  json["way_log_probability"] = window.way_log_probability.value_or(0.0);
   json["standing"] = window.motion_state == kStanding;
   json["changes"] = nlohmann::ordered_json::array();
   for (const ChangeForecast& forecast : window.changes)

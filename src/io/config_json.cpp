@@ -95,13 +95,8 @@ std::string text_of(const FieldValue& value) {
 }
 
 std::string kind_of(const Field& field) {
-  struct Name {
-    std::string operator()(double) const { return "a number"; }
-    std::string operator()(std::int64_t) const { return "a whole number"; }
-    std::string operator()(bool) const { return "true or false"; }
-    std::string operator()(const std::string&) const { return "a name"; }
-  };
-  return field.choices.empty() ? std::visit(Name{}, field.read()) : "one of " + joined(field.choices);
+  constexpr const char* kKinds[] = {"a number", "a whole number", "true or false", "a name"};  // of FieldValue
+  return field.choices.empty() ? kKinds[field.read().index()] : "one of " + joined(field.choices);
 }
 
 /// Writes a value of the right type into its field if the field admits it.
