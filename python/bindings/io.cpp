@@ -13,10 +13,6 @@ std::string merged_config(const std::string& base, const std::string& changes, c
   return to_json(config).dump();
 }
 
-std::string config_from_file(const std::filesystem::path& path) {
-  return read_json(path).dump();
-}
-
 /// (path, default, unit, range, meaning) of every field.
 std::vector<std::array<std::string, 5>> config_fields() {
   std::vector<std::array<std::string, 5>> rows;
@@ -60,7 +56,9 @@ Config config_of(const std::string& json) {
 void bind_io(nb::module_& module) {
   module.def("merged_config", &merged_config, "base"_a, "changes"_a, "source"_a,
              "A whole configuration as JSON: the defaults, then base, then changes; checked.");
-  module.def("config_from_file", &config_from_file, "path"_a, "The JSON of a file, without its comments.");
+  module.def(
+      "config_from_file", [](const std::filesystem::path& path) { return read_json(path).dump(); }, "path"_a,
+      "The JSON of a file, without its comments.");
   module.def("config_fields", &config_fields, "Path, default, unit, range and meaning of every configuration field.");
   module.def("read_files", &read_files, "paths"_a, "scene"_a.none(), "format"_a.none(), "frames_per_second"_a.none(),
              "metres_per_unit"_a.none(), "camera"_a.none(), "person_classes"_a, "config"_a,

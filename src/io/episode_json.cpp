@@ -32,9 +32,7 @@ ordered_json cells_json(const MotionPrimitive& primitive) {
   ordered_json cells = ordered_json::array();
   for (const CellVelocity& entry : primitive.cells) {
     const double degrees = std::atan2(entry.velocity.y(), entry.velocity.x()) * 180.0 / std::numbers::pi;
-    cells.push_back(entry.cell.x);
-    cells.push_back(entry.cell.y);
-    cells.push_back(std::lround(degrees));
+    cells.insert(cells.end(), {entry.cell.x, entry.cell.y, std::lround(degrees)});
   }
   return cells;
 }

@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "core/bytes.hpp"
+#include "core/concatenate.hpp"
 #include "model/hash.hpp"
 
 namespace sila::tables {
@@ -136,10 +137,8 @@ std::vector<EpisodeRecord> read_episodes(sqlite::Database& database, const std::
     episodes.push_back({count_of<int>(row.integer(0)), count_of<long>(row.integer(1)), row.real(2),
                         count_of<std::size_t>(row.integer(3)), count_of<std::size_t>(row.integer(4)), row.text(5),
                         row.integer(6)});
-    if (row.blob(7) != hash_of_record(episodes.back())) {
-      throw std::invalid_argument("the hash of the record of episode " + std::to_string(episodes.back().number) +
-                                  " does not agree");
-    }
+    if (row.blob(7) != hash_of_record(episodes.back()))
+      throw invalid_argument("the hash of the record of episode ", episodes.back().number, " does not agree");
   }
   return episodes;
 }

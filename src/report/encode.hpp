@@ -20,8 +20,7 @@ inline nlohmann::ordered_json path_json(std::span<const Vector2> path_m, std::si
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < path_m.size(); ++i) {
     if ((path_m.size() - 1 - i) % stride != 0) continue;
-    json.push_back(rounded(path_m[i].x(), 2));
-    json.push_back(rounded(path_m[i].y(), 2));
+    json.insert(json.end(), {rounded(path_m[i].x(), 2), rounded(path_m[i].y(), 2)});
   }
   return json;
 }
