@@ -158,17 +158,17 @@ bool replay(const std::vector<TimedLine>& lines, double rate, const std::functio
 ReplayReport replay_to(const std::string& address, const std::string& token, const std::vector<TimedLine>& lines,
                        double rate, double linger_s, const std::function<void(const std::string&)>& receive) {
   if (!(rate > 0.0)) throw invalid_argument("replay: rate = ", rate, " must be positive");
-  const bool tcp = address.starts_with("tcp:");
-  if (!tcp && !address.starts_with("unix:"))
+  const bool over_tcp = address.starts_with("tcp:");
+  if (!over_tcp && !address.starts_with("unix:"))
     throw invalid_argument("replay: --to = ", address, " is neither tcp:ADDRESS:PORT nor unix:PATH");
   boost::asio::io_context context;
   Socket socket(context);
   try {
-    if (tcp)
+    if (over_tcp)
       socket.connect(detail::parse_endpoint("--to", address.substr(4)));
     else
       socket.connect(boost::asio::local::stream_protocol::endpoint(address.substr(5)));
-    if (tcp) socket.set_option(boost::asio::ip::tcp::no_delay(true));
+    if (over_tcp) socket.set_option(boost::asio::ip::tcp::no_delay(true));
     return exchange(socket, token, lines, rate, linger_s, receive);
   } catch (const boost::system::system_error& error) {
     throw std::runtime_error("replay: cannot connect to " + address + ": " + error.code().message());
