@@ -44,9 +44,8 @@ Word word_at(const char* bytes) {
 /// Numbers as words of this size. Throws: std::invalid_argument unless the bytes are whole words.
 template <std::unsigned_integral Word, class Number = Word>
 std::vector<Number> words(std::string_view bytes) {
-  if (bytes.size() % sizeof(Word) != 0) {
+  if (bytes.size() % sizeof(Word) != 0)
     throw invalid_argument("a blob has ", bytes.size(), " bytes, no multiple of ", sizeof(Word));
-  }
   std::vector<Number> result(bytes.size() / sizeof(Word));
   for (std::size_t i = 0; i < result.size(); ++i)
     result[i] = std::bit_cast<Number>(word_at<Word>(bytes.data() + i * sizeof(Word)));

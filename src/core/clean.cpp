@@ -56,9 +56,8 @@ bool is_pedestrian(std::string_view label) {
 
 std::optional<DropReason> fault_of(const Detection& row, const CleanConfig& config) {
   if (!std::isfinite(row.t_s) || !row.position_m.allFinite()) return DropReason::not_finite;
-  if (row.position_m.cwiseAbs().maxCoeff() > config.max_abs_position_m || std::abs(row.t_s) > kLargestTime_s) {
+  if (row.position_m.cwiseAbs().maxCoeff() > config.max_abs_position_m || std::abs(row.t_s) > kLargestTime_s)
     return DropReason::absurd_value;
-  }
   if (config.pedestrians_only && !is_pedestrian(row.label)) return DropReason::other_label;
   return std::nullopt;
 }
@@ -181,9 +180,8 @@ std::string tail_of(const std::filesystem::path& path, std::size_t parts) {
   std::string name = path.filename().string();
   if (const std::size_t dot = name.find('.', 1); dot != std::string::npos) name.erase(dot);
   std::filesystem::path folder = path.parent_path();
-  for (std::size_t i = 1; i < parts && folder.has_filename(); ++i, folder = folder.parent_path()) {
+  for (std::size_t i = 1; i < parts && folder.has_filename(); ++i, folder = folder.parent_path())
     name = folder.filename().string() + "/" + name;
-  }
   return name;
 }
 
@@ -253,9 +251,8 @@ std::vector<CleanedTrack> clean_source(const Detections& source, const std::stri
   });
   std::vector<std::string> ids = ids_of(tracklets, prefix);
   std::vector<CleanedTrack> result;
-  for (std::size_t i = 0; i < tracklets.size(); ++i) {
+  for (std::size_t i = 0; i < tracklets.size(); ++i)
     result.push_back({trajectory_of(std::move(ids[i]), tracklets[i].samples), prefix + tracklets[i].track->id});
-  }
   return result;
 }
 

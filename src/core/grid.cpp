@@ -15,10 +15,9 @@ std::int32_t floor_divide(std::int32_t value, std::int32_t by) {
 
 CellKey cell_of(const Grid& grid, const Vector2& point) {
   const Vector2 scaled = (point - grid.origin) / grid.cell;
-  if (!(scaled.cwiseAbs().maxCoeff() < kFarthestCell)) {
+  if (!(scaled.cwiseAbs().maxCoeff() < kFarthestCell))
     throw invalid_argument("cell_of: point = (", point.x(), ", ", point.y(),
                            ") lies over 1e9 cells from the grid's origin");
-  }
   return {static_cast<std::int32_t>(std::floor(scaled.x())), static_cast<std::int32_t>(std::floor(scaled.y()))};
 }
 

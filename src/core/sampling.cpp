@@ -220,9 +220,8 @@ CurbTrajectory resample(const Trajectory& track, const CurbFrame& frame, const S
   require_window("resample", track, track.times_s.size() - 1, config.interval_s, config.interval_s);
   std::vector<double> times_s;
   const double start = track.times_s.front(), end = track.times_s.back();
-  for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k) {
+  for (long k = 0; start + static_cast<double>(k) * config.interval_s <= end + kTimeSlack_s; ++k)
     times_s.push_back(start + static_cast<double>(k) * config.interval_s);
-  }
   const std::vector<MotionState> states = smooth(track, times_s, track.times_s.size(), config);
   return in_frame(track, frame, std::move(times_s), states);
 }

@@ -39,9 +39,8 @@ void validate(const Trajectory& track) {
 void validate(const CurbTrajectory& track) {
   check(track.id, track.times_s, track.positions);
   validate(track.frame);
-  if (track.velocities.size() != track.times_s.size()) {
+  if (track.velocities.size() != track.times_s.size())
     reject(track.id, track.velocities.size(), "there are not as many velocities as times");
-  }
   for (std::size_t i = 0; i < track.velocities.size(); ++i) {
     if (!track.velocities[i].allFinite() || is_far(track.velocities[i]))
       reject(track.id, i, "velocity is not finite, or over 1e12");

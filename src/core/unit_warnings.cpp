@@ -130,11 +130,10 @@ std::vector<std::string> unit_warnings(std::span<const Trajectory> tracks, doubl
   }
   const std::vector<double> walking = walking_speeds(tracks);
   const double walk_mps = quantile(walking, 0.5);
-  if (walking.size() >= kFewestWalking && walk_mps < kSlowWalk_mps) {
+  if (walking.size() >= kFewestWalking && walk_mps < kSlowWalk_mps)
     warnings.push_back(concatenate(
         "people walk at ", walk_mps,
         " m/s here: are the positions metres that are read as pixels, or is the scale or the clock wrong?"));
-  }
   return warnings;
 }
 

@@ -129,10 +129,9 @@ Eigen::MatrixXd errors_of(const LinearReference& reference, std::span<const Wind
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Matrix2 frame = heading_frame(windows[i]->past_m);
     const Prediction prediction = reference.predict(windows[i]->past_m, interval_s);
-    for (std::size_t j = 0; j < steps; ++j) {
+    for (std::size_t j = 0; j < steps; ++j)
       errors.block<1, 2>(static_cast<Eigen::Index>(i), 2 * static_cast<Eigen::Index>(j)) =
           (frame.transpose() * (windows[i]->future_m[j] - prediction.modes.front().path_m[j])).transpose();
-    }
   }
   return errors;
 }

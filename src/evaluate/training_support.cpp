@@ -69,10 +69,9 @@ std::pair<int, int> cell_at(const Vector2& position_m) {
 
 std::vector<Passage> passages_of(std::span<const Window* const> windows, double interval_s) {
   std::vector<Passage> passages;
-  for (const Window* window : windows) {
+  for (const Window* window : windows)
     passages.push_back({person_of(window->observed.id), window->past_m.back(), velocity_of(*window, interval_s),
                         window->future_m.back() - window->past_m.back()});
-  }
   return passages;
 }
 

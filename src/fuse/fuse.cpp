@@ -23,10 +23,9 @@ void require_compatible(const std::string& function, const Model& previous, cons
         function, ": learn.field.outputs is shared in one model and independent in the other, they must be equal");
   }
   const std::size_t transitions = incoming.model.transitions.size();
-  if (!incoming.samples.empty() && incoming.samples.size() != transitions) {
+  if (!incoming.samples.empty() && incoming.samples.size() != transitions)
     throw invalid_argument(function, ": incoming.samples = ", incoming.samples.size(),
                            " sets, there must be none or one for each of the ", transitions, " transitions");
-  }
   for (const GpData& samples : incoming.samples) {
     const Eigen::Index points = samples.inputs.cols();
     if (points == 0 && samples.outputs.rows() == 0) continue;
@@ -44,9 +43,8 @@ FusionProblem joint_problem(const Model& previous, const Model& incoming) {
   problem.incoming_primitives = static_cast<int>(incoming.primitives.size());
   const int shift = problem.previous_primitives;
   for (const Transition& edge : previous.transitions) problem.transitions.push_back({edge.from, edge.to, edge.count});
-  for (const Transition& edge : incoming.transitions) {
+  for (const Transition& edge : incoming.transitions)
     problem.transitions.push_back({edge.from + shift, edge.to + shift, edge.count});
-  }
   return problem;
 }
 

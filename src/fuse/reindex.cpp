@@ -116,9 +116,8 @@ FusionComponent resolve(const SimilarityEdges& component, double threshold, cons
                         const FusionRules& rules) {
   Relaxed relaxed = relax(component, rules.strict_relax);
   FusionComponent resolved{std::move(relaxed.removed), {}};
-  for (const SimilarityEdges& part : relaxed.parts) {
+  for (const SimilarityEdges& part : relaxed.parts)
     resolved.decisions.push_back(decide(part, threshold, tables, rules));
-  }
   return resolved;
 }
 
@@ -128,9 +127,8 @@ FusionPlan reindex(int primitives, std::vector<FusionComponent> components) {
   plan.in = plan.out = indices<int>(static_cast<std::size_t>(primitives));
   for (const FusionComponent& component : components) {
     for (const FusionDecision& decision : component.decisions) {
-      for (const int member : decision.fused) {
+      for (const int member : decision.fused)
         plan.in[static_cast<std::size_t>(member)] = plan.out[static_cast<std::size_t>(member)] = decision.fused.front();
-      }
       if (!decision.fused.empty()) plan.fusion_set.push_back(decision.fused);
       if (!decision.split) continue;
       plan.in[static_cast<std::size_t>(decision.split->primitive)] = decision.split->first;
@@ -260,9 +258,8 @@ FusionPlan plan_fusion(const FusionProblem& problem, const FusionRules& rules) {
   validate(problem);
   const Tables tables = tables_of(problem);
   std::vector<FusionComponent> components;
-  for (const SimilarityEdges& component : connected_components(matching_edges(problem))) {
+  for (const SimilarityEdges& component : connected_components(matching_edges(problem)))
     components.push_back(resolve(component, problem.similarity_threshold, tables, rules));
-  }
   FusionPlan plan = reindex(problem.primitives(), std::move(components));
   plan.kept = kept_primitives(plan);
   plan.groups = group_transitions(problem, plan, rules);

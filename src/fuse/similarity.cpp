@@ -65,9 +65,8 @@ std::map<std::size_t, double> products_with(const std::vector<OwnedArrow>& arrow
   std::map<std::size_t, double> products;
   for (const CellVelocity& mine : primitive.cells) {
     auto theirs = std::ranges::lower_bound(arrows, mine.cell, {}, &OwnedArrow::cell);
-    for (; theirs != arrows.end() && theirs->cell == mine.cell; ++theirs) {
+    for (; theirs != arrows.end() && theirs->cell == mine.cell; ++theirs)
       products[theirs->primitive] += theirs->velocity.dot(mine.velocity);
-    }
   }
   return products;
 }

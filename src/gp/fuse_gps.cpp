@@ -20,9 +20,8 @@ using Parts = std::vector<const SparseGp*>;
 
 void require_parts(std::span<const SparseGp* const> parts, const GpData& data,
                    const std::optional<Hyperparameters>& data_hyperparameters) {
-  if (parts.empty() && !data_hyperparameters) {
+  if (parts.empty() && !data_hyperparameters)
     throw invalid_argument("fuse_gps: parts is empty, so data_hyperparameters must be given");
-  }
   const Eigen::Index outputs = parts.empty() ? data.outputs.cols() : parts.front()->mean.size();
   const Eigen::Index inputs =
       parts.empty() ? data_hyperparameters->kernel.length_scales.size() : parts.front()->pseudo_inputs.rows();
@@ -149,10 +148,9 @@ Basis fused_basis(const Parts& parts, const GpData& data, const Kernel& kernel, 
   if (one_basis(parts, kernel)) {
     if (std::optional<Basis> grown = grown_basis(*parts.front(), data, fresh, config)) return *std::move(grown);
   }
-  if (const SparseGp* dominant = dominant_part(parts, data, kernel, config)) {
+  if (const SparseGp* dominant = dominant_part(parts, data, kernel, config))
     return make_basis(dominant->pseudo_inputs, detail::lower_factor(*dominant, "fuse_gps"), data, kernel,
                       dominant->jitter);
-  }
   Eigen::Index count = fresh.cols();
   for (const SparseGp* part : parts) count += part->pseudo_inputs.cols();
   Eigen::MatrixXd candidates(fresh.rows(), count);
@@ -216,10 +214,9 @@ SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, co
   const bool theta_known = !known.empty() || data_hyperparameters;
   const Hyperparameters theta = theta_known ? fused_hyperparameters(known, data_hyperparameters, data_points)
                                             : Hyperparameters{parts.front()->kernel, parts.front()->noise_variance};
-  if (data_points == 0.0 && known.empty()) {
+  if (data_points == 0.0 && known.empty())
     return prior_gp(theta.kernel, theta.noise_variance, Eigen::MatrixXd(theta.kernel.length_scales.size(), 0),
                     Eigen::VectorXd::Zero(data.outputs.cols()));
-  }
 
   Basis basis = fused_basis(known, data, theta.kernel, config);
   const Eigen::MatrixXd& lower = basis.lower;

@@ -59,9 +59,7 @@ const Eigen::VectorXd& CovarianceColumns::at(const double* point) {
 
 void validate(const Kernel& kernel) {
   detail::require_positive("kernel", "signal_variance", kernel.signal_variance);
-  if (kernel.length_scales.size() == 0) {
-    throw invalid_argument("kernel: length_scales.size() = 0, must be at least 1");
-  }
+  if (kernel.length_scales.size() == 0) throw invalid_argument("kernel: length_scales.size() = 0, must be at least 1");
   for (const double length : kernel.length_scales) detail::require_positive("kernel", "length_scales", length);
 }
 

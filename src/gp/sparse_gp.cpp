@@ -80,9 +80,8 @@ void validate(const SparseGp& gp) {
   require_finite("sparse_gp", "information", gp.information);
   require_finite("sparse_gp", "response", gp.response);
   require_finite("sparse_gp", "mean_response", gp.mean_response);
-  if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9)) {
+  if (size > 0 && !(gp.information.diagonal().minCoeff() >= -1e-9))
     throw invalid_argument("sparse_gp: information has a negative diagonal");
-  }
   require_at_least_zero("sparse_gp", "points", gp.points);
   require_at_least_zero("sparse_gp", "jitter", gp.jitter);
 }

@@ -110,10 +110,9 @@ Statistics project(const SparseGp& from, const SparseGp& into, const Eigen::Matr
 SparseGp transfer(const SparseGp& from, const SparseGp& into) {
   validate(from);
   validate(into);
-  if (from.pseudo_inputs.rows() != into.pseudo_inputs.rows() || from.mean.size() != into.mean.size()) {
+  if (from.pseudo_inputs.rows() != into.pseudo_inputs.rows() || from.mean.size() != into.mean.size())
     throw invalid_argument("transfer: from has ", from.pseudo_inputs.rows(), " inputs and ", from.mean.size(),
                            " outputs, must be those of into, ", into.pseudo_inputs.rows(), " and ", into.mean.size());
-  }
   SparseGp updated = into;
   detail::add(updated, detail::project(from, into, detail::lower_factor(into, "transfer")), from.points);
   return updated;

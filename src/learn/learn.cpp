@@ -154,9 +154,8 @@ LearnResult learn_together(std::span<const CurbTrajectory> tracks, const ModelSe
   Dictionary dictionary = learn_dictionary(vectors, settings.grid, config.dictionary.gain_m / cell_m,
                                            config.dictionary.run_m / cell_m, config.dictionary);  // D, by ASNSC
   std::vector<std::vector<Segment>> segments;
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
+  for (std::size_t i = 0; i < tracks.size(); ++i)
     segments.push_back(segment(tracks[i], dictionary.codes[i], dictionary.primitives, settings.grid));
-  }
   Model model;
   model.settings = settings;
   model.sites = sites_of(tracks);

@@ -40,9 +40,8 @@ void check_transitions(const FusionProblem& problem) {
                      what);
     };
     if (!exists(problem, edge.from) || !exists(problem, edge.to)) reject_edge("of a primitive that does not exist");
-    if ((edge.from < problem.previous_primitives) != (edge.to < problem.previous_primitives)) {
+    if ((edge.from < problem.previous_primitives) != (edge.to < problem.previous_primitives))
       reject_edge("it must stay within one model");
-    }
     if (!(edge.count > 0.0) || !std::isfinite(edge.count)) reject_edge("the count must be positive");
     if (!seen.emplace(edge.from, edge.to).second) reject_edge("it stands twice");
   }
@@ -51,9 +50,8 @@ void check_transitions(const FusionProblem& problem) {
 }  // namespace
 
 void validate(const FusionProblem& problem) {
-  if (!(problem.similarity_threshold > 0.0) || !std::isfinite(problem.similarity_threshold)) {
+  if (!(problem.similarity_threshold > 0.0) || !std::isfinite(problem.similarity_threshold))
     reject_problem("similarity_threshold = ", problem.similarity_threshold, ", it must be positive");
-  }
   if (problem.previous_primitives < 0)
     reject_problem("previous_primitives = ", problem.previous_primitives, " is negative");
   if (problem.incoming_primitives < 0)

@@ -68,10 +68,9 @@ bool better(const Candidate& a, const Candidate& b) {
 std::span<Candidate> shortlist(std::span<Candidate> list, std::size_t samples, const PredictConfig& config) {
   const std::size_t most = kScoredPerCandidate * static_cast<std::size_t>(config.max_candidates);
   if (list.size() <= most) return list;
-  for (Candidate& candidate : list) {
+  for (Candidate& candidate : list)
     candidate.score =
         config.likelihood_power * static_cast<double>(samples) * candidate.log_likelihood + candidate.log_prior;
-  }
   std::nth_element(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(most), list.end(), better);
   return list.first(most);
 }

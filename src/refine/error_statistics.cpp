@@ -168,10 +168,9 @@ void add(ErrorStatistics& error_statistics, const Example& example, const CurbTr
   if (example.person.observed == 0) add_path(error_statistics, example, observed, stacking);
   const ErrorDensity& of_whole = stacking.density(motion_state(example.person.speed), true);
   const double known = std::min(1.0, of_whole.windows() / kWindowsToKnowDensity);
-  for (std::size_t j = 0; example.fitted && j < example.features.size(); ++j) {
+  for (std::size_t j = 0; example.fitted && j < example.features.size(); ++j)
     error_statistics.scores[j * kScoreClasses + example.person.score()]
                            [static_cast<std::size_t>(score_bin(example.nonconformities[j]))] += known;
-  }
   const std::size_t number = example.person.density();
   add_errors(error_statistics.density[number], stacking.density(number, true), example.scale, example.errors_m,
              error_statistics.interval_s);

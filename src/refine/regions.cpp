@@ -59,9 +59,8 @@ double quantile(const std::vector<double>& shares, double probability) {
   double below = 0.0;
   for (int bin = 0; bin + 1 < kScoreBins; ++bin) {
     const double share = shares[static_cast<std::size_t>(bin)];
-    if (below + share >= probability) {
+    if (below + share >= probability)
       return lower_edge(bin) + (kEdges[bin] - lower_edge(bin)) * (probability - below) / share;
-    }
     below += share;
   }
   return 2.0 * kEdges[kScoreBins - 2];

@@ -12,10 +12,9 @@ ModelChange change_by(const FusionPlan& plan, const Model& previous, const Model
   ModelChange change;
   change.primitives_before = static_cast<int>(previous.primitives.size());
   change.primitives_after = static_cast<int>(updated.primitives.size());
-  if (plan.kept.size() != updated.primitives.size() || plan.in.size() < previous.primitives.size()) {
+  if (plan.kept.size() != updated.primitives.size() || plan.in.size() < previous.primitives.size())
     throw invalid_argument("change_by: plan keeps ", plan.kept.size(), " of ", plan.in.size(),
                            " primitives, the updated model has ", updated.primitives.size());
-  }
   const std::vector<int> places = inverse_of(plan.kept, plan.in.size());  // in the updated model
   const auto place = [&](int joint) { return places.at(static_cast<std::size_t>(joint)); };
   const int known = change.primitives_before;

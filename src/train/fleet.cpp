@@ -221,10 +221,9 @@ CurbFrame site_of(const Partition& partition) {
 std::vector<ChosenPartition> choose_partitions(std::span<const std::vector<EpisodeId>> episodes,
                                                std::span<const CurbFrame> sites, const std::vector<bool>& are_models,
                                                const std::vector<EpisodeId>& known) {
-  if (sites.size() != episodes.size() || are_models.size() != episodes.size()) {
+  if (sites.size() != episodes.size() || are_models.size() != episodes.size())
     throw invalid_argument("choose_partitions: sites = ", sites.size(), ", are_models = ", are_models.size(),
                            ", must be one for each of ", episodes.size(), " partitions");
-  }
   std::vector<std::size_t> order = indices(episodes.size());
   // Models first: what they have in common with tracks can be left out of the tracks alone.
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {

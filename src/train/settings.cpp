@@ -89,9 +89,8 @@ void validate(const EpisodeConfig& config) {
                            " has no meaning with scaling = metres; leave it 0, or choose scaling = "
                            "mean_width");
   }
-  if (width_m > 0.0 && width_m < kLeastWidth_m) {
+  if (width_m > 0.0 && width_m < kLeastWidth_m)
     throw invalid_argument("config: reference_width_m = ", width_m, ", must be 0 or at least ", kLeastWidth_m);
-  }
 }
 
 }  // namespace sila
