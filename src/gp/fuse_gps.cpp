@@ -42,10 +42,11 @@ Eigen::ArrayXd theta_of(const Kernel& kernel, double noise_variance) {
   return theta;
 }
 
-}  // namespace
-
+/// The points-weighted log mean, bit-identical if all agree. Data without points count only if there is no part.
+/// Precondition: a part or `of_data`; each part has a point.
 Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
-                                      const std::optional<Hyperparameters>& of_data, double data_points) {
+                                      const std::optional<Hyperparameters>& of_data = std::nullopt,
+                                      double data_points = 0.0) {
   const Eigen::ArrayXd first = parts.empty() ? theta_of(of_data->kernel, of_data->noise_variance)
                                              : theta_of(parts.front()->kernel, parts.front()->noise_variance);
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(first.size());
@@ -63,8 +64,6 @@ Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
   const Eigen::ArrayXd fused = same.select(first, means);  // equal numbers stay as they are, bit for bit
   return {{fused(0), fused.tail(fused.size() - 2)}, fused(1)};
 }
-
-namespace {
 
 Eigen::VectorXd fused_mean(const Parts& parts, const GpData& data, ConstantMean choice) {
   if (choice == ConstantMean::zero)

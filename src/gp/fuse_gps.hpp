@@ -19,12 +19,6 @@ namespace sila {
 SparseGp fuse_gps(std::span<const SparseGp* const> parts, const GpData& data, const GpConfig& config = {},
                   const std::optional<Hyperparameters>& data_hyperparameters = std::nullopt);
 
-/// Kernel and noise of the fusion of parts and data: the points-weighted log mean, bit-identical if all agree. Data
-/// without points count only if there is no part. Precondition: a part or `of_data`; each part has a point.
-Hyperparameters fused_hyperparameters(std::span<const SparseGp* const> parts,
-                                      const std::optional<Hyperparameters>& of_data = std::nullopt,
-                                      double data_points = 0.0);
-
 /// A GP that is fused with others.
 struct GpSource {
   const SparseGp* gp;

@@ -88,16 +88,4 @@ void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features) {
       static_cast<double>(data.inputs.cols()));
 }
 
-Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {
-  const Eigen::LDLT<Eigen::MatrixXd> cholesky(a);
-  const Eigen::VectorXd pivots = cholesky.vectorD();
-  // The pivots fall; those under the rounding of the first are noise of either sign.
-  Eigen::Index rank = 0;
-  while (rank < pivots.size() && pivots(rank) > 1e-14 * pivots(0)) ++rank;
-  Eigen::MatrixXd lower = cholesky.matrixL();
-  const Eigen::VectorXd roots = pivots.head(rank).cwiseSqrt();
-  const Eigen::MatrixXd scaled = lower.leftCols(rank) * roots.asDiagonal();
-  return cholesky.transpositionsP().transpose() * scaled;
-}
-
 }  // namespace sila::detail

@@ -67,9 +67,6 @@ void add(SparseGp& gp, const Statistics& statistics, double points);
 /// Adds data whose features V' are known. Shapes: features n x M.
 void add_data(SparseGp& gp, const GpData& data, Eigen::MatrixXd features);
 
-/// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
-Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a);
-
 /// The chosen candidates, in order, and results of the pivoted Cholesky that chose them.
 struct Selection {
   std::vector<Eigen::Index> chosen;

@@ -1,3 +1,4 @@
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -42,6 +43,19 @@ struct Link {
   Eigen::MatrixXd basis;   ///< U = L_b^-1 k(Z_b, Z_a) L_a^-T, M_b x M_a
   Eigen::MatrixXd hidden;  ///< F with E = F F', the covariance of v_a that v_b leaves unexplained
 };
+
+/// F with F F' = a for a symmetric positive semi-definite a, by pivoted Cholesky; as many columns as a has rank.
+Eigen::MatrixXd semidefinite_factor(const Eigen::MatrixXd& a) {
+  const Eigen::LDLT<Eigen::MatrixXd> cholesky(a);
+  const Eigen::VectorXd pivots = cholesky.vectorD();
+  // The pivots fall; those under the rounding of the first are noise of either sign.
+  Eigen::Index rank = 0;
+  while (rank < pivots.size() && pivots(rank) > 1e-14 * pivots(0)) ++rank;
+  Eigen::MatrixXd lower = cholesky.matrixL();
+  const Eigen::VectorXd roots = pivots.head(rank).cwiseSqrt();
+  const Eigen::MatrixXd scaled = lower.leftCols(rank) * roots.asDiagonal();
+  return cholesky.transpositionsP().transpose() * scaled;
+}
 
 /// `into` explains common pseudo-inputs completely, so the rank of E is at most the number of the others.
 /// Shapes: explained M_a x M_b = k(Z_a, Z_b) L_b^-T.

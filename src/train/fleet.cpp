@@ -276,10 +276,9 @@ FleetValue run_task(FleetStep step, const Partition& partition, Inputs inputs, c
     case FleetStep::fuse:
       return fuse_two(value_in<Model>(input(0)), value_in<Model>(input(1)), config);
     case FleetStep::warm_up:
-      return calibrate(partition, value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)),
-                       warm_up_config(config));
     case FleetStep::calibrate:
-      return calibrate(partition, value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)), config);
+      return calibrate(partition, value_in<Model>(input(0)), value_in<SiteErrorStatistics>(input(1)),
+                       step == FleetStep::warm_up ? warm_up_config(config) : config);
     case FleetStep::add:
       return SiteErrorStatistics{
           errors_by_site(with_errors(with_errors({}, value_in<SiteErrorStatistics>(input(0)).sites),
