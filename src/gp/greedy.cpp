@@ -5,8 +5,7 @@
 
 #include "statistics.hpp"
 
-namespace sila {
-namespace detail {
+namespace sila::detail {
 namespace {
 
 constexpr double tie = 1e-9;         // relative to the signal variance: rounding must not decide
@@ -72,6 +71,4 @@ Eigen::MatrixXd candidates_for(const Kernel& kernel, const Eigen::MatrixXd& poin
   return subsample(lattice(Eigen::all, first), GpConfig::max_candidates);
 }
 
-}  // namespace detail
-
-}  // namespace sila
+}  // namespace sila::detail

@@ -11,7 +11,6 @@
 #include "learn/transitions.hpp"
 
 namespace sila {
-
 namespace {
 
 /// The transition at a sample: from its segment to the next one; in the last segment the transition that led there.
