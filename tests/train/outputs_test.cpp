@@ -63,11 +63,11 @@ TEST(IndependentOutputs, ArePackedBitForBit) {
 
 TEST(IndependentOutputs, AreNotMixedWithSharedOnes) {
   const std::vector<FramedTrajectory> tracks = testing::corner_walks(40, 7);
-  const Model shared = learnt(with_outputs(FieldOutputs::shared), std::span(tracks).first(20));
+  const Model shared = testing::learnt(std::span(tracks).first(20), with_outputs(FieldOutputs::shared));
   const EpisodeConfig independent = with_outputs(FieldOutputs::independent);
   EXPECT_THROW(run_episode(shared, std::span(tracks).last(20), independent), std::invalid_argument);
   Model mixed = shared;
-  mixed.transitions.back().field = learnt(independent, std::span(tracks).last(20)).transitions.back().field;
+  mixed.transitions.back().field = testing::learnt(std::span(tracks).last(20), independent).transitions.back().field;
   EXPECT_THROW(check(mixed), std::invalid_argument);
 }
 
