@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/kinematics.hpp"
 
@@ -28,6 +29,12 @@ Mode& add_copy(Workspace& workspace, VariantKind variant, double weight) {
   return copy;
 }
 
+VariantKind kind_of(const Vector2& direction) {
+  if (std::abs(direction.x()) > std::abs(direction.y()))
+    return direction.x() < 0.0 ? VariantKind::slower : VariantKind::faster;
+  return direction.y() > 0.0 ? VariantKind::left : VariantKind::right;
+}
+
 }  // namespace
 
 void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std::size_t> component,
@@ -41,25 +48,19 @@ void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std
 
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
                   const RefineConfig& config) {
-  struct Variant {
-    VariantKind kind;
-    Vector2 direction;  ///< along, across
-  };
-  const double left = workspace.prediction.mirrored ? -1.0 : 1.0;
-  const Variant variants[] = {{VariantKind::slower, {-1.0, 0.0}},
-                              {VariantKind::faster, {1.0, 0.0}},
-                              {VariantKind::left, {0.0, left}},
-                              {VariantKind::right, {0.0, -left}}};
   std::vector<Mode>& modes = workspace.prediction.modes;
   const int room = config.max_modes - (kMixtureComponents - 1) - static_cast<int>(modes.size());
-  const int count = std::max(0, std::min(room, config.mode_variants) / 2 * 2);
+  const int count = std::min(room, config.mode_variants);
+  if (count < 2) return;  // one alone would move the mean
   const double weight = config.variant_weight * modes.front().weight;
   for (int k = 0; k < count; ++k) {
-    Mode& variant = add_copy(workspace, variants[k].kind, weight);
+    const double angle = 2.0 * std::numbers::pi * k / count;
+    Vector2 direction(-std::cos(angle), std::sin(angle));  // ahead, to the left of the person
+    Mode& variant = add_copy(workspace, kind_of(direction), weight);
+    if (workspace.prediction.mirrored) direction.y() = -direction.y();
     for (std::size_t j = 0; j < variant.path_m.size(); ++j) {
       const Vector2 ahead = unit_along(variant.path_m[j] - start_m);
-      const Vector2 off = RefineConfig::variant_reach *
-                          density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(variants[k].direction);
+      const Vector2 off = density.total_variances_m2(j, scale).cwiseSqrt().cwiseProduct(direction);
       variant.path_m[j] += off.x() * ahead + off.y() * left_of(ahead);
     }
   }

@@ -15,10 +15,9 @@ namespace sila {
 void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std::size_t> component,
                       const Vector2& scale, const Vector2& start_m);
 
-/// Adds modes of little weight beside the first: slower, faster, more to the left, more to the right, each
-/// `variant_reach` standard deviations away, so that a user of single paths sees other possible paths. They come in
-/// pairs, as many as fit with the wide modes into the maximum number of modes. Source: none in the paper;
-/// docs/decisions/0072-mode_variants.md.
+/// Adds modes of little weight around the first, so that a user of single paths sees other possible paths: the corners
+/// of a regular polygon, one standard deviation away, the first one slower. As many as fit with the wide modes into
+/// the maximum number of modes, but not one alone. Source: none in the paper; docs/decisions/0072-mode_variants.md.
 void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
                   const RefineConfig& config);
 

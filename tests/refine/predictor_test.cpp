@@ -50,7 +50,7 @@ TEST(Predictor, GivesAtMostTheModesAskedFor) {
   const auto windows = windows_of(testing::corner_walks(10, 99), kConfig.sampling, kConfig.predict, 1.0);
   ASSERT_FALSE(windows.empty());
   for (const int most : {1, 2, 3, 4, 8}) {
-    for (const int variants : {0, 4}) {
+    for (const int variants : {0, 5}) {
       RefineConfig config = kConfig.predict;
       config.max_modes = most;
       config.mode_variants = variants;
@@ -151,7 +151,7 @@ TEST(Predictor, WhereVeryManyTransitionsOverlapTheLeastLikelyAreNotMissed) {
 TEST(Predictor, AnswersWithAnEmptyModel) {
   const CurbTrajectory observed =
       observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, {});
-  const Prediction prediction = Predictor(Model{}, kConfig.predict).predict(observed);
+  const Prediction prediction = predict(Model{}, observed, kConfig.predict);
   expect_valid(prediction);
   EXPECT_TRUE(prediction.fallback);
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "refine/mode_variants.hpp"
@@ -109,19 +110,21 @@ TEST(ModeVariants, KeepWeightAndMeanOfTheirMode) {
     weight += mode.weight;
     mean += mode.weight * mode.path_m[1];
   }
-  ASSERT_EQ(workspace.prediction.modes.size(), 5u);
+  ASSERT_EQ(workspace.prediction.modes.size(), 6u);
   EXPECT_NEAR(weight, 0.8, 1e-12);
   EXPECT_LT((mean / weight - Vector2(1.4, 2.0)).norm(), 1e-12);
-  const Mode &slower = workspace.prediction.modes[1], &left = workspace.prediction.modes[3];
-  EXPECT_EQ(slower.variant, VariantKind::slower);
-  EXPECT_LT(slower.path_m[1].x(), 1.4);
-  EXPECT_EQ(left.variant, VariantKind::left);
-  const double off = RefineConfig::variant_reach * std::sqrt(kUnseen.total_variances_m2(1, {1.0, 4.0}).y());
-  EXPECT_NEAR(left.path_m[1].y(), 2.0 + off, 1e-12);
+  const std::vector<VariantKind> kinds = {VariantKind::slower, VariantKind::left, VariantKind::faster,
+                                          VariantKind::faster, VariantKind::right};
+  for (std::size_t k = 0; k < kinds.size(); ++k) EXPECT_EQ(workspace.prediction.modes[k + 1].variant, kinds[k]);
+  const Vector2 deviation_m = kUnseen.total_variances_m2(1, {1.0, 4.0}).cwiseSqrt();
+  EXPECT_NEAR(workspace.prediction.modes[1].path_m[1].x(), 1.4 - deviation_m.x(), 1e-12);
+  EXPECT_NEAR(workspace.prediction.modes[2].path_m[1].y(), 2.0 + std::sin(0.4 * std::numbers::pi) * deviation_m.y(),
+              1e-12);
 }
 
-TEST(ModeVariants, ComeInPairsAndOnlyWhereThereIsRoom) {
-  for (const auto& [max_modes, modes] : {std::pair(3, 1u), std::pair(4, 1u), std::pair(5, 3u), std::pair(100, 5u)}) {
+TEST(ModeVariants, AreAtLeastTwoAndOnlyWhereThereIsRoom) {
+  for (const auto& [max_modes, modes] :
+       {std::pair(3, 1u), std::pair(4, 1u), std::pair(5, 3u), std::pair(6, 4u), std::pair(100, 6u)}) {
     RefineConfig config;
     config.max_modes = max_modes;
     Workspace workspace;

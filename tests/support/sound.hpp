@@ -57,15 +57,9 @@ inline void expect_sound(const Model& model, const EpisodeConfig& config) {
   }
 }
 
-/// Smallest eigenvalue that a covariance of a prediction may have [m²]: that of an error of a millimetre, less what
-/// the mode variants take.
-inline double floor_m2(const EpisodeConfig& config) {
-  const RefineConfig& predict = config.predict;
-  const double taken = 2.0 * predict.variant_weight * predict.variant_reach * predict.variant_reach;
-  return 1e-6 * (predict.mode_variants > 0 ? 1.0 - taken : 1.0) * (1.0 - 1e-3);
-}
-
-inline void expect_sound(const Prediction& prediction, double floor_m2) {
+/// Covariances are at least that of an error of a millimetre.
+inline void expect_sound(const Prediction& prediction) {
+  constexpr double floor_m2 = 1e-6 * (1.0 - 1e-3);
   ASSERT_FALSE(prediction.modes.empty());
   double sum = 0.0;
   for (const Mode& mode : prediction.modes) {
@@ -96,7 +90,7 @@ inline void expect_sound_predictions(const Model& model, const std::vector<Frame
   for (const FramedTrajectory& track : tracks) {
     SCOPED_TRACE("track " + track.track.id);
     for (const Window& window : windows_of(std::span(&track, 1), config.sampling, config.predict, 4.0)) {
-      expect_sound(predictor.predict(window.observed, workspace), floor_m2(config));
+      expect_sound(predictor.predict(window.observed, workspace));
       if (::testing::Test::HasFatalFailure()) return;
     }
   }

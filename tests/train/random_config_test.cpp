@@ -75,7 +75,7 @@ void expect_sound_predictions(const Model& model, std::span<const FramedTrajecto
     for (const std::size_t last : prediction_samples(placed.track, 0.4, 4.0)) {
       const CurbTrajectory observed =
           observe(placed.track, last, placed.frame, config.predict.observe_s, config.sampling);
-      testing::expect_sound(predictor.predict(observed), testing::floor_m2(config));
+      testing::expect_sound(predictor.predict(observed));
     }
   }
 }

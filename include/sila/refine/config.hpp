@@ -44,12 +44,10 @@ void fields(MaybeConst<ResidualConfig> auto& config, auto&& visit) {
 /// Prediction with the refinement: the paper's settings and those of the additions.
 struct RefineConfig : PredictConfig {
   bool stacking = true;
-  int mode_variants = 4;
+  int mode_variants = 5;
   /// Weight of a variant [of its mode], so small that the weighted error hardly changes
   /// (docs/decisions/0072-mode_variants.md).
   static constexpr double variant_weight = 0.002;
-  /// Distance of a variant from its mode [standard deviations].
-  static constexpr double variant_reach = 0.9;
 };
 
 void fields(MaybeConst<RefineConfig> auto& config, auto&& visit) {
@@ -58,8 +56,8 @@ void fields(MaybeConst<RefineConfig> auto& config, auto&& visit) {
   fields(static_cast<Paper&>(config), visit);
   visit.flag("stacking", config.stacking,
              "stack kinematics and residual GPs by ridge regression on past errors (paper: off)");
-  visit.number("mode_variants", config.mode_variants, Range{0, 4}, "",
-               "lighter modes beside the most likely one, in pairs: slower and faster, left and right (paper: 0)");
+  visit.number("mode_variants", config.mode_variants, Range{0, 5}, "",
+               "lighter modes around the most likely one: slower, faster, left, right (paper: 0)");
 }
 
 }  // namespace sila
