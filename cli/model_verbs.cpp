@@ -45,8 +45,9 @@ void verify(const ModelOptions& options) {
          {"pages", report.pages},
          {"episodes", report.episodes},
          {"undone", report.undone}},
-        options.model + ": intact; " + std::to_string(report.pages) + " pages, " + std::to_string(report.episodes) +
-            " recorded episodes, " + std::to_string(report.undone) + " of which can be undone\n");
+        options.model + ": intact; " + std::to_string(report.pages) + " pages, " +
+            counted(report.episodes, "recorded episode") + ", " + std::to_string(report.undone) +
+            " of which can be undone\n");
 }
 
 Verb<ModelOptions> add_model_verb(CLI::App& app, const VerbText& text, void (*run)(const ModelOptions&)) {

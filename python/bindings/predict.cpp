@@ -194,7 +194,7 @@ void bind_mode(nb::module_& module) {
       .def_ro("primitives", &Mode::primitives, "Visited, in order; empty for constant velocity.")
       .def_prop_ro(
           "variant", [](const Mode& mode) { return kVariantKinds[static_cast<std::size_t>(mode.variant)]; },
-          "expected, or how it differs: slower, faster, left, right.")
+          "expected, or how it differs: slower, faster, left, right; wide: the same path, larger covariances.")
       .def("__repr__", [](const Mode& mode) {
         return nb::str("Mode(weight={:.3f}, {} steps, primitives={})")
             .format(mode.weight, mode.path_m.size(), mode.primitives);
@@ -224,7 +224,7 @@ void bind_prediction(nb::module_& module) {
           "Seconds between the first and the last sample that it rests on.")
       .def_prop_ro(
           "standing", [](const TrackPrediction& p) { return p.content.standing; },
-          "Whether the person's mean speed was below 0.3 m/s while observed.")
+          "Whether the person stood while observed, see `starts` in docs/formats.md.")
       .def_prop_ro(
           "change_probabilities", [](const TrackPrediction& p) { return view_of(p.content.change_probabilities); },
           nb::rv_policy::reference_internal,

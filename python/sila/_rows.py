@@ -51,7 +51,8 @@ class Items(Sequence[Item]):
             return type(self)(self._items[index])
         if np.ndim(index) == 0:
             return self._items[index]
-        return type(self)(self._items[i] for i in np.arange(len(self))[np.asarray(index)])
+        chosen = np.asarray(index, dtype=None if len(index) else int)  # of an empty list it would be float
+        return type(self)(self._items[i] for i in np.arange(len(self))[chosen])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Items) and self._type is other._type and self._items == other._items

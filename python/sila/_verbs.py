@@ -118,7 +118,7 @@ def _some(
 
 def fuse(previous: Model, incoming: Model, *, config: ConfigLike = None, threads: int = 0) -> Model:
     """Fuses two models without their tracks, as `sila fuse` does. `config` changes the configuration of `previous`.
-    A UserWarning says when both made their frames from tracks and nothing was fused."""
+    A UserWarning says when a model made its frame from tracks and nothing was fused."""
     settings = _settings("previous", previous, config)
     fused: Model = _sila.fuse(previous, _model("incoming", incoming), settings, _threads(threads))
     warn([_sila.warning_of_own_frames(previous, incoming, fused)])

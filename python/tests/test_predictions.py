@@ -46,6 +46,7 @@ def test_predictions_are_chosen_by_a_mask_or_a_list(predictions):
     chosen = predictions[np.arange(len(predictions)) < 3]
     assert isinstance(chosen, sila.Predictions) and chosen == predictions[[0, 1, 2]] == predictions[:3]
     assert predictions[np.int64(-1)] == list(predictions)[-1]
+    assert len(predictions[[]]) == 0
 
 
 def test_a_frame_has_a_row_a_mode_and_time(predictions):

@@ -105,7 +105,7 @@ std::string warning_of_moved_corner(const Model& model, const Scene& scene) {
       const bool in_scene =
           std::ranges::any_of(scene.corners, [&](const Corner& other) { return same_site(other.frame, known); });
       if (in_scene || distance_m > kSameCorner_m) continue;
-      return concatenate("corner ", corner.name, " of the scene is ", std::setprecision(2), distance_m,
+      return concatenate("corner \"", corner.name, "\" of the scene is ", std::setprecision(2), distance_m,
                          " m from that of site ", site + 1,
                          " of the model, or has other axes, and counts as another site; if it is the same corner, give "
                          "the scene that `sila scene show` prints");
@@ -115,10 +115,10 @@ std::string warning_of_moved_corner(const Model& model, const Scene& scene) {
 }
 
 std::string warning_of_own_frames(const Model& previous, const Model& incoming, const Model& fused) {
-  if (!frame_from_tracks(previous) || !frame_from_tracks(incoming)) return {};
-  if (size(fused) < size(previous) + size(incoming)) return {};
-  return "both models made their frames from tracks, so nothing was fused; learn into one model, or give both the "
-         "scene that `sila scene show` prints";
+  if (!frame_from_tracks(previous) && !frame_from_tracks(incoming)) return {};
+  if (previous.empty() || incoming.empty() || size(fused) < size(previous) + size(incoming)) return {};
+  return "nothing was fused, as one frame or both were made from tracks and differ; learn into one model, or give both "
+         "the scene that `sila scene show` prints";
 }
 
 std::vector<FramedTrajectory> without_frames(std::vector<Trajectory> tracks) {

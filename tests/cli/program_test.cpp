@@ -148,8 +148,8 @@ TEST_F(Program, GoesOnWithAModelAndFusesTwo) {
   ASSERT_EQ(run("simulate --tracks 40 --seed 2 --out other.csv").code, 0);
   for (const char* name : {"tracks", "other"})
     ASSERT_EQ(run(std::string("learn ") + name + ".csv --model " + name + ".sila").code, 0);
-  EXPECT_TRUE(
-      says(run("fuse tracks.sila other.sila --out two.sila").err, "warning: both models made their frames from"));
+  EXPECT_TRUE(says(run("fuse tracks.sila other.sila --out two.sila").err,
+                   "warning: nothing was fused, as one frame or both were made from tracks"));
   EXPECT_EQ(json_of("inspect both.sila --json").at("tracks"), 180);
   fs::create_directory(folder_ / "cases");
   fs::rename(folder_ / "why.json", folder_ / "cases" / "why.json");

@@ -92,7 +92,7 @@ TEST(ModelScene, WarnsOfACornerThatMayBeASiteMeasuredAgain) {
   Corner& corner = scene.corners.front();
   corner.frame.origin_m += Vector2(0.0, 3.0);
   const std::string warning = warning_of_moved_corner(model, scene);
-  EXPECT_TRUE(says(warning, "corner 1 of the scene is 3 m from that of site 1"));
+  EXPECT_TRUE(says(warning, R"(corner "1" of the scene is 3 m from that of site 1)"));
   scene.corners.push_back(scene_of(model).corners.front());  // two corners that are near each other
   EXPECT_EQ(warning_of_moved_corner(model, scene), "");
   scene.corners.pop_back();

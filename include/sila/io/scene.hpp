@@ -124,8 +124,8 @@ std::string warning_of_another_place(const Model& model, std::span<const FramedT
 /// then it may be a measurement of the same corner; else empty.
 std::string warning_of_moved_corner(const Model& model, const Scene& scene);
 
-/// A sentence if both models made their frames from tracks and no part of one was fused with a part of the other, so
-/// that they may be one place in two frames; else empty.
+/// A sentence if a model made its frame from tracks and no part of one was fused with a part of the other, so that they
+/// may be one place in two frames; else empty.
 std::string warning_of_own_frames(const Model& previous, const Model& incoming, const Model& fused);
 
 /// Tracks with the default frame, for `place`.
