@@ -14,29 +14,24 @@ import os
 import signal
 import time
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any
 
 from . import _sila
-from ._config import ConfigLike, merged
+from ._config import ConfigLike
+from ._fleet_sources import Source, Sources, agreed_settings, sources_in
 from ._progress import bar
 from ._rows import counted, whole
-from ._sila import Model, Scene
-from ._tracks import SceneLike, as_scene, read_tracks
+from ._sila import Model
+from ._tracks import SceneLike, read_tracks
 from ._verbs import _settings
 from .errors import FormatError
 
 if TYPE_CHECKING:
     from distributed import Client
 
-PathLike = Union[str, "os.PathLike[str]"]
-#: One path, several, or a scene (None: the one beside it) for each path.
-Sources = PathLike | Iterable[PathLike] | Mapping[PathLike, SceneLike | None]
-
-MODEL_SUFFIX = ".sila"
 #: Tracks a task.
 PARTITION = 200
 
@@ -61,13 +56,6 @@ class Outcome:
             f"{counted(self.known_episodes, 'episode')} known before, {counted(len(self.unread), 'source')} unread, "
             f"{self.seconds:.1f} s)"
         )
-
-
-@dataclass(frozen=True)
-class _Source:
-    path: str
-    scene: Scene
-    model: Model | None = None
 
 
 def learn(
@@ -98,8 +86,8 @@ def learn(
     asked = _settings("model", start, config)
     batch, partition = whole("learn: batch", batch, 1), whole("learn: partition", partition, 1)
     began = time.monotonic()
-    found, unread = _found(sources, scene, start, asked, batch)
-    settings = _agreed(asked, start, found)
+    found, unread = sources_in(sources, scene, start, asked, batch)
+    settings = agreed_settings(asked, start, found)
     for source in found:
         if source.model is not None:
             try:
@@ -127,7 +115,7 @@ class _Run:
         """Keys of our own: the scheduler need not look into models to find one."""
         return self.client.submit(function, *arguments, key=f"{self.name}-{name}", pure=False)
 
-    def learn(self, found: list[_Source], unread: dict[str, str], start: Model, strict: bool, began: float) -> Outcome:
+    def learn(self, found: list[Source], unread: dict[str, str], start: Model, strict: bool, began: float) -> Outcome:
         sources = len(found) + len(unread)
         partitions, episodes, sites = self.read(found, unread)
         if unread and (strict or not partitions):
@@ -145,7 +133,7 @@ class _Run:
         return Outcome(result, unread, sources, len(chosen), known, learnt, time.monotonic() - began)
 
     def read(
-        self, found: list[_Source], unread: dict[str, str]
+        self, found: list[Source], unread: dict[str, str]
     ) -> tuple[list[tuple[Any, bool, str]], list[list[str]], list[Any]]:
         """Partitions as futures (with whether they are models, and their source), the episodes and the site of each."""
         reads = [self.submit(f"read-{i}", _read, source, self.partition, self.common) for i, source in enumerate(found)]
@@ -212,7 +200,7 @@ def _part(parts: list[Any], index: int) -> Any:
     return parts[index]
 
 
-def _read(source: _Source, partition: int, common: tuple[str, int]) -> list[Any] | str:
+def _read(source: Source, partition: int, common: tuple[str, int]) -> list[Any] | str:
     """The partitions of a source, or why it cannot be read."""
     if source.model is not None:
         return [(source.model, source.scene)]
@@ -242,128 +230,6 @@ def _task(step: str, partition: Any, left_out: list[str], common: tuple[str, int
         return _sila.run_task_on_model(step, partition and partition[0], list(inputs), settings, 1)
     tracks, scene = partition
     return _sila.run_task(step, tracks, scene, batch, left_out, list(inputs), settings, 1)
-
-
-# Before any work.
-
-
-def _found(
-    sources: Sources, scene: SceneLike | None, start: Model, settings: str, batch: int
-) -> tuple[list[_Source], dict[str, str]]:
-    """Files with their scenes, models read; and what is not there, with the reason."""
-    wanted: list[tuple[Path, SceneLike | None]]
-    if isinstance(sources, (str, os.PathLike)):
-        wanted = [(Path(sources), scene)]
-    elif isinstance(sources, Mapping):
-        wanted = [(Path(path), scene if own is None else own) for path, own in sources.items()]
-    else:
-        wanted = [(Path(path), scene) for path in sources]
-    if not wanted:
-        raise ValueError("learn: sources: expected at least one path, found 0")
-    scenes: dict[str, Scene] = {}
-    with_scene: list[tuple[Path, SceneLike | None]] = []
-    unread: dict[str, str] = {}
-    models: list[tuple[Path, Model]] = []
-    for path, own in wanted:
-        if not path.exists():
-            unread[str(path)] = "no such file or folder"
-            continue
-        files = _files_in(path)
-        if not files:
-            unread[str(path)] = "a folder without files"
-        for file in files:
-            if file.suffix == MODEL_SUFFIX:
-                models += [(file, loaded) for loaded in _model_in(file, unread)]
-                continue
-            with_scene.append((file, _scene_beside(file) if own is None else own))
-    if with_scene and all(own is None for _, own in with_scene):
-        common = _scene_of_tracks([file for file, _ in with_scene], start, settings, batch)
-        with_scene = [(file, common) for file, _ in with_scene]
-    found = [_Source(str(file), _scene_for(file, own, scenes, start, settings)) for file, own in with_scene]
-    usual = next((source.scene for source in found), None)
-    for file, loaded in models:
-        found.append(_Source(str(file), usual or _any_scene(loaded), loaded))
-    return found, unread
-
-
-def _model_in(file: Path, unread: dict[str, str]) -> list[Model]:
-    """The model of a file; none, and the reason in `unread`, if it is damaged. Another schema is rejected."""
-    try:
-        return [Model.load(file)]
-    except (FormatError, OSError) as error:
-        if isinstance(error, FormatError) and error.found.startswith("schema "):
-            raise
-        unread[str(file)] = str(error)
-        return []
-
-
-def _files_in(path: Path) -> list[Path]:
-    if path.is_file():
-        return [path]
-    files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.endswith("scene.json"))
-    return [file for file in files if not any(part.startswith(".") for part in file.relative_to(path).parts)]
-
-
-def _names_beside(file: Path) -> list[str]:
-    return [file.stem + ".scene.json", "scene.json"]
-
-
-def _scene_beside(file: Path) -> Path | None:
-    beside = (file.with_name(name) for name in _names_beside(file))
-    return next((path for path in beside if path.exists()), None)
-
-
-def _scene_of_tracks(files: list[Path], start: Model, settings: str, batch: int) -> Scene:
-    """That of the model to go on with, else one made from the first tracks of the first file that can be read."""
-    if start.episodes > 0:
-        return _sila.scene_for(None, start, [], batch, settings)
-    error: Exception | None = None
-    for file in files:
-        try:
-            tracks = list(read_tracks(file, config=json.loads(settings)))
-        except (FormatError, OSError) as unreadable:
-            error = error or unreadable
-            continue
-        return _sila.scene_for(None, start, tracks, batch, settings)
-    raise error or FormatError(str(files[0]), 0, "tracks", "none")
-
-
-def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
-    if isinstance(own, Scene):
-        return _sila.scene_for(own, start, [], 1, settings)
-    if own is None:
-        raise FormatError(
-            str(file), 0, f"a scene, given or beside it ({' or '.join(_names_beside(file))}), as others have one", "none"
-        )
-    key = os.fspath(own)
-    if key not in scenes:
-        scenes[key] = _sila.scene_for(as_scene(own), start, [], 1, settings)
-    return scenes[key]
-
-
-def _any_scene(model: Model) -> Scene:
-    """For a fleet of models alone, whose sites are their own: only the width is looked at."""
-    return Scene(origin=[0, 0], axis_1=[1, 0], axis_2=[0, 1], sidewalk_width_m=model.reference_width_m)
-
-
-def _agreed(settings: str, start: Model, found: list[_Source]) -> str:
-    """The settings with one reference width for all sites, if curb coordinates are scaled by width."""
-    config = json.loads(settings)
-    if start.episodes > 0:
-        _sila.require_settings(start, found[0].scene if found else _any_scene(start), settings)
-    if config["scaling"] == "metres":
-        return settings
-    if start.episodes > 0:
-        width = start.reference_width_m
-    elif config["reference_width_m"] > 0.0:
-        return settings
-    else:
-        models = [source.model.reference_width_m for source in found if source.model is not None]
-        widths = models or [source.scene.frame().sidewalk_width_m for source in found]
-        if not widths:
-            return settings
-        width = _sila.agreed_width_m(widths)
-    return merged(settings, {"reference_width_m": width})
 
 
 @contextlib.contextmanager

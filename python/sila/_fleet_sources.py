@@ -1,0 +1,148 @@
+"""The sources of a fleet, examined before any work: files with their scenes, and models."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Union
+
+from . import _sila
+from ._config import merged
+from ._sila import Model, Scene
+from ._tracks import SceneLike, as_scene, read_tracks
+from .errors import FormatError
+
+PathLike = Union[str, "os.PathLike[str]"]
+#: One path, several, or a scene (None: the one beside it) for each path.
+Sources = PathLike | Iterable[PathLike] | Mapping[PathLike, SceneLike | None]
+
+MODEL_SUFFIX = ".sila"
+
+
+@dataclass(frozen=True)
+class Source:
+    path: str
+    scene: Scene
+    model: Model | None = None
+
+
+def sources_in(
+    sources: Sources, scene: SceneLike | None, start: Model, settings: str, batch: int
+) -> tuple[list[Source], dict[str, str]]:
+    """Files with their scenes, models read; and what is not there, with the reason."""
+    wanted: list[tuple[Path, SceneLike | None]]
+    if isinstance(sources, (str, os.PathLike)):
+        wanted = [(Path(sources), scene)]
+    elif isinstance(sources, Mapping):
+        wanted = [(Path(path), scene if own is None else own) for path, own in sources.items()]
+    else:
+        wanted = [(Path(path), scene) for path in sources]
+    if not wanted:
+        raise ValueError("learn: sources: expected at least one path, found 0")
+    scenes: dict[str, Scene] = {}
+    with_scene: list[tuple[Path, SceneLike | None]] = []
+    unread: dict[str, str] = {}
+    models: list[tuple[Path, Model]] = []
+    for path, own in wanted:
+        if not path.exists():
+            unread[str(path)] = "no such file or folder"
+            continue
+        files = _files_in(path)
+        if not files:
+            unread[str(path)] = "a folder without files"
+        for file in files:
+            if file.suffix == MODEL_SUFFIX:
+                models += [(file, loaded) for loaded in _model_in(file, unread)]
+                continue
+            with_scene.append((file, _scene_beside(file) if own is None else own))
+    if with_scene and all(own is None for _, own in with_scene):
+        common = _scene_of_tracks([file for file, _ in with_scene], start, settings, batch)
+        with_scene = [(file, common) for file, _ in with_scene]
+    found = [Source(str(file), _scene_for(file, own, scenes, start, settings)) for file, own in with_scene]
+    usual = next((source.scene for source in found), None)
+    for file, loaded in models:
+        found.append(Source(str(file), usual or _any_scene(loaded), loaded))
+    return found, unread
+
+
+def _model_in(file: Path, unread: dict[str, str]) -> list[Model]:
+    """The model of a file; none, and the reason in `unread`, if it is damaged. Another schema is rejected."""
+    try:
+        return [Model.load(file)]
+    except (FormatError, OSError) as error:
+        if isinstance(error, FormatError) and error.found.startswith("schema "):
+            raise
+        unread[str(file)] = str(error)
+        return []
+
+
+def _files_in(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    files = sorted(file for file in path.rglob("*") if file.is_file() and not file.name.endswith("scene.json"))
+    return [file for file in files if not any(part.startswith(".") for part in file.relative_to(path).parts)]
+
+
+def _names_beside(file: Path) -> list[str]:
+    return [file.stem + ".scene.json", "scene.json"]
+
+
+def _scene_beside(file: Path) -> Path | None:
+    beside = (file.with_name(name) for name in _names_beside(file))
+    return next((path for path in beside if path.exists()), None)
+
+
+def _scene_of_tracks(files: list[Path], start: Model, settings: str, batch: int) -> Scene:
+    """That of the model to go on with, else one made from the first tracks of the first file that can be read."""
+    if start.episodes > 0:
+        return _sila.scene_for(None, start, [], batch, settings)
+    error: Exception | None = None
+    for file in files:
+        try:
+            tracks = list(read_tracks(file, config=json.loads(settings)))
+        except (FormatError, OSError) as unreadable:
+            error = error or unreadable
+            continue
+        return _sila.scene_for(None, start, tracks, batch, settings)
+    raise error or FormatError(str(files[0]), 0, "tracks", "none")
+
+
+def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
+    if isinstance(own, Scene):
+        return _sila.scene_for(own, start, [], 1, settings)
+    if own is None:
+        raise FormatError(
+            str(file), 0, f"a scene, given or beside it ({' or '.join(_names_beside(file))}), as others have one", "none"
+        )
+    key = os.fspath(own)
+    if key not in scenes:
+        scenes[key] = _sila.scene_for(as_scene(own), start, [], 1, settings)
+    return scenes[key]
+
+
+def _any_scene(model: Model) -> Scene:
+    """For a fleet of models alone, whose sites are their own: only the width is looked at."""
+    return Scene(origin=[0, 0], axis_1=[1, 0], axis_2=[0, 1], sidewalk_width_m=model.reference_width_m)
+
+
+def agreed_settings(settings: str, start: Model, found: list[Source]) -> str:
+    """The settings with one reference width for all sites, if curb coordinates are scaled by width."""
+    config = json.loads(settings)
+    if start.episodes > 0:
+        _sila.require_settings(start, found[0].scene if found else _any_scene(start), settings)
+    if config["scaling"] == "metres":
+        return settings
+    if start.episodes > 0:
+        width = start.reference_width_m
+    elif config["reference_width_m"] > 0.0:
+        return settings
+    else:
+        models = [source.model.reference_width_m for source in found if source.model is not None]
+        widths = models or [source.scene.frame().sidewalk_width_m for source in found]
+        if not widths:
+            return settings
+        width = _sila.agreed_width_m(widths)
+    return merged(settings, {"reference_width_m": width})
