@@ -8,6 +8,7 @@ import json
 import logging
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,9 @@ EXAMPLE = "example: sila fleet sites/ --model city.sila --workers 2"
 def run(arguments: list[str]) -> int:
     options = _parser().parse_args(arguments)
     try:
-        outcome = _learn(options)
+        with warnings.catch_warnings():
+            warnings.showwarning = _print_warning
+            outcome = _learn(options)
     except (ValueError, TypeError, ImportError, OSError, RuntimeError, KeyboardInterrupt) as error:
         return failed(error, "nothing was written")
     for path, reason in outcome.unread.items():
@@ -44,6 +47,13 @@ def run(arguments: list[str]) -> int:
             f"{outcome.seconds:.1f} s"
         )
     return 0
+
+
+def _print_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None, line: Any = None
+) -> None:
+    """One line, as the other verbs print a warning."""
+    print(f"warning: {message}", file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -7,19 +7,25 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Union
+from typing import Any, Union
 
 from . import _sila
 from ._config import merged
 from ._sila import Model, Scene
-from ._tracks import SceneLike, as_scene, read_tracks
+from ._tracks import SceneLike, as_scene
 from .errors import FormatError
 
 PathLike = Union[str, "os.PathLike[str]"]
 #: One path, several, or a scene (None: the one beside it) for each path.
 Sources = PathLike | Iterable[PathLike] | Mapping[PathLike, SceneLike | None]
 
+#: Tracks, partitions or contents of a source, and the warnings of its file.
+Read = tuple[list[Any], list[str]]
+
 MODEL_SUFFIX = ".sila"
+IN_SCENE = (
+    "; sila fleet takes them from the scene file: `files[i].frames_per_second`, `files[i].metres_per_unit`, `camera`"
+)
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,7 @@ class Source:
 def sources_in(
     sources: Sources, scene: SceneLike | None, start: Model, settings: str, batch: int
 ) -> tuple[list[Source], dict[str, str]]:
-    """Files with their scenes, models read; and what is not there, with the reason."""
+    """Files with their scenes, models read; and what is not there or cannot be read, with the reason."""
     wanted: list[tuple[Path, SceneLike | None]]
     if isinstance(sources, (str, os.PathLike)):
         wanted = [(Path(sources), scene)]
@@ -59,8 +65,8 @@ def sources_in(
                 continue
             with_scene.append((file, _scene_beside(file) if own is None else own))
     if with_scene and all(own is None for _, own in with_scene):
-        common = _scene_of_tracks([file for file, _ in with_scene], start, settings, batch)
-        with_scene = [(file, common) for file, _ in with_scene]
+        common = _scene_of_tracks([file for file, _ in with_scene], unread, start, settings, batch)
+        with_scene = [(file, common) for file, _ in with_scene if str(file) not in unread]
     found = [Source(str(file), _scene_for(file, own, scenes, start, settings)) for file, own in with_scene]
     usual = next((source.scene for source in found), None)
     for file, loaded in models:
@@ -95,19 +101,32 @@ def _scene_beside(file: Path) -> Path | None:
     return next((path for path in beside if path.exists()), None)
 
 
-def _scene_of_tracks(files: list[Path], start: Model, settings: str, batch: int) -> Scene:
+def tracks_in(path: str, scene: Scene | None, settings: str) -> Read | str:
+    """The tracks of a file and its warnings, which are not shown; or why it cannot be read."""
+    try:
+        tracks, report = _sila.read_files([Path(path)], scene, None, None, None, None, [], settings)
+    except (FormatError, OSError) as error:
+        return _in_fleet(str(error))
+    return tracks, [_in_fleet(text) for text in json.loads(report)["warnings"]]
+
+
+def _in_fleet(text: str) -> str:
+    """A message of the reader, with the place of the values for which a fleet has no options."""
+    return text + IN_SCENE if "--fps" in text or "--camera" in text else text
+
+
+def _scene_of_tracks(
+    files: list[Path], unread: dict[str, str], start: Model, settings: str, batch: int
+) -> Scene | None:
     """That of the model to go on with, else one made from the first tracks of the first file that can be read."""
     if start.episodes > 0:
         return _sila.scene_for(None, start, [], batch, settings)
-    error: Exception | None = None
     for file in files:
-        try:
-            tracks = list(read_tracks(file, config=json.loads(settings)))
-        except (FormatError, OSError) as unreadable:
-            error = error or unreadable
-            continue
-        return _sila.scene_for(None, start, tracks, batch, settings)
-    raise error or FormatError(str(files[0]), 0, "tracks", "none")
+        read = tracks_in(str(file), None, settings)
+        if not isinstance(read, str):
+            return _sila.scene_for(None, start, read[0], batch, settings)
+        unread[str(file)] = read
+    return None
 
 
 def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:

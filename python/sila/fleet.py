@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import importlib
-import json
 import logging
 import os
 import signal
@@ -21,11 +20,11 @@ from typing import TYPE_CHECKING, Any
 
 from . import _sila
 from ._config import ConfigLike
-from ._fleet_sources import Source, Sources, agreed_settings, sources_in
+from ._fleet_sources import Read, Source, Sources, agreed_settings, sources_in, tracks_in
 from ._progress import bar
-from ._rows import counted, whole
+from ._rows import counted, warn, whole
 from ._sila import Model
-from ._tracks import SceneLike, read_tracks
+from ._tracks import SceneLike
 from ._verbs import _settings
 from .errors import FormatError
 
@@ -146,7 +145,9 @@ class _Run:
             if isinstance(content, str):
                 unread[path] = content
                 continue
-            for j, (ids, site) in enumerate(content):
+            for text in content[1]:
+                warn([text])
+            for j, (ids, site) in enumerate(content[0]):
                 partition = self.submit(f"partition-{i}-{j}", _part, reads[i], j)
                 partitions.append((partition, found[i].model is not None, path))
                 episodes.append(ids)
@@ -196,32 +197,33 @@ def _same(value: Any) -> Any:
     return value
 
 
-def _part(parts: list[Any], index: int) -> Any:
-    return parts[index]
+def _part(read: Read, index: int) -> Any:
+    return read[0][index]
 
 
-def _read(source: Source, partition: int, common: tuple[str, int]) -> list[Any] | str:
-    """The partitions of a source, or why it cannot be read."""
+def _read(source: Source, partition: int, common: tuple[str, int]) -> Read | str:
+    """The partitions of a source and the warnings of its file, or why it cannot be read."""
     if source.model is not None:
-        return [(source.model, source.scene)]
-    try:
-        tracks = list(read_tracks(source.path, scene=source.scene, config=json.loads(common[0])))
-    except (FormatError, OSError) as error:
-        return str(error)
-    return [(tracks[i : i + partition], source.scene) for i in range(0, len(tracks), partition)]
+        return [(source.model, source.scene)], []
+    read = tracks_in(source.path, source.scene, common[0])
+    if isinstance(read, str):
+        return read
+    tracks, warnings = read
+    return [(tracks[i : i + partition], source.scene) for i in range(0, len(tracks), partition)], warnings
 
 
-def _episodes_in(parts: list[Any] | str, common: tuple[str, int]) -> list[tuple[list[str], Any]] | str:
-    if isinstance(parts, str):
-        return parts
+def _episodes_in(read: Read | str, common: tuple[str, int]) -> Read | str:
+    """The episodes and the site of each partition, and the warnings; or why the source cannot be read."""
+    if isinstance(read, str):
+        return read
     settings, batch = common
     found = []
-    for content, scene in parts:
+    for content, scene in read[0]:
         if isinstance(content, Model):
             found.append(_sila.content_of_model(content))
         else:
             found.append(_sila.content_of_tracks(content, scene, batch, settings))
-    return found
+    return found, read[1]
 
 
 def _task(step: str, partition: Any, left_out: list[str], common: tuple[str, int], *inputs: Any) -> Any:

@@ -270,6 +270,20 @@ def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
     assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (2, True)
 
 
+def test_the_program_prints_each_warning_as_one_line(sites, tmp_path):
+    for day in range(2):
+        frame = sila.read_tracks(sites / "1" / f"day{day}.csv").to_frame()
+        frame[["x", "y"]] = 50 * frame[["x", "y"]] + 500
+        frame.to_csv(tmp_path / f"pixels{day}.csv", index=False)
+    run = program(tmp_path, "--model", tmp_path / "m.sila", "--workers", 1)
+    assert run.returncode == 0, run.stderr
+    lines = run.stderr.splitlines()
+    assert len(lines) == 2
+    for day, line in enumerate(lines):
+        assert line.startswith(f"warning: {tmp_path / f'pixels{day}.csv'}: these look like pixels")
+        assert "the scene file: `files[i].frames_per_second`, `files[i].metres_per_unit`" in line
+
+
 def test_a_model_that_does_not_fit_is_no_wrong_use(outcome, sites, tmp_path):
     outcome.model.save(tmp_path / "city.sila")
     other_grid = ["--set", "learn.grid.cell_m=2.2"]
