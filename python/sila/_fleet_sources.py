@@ -65,7 +65,7 @@ def sources_in(
                 continue
             with_scene.append((file, _scene_beside(file) if own is None else own))
     if with_scene and all(own is None for _, own in with_scene):
-        common = _scene_of_tracks([file for file, _ in with_scene], unread, start, settings, batch)
+        common = _scene_of_tracks(sorted(file for file, _ in with_scene), unread, start, settings, batch)
         with_scene = [(file, common) for file, _ in with_scene if str(file) not in unread]
     found = [Source(str(file), _scene_for(file, own, scenes, start, settings)) for file, own in with_scene]
     usual = next((source.scene for source in found), None)

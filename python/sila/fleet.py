@@ -74,7 +74,7 @@ def learn(
     `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them, or a dictionary from
     path to scene. `scene`: that of all sources; without it the scene beside a track file (tracks.scene.json for
     tracks.csv, else scene.json). Without any scene all track files are of one place with one origin; its frame is that
-    of `model`, or made from the first tracks of the first file. A given `model` is continued. Episodes that it has, or
+    of `model`, or made from the first tracks of the first readable file by path. A given `model` is continued. Episodes that it has, or
     that are in two sources, are learnt once. `client`: a dask.distributed.Client; without one a cluster of this
     machine's processors, for the time of the call.
 

@@ -189,6 +189,8 @@ def test_sources_without_any_scene_are_one_place(client, sites, tmp_path):
         (tmp_path / f"day{day}.csv").write_bytes((sites / "1" / f"day{day}.csv").read_bytes())
     model = sila.fleet.learn(tmp_path, client=client, batch=10, partition=PARTITION).model
     assert len(model.sites) == 1
+    files = [tmp_path / "day1.csv", tmp_path / "day0.csv"]
+    assert sila.fleet.learn(files, client=client, batch=10, partition=PARTITION).model == model
     (tmp_path / "day2.csv").write_bytes((sites / "1" / "day2.csv").read_bytes())
     further = sila.fleet.learn(tmp_path / "day2.csv", model=model, client=client, batch=10, partition=PARTITION).model
     assert len(further.sites) == 1
