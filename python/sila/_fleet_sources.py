@@ -64,10 +64,15 @@ def sources_in(
                 models += [(file, loaded) for loaded in _model_in(file, unread)]
                 continue
             with_scene.append((file, _scene_beside(file) if own is None else own))
-    if with_scene and all(own is None for _, own in with_scene):
+    if all(own is None for _, own in with_scene):
         common = _scene_of_tracks(sorted(file for file, _ in with_scene), unread, start, settings, batch)
         with_scene = [(file, common) for file, _ in with_scene if str(file) not in unread]
-    found = [Source(str(file), _scene_for(file, own, scenes, start, settings)) for file, own in with_scene]
+    found: list[Source] = []
+    for file, own in with_scene:
+        if own is None:
+            unread[str(file)] = _reason_of_no_tracks(file)
+        else:
+            found.append(Source(str(file), _scene_for(own, scenes, start, settings)))
     usual = next((source.scene for source in found), None)
     for file, loaded in models:
         found.append(Source(str(file), usual or _any_scene(loaded), loaded))
@@ -101,10 +106,11 @@ def _scene_beside(file: Path) -> Path | None:
     return next((path for path in beside if path.exists()), None)
 
 
-def tracks_in(path: str, scene: Scene | None, settings: str) -> Read | str:
-    """The tracks of a file and its warnings, which are not shown; or why it cannot be read."""
+def tracks_in(path: str, scene: Scene | None, settings: str, unit: float | None = None) -> Read | str:
+    """The tracks of a file and its warnings, which are not shown; or why it cannot be read. `unit`: metres a unit of
+    length, and frames a second."""
     try:
-        tracks, report = _sila.read_files([Path(path)], scene, None, None, None, None, [], settings)
+        tracks, report = _sila.read_files([Path(path)], scene, None, unit, unit, None, [], settings)
     except (FormatError, OSError) as error:
         return _in_fleet(str(error))
     return tracks, [_in_fleet(text) for text in json.loads(report)["warnings"]]
@@ -119,8 +125,6 @@ def _scene_of_tracks(
     files: list[Path], unread: dict[str, str], start: Model, settings: str, batch: int
 ) -> Scene | None:
     """That of the model to go on with, else one made from the first tracks of the first file that can be read."""
-    if start.episodes > 0:
-        return _sila.scene_for(None, start, [], batch, settings)
     for file in files:
         read = tracks_in(str(file), None, settings)
         if not isinstance(read, str):
@@ -129,13 +133,18 @@ def _scene_of_tracks(
     return None
 
 
-def _scene_for(file: Path, own: SceneLike | None, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
+def _reason_of_no_tracks(file: Path) -> str:
+    """Why a file without a scene has no tracks. A file that has some, in any unit, is rejected."""
+    read = tracks_in(str(file), None, merged("{}", None), unit=1.0)
+    if isinstance(read, str):
+        return read
+    names = " or ".join(_names_beside(file))
+    raise FormatError(str(file), 0, f"a scene, given or beside it ({names}), as others have one", "none")
+
+
+def _scene_for(own: SceneLike, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
     if isinstance(own, Scene):
         return _sila.scene_for(own, start, [], 1, settings)
-    if own is None:
-        raise FormatError(
-            str(file), 0, f"a scene, given or beside it ({' or '.join(_names_beside(file))}), as others have one", "none"
-        )
     key = os.fspath(own)
     if key not in scenes:
         scenes[key] = _sila.scene_for(as_scene(own), start, [], 1, settings)

@@ -168,6 +168,18 @@ def test_hidden_files_and_folders_are_no_sources(client, sites, tmp_path):
     assert found.sources == 1, "the folder that was named counts, hidden or not"
 
 
+def test_files_without_tracks_are_left_out_and_named(client, model, sites, tmp_path):
+    (tmp_path / "README.md").write_text("hello\n")
+    (tmp_path / "camera.json").write_text('{"image_points": []}')
+    found = sila.fleet.learn([sites / "1" / "day0.csv", tmp_path], client=client)
+    assert set(found.unread) == {str(tmp_path / "README.md"), str(tmp_path / "camera.json")}
+    assert "expected tracks in a known format" in found.unread[str(tmp_path / "camera.json")]
+    assert found.tracks > 0
+    model.save(tmp_path / "elsewhere.sila")
+    models = sila.fleet.learn(tmp_path, client=client)
+    assert (set(models.unread), models.model) == (set(found.unread), model)
+
+
 class NoClient:
     """Work that is rejected before it starts needs no cluster."""
 
@@ -177,6 +189,9 @@ class NoClient:
 
 def test_a_source_without_a_scene_is_rejected_before_any_work(sites, tmp_path):
     (tmp_path / "lonely.csv").write_bytes((sites / "1" / "day0.csv").read_bytes())
+    with pytest.raises(sila.FormatError, match=r"lonely.csv: expected a scene, given or beside it"):
+        sila.fleet.learn([sites, tmp_path], client=NoClient())
+    (tmp_path / "lonely.csv").write_text("frame,track_id,x,y\n1,1,2,3\n2,1,2,3\n")
     with pytest.raises(sila.FormatError, match=r"lonely.csv: expected a scene, given or beside it"):
         sila.fleet.learn([sites, tmp_path], client=NoClient())
     (tmp_path / "lonely.scene.json").write_text('{"origin": [0, 0]}')
