@@ -61,7 +61,7 @@ def sources_in(
             unread[str(path)] = "a folder without files"
         for file in files:
             if file.suffix == MODEL_SUFFIX:
-                models += [(file, loaded) for loaded in _model_in(file, unread)]
+                models += [(file, loaded) for loaded in _model_in(file, unread, start)]
                 continue
             with_scene.append((file, _scene_beside(file) if own is None else own))
     if all(own is None for _, own in with_scene):
@@ -79,15 +79,22 @@ def sources_in(
     return found, unread
 
 
-def _model_in(file: Path, unread: dict[str, str]) -> list[Model]:
-    """The model of a file; none, and the reason in `unread`, if it is damaged. Another schema is rejected."""
+def _model_in(file: Path, unread: dict[str, str], start: Model) -> list[Model]:
+    """The model of a file; none, and the reason in `unread`, if it is damaged. Another schema is rejected, and a model
+    without episodes, unless it is the prior that the run continues."""
     try:
-        return [Model.load(file)]
+        model = Model.load(file)
     except (FormatError, OSError) as error:
         if isinstance(error, FormatError) and error.found.startswith("schema "):
             raise
         unread[str(file)] = str(error)
         return []
+    if model.episodes > 0:
+        return [model]
+    if model.prior_windows > 0 and model == start:
+        return []
+    found = "a prior" if model.prior_windows > 0 else "an empty model"
+    raise FormatError(str(file), 0, "a model with episodes", f"{found}; give it as --model (in Python model=)")
 
 
 def _files_in(path: Path) -> list[Path]:

@@ -244,6 +244,18 @@ def test_models_of_another_schema_are_rejected_before_any_work(sites, model, tmp
         sila.fleet.learn([sites, tmp_path], client=NoClient())
 
 
+def test_priors_and_empty_models_are_no_sources(client, model, sites, tmp_path):
+    path, tracks = tmp_path / "first.sila", sites / "1" / "day0.csv"
+    for first, named in ((sila.make_prior([model]), "a prior"), (sila.Model(), "an empty model")):
+        first.save(path)
+        with pytest.raises(sila.FormatError, match=rf"first.sila: .*found {named}; give it as --model .*model="):
+            sila.fleet.learn([tracks, path], client=NoClient())
+    prior = sila.make_prior([model])
+    prior.save(path)
+    continued = sila.fleet.learn([tracks, path], model=prior, client=client)
+    assert continued.model == sila.fleet.learn(tracks, model=prior, client=client).model
+
+
 def test_arguments_are_checked(sites):
     with pytest.raises(ValueError, match="partition: expected a whole number"):
         sila.fleet.learn(sites, client=NoClient(), partition=0)
