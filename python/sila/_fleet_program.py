@@ -26,7 +26,10 @@ EXAMPLE = "example: sila fleet sites/ --model city.sila --workers 2"
 
 
 def run(arguments: list[str]) -> int:
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    if "" in arguments:
+        parser.error("expected a value, found an empty one")
+    options = parser.parse_args(arguments)
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _print_warning
@@ -80,10 +83,10 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _count(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, found {text}")
-    return number
+    with contextlib.suppress(ValueError):
+        if int(text) > 0:
+            return int(text)
+    raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, found {text}")
 
 
 def _learn(options: argparse.Namespace) -> fleet.Outcome:

@@ -11,6 +11,7 @@ from typing import Any, Union
 
 from . import _sila
 from ._config import merged
+from ._rows import file_named
 from ._sila import Model, Scene
 from ._tracks import SceneLike, as_scene
 from .errors import FormatError
@@ -39,20 +40,11 @@ def sources_in(
     sources: Sources, scene: SceneLike | None, start: Model, settings: str, batch: int
 ) -> tuple[list[Source], dict[str, str]]:
     """Files with their scenes, models read; and what is not there or cannot be read, with the reason."""
-    wanted: list[tuple[Path, SceneLike | None]]
-    if isinstance(sources, (str, os.PathLike)):
-        wanted = [(Path(sources), scene)]
-    elif isinstance(sources, Mapping):
-        wanted = [(Path(path), scene if own is None else own) for path, own in sources.items()]
-    else:
-        wanted = [(Path(path), scene) for path in sources]
-    if not wanted:
-        raise ValueError("learn: sources: expected at least one path, found 0")
     scenes: dict[str, Scene] = {}
     with_scene: list[tuple[Path, SceneLike | None]] = []
     unread: dict[str, str] = {}
     models: list[tuple[Path, Model]] = []
-    for path, own in wanted:
+    for path, own in _wanted(sources, None if scene is None else as_scene(scene)):
         if not path.exists():
             unread[str(path)] = "no such file or folder"
             continue
@@ -77,6 +69,24 @@ def sources_in(
     for file, loaded in models:
         found.append(Source(str(file), usual or _any_scene(loaded), loaded))
     return found, unread
+
+
+def _wanted(sources: Sources, scene: Scene | None) -> list[tuple[Path, SceneLike | None]]:
+    """The sources as paths, with the scene that is given for each."""
+    several: Any = sources
+    if isinstance(sources, (str, bytes, os.PathLike)) or not isinstance(sources, Iterable):
+        several = [sources]
+    scenes: Mapping[Any, SceneLike | None] = sources if isinstance(sources, Mapping) else {}
+    wanted: list[tuple[Path, SceneLike | None]] = []
+    for source in several:
+        path = file_named("learn: sources", source)
+        if not os.fspath(source):
+            raise ValueError("learn: sources: expected a path, found ''")
+        own = scenes.get(source)
+        wanted.append((path, scene if own is None else own))
+    if not wanted:
+        raise ValueError("learn: sources: expected at least one path, found 0")
+    return wanted
 
 
 def _model_in(file: Path, unread: dict[str, str], start: Model) -> list[Model]:
@@ -150,8 +160,8 @@ def _reason_of_no_tracks(file: Path) -> str:
 
 
 def _scene_for(own: SceneLike, scenes: dict[str, Scene], start: Model, settings: str) -> Scene:
-    if isinstance(own, Scene):
-        return _sila.scene_for(own, start, [], 1, settings)
+    if not isinstance(own, (str, os.PathLike)):
+        return _sila.scene_for(as_scene(own), start, [], 1, settings)
     key = os.fspath(own)
     if key not in scenes:
         scenes[key] = _sila.scene_for(as_scene(own), start, [], 1, settings)

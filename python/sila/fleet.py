@@ -25,7 +25,7 @@ from ._progress import bar
 from ._rows import counted, warn, whole
 from ._sila import Model
 from ._tracks import SceneLike
-from ._verbs import _settings
+from ._verbs import _flag, _settings
 from .errors import FormatError
 
 if TYPE_CHECKING:
@@ -74,9 +74,9 @@ def learn(
     `sources`: track files, model files (*.sila) that were learnt elsewhere, and folders of them, or a dictionary from
     path to scene. `scene`: that of all sources; without it the scene beside a track file (tracks.scene.json for
     tracks.csv, else scene.json). Without any scene all track files are of one place with one origin; its frame is that
-    of `model`, or made from the first tracks of the first readable file by path. A given `model` is continued. Episodes that it has, or
-    that are in two sources, are learnt once. `client`: a dask.distributed.Client; without one a cluster of this
-    machine's processors, for the time of the call.
+    of `model`, or made from the first tracks of the first readable file by path. A given `model` is continued.
+    Episodes that it has, or that are in two sources, are learnt once. `client`: a dask.distributed.Client; without one
+    a cluster of this machine's processors, for the time of the call.
 
     A source that cannot be read is left out and named in `unread`; with `strict` it raises FormatError. Scenes that
     cannot be read, models of another schema and models that cannot be fused raise before anything is learnt.
@@ -84,6 +84,9 @@ def learn(
     start = Model() if model is None else model
     asked = _settings("model", start, config)
     batch, partition = whole("learn: batch", batch, 1), whole("learn: partition", partition, 1)
+    strict = _flag("learn: strict", strict)
+    if client is not None and not hasattr(client, "submit"):
+        raise TypeError(f"learn: client: expected a dask.distributed.Client, found {client!r}")
     began = time.monotonic()
     found, unread = sources_in(sources, scene, start, asked, batch)
     settings = agreed_settings(asked, start, found)
@@ -92,7 +95,7 @@ def learn(
             try:
                 _sila.require_settings(source.model, source.scene, settings)
             except ValueError as error:
-                raise FormatError(source.path, 0, "a model that can be fused with the others", str(error)) from error
+                raise FormatError(source.path, 0, "a model that fits the run", str(error)) from error
     with local_client() if client is None else contextlib.nullcontext(client) as cluster:
         run = _Run(cluster, settings, batch, max(batch, partition // batch * batch), progress)
         return run.learn(found, unread, start, strict, began)

@@ -263,6 +263,19 @@ def test_arguments_are_checked(sites):
         sila.fleet.learn([], client=NoClient())
     with pytest.raises(TypeError, match="model: expected a sila.Model"):
         sila.fleet.learn(sites, client=NoClient(), model="m.sila")
+    for sources, found in (([3], "3"), (b"a.csv", "b'a.csv'"), (3, "3"), (None, "None")):
+        with pytest.raises(TypeError, match=f"learn: sources: expected the path of a file, found {found}"):
+            sila.fleet.learn(sources, client=NoClient())
+    for sources in ("", [""], {"": None}):
+        with pytest.raises(ValueError, match="learn: sources: expected a path, found ''"):
+            sila.fleet.learn(sources, client=NoClient())
+    for sources, scene in ((sites, 3), ({sites / "1": 3}, None)):
+        with pytest.raises(TypeError, match="scene: expected a sila.Scene or the path of a scene file, found int"):
+            sila.fleet.learn(sources, scene=scene, client=NoClient())
+    with pytest.raises(TypeError, match="client: expected a dask.distributed.Client, found 3"):
+        sila.fleet.learn(sites, client=3)
+    with pytest.raises(TypeError, match="strict: expected True or False, found 'no'"):
+        sila.fleet.learn(sites, client=NoClient(), strict="no")
 
 
 def test_error_statistics_travel_bit_for_bit(place):
@@ -297,6 +310,20 @@ def test_the_program_tells_bad_input_from_wrong_use(sites, tmp_path):
     assert program(sites).returncode == 2
     wrong = program(sites, "--model", tmp_path / "m.sila", "--workers", 1, "--set", "fuse.similarity_threshold=7")
     assert (wrong.returncode, "similarity_threshold" in wrong.stderr) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ([""], "expected a value, found an empty one"),
+        (["sites", "--batch", "x"], "argument --batch: expected a whole number of at least 1, found x"),
+        (["sites", "--batch", "0"], "argument --batch: expected a whole number of at least 1, found 0"),
+    ],
+)
+def test_the_program_names_a_wrong_argument(arguments, named, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        _fleet_program.run([*arguments, "--model", "m.sila"])
+    assert named in capsys.readouterr().err
 
 
 def test_the_program_prints_each_warning_as_one_line(sites, tmp_path):
