@@ -191,3 +191,12 @@ def agreed_settings(settings: str, start: Model, found: list[Source]) -> str:
             return settings
         width = _sila.agreed_width_m(widths)
     return merged(settings, {"reference_width_m": width})
+
+
+def require_fitting_models(found: list[Source], settings: str) -> None:
+    for source in found:
+        if source.model is not None:
+            try:
+                _sila.require_settings(source.model, source.scene, settings)
+            except ValueError as error:
+                raise FormatError(source.path, 0, "a model that fits the run", str(error)) from error

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _sila
 from ._config import ConfigLike
-from ._fleet_sources import Read, Source, Sources, agreed_settings, sources_in, tracks_in
+from ._fleet_sources import Read, Source, Sources, agreed_settings, require_fitting_models, sources_in, tracks_in
 from ._progress import bar
 from ._rows import counted, warn, whole
 from ._sila import Model
@@ -90,12 +90,7 @@ def learn(
     began = time.monotonic()
     found, unread = sources_in(sources, scene, start, asked, batch)
     settings = agreed_settings(asked, start, found)
-    for source in found:
-        if source.model is not None:
-            try:
-                _sila.require_settings(source.model, source.scene, settings)
-            except ValueError as error:
-                raise FormatError(source.path, 0, "a model that fits the run", str(error)) from error
+    require_fitting_models(found, settings)
     with local_client() if client is None else contextlib.nullcontext(client) as cluster:
         run = _Run(cluster, settings, batch, max(batch, partition // batch * batch), progress)
         return run.learn(found, unread, start, strict, began)
