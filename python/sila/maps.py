@@ -80,7 +80,7 @@ def scene_json(
     paths = [] if tracks is None else [track.positions_m for track in as_tracks(tracks)]
     ways = _near(path, _straight(lines), paths)
     walks = [way for way in ways if way.kind != "curb"]
-    corners = [_corner(a, b, paths) for a, b in pairwise(ways) if a.kind == "curb" and a.line == b.line]
+    corners = [_corner(a, b, paths) for a, b in _consecutive(ways, curbs)]
     if not any(corners):
         corners = [_corner(a, b, paths) for a, b in combinations(walks, 2) if a.line != b.line]
     kept: list[dict[str, Any]] = []
@@ -162,9 +162,28 @@ def _straight(lines: dict[str, list[Any]]) -> list[Way]:
     return [
         Way(kind, i, a, b - a, width_m)
         for i, (kind, line, width_m) in enumerate(entries)
-        for a, b in pairwise(np.array(line.simplify(_POINT_ERROR_M).coords))
+        for a, b in pairwise(np.array(_from_a_corner(line).simplify(_POINT_ERROR_M).coords))
         if np.hypot(*(b - a)) >= _SHORTEST_M[kind]
     ]
+
+
+def _from_a_corner(line: Any) -> Any:
+    """A closed line from its point farthest from its middle, which is not inside a straight piece; others unchanged."""
+    if not line.is_closed:
+        return line
+    points = np.array(line.coords)
+    distances = np.hypot(*(points - (points.min(axis=0) + points.max(axis=0)) / 2).T)
+    first = max(range(len(points) - 1), key=lambda i: (distances[i], *points[i]))  # the same wherever the line starts
+    return _engine("shapely").LineString(np.concatenate([points[first:], points[1 : first + 1]]))
+
+
+def _consecutive(ways: list[Way], curbs: list[Any]) -> list[tuple[Way, Way]]:
+    """Pairs of pieces that follow one another on a curb, of a closed curb also the last and the first."""
+    pieces = defaultdict(list)
+    for way in ways:
+        if way.kind == "curb":  # the curbs are the first lines
+            pieces[way.line].append(way)
+    return [pair for i, of_line in pieces.items() for pair in pairwise(of_line + of_line[: curbs[i].is_closed])]
 
 
 def _near(path: str | os.PathLike[str], ways: list[Way], paths: list[Points]) -> list[Way]:

@@ -48,6 +48,7 @@ CROSSINGS = {
     "h": (1.5, -3),
     "i": (1.5, -20),
 }
+FOOTWAY, CROSSING = {"highway": "footway"}, {"footway": "crossing"}
 EDGES = [("1", "ab", {}), ("2", "cd", {}), ("3", "fg", {}), ("4", "hi", {})]
 
 
@@ -69,6 +70,27 @@ def test_the_corner_of_a_curb_is_where_its_straight_pieces_would_meet(tmp_path, 
     assert 0.2 < scene["origin_uncertainty_m"] < 0.6  # of lines that are known to 0.2 m at their ends
     frame = maps.scene_from_map(tmp_path / "map.osm").frame()
     np.testing.assert_allclose(frame.origin_m, [0, 0], atol=0.25)
+
+
+BLOCK = {"a": (0, 0), "b": (20, 0), "c": (20, 20), "d": (0, 20), "m": (10, 0), "n": (20, 9)}
+
+
+@pytest.mark.parametrize("shift", range(6))
+def test_a_closed_curb_has_the_same_corners_wherever_it_starts(tmp_path, shift):
+    ring = "ambncd"[shift:] + "ambncd"[:shift]
+    (tmp_path / "map.osm").write_text(osm(BLOCK, [("1", ring + ring[0], {"barrier": "kerb"})]))
+    scene = maps.scene_json(tmp_path / "map.osm", walked([(20, 40), (20, 21), (40, 21)], 5))
+    found = [corner["origin"] for corner in scene["corners"]]
+    np.testing.assert_allclose(found, [(0, 20), (0, 0), (20, 0), (20, 20)], atol=0.01)
+    np.testing.assert_allclose(scene["origin"], (20, 20), atol=0.01)
+    assert scene["tracks"] == 5
+
+
+def test_a_closed_footway_is_not_cut_where_it_starts(tmp_path):
+    (tmp_path / "map.osm").write_text(osm(BLOCK, [("1", "mbncdam", FOOTWAY), ("2", "ab", FOOTWAY | CROSSING)]))
+    walkways = maps.scene_json(tmp_path / "map.osm")["walkways"]
+    centres = sorted(walkway["centre"] for walkway in walkways)
+    np.testing.assert_allclose(centres, [(0, 10), (10, 0), (10, 20), (20, 10)], atol=0.01)
 
 
 def test_a_curb_may_be_the_bound_of_a_walkway(tmp_path):
@@ -151,9 +173,6 @@ def test_degrees_are_scaled_at_the_origin(tmp_path):
     walkways = maps.scene_json(tmp_path / "map.osm", origin=(49.0, 8.0))["walkways"]
     centres = [walkway["centre"] for walkway in walkways]
     np.testing.assert_allclose(centres, [[0, 55.6], [36.58, 111.2]], atol=0.02)  # WGS 84 at 49 degrees
-
-
-FOOTWAY = {"highway": "footway"}
 
 
 @pytest.mark.parametrize(
