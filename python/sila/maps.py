@@ -19,6 +19,7 @@ import json
 import os
 import tempfile
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from pathlib import Path
@@ -27,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._rows import counted
+from ._rows import counted, number, warn
 from ._sila import Scene
 from ._tracks import TracksLike, as_tracks
 from .errors import FormatError
@@ -71,11 +72,12 @@ class Way:
 
 
 def scene_json(
-    path: str | os.PathLike[str], tracks: TracksLike | None = None, origin: tuple[float, float] | None = None
+    path: str | os.PathLike[str], tracks: TracksLike | None = None, origin: Sequence[float] | Points | None = None
 ) -> dict[str, Any]:
     """The scene file of a map, of the part near the tracks. Raises FormatError for a file that is no map, degrees without an
-    `origin` (latitude and longitude of the point (0, 0)), no curb or way to walk on near the tracks, and no corner."""
-    lines = _lines_of(path, origin)
+    `origin` (latitude and longitude of the point (0, 0)), no curb or way to walk on near the tracks, and no corner.
+    Raises ValueError for an `origin` that is no point of the earth. Warns if no track passes a corner."""
+    lines = _lines_of(path, None if origin is None else _latitude_and_longitude(origin))
     curbs = [curb for curb, _ in lines["curb"]]
     paths = [] if tracks is None else [track.positions_m for track in as_tracks(tracks)]
     ways = _near(path, _straight(lines), paths)
@@ -91,6 +93,9 @@ def scene_json(
         found = f"none of {counted(len(ways), 'straight one')}"
         raise FormatError(str(path), 0, "two curbs or ways that meet at a corner", found)
     primary = max(kept, key=lambda corner: int(corner["tracks"]))
+    if paths and not primary["tracks"]:
+        found = f"none of {counted(len(paths), 'track')} comes within {_PASS_M:g} m of a corner of the map"
+        warn([f"{found}; the primary corner is the first one, {primary['name']}"])
     scene: dict[str, Any] = {"y_axis": "up", "units": "metres", "primary_corner": primary["name"], "corners": kept}
     scene["crosswalks"] = [_strip(way, paths) for way in walks if way.kind == "crossing"] or _crossed(curbs, paths)
     scene["walkways"] = [_strip(way, paths) for way in walks if way.kind == "walk"]
@@ -98,13 +103,24 @@ def scene_json(
 
 
 def scene_from_map(
-    path: str | os.PathLike[str], tracks: TracksLike | None = None, *, origin: tuple[float, float] | None = None
+    path: str | os.PathLike[str], tracks: TracksLike | None = None, *, origin: Sequence[float] | Points | None = None
 ) -> Scene:
     """The scene of a map, see sila.maps. `origin`: latitude and longitude of the point (0, 0) of the tracks."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scene.json"
         file.write_text(json.dumps(scene_json(path, tracks, origin)))
         return Scene.load(file)
+
+
+def _latitude_and_longitude(origin: Any) -> tuple[float, float]:
+    try:
+        latitude, longitude = (number("origin", entry) for entry in origin)
+    except (TypeError, ValueError):
+        latitude = longitude = np.nan
+    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
+        expected = "two numbers, latitude from -90 to 90 and longitude from -180 to 180"
+        raise ValueError(f"origin: expected {expected}; found {origin!r}")
+    return latitude, longitude
 
 
 def _engine(name: str) -> Any:

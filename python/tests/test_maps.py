@@ -138,6 +138,7 @@ def test_crosswalks_have_centres_widths_and_a_corner(tmp_path, kind):
     assert [c["tracks"] for c in found] == [0, 4]
 
 
+@pytest.mark.filterwarnings("ignore:none of . tracks comes within 12 m of a corner")
 def test_tracks_from_curb_to_curb_make_the_crosswalks_of_a_map_without(tmp_path):
     other = {f"{name}2": (x, -14 - y) for name, (x, y) in CURB.items()}
     curbs = CURBS + [(f"{i}2", [f"{name}2" for name in nodes], given) for i, nodes, given in CURBS]
@@ -161,6 +162,30 @@ def test_tracks_choose_the_primary_corner_and_learn_with_it(tmp_path):
     np.testing.assert_allclose(scene.frame().origin_m, [200, 100], atol=0.3)
     assert maps.scene_json(tmp_path / "map.osm", tracks)["tracks"] == 6
     assert sila.learn(tracks, scene=scene).tracks == 6
+
+
+def test_a_primary_corner_that_no_track_passes_is_a_warning(tmp_path):
+    (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
+    with pytest.warns(UserWarning, match="none of 2 tracks comes within 12 m of a corner of the map; the primary .* 1$"):
+        maps.scene_json(tmp_path / "map.osm", walked([(40, 2), (60, 2)], 2))
+
+
+@pytest.mark.parametrize(
+    "origin", [(np.nan, 0), (0, np.inf), (91, 0), (0, -181), (48,), (1, 2, 3), 48, "48", ("a", "b"), (True, 0), np.ones((2, 2))]
+)
+def test_an_origin_that_is_no_point_of_the_earth_is_rejected(tmp_path, origin):
+    (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
+    expected = "origin: expected two numbers, latitude from -90 to 90 and longitude from -180 to 180; found "
+    with pytest.raises(ValueError, match=expected) as error:
+        maps.scene_from_map(tmp_path / "map.osm", origin=origin)
+    assert repr(origin) in str(error.value)
+
+
+def test_an_origin_may_be_an_array(tmp_path):
+    (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
+    found = [maps.scene_json(tmp_path / "map.osm", origin=kind([0, 1e-4]))["origin"] for kind in (tuple, list, np.array)]
+    assert found[0] == found[1] == found[2]
+    assert found[0][0] == pytest.approx(-11.13, abs=0.3)
 
 
 def test_degrees_are_scaled_at_the_origin(tmp_path):
