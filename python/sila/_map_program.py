@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import warnings
 from typing import Any
 
 from . import _sila
@@ -22,7 +23,10 @@ def run(arguments: list[str]) -> int:
     if others:
         parser.error(f"with --map expected only the options above, found {' '.join(others)}")
     try:
-        scene = scene_json(given.map, _tracks(given), given.origin) | _kept(given)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", UserWarning)
+            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+            scene = _scene(given) | _kept(given)
     except (ValueError, TypeError, ImportError, OSError, KeyboardInterrupt) as error:
         return failed(error, "nothing was written")
     print(json.dumps(scene, indent=2))
@@ -31,24 +35,29 @@ def run(arguments: list[str]) -> int:
     return 0
 
 
-def _tracks(given: argparse.Namespace) -> Tracks:
-    scene = None if given.scene is None else Scene.load(given.scene, data_dir=given.data_dir)
-    config = assignments(given.config, given.set)
+def _scene(given: argparse.Namespace) -> dict[str, Any]:
     try:
-        return read_tracks(
-            given.tracks or None,
-            scene=scene,
-            format=given.format,
-            frames_per_second=given.fps,
-            metres_per_unit=given.metres_per_unit,
-            camera=given.camera,
-            person_classes=given.person,
-            config=config,
-        )
+        return scene_json(given.map, _tracks(given), given.origin)
     except FormatError:
         raise
     except ValueError as error:  # of an argument: what is wrong with a file is a FormatError
         raise UsageError(str(error)) from None
+
+
+def _tracks(given: argparse.Namespace) -> Tracks:
+    scene = None if given.scene is None else Scene.load(given.scene, data_dir=given.data_dir)
+    if not given.tracks and not (scene and scene.files):
+        raise UsageError("tracks: expected track files, or --scene with a file that names some; found neither")
+    return read_tracks(
+        given.tracks or None,
+        scene=scene,
+        format=given.format,
+        frames_per_second=given.fps,
+        metres_per_unit=given.metres_per_unit,
+        camera=given.camera,
+        person_classes=given.person,
+        config=assignments(given.config, given.set),
+    )
 
 
 def _kept(given: argparse.Namespace) -> dict[str, Any]:

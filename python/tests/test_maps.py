@@ -264,6 +264,23 @@ def test_the_program_prints_a_scene_file_or_one_sentence(tmp_path, program):
     assert (code, made) == (2, "") and "with --map expected only the options above, found --seed 3" in said
 
 
+def test_the_program_prints_a_warning_as_one_line(tmp_path, program):
+    sila.Tracks(sila.as_tracks(walked([(40, 2), (60, 2)], 3))).save(tmp_path / "far.csv")
+    code, made, said = program(tmp_path / "far.csv", "--map", tmp_path / "map.osm")
+    assert code == 0 and json.loads(made)["tracks"] == 0
+    warning, summary = said.splitlines()
+    assert warning.startswith("warning: none of 3 tracks comes within 12 m of a corner"), said
+    assert "which 0 tracks pass" in summary
+
+
+def test_the_program_names_its_own_arguments(tmp_path, program):
+    code, made, said = program("--map", tmp_path / "map.osm")
+    assert (code, made) == (2, "") and said.startswith("sila: tracks: expected track files, or --scene with a file"), said
+    code, made, said = program(tmp_path / "tracks.csv", "--map", tmp_path / "map.osm", "--origin", "nan", "0")
+    assert (code, made) == (2, "") and said.startswith("sila: origin: expected two numbers"), said
+    assert said.endswith("found [nan, 0.0]\n")
+
+
 def test_a_scene_from_a_map_keeps_camera_and_recordings(tmp_path, program):
     square = {"homography": [[2, 0, 0], [0, -2, 0], [0, 0, 1]], "seen": [0, 0]}
     (tmp_path / "camera.json").write_text(json.dumps(square))
