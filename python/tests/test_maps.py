@@ -166,12 +166,13 @@ def test_tracks_choose_the_primary_corner_and_learn_with_it(tmp_path):
 
 def test_a_primary_corner_that_no_track_passes_is_a_warning(tmp_path):
     (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
-    with pytest.warns(UserWarning, match="none of 2 tracks comes within 12 m of a corner of the map; the primary .* 1$"):
+    with pytest.warns(UserWarning, match="none of 2 tracks comes within 12 m of a corner .* the primary .*, 1$"):
         maps.scene_json(tmp_path / "map.osm", walked([(40, 2), (60, 2)], 2))
 
 
 @pytest.mark.parametrize(
-    "origin", [(np.nan, 0), (0, np.inf), (91, 0), (0, -181), (48,), (1, 2, 3), 48, "48", ("a", "b"), (True, 0), np.ones((2, 2))]
+    "origin",
+    [(np.nan, 0), (0, np.inf), (91, 0), (0, -181), (48,), (1, 2, 3), 48, "48", ("a", "b"), (True, 0), np.ones((2, 2))],
 )
 def test_an_origin_that_is_no_point_of_the_earth_is_rejected(tmp_path, origin):
     (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
@@ -183,7 +184,8 @@ def test_an_origin_that_is_no_point_of_the_earth_is_rejected(tmp_path, origin):
 
 def test_an_origin_may_be_an_array(tmp_path):
     (tmp_path / "map.osm").write_text(osm(CURB, CURBS))
-    found = [maps.scene_json(tmp_path / "map.osm", origin=kind([0, 1e-4]))["origin"] for kind in (tuple, list, np.array)]
+    origins = (0, 1e-4), [0, 1e-4], np.array([0, 1e-4])
+    found = [maps.scene_json(tmp_path / "map.osm", origin=origin)["origin"] for origin in origins]
     assert found[0] == found[1] == found[2]
     assert found[0][0] == pytest.approx(-11.13, abs=0.3)
 
@@ -275,7 +277,7 @@ def test_the_program_prints_a_warning_as_one_line(tmp_path, program):
 
 def test_the_program_names_its_own_arguments(tmp_path, program):
     code, made, said = program("--map", tmp_path / "map.osm")
-    assert (code, made) == (2, "") and said.startswith("sila: tracks: expected track files, or --scene with a file"), said
+    assert (code, made) == (2, "") and said.startswith("sila: tracks: expected track files, or --scene with"), said
     code, made, said = program(tmp_path / "tracks.csv", "--map", tmp_path / "map.osm", "--origin", "nan", "0")
     assert (code, made) == (2, "") and said.startswith("sila: origin: expected two numbers"), said
     assert said.endswith("found [nan, 0.0]\n")
