@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
+from numbers import Real
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -22,6 +23,7 @@ from ._rows import counted
 from ._sila import Model, Prediction, Scene
 from ._stream import Stream
 from ._tracks import SceneLike, TracksLike, as_scene, as_tracks
+from ._verbs import _model
 
 __all__ = ["curb_frame", "learning_curve", "predictions", "primitive_graph", "primitives", "scene", "tracks"]
 
@@ -102,6 +104,7 @@ def tracks(
 
 def primitives(model: Model, *, scene: SceneLike | None = None, ax: Axes | None = None) -> Axes:
     """Motion primitives as arrows in the cells of the grid, one colour each, at the scene's primary corner."""
+    model = _model("model", model)
     place = Scene.of_model(model) if scene is None else as_scene(scene)
     ax = _place(place, ax)
     frame = place.frame(scaling=model.config.get("scaling", "metres"))
@@ -119,6 +122,7 @@ def primitive_graph(
 ) -> Axes:
     """The graph of primitives. A node is at the middle of each primitive; its size shows the count of the self
     transition. An arrow is a transition, wider for a larger count. Transitions below `min_count` are left out."""
+    model = _model("model", model)
     place = Scene.of_model(model) if scene is None else as_scene(scene)
     ax = _place(place, ax)
     frame = place.frame(scaling=model.config.get("scaling", "metres"))
@@ -172,22 +176,24 @@ def predictions(
     the path of a camera file or of a scene file with a camera (docs/formats.md). A model in pixels needs no `camera`.
     Points that the camera cannot see are left out.
     """
-    shares = [coverage] if isinstance(coverage, (int, float)) else sorted(coverage, reverse=True)
-    at_s = [at_s] if isinstance(at_s, (int, float)) else at_s
+    shares = [coverage] if isinstance(coverage, (float, Real)) else sorted(coverage, reverse=True)
+    at_s = [at_s] if isinstance(at_s, (float, Real)) else at_s
     drawn: Callable[[Any], Any] = np.asarray
     some = Predictions([given] if isinstance(given, Prediction) else given)
     if not some:
         return _place(scene, ax) if image is None else _picture(image, ax)
+    scale = max(prediction.metres_per_pixel for prediction in some)
     if image is None:
         ax = _place(scene, ax)
     elif camera is not None:
         with Stream(camera=camera) as stream:
             ax, drawn = _picture(image, ax), stream.to_image
-    elif scale := max((prediction.metres_per_pixel for prediction in some)):
+    elif scale:
         ax, drawn = _picture(image, ax), lambda points: np.asarray(points) / (scale, -scale)
     else:
         raise ValueError("image: expected camera=, the file of the camera that took it, found none")
-    by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks, scene=scene)}
+    config = {"metres_per_pixel": scale} if scale else None  # of tracks in pixels
+    by_id = {} if tracks is None else {track.id: track for track in as_tracks(tracks, scene=scene, config=config)}
     seen_modes = 0
     for prediction in some:
         for number in reversed(range(len(prediction.modes))):
@@ -207,8 +213,7 @@ def predictions(
 def learning_curve(model: Model, *, errors: Any = None, ax: Axes | None = None) -> Axes:
     """Model size after each episode over the tracks learnt. `errors`: pairs (tracks, error [m]) on a second axis, such
     as [(model.tracks, sila.evaluate(model, unseen, scene=scene).metric()), ...]."""
-    if not isinstance(model, Model):
-        raise TypeError(f"model: expected a sila.Model, found {type(model).__name__}")
+    model = _model("model", model)
     ax = plt.subplots(layout="constrained")[1] if ax is None else ax
     seen = np.cumsum([0, *(episode["tracks"] for episode in model.history)])
     sizes = [0, *(episode["size_after"] for episode in model.history)]

@@ -98,7 +98,32 @@ def test_the_curve_ends_at_the_size_of_the_model(model):
     assert (x[-1], y[-1]) == (model.tracks, model.size)
 
 
+def test_the_truth_of_a_model_in_pixels_is_drawn_in_pixels():
+    t = 0.1 * np.arange(80)
+    walks = {f"{i}": np.c_[t + i, 300 + 50 * t, 400 + 20 * i + 20 * t] for i in range(12)}
+    model = sila.learn(walks, units="pixels")
+    prediction = sila.predict(model, walks)[0]
+    seen = walks[prediction.track][:, 1:]
+    for given in (walks, sila.as_tracks(walks, config=model.config)):
+        ax = plot.predictions(prediction, tracks=given, image=np.zeros((900, 900)))
+        before = next(line.get_xydata() for line in ax.lines if line.get_color() == "black")
+        np.testing.assert_allclose(before, seen[: len(before)], atol=1e-6)
+    ax = plot.predictions(prediction, tracks=walks)
+    before = next(line.get_xydata() for line in ax.lines if line.get_color() == "black")
+    scale = prediction.metres_per_pixel
+    np.testing.assert_allclose(before, seen[: len(before)] * [scale, -scale], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int64])
+def test_seconds_and_coverage_may_be_numbers_of_numpy(predictions, kind):
+    ax = plot.predictions(predictions[0], coverage=np.float32(0.5), at_s=kind(2))
+    assert "at 2 s: 50 % coverage" in [text.get_text() for text in ax.get_legend().get_texts()]
+
+
 def test_bad_arguments_are_named(place):
+    for draw in (plot.primitives, plot.primitive_graph, plot.learning_curve):
+        with pytest.raises(TypeError, match="model: expected a sila.Model, found str"):
+            draw("m.sila")
     with pytest.raises(ValueError, match="colour: expected speed or time, found red"):
         plot.tracks(place.tracks, colour="red")
     with pytest.raises(ValueError, match=r"errors: expected shape \(n, 2\), found \(2,\)"):
