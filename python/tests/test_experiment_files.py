@@ -77,6 +77,14 @@ METHOD_FILES = {
     "gone.py": "import no_such_package\n",
     "raises.py": "import beside_raises\n\nprint(beside_raises.VALUES[3])\n",
     "beside_raises.py": "VALUES = []\n",
+    "typo.py": "from sila.experiments import Forcast\n",
+    "module.py": "import sila.experimnts\n",
+    "relative.py": "from .beside_raises import VALUES\n",
+    "weights.py": "import numpy as np\n\nWEIGHTS = np.load('none.npz')\n",
+    "format.py": "import sila\n\nSCENE = sila.Scene.load('none.json')\n",
+    "require.py": "from sila.experiments import Method\n\n\nclass Own(Method):\n"
+    "    def partial_fit(self, tracks): ...\n    def predict(self, windows): ...\n\n"
+    "    @classmethod\n    def require(cls, parameters):\n        {}\n",
 }
 PREDICTS = "def predict(self, windows): ..."
 
@@ -90,6 +98,13 @@ PREDICTS = "def predict(self, windows): ..."
         (["unfinished.py:Own"], PREDICTS, ["Own", "define partial_fit (fit is used with at_once = True)"]),
         (["unfinished.py:Own"], f"at_once = True\n    {PREDICTS}", ["define fit"]),
         (["raises.py:Own"], "", ["raises.py", "a module that can be imported", "IndexError: list index out of range"]),
+        (["typo.py:Own"], "", ["typo.py", "ImportError: cannot import name 'Forcast' from 'sila.experiments'"]),
+        (["module.py:Own"], "", ["module.py", "ModuleNotFoundError: No module named 'sila.experimnts'"]),
+        (["relative.py:Own"], "", ["relative.py", "ImportError: attempted relative import"]),
+        (["weights.py:Own"], "", ["weights.py", "FileNotFoundError: ", "none.npz"]),
+        (["format.py:Own"], "", ["format.py", "none.json"]),
+        (["require.py:Own"], "open('none.npz')", ["require.py", "FileNotFoundError: ", "none.npz"]),
+        (["require.py:Own"], "from sila import Modell", ["require.py", "cannot import name 'Modell'"]),
         (["silo"], "", ["sila"]),
         (["sila", "sila"], "", ["'sila' twice"]),
         ([{"method": "sila", "name": 3}], "", ["method 1", 'a text "name"', "found 3"]),
@@ -124,6 +139,12 @@ def test_mistakes_in_names_are_found_before_scenes_are_read(tmp_path, changes, w
     assert run([str(written(tmp_path, **changes)), "--out", str(tmp_path / "out")]) in (1, 2)
     said = capsys.readouterr().err
     assert all(word in said for word in words) and "reading" not in said, said
+
+
+def test_code_that_a_method_requires_may_be_missing(tmp_path):
+    (tmp_path / "require.py").write_text(METHOD_FILES["require.py"].format("raise ImportError('needs a GPU')"))
+    methods = read_experiment(written(tmp_path, methods=["sila", "require.py:Own"]), Overrides()).methods
+    assert [(method.cls is None, method.missing) for method in methods] == [(False, ""), (True, "needs a GPU")]
 
 
 def test_other_mistakes_are_one_sentence(tmp_path, capsys):

@@ -177,7 +177,9 @@ def test_peers_without_their_code_are_not_run_here(tmp_path, monkeypatch):
     (tmp_path / "trajevo/ctrv").mkdir(parents=True)
     (tmp_path / "trajevo/ctrv/model.py").write_text("import no_such_package\n")
     entries.append({"name": "baseline", "method": methods[0], "parameters": {"baseline": "ctrv"}})
+    entries.append({"name": "mdn", "method": f"{PEERS / 'mdn.py'}:Mdn"})
     results = run_experiment(read_experiment(written(tmp_path, methods=["sila", *entries])), tmp_path / "out")
+    assert "no base_lstm.py" in results["not_run_here"]["mdn"]
     assert "no zara2.py" in results["not_run_here"]["trajevo"]
     assert "no_such_package" in results["not_run_here"]["baseline"]
     table = pd.read_csv(tmp_path / "out/results.csv").set_index("method")

@@ -181,7 +181,7 @@ def read_field(file: str, data_dir: str | None) -> tuple[dict[str, Any], list[Fi
         entry = {"cls": None, "missing": "", "parameters": {}, "config": config, **item}
         try:
             entry["cls"] = load_method(item["method"], Path(file).parent, entry["parameters"])
-        except (ImportError, FileNotFoundError) as error:
+        except ImportError as error:
             entry["missing"] = str(error)
         methods.append(entry)
     scenes = []

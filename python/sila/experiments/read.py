@@ -201,7 +201,7 @@ def _entry(file: str, item: Any, where: str, of_scene: str) -> _Entry:
     cls, missing = None, ""
     try:
         cls = load_method(kind, Path(file).parent, parameters)
-    except (ImportError, FileNotFoundError) as error:
+    except ImportError as error:
         missing = str(error)
     changes = _part(file, item, where, "config")
     if cls is not None:

@@ -74,10 +74,10 @@ def peers_folder() -> Path:
 def code_of(name: str, file: str) -> Path:
     """The folder with this file in the code of others, which lies in PEERS/name.
 
-    Raises ImportError where it is not there.
+    Raises ModuleNotFoundError where it is not there.
     """
     folder = peers_folder() / name
     found = sorted(folder.rglob(file)) if folder.is_dir() else []
     if not found:
-        raise ImportError(f"no {file} in {folder}: make peers PEERS=DIR, the folder of {name}")
+        raise ModuleNotFoundError(f"no {file} in {folder}: make peers PEERS=DIR, the folder of {name}", name=name)
     return found[0].parent

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -39,7 +40,7 @@ def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = Mapping
     """A known method, or the class of "file.py:Class" with the file beside the experiment's.
 
     Raises ImportError where the file or these parameters need what is not installed; FormatError for a file that is not there, is no
-    Python or raises; TypeError for a class that is no complete method.
+    Python or raises another error; TypeError for a class that is no complete method.
     """
     if name in METHODS:
         return METHODS[name]
@@ -49,17 +50,12 @@ def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = Mapping
         raise FormatError(str(path), 0, f"a Python file with the class {attribute}", "no such file")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
-        raise ImportError(f"{path}: cannot be imported")
+        raise FormatError(str(path), 0, "a Python file", f"a file {path.name}")
     module = importlib.util.module_from_spec(spec)
     sys.path.insert(0, str(path.parent))  # for modules beside it
     try:
-        spec.loader.exec_module(module)
-    except SyntaxError as error:
-        raise FormatError(error.filename or str(path), error.lineno or 0, "Python", error.msg) from None
-    except (ImportError, FileNotFoundError):
-        raise
-    except Exception as error:
-        raise FormatError(str(path), 0, "a module that can be imported", f"{type(error).__name__}: {error}") from error
+        with _mistakes_named(path, ModuleNotFoundError):
+            spec.loader.exec_module(module)
     finally:
         sys.path.remove(str(path.parent))
     found = getattr(module, attribute, None)
@@ -67,8 +63,22 @@ def load_method(name: str, folder: Path, parameters: Mapping[str, Any] = Mapping
         raise TypeError(f"{path}: expected a class {attribute} that is a sila.experiments.Method")
     if lack := _lack_of(found):
         raise TypeError(f"{path}: expected the class {attribute} to define {lack}; it does not")
-    found.require(parameters)
+    with _mistakes_named(path, ImportError):
+        found.require(parameters)
     return found
+
+
+@contextmanager
+def _mistakes_named(path: Path, missing: type[ImportError]) -> Iterator[None]:
+    """Lets an error of the type `missing` pass if it is not about sila; any other becomes a FormatError of the file."""
+    try:
+        yield
+    except SyntaxError as error:
+        raise FormatError(error.filename or str(path), error.lineno or 0, "Python", error.msg) from None
+    except Exception as error:
+        if isinstance(error, missing) and (error.name or "").partition(".")[0] != "sila":
+            raise
+        raise FormatError(str(path), 0, "a module that can be imported", f"{type(error).__name__}: {error}") from error
 
 
 def _lack_of(cls: type[Method]) -> str:
