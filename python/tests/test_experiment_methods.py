@@ -137,6 +137,41 @@ def test_a_forecast_in_any_form_that_fits_is_scored(tmp_path, how):
     assert pd.read_csv(tmp_path / "out/results.csv")["ratio"][0] == pytest.approx(1)
 
 
+SIZED = """
+import numpy as np
+from sila.experiments import Method
+from sila.experiments.method import constant_fallback
+
+
+class Sized(Method):
+    size, bytes = {size}
+
+    def partial_fit(self, tracks): ...
+
+    def predict(self, windows):
+        return constant_fallback(windows)
+"""
+
+
+@pytest.mark.parametrize(
+    ("size", "found"), [("'big', 8", "size: expected a number, found 'big'"), ("1, None", "bytes: expected a number")]
+)
+def test_a_size_that_is_no_number_is_rejected_with_the_method(tmp_path, size, found, capsys):
+    (tmp_path / "own.py").write_text(SIZED.format(size=size))
+    path = written(tmp_path, methods=[{"name": "own", "method": "own.py:Sized"}])
+    assert run([str(path), "--out", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert f"trial 1, four-way, own: Sized.{found}" in said, said
+
+
+def test_a_size_may_be_a_number_of_numpy(tmp_path):
+    (tmp_path / "own.py").write_text(SIZED.format(size="np.int64(7), np.float32(2.5)"))
+    path = written(tmp_path, methods=[{"name": "own", "method": "own.py:Sized"}])
+    run_experiment(read_experiment(path), tmp_path / "out")
+    table = pd.read_csv(tmp_path / "out/results.csv")
+    assert (table["size"][0], table["bytes"][0]) == (7, 2.5)
+
+
 def test_a_batch_whose_tracks_are_too_short_teaches_knn_nothing(tmp_path):
     path = written(tmp_path, methods=["knn"], config={"predict": {"observe_s": 6.0, "horizon_s": 9.0}}, batch=1)
     run_experiment(read_experiment(path), tmp_path / "out")

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from .. import _sila
+from .._rows import number
 from .._sila import FramedTracks, Prediction, WindowSet, person_of
 from .changes import forecasts_of
 from .curves import point_of
@@ -100,7 +101,7 @@ def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Js
         started, counters = time.process_time(), energy_counters()
         method.fit(batch) if method.at_once else method.partial_fit(batch)
         seconds = time.process_time() - started
-        checkpoint: Json = {"episode": episode, "tracks": tracks, "size": method.size, "seconds": seconds}
+        checkpoint: Json = {"episode": episode, "tracks": tracks, "size": number_of(method, "size"), "seconds": seconds}
         if counters:
             checkpoint["joules"] = joules_since(counters)
         last = episode == len(batches)
@@ -109,11 +110,17 @@ def learn(experiment: Experiment, run: Run, protocol: Protocol) -> tuple[list[Js
             checkpoint.setdefault("places", {})[site.name] = brief
             if last:
                 places[site.name] = scores
-        checkpoint["size"] = method.size
+        checkpoint["size"] = number_of(method, "size")
         if last:
-            checkpoint["bytes"] = method.bytes
+            checkpoint["bytes"] = number_of(method, "bytes")
         checkpoints.append(checkpoint)
     return checkpoints, places
+
+
+def number_of(method: Method, name: str) -> int | float:
+    """The size or the bytes of a method, also of numbers of NumPy, which JSON does not take."""
+    found = number(f"{type(method).__name__}.{name}", getattr(method, name))
+    return int(found) if found.is_integer() else found
 
 
 def score(method: Method, site: TestSite, config: str, *, with_measures: bool) -> tuple[Json, Json]:
