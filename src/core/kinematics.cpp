@@ -28,6 +28,17 @@ Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s) {
   return velocity_to_world(observed.frame, mean_velocity(observed, window_s));
 }
 
+std::vector<Vector2> constant_velocity(std::span<const Vector2> past_m, int steps, double interval_s) {
+  if (past_m.empty()) throw invalid_argument("constant_velocity: past_m is empty, must have a position");
+  const auto back =
+      std::clamp<long>(std::lround(kConstantVelocityWindow_s / interval_s), 0, static_cast<long>(past_m.size()) - 1);
+  const Vector2 way_m = past_m.back() - past_m[past_m.size() - 1 - static_cast<std::size_t>(back)];
+  const Vector2 velocity_mps = back > 0 ? Vector2(way_m / (static_cast<double>(back) * interval_s)) : way_m;
+  std::vector<Vector2> path_m;
+  for (int j = 1; j <= steps; ++j) path_m.push_back(past_m.back() + j * interval_s * velocity_mps);
+  return path_m;
+}
+
 double mean_speed_mps(const CurbTrajectory& observed) {
   double sum = 0.0;
   for (const Vector2& velocity : observed.velocities) sum += velocity_to_world(observed.frame, velocity).norm();

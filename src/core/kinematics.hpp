@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
+#include <vector>
 
 #include "sila/core/trajectory.hpp"
 
@@ -8,6 +10,8 @@ namespace sila {
 
 /// Constant velocity is the mean velocity over this last part of the observed window [s].
 inline constexpr double kConstantVelocityWindow_s = 0.8;
+/// Standard deviation of the error of constant velocity per second ahead, before any error is known [m/s].
+inline constexpr double kConstantVelocitySpread_mps = 0.3;
 /// A person stands as long as the distance from one position is at most this [m].
 inline constexpr double kStandingReach_m = 0.5;
 
@@ -50,6 +54,11 @@ Vector2 mean_velocity(const CurbTrajectory& observed, double window_s);
 
 /// The same in the world frame [m/s].
 Vector2 mean_velocity_mps(const CurbTrajectory& observed, double window_s);
+
+/// The baseline: continues from the last position with the mean velocity of the last 0.8 s (less for a shorter path).
+/// `past_m` is sampled every `interval_s`. Returns `steps` positions [m], `interval_s` apart.
+/// Throws: std::invalid_argument for an empty path.
+std::vector<Vector2> constant_velocity(std::span<const Vector2> past_m, int steps, double interval_s);
 
 /// Mean of the observed speeds [m/s]; 0 without samples.
 double mean_speed_mps(const CurbTrajectory& observed);

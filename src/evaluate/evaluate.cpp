@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/kinematics.hpp"
-#include "predict/constant_velocity.hpp"
 #include "refine/motion_change.hpp"
 #include "sila/core/sampling.hpp"
 

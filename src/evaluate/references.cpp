@@ -6,7 +6,6 @@
 #include <string>
 
 #include "core/kinematics.hpp"
-#include "predict/constant_velocity.hpp"
 #include "sila/evaluate/training_support.hpp"
 
 namespace sila {

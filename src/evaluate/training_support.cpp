@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include "predict/constant_velocity.hpp"
+#include "core/kinematics.hpp"
 
 namespace sila {
 namespace {

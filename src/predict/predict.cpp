@@ -6,7 +6,6 @@
 
 #include "core/concatenate.hpp"
 #include "core/kinematics.hpp"
-#include "predict/constant_velocity.hpp"
 #include "sila/core/sampling.hpp"
 
 namespace sila {

@@ -9,7 +9,6 @@
 
 #include "core/kinematics.hpp"
 #include "model/parts.hpp"
-#include "predict/constant_velocity.hpp"
 #include "refine/prepared_model.hpp"
 #include "refine/regions.hpp"
 #include "sila/core/sampling.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/concatenate.hpp"
-#include "predict/constant_velocity.hpp"
+#include "core/kinematics.hpp"
 #include "refine/error_statistics.hpp"
 #include "refine/mode_variants.hpp"
 #include "sila/core/sampling.hpp"

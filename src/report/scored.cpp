@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "predict/constant_velocity.hpp"
+#include "core/kinematics.hpp"
 #include "report/encode.hpp"
 #include "sila/core/sampling.hpp"
 
