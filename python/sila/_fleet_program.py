@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import fleet
 from ._config import assignments
-from ._rows import counted
+from ._rows import counted, print_warning
 from ._sila import Model
 from .errors import FormatError, failed
 
@@ -32,7 +32,7 @@ def run(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = _print_warning
+            warnings.showwarning = print_warning
             outcome = _learn(options)
     except (ValueError, TypeError, ImportError, OSError, RuntimeError, KeyboardInterrupt) as error:
         return failed(error, "nothing was written")
@@ -50,13 +50,6 @@ def run(arguments: list[str]) -> int:
             f"{outcome.seconds:.1f} s"
         )
     return 0
-
-
-def _print_warning(
-    message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None, line: Any = None
-) -> None:
-    """One line, as the other verbs print a warning."""
-    print(f"warning: {message}", file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:

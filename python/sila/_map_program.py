@@ -10,7 +10,7 @@ from typing import Any
 
 from . import _sila
 from ._config import assignments
-from ._rows import counted
+from ._rows import counted, print_warning
 from ._sila import Scene
 from ._tracks import Tracks, read_tracks
 from .errors import FormatError, UsageError, failed
@@ -25,7 +25,7 @@ def run(arguments: list[str]) -> int:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", UserWarning)
-            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+            warnings.showwarning = print_warning
             scene = _scene(given) | _kept(given)
     except (ValueError, TypeError, ImportError, OSError, KeyboardInterrupt) as error:
         return failed(error, "nothing was written")

@@ -191,3 +191,8 @@ def warn(texts: Iterable[str]) -> None:
         frame, level = frame.f_back, level + 1
     if text := "; ".join(filter(None, texts)):
         warnings.warn(text, UserWarning, stacklevel=level)
+
+
+def print_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """As `warnings.showwarning`, one line: the form in which the program prints warnings."""
+    print(f"warning: {message}", file=sys.stderr)

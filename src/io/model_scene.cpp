@@ -96,9 +96,8 @@ std::string warning_of_another_place(const Model& model, std::span<const FramedT
 }
 
 std::string warning_of_moved_corner(const Model& model, const Scene& scene) {
-  const auto is_site = [&](const Corner& corner) { return find_site(model.sites, corner.frame).has_value(); };
   for (const Corner& corner : scene.corners) {
-    if (is_site(corner)) continue;
+    if (find_site(model.sites, corner.frame)) continue;
     for (std::size_t site = 0; site < model.sites.size(); ++site) {
       const CurbFrame& known = model.sites[site].frame;
       const double distance_m = (known.origin_m - corner.frame.origin_m).norm();

@@ -14,7 +14,7 @@
 namespace sila::tests {
 namespace {
 
-/// Detections of a person who walks at 1 m/s, every 0.1 s.
+/// The detections of one person at 10 Hz; the speed of the person is 1 m/s.
 std::string one_walker(int detections) {
   std::string lines;
   for (int k = 0; k < detections; ++k)
