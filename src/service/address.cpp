@@ -12,7 +12,7 @@ boost::asio::ip::tcp::endpoint parse_endpoint(const std::string& option, const s
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   std::uint16_t port = 0;
   const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, port);
+  const auto [rest, error] = std::from_chars(text.data() + (colon + 1), end, port);  // npos + 1 is 0
   boost::system::error_code unknown;
   const boost::asio::ip::address address = boost::asio::ip::make_address(host, unknown);
   if (colon == std::string::npos || error != std::errc{} || rest != end || unknown)
