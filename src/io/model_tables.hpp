@@ -10,7 +10,7 @@
 namespace sila::tables {
 
 constexpr std::int64_t kApplicationId = 0x53494C41;  // "SILA"
-constexpr std::int64_t kSchema = 13;
+constexpr std::int64_t kSchema = 14;
 
 /// Makes the tables, with the number of the schema. SQLite keeps the text with its comments in the file: `sqlite3
 /// M.sila .schema` explains the file.

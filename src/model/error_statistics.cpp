@@ -86,8 +86,8 @@ ErrorStatistics zero_error_statistics(int steps, double interval_s, double obser
     return RegressionMoments{0.0, Eigen::MatrixXd::Zero(f, f), Eigen::MatrixXd::Zero(f, outputs)};
   };
   error_statistics.stacking.assign(cells, blank(kStackedFeatures, 1));
-  error_statistics.density.fill(
-      {blank(kScaleFeatures, 2), std::vector<ErrorMoments>(static_cast<std::size_t>(steps * kMixtureComponents))});
+  error_statistics.density.fill({blank(kScaleFeatures, kScaleOutputs),
+                                 std::vector<ErrorMoments>(static_cast<std::size_t>(steps * kMixtureComponents))});
   error_statistics.density_place_free = error_statistics.density;
   error_statistics.scores.assign(static_cast<std::size_t>(steps * kScoreClasses), std::vector<double>(kScoreBins, 0.0));
   error_statistics.novelties.assign(kNoveltyBins, 0.0);

@@ -9,6 +9,8 @@
 namespace sila {
 namespace {
 
+using ComponentVector = Eigen::Matrix<double, kMixtureComponents, 1>;
+
 /// Nominal growth of errors: the prior before any error is known, and the unit of the variances.
 constexpr double kNominalVelocity_mps = 0.15, kNominalPosition_m = 0.01;
 /// The mixture before any error was seen, with the weight of this number of windows.
@@ -18,14 +20,19 @@ struct Prior {
 };
 constexpr Prior kPriors[kMotionStates] = {{{0.8, 4.8, 20.0}, {0.65, 0.25, 0.1}}, {{0.01, 0.5, 6.0}, {0.5, 0.35, 0.15}}};
 constexpr double kPriorWindows = 5.0;
-/// Ridge of the regression of the scale, towards no dependence.
+/// Ridge of the regression of the scale and the weights, towards no dependence.
 constexpr double kScaleRidge = 60.0;
+/// The scale is learnt from errors relative to the component that made them, with this share, and relative to nominal
+/// ones. The former alone leaves too much to the weights, the latter alone counts what the weights explain again.
+constexpr double kWithinShare = 0.7;
 /// Keeps the logarithm of an error of zero finite.
 constexpr double kSmallestSquare = 0.1;
 /// Least ratio of the variances of a covariance, so that it is not nearly singular.
 constexpr double kThinnest = 1e-12;
 /// The scale stays within this factor, however different a window is from those learnt.
 constexpr double kMaxLogScale = 4.0;
+/// The same for the weight of a component; a larger factor makes regions larger (docs/decisions/0107-error-density.md).
+constexpr double kMaxLogWeight = 1.0;
 
 /// Along and across.
 double nominal_variance_m2(std::size_t step, double interval_s) {
@@ -73,9 +80,10 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
     coefficients_ = matrix.ldlt().solve(moments.scale.products);
     if (!coefficients_.allFinite()) coefficients_.setZero();
     coefficients_.row(0).setZero();  // the components have the level of each step
+    mean_ = moments.scale.features.col(0) / moments.scale.weight;
   }
   const Prior& before = kPriors[state];
-  std::array<double, kMixtureComponents> counts = {};
+  ComponentWeights counts = {};
   for (std::size_t step = 0; step < steps_; ++step) {
     const double growth = state == kStanding ? 1.0 : prior_growth(static_cast<double>(step + 1) * interval_s_);
     auto& relative = relative_.emplace_back();
@@ -92,31 +100,40 @@ ErrorDensity::ErrorDensity(const DensityMoments& moments, int steps, double inte
   for (std::size_t c = 0; c < counts.size(); ++c) weights_[c] = total > 0.0 ? counts[c] / total : before.shares[c];
 }
 
-Vector2 ErrorDensity::scale(const ScaleFeatures& features) const {
-  const Vector2 logs = coefficients_.transpose() * features;
-  return logs.cwiseMax(-kMaxLogScale).cwiseMin(kMaxLogScale).array().exp();
+ErrorScale ErrorDensity::scale(const ScaleFeatures& features) const {
+  const Vector2 logs = coefficients_.leftCols<2>().transpose() * features;
+  ErrorScale scale{logs.cwiseMax(-kMaxLogScale).cwiseMin(kMaxLogScale).array().exp(), weights_};
+  const ComponentVector changes = coefficients_.rightCols<kMixtureComponents>().transpose() * (features - mean_);
+  double sum = 0.0;
+  for (std::size_t c = 0; c < kMixtureComponents; ++c) {
+    // A line through the mean would leave 0 to 1; its exponential with the same slope there does not.
+    const double relative = changes[static_cast<Eigen::Index>(c)] / weights_[c];
+    sum += scale.weights[c] *= std::exp(std::clamp(relative, -kMaxLogWeight, kMaxLogWeight));
+  }
+  for (double& weight : scale.weights) weight /= sum;
+  return scale;
 }
 
-Vector2 ErrorDensity::variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const {
+Vector2 ErrorDensity::variances_m2(std::size_t component, std::size_t step, const ErrorScale& scale) const {
   const std::size_t row = std::min(step, steps_ - 1);
   const double growth = square(static_cast<double>(step + 1) / static_cast<double>(row + 1));
   const Vector2 variances =
-      growth * nominal_variance_m2(row, interval_s_) * relative_[row][component].cwiseProduct(scale);
+      growth * nominal_variance_m2(row, interval_s_) * relative_[row][component].cwiseProduct(scale.factors);
   return variances.cwiseMax(std::max(square(kLeastError_m), kThinnest * variances.maxCoeff()));
 }
 
-Vector2 ErrorDensity::total_variances_m2(std::size_t step, const Vector2& scale) const {
+Vector2 ErrorDensity::total_variances_m2(std::size_t step, const ErrorScale& scale) const {
   Vector2 sum = Vector2::Zero();
-  for (std::size_t c = 0; c < kMixtureComponents; ++c) sum += weights_[c] * variances_m2(c, step, scale);
+  for (std::size_t c = 0; c < kMixtureComponents; ++c) sum += scale.weights[c] * variances_m2(c, step, scale);
   return sum;
 }
 
-std::array<double, kMixtureComponents> ErrorDensity::responsibilities(std::size_t step, const Vector2& scale,
-                                                                      const Vector2& error_m) const {
-  std::array<double, kMixtureComponents> logs;
+ComponentWeights ErrorDensity::responsibilities(std::size_t step, const ErrorScale& scale,
+                                                const Vector2& error_m) const {
+  ComponentWeights logs;
   for (std::size_t c = 0; c < kMixtureComponents; ++c) {
     const Vector2 variances = variances_m2(c, step, scale);
-    logs[c] = std::log(weights_[c]) - 0.5 * (error_m.array().square() / variances.array()).sum() -
+    logs[c] = std::log(scale.weights[c]) - 0.5 * (error_m.array().square() / variances.array()).sum() -
               0.5 * variances.array().log().sum();
   }
   const double most = *std::ranges::max_element(logs);
@@ -129,22 +146,30 @@ std::array<double, kMixtureComponents> ErrorDensity::responsibilities(std::size_
 void add_errors(DensityMoments& moments, const ErrorDensity& density, const ScaleFeatures& features,
                 const std::vector<Vector2>& errors_m, double interval_s) {
   if (errors_m.empty()) return;
-  const Vector2 scale = density.scale(features);
-  Vector2 relative = Vector2::Zero();
+  const ErrorScale scale = density.scale(features);
+  Vector2 relative = Vector2::Zero(), within = Vector2::Zero();
+  ComponentVector weights = ComponentVector::Zero();
   for (std::size_t step = 0; step < errors_m.size(); ++step) {
     const Vector2 square_m2 = errors_m[step].array().square();
     const double nominal_m2 = nominal_variance_m2(step, interval_s);
-    relative += square_m2 / nominal_m2;
-    const auto shares = density.responsibilities(step, scale, errors_m[step]);
-    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * scale);
-    for (std::size_t c = 0; c < kMixtureComponents; ++c)
+    const Vector2 scaled = square_m2.cwiseQuotient(nominal_m2 * scale.factors);
+    const ComponentWeights shares = density.responsibilities(step, scale, errors_m[step]);
+    for (std::size_t c = 0; c < kMixtureComponents; ++c) {
       add_sums(moments.components[step * kMixtureComponents + c],
                {shares[c], shares[c] * scaled.x(), shares[c] * scaled.y()});
+      within += shares[c] * square_m2.cwiseQuotient(density.variances_m2(c, step, {}));
+    }
+    relative += square_m2 / nominal_m2;
+    weights += ComponentVector::Map(shares.data());
   }
-  const Vector2 logs = (relative / static_cast<double>(errors_m.size())).array().max(0.0).unaryExpr([](double x) {
-    return std::log(x + kSmallestSquare);
-  });
-  add_examples(moments.scale, features, logs.transpose(), 1.0);
+  const auto steps = static_cast<double>(errors_m.size());
+  const auto logs_of = [&](const Vector2& sum) {
+    return (sum / steps).cwiseMax(0.0).unaryExpr([](double x) { return std::log(x + kSmallestSquare); }).eval();
+  };
+  Eigen::Matrix<double, 1, kScaleOutputs> outputs;
+  outputs << kWithinShare * logs_of(within).transpose() + (1.0 - kWithinShare) * logs_of(relative).transpose(),
+      weights.transpose() / steps;
+  add_examples(moments.scale, features, outputs, 1.0);
 }
 
 }  // namespace sila

@@ -20,13 +20,24 @@ inline constexpr double kLeastError_m = 1e-3;
 /// the residual GPs.
 ScaleFeatures scale_features(const PastVelocities& past_mps, const Vector2& predicted_mps, double local_support);
 
+/// From narrow to wide; the sum is 1.
+using ComponentWeights = std::array<double, kMixtureComponents>;
+
+/// The density of the errors of one window, relative to that of all windows.
+struct ErrorScale {
+  Vector2 factors = Vector2::Ones();  ///< of the variances along and across
+  ComponentWeights weights = {};
+};
+
 /// Covariance with the given variances along and across a direction.
 Matrix2 oriented_covariance(const Vector2& direction, const Vector2& along_across_m2);
 
 /// The density of prediction errors along and across the predicted way: a mixture of Gaussians, from narrow to wide,
-/// whose variances are, at each step, those of the mixture times a scale that depends on the window. The scale is a
-/// log-linear regression on squared errors (Harvey 1976); the mixture is fitted by online expectation maximisation
-/// (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper; docs/decisions/0107-error-density.md.
+/// whose variances and weights depend on the window. The variances are, at each step, those of the mixture times a
+/// scale, a log-linear regression on squared errors (Harvey 1976). The weights are a regression on the probabilities
+/// that each component made the errors (a mixture of experts, Jordan and Jacobs 1994). The mixture is fitted by online
+/// expectation maximisation (Cappe and Moulines 2009), whose sums add exactly. Source: none in the paper;
+/// docs/decisions/0107-error-density.md.
 class ErrorDensity {
  public:
   /// `state`: kWalking or kStanding, which have different priors.
@@ -34,25 +45,22 @@ class ErrorDensity {
 
   /// Number of windows that it was fitted to.
   double windows() const { return windows_; }
-  /// Factors of the nominal variances along and across.
-  Vector2 scale(const ScaleFeatures& features) const;
-  /// Share of each component, from 0 (narrow) to kMixtureComponents - 1 (wide).
-  const std::array<double, kMixtureComponents>& weights() const { return weights_; }
+  ErrorScale scale(const ScaleFeatures& features) const;
   /// Variances [m^2] of a component along and across; beyond the fitted steps they grow with the square of time.
-  Vector2 variances_m2(std::size_t component, std::size_t step, const Vector2& scale) const;
+  Vector2 variances_m2(std::size_t component, std::size_t step, const ErrorScale& scale) const;
   /// Variances [m^2] of the whole mixture.
-  Vector2 total_variances_m2(std::size_t step, const Vector2& scale) const;
+  Vector2 total_variances_m2(std::size_t step, const ErrorScale& scale) const;
 
   /// For an error (along, across) the probability that each component made it; the sum is 1.
-  std::array<double, kMixtureComponents> responsibilities(std::size_t step, const Vector2& scale,
-                                                          const Vector2& error_m) const;
+  ComponentWeights responsibilities(std::size_t step, const ErrorScale& scale, const Vector2& error_m) const;
 
  private:
   std::size_t steps_;
   double interval_s_;
   double windows_;
-  Eigen::Matrix<double, kScaleFeatures, 2> coefficients_;
-  std::array<double, kMixtureComponents> weights_ = {};
+  Eigen::Matrix<double, kScaleFeatures, kScaleOutputs> coefficients_;
+  ScaleFeatures mean_ = ScaleFeatures::Zero();
+  ComponentWeights weights_ = {};
   std::vector<std::array<Vector2, kMixtureComponents>> relative_;  ///< variances relative to nominal ones, of each step
 };
 

@@ -124,7 +124,7 @@ Example example_of(const Predictor& predictor, const Window& window, int steps, 
 
 /// Precision of a true mean velocity, given its error. A large error is more probable under a wide component, and
 /// counts less.
-double precision(const ErrorDensity& density, std::size_t step, const Vector2& scale, const Vector2& error_m,
+double precision(const ErrorDensity& density, std::size_t step, const ErrorScale& scale, const Vector2& error_m,
                  double seconds) {
   const auto shares = density.responsibilities(step, scale, error_m);
   double sum = 0.0;
@@ -152,7 +152,7 @@ void add_path(ErrorStatistics& error_statistics, const Example& example, const C
   if (example.corrected && whole)
     stacking.add_window(error_statistics, observed, example.corrections, example.truths_mps, example.stacked_mps);
   if (example.fitted) error_statistics.novelties[static_cast<std::size_t>(novelty_bin(example.raw_novelty))] += 1.0;
-  const Vector2 scale = walking.scale(example.scale);
+  const ErrorScale scale = walking.scale(example.scale);
   for (std::size_t j = 0; j < example.features.size(); ++j) {
     const std::size_t cell = j * kSpeedClasses + static_cast<std::size_t>(example.person.speed);
     const double seconds = static_cast<double>(j + 1) * error_statistics.interval_s;

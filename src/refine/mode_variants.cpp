@@ -38,7 +38,7 @@ VariantKind kind_of(const Vector2& direction) {
 }  // namespace
 
 void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std::size_t> component,
-                      const Vector2& scale, const Vector2& start_m) {
+                      const ErrorScale& scale, const Vector2& start_m) {
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
     const Vector2 variances_m2 =
         component ? density.variances_m2(*component, j, scale) : density.total_variances_m2(j, scale);
@@ -46,7 +46,7 @@ void fill_covariances(Mode& mode, const ErrorDensity& density, std::optional<std
   }
 }
 
-void add_variants(Workspace& workspace, const ErrorDensity& density, const Vector2& scale, const Vector2& start_m,
+void add_variants(Workspace& workspace, const ErrorDensity& density, const ErrorScale& scale, const Vector2& start_m,
                   const RefineConfig& config) {
   std::vector<Mode>& modes = workspace.prediction.modes;
   const int room = config.max_modes - (kMixtureComponents - 1) - static_cast<int>(modes.size());
@@ -67,7 +67,8 @@ void add_variants(Workspace& workspace, const ErrorDensity& density, const Vecto
   modes.front().weight -= count * weight;
 }
 
-ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const Vector2& scale, double stays) {
+ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step, const ErrorScale& scale,
+                                  double stays) {
   // Probability of each component within reach, for a circular covariance of the same mean variance.
   ComponentWeights inside, weights;
   for (std::size_t c = 0; c < kMixtureComponents; ++c) {
@@ -76,26 +77,26 @@ ComponentWeights standing_weights(const ErrorDensity& density, std::size_t step,
   }
   const auto [least, most] = std::ranges::minmax(inside);
   const double low = std::max(kLeastShare, least + kLeastShare), high = std::min(1.0, most) - kLeastShare;
-  if (!(low < high)) return density.weights();
+  if (!(low < high)) return scale.weights;
   const double wanted = std::clamp(stays, low, high);
   double from = -kMostTilt, to = kMostTilt;
   while (to - from > 1e-3) {
     const double tilt = 0.5 * (from + to);
     double sum = 0.0, within = 0.0;
     for (std::size_t c = 0; c < kMixtureComponents; ++c) {
-      sum += weights[c] = density.weights()[c] * std::exp(tilt * inside[c]);
+      sum += weights[c] = scale.weights[c] * std::exp(tilt * inside[c]);
       within += weights[c] * inside[c];
     }
     for (double& weight : weights) weight /= sum;
     (within < wanted * sum ? from : to) = tilt;
   }
   for (std::size_t c = 0; c < kMixtureComponents; ++c)
-    weights[c] = std::lerp(density.weights()[c], weights[c], kTiltedShare);
+    weights[c] = std::lerp(scale.weights[c], weights[c], kTiltedShare);
   return weights;
 }
 
 void add_wide_modes(Workspace& workspace, const ErrorDensity& density, const ComponentWeights& weights,
-                    const Vector2& scale, const Vector2& start_m) {
+                    const ErrorScale& scale, const Vector2& start_m) {
   for (std::size_t component = 1; component < kMixtureComponents; ++component)
     fill_covariances(add_copy(workspace, VariantKind::wide, weights[component]), density, component, scale, start_m);
 }

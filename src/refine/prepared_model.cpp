@@ -21,9 +21,9 @@ Vector2 velocity_mps(const Stacking& stacking, const ObservedFeatures& seen, con
 }
 
 /// Fills the path of a mode; returns the scale of its errors. `uses_site`: the residual GPs of the site are used.
-Vector2 fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
-                  const ResidualPrediction& residuals, bool uses_site, const VelocityCorrection& correction,
-                  const Vector2& start_m, double interval_s) {
+ErrorScale fill_path(Mode& mode, const Stacking& stacking, const ObservedFeatures& seen,
+                     const ResidualPrediction& residuals, bool uses_site, const VelocityCorrection& correction,
+                     const Vector2& start_m, double interval_s) {
   for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
     const double seconds = static_cast<double>(j + 1) * interval_s;
     mode.path_m[j] = start_m + seconds * (velocity_mps(stacking, seen, residuals, uses_site, j, interval_s) +
@@ -78,8 +78,8 @@ void describe_person(Prediction& prediction, const CurbTrajectory& observed, con
 /// Weights of the error components. For a standing person they depend on the probability of still standing at 3/4 of
 /// the fitted horizon.
 ComponentWeights component_weights(const Stacking& stacking, const ObservedFeatures& seen, const ErrorDensity& density,
-                                   const Vector2& scale, const HazardFeatures& hazard, Scratch& scratch) {
-  if (motion_state(seen.person.speed) != kStanding) return density.weights();
+                                   const ErrorScale& scale, const HazardFeatures& hazard, Scratch& scratch) {
+  if (motion_state(seen.person.speed) != kStanding) return scale.weights;
   const std::size_t step = 3 * stacking.last_step() / 4;
   const std::span<double> started = scratch.array<double>(step + 1);
   stacking.change(kStanding).probabilities(hazard, started);
@@ -200,12 +200,12 @@ void PreparedModel::add_stacked_modes(const MergedRollouts& merged, bool fallbac
   const ErrorDensity& density = stacking.density(seen.person.density(), uses_site);
   const Vector2 start_m = workspace.prediction.start_m;
   const bool wide = has_wide_modes(config_);
-  Vector2 scale = Vector2::Ones();
+  ErrorScale scale;
   for (std::size_t m = 0; m < (fallback ? 1 : merged.rollouts.size()); ++m) {
     Mode& mode = add_mode(workspace, fallback ? 1.0 : merged.rollouts[m].weight, steps);
     if (!fallback) visit_primitives(fields_, merged.rollouts[m].transitions, mode.primitives);
     const ResidualPrediction& residuals = fallback ? seen.residuals : merged.residuals[m];
-    const Vector2 own = fill_path(mode, stacking, seen, residuals, uses_site, correction, start_m, interval_s_);
+    const ErrorScale own = fill_path(mode, stacking, seen, residuals, uses_site, correction, start_m, interval_s_);
     fill_covariances(mode, density, wide ? std::optional<std::size_t>(0) : std::nullopt, own, start_m);
     if (m == 0) scale = own;
   }

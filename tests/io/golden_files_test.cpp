@@ -63,8 +63,8 @@ RecordedPredictions predictions_of(const Model& model, const EpisodeConfig& conf
 
 void write_golden() {
   const StoredModel stored = learnt(small_config());
-  std::filesystem::remove(kGolden / "schema_13.sila");
-  save_model(kGolden / "schema_13.sila", stored);
+  std::filesystem::remove(kGolden / "schema_14.sila");
+  save_model(kGolden / "schema_14.sila", stored);
   std::string v1, rounded;
   for (const auto& [key, prediction] : predictions_of(stored.model, small_config())) {
     v1 += prediction_line(key.first, prediction, nullptr, nullptr, {.v1 = true}) + "\n";
@@ -102,10 +102,10 @@ void expect_same(const RecordedPredictions& a, const RecordedPredictions& b, dou
   }
 }
 
-TEST(GoldenFiles, ModelOfSchema13PredictsAsItDid) {
+TEST(GoldenFiles, ModelOfSchema14PredictsAsItDid) {
   if (std::getenv("SILA_WRITE_GOLDEN") != nullptr) write_golden();
   const tests::ScratchFolder folder;  // reading needs write permission where a writer was killed
-  std::filesystem::copy_file(kGolden / "schema_13.sila", folder / "m.sila");
+  std::filesystem::copy_file(kGolden / "schema_14.sila", folder / "m.sila");
   ModelFile file = ModelFile::open(folder / "m.sila");
   EXPECT_EQ(file.verify().episodes, 2u);
   const StoredModel stored = file.read();
@@ -114,8 +114,8 @@ TEST(GoldenFiles, ModelOfSchema13PredictsAsItDid) {
   expect_same(read_predictions(kGolden / "lines_v1.ndjson"), predictions_of(stored.model, small_config()), 1e-9, 1e-9);
 }
 
-TEST(GoldenFiles, ModelOfSchema13CanBeLearntOn) {
-  const Model model = load_model(kGolden / "schema_13.sila").model;
+TEST(GoldenFiles, ModelOfSchema14CanBeLearntOn) {
+  const Model model = load_model(kGolden / "schema_14.sila").model;
   std::vector<FramedTrajectory> more = simulated_tracks();
   more.resize(6);
   EXPECT_EQ(run_episode(model, more, small_config()).model.episodes, 3);
@@ -123,9 +123,9 @@ TEST(GoldenFiles, ModelOfSchema13CanBeLearntOn) {
 
 TEST(GoldenFiles, AnOlderSchemaIsRejectedWithWhatToDo) {
   const tests::ScratchFolder folder;
-  std::filesystem::copy_file(kGolden / "schema_12.sila", folder / "m.sila");
+  std::filesystem::copy_file(kGolden / "schema_13.sila", folder / "m.sila");
   const std::string message = message_of<std::exception>([&] { load_model(folder / "m.sila"); });
-  EXPECT_TRUE(says(message, "schema 12"));
+  EXPECT_TRUE(says(message, "schema 13"));
   EXPECT_TRUE(says(message, "sila learn TRACKS --model NEW.sila"));
 }
 

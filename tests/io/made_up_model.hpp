@@ -67,7 +67,7 @@ inline ErrorStatistics random_error_statistics(std::mt19937_64& random) {
                              random_matrix(random, features, outputs)};
   };
   const auto density = [&](double weight) {
-    DensityMoments moments{regression(weight, kScaleFeatures, 2), {}};
+    DensityMoments moments{regression(weight, kScaleFeatures, kScaleOutputs), {}};
     for (int i = 0; i < error_statistics.steps * kMixtureComponents; ++i)
       moments.components.push_back({0.3 * i, 1.0 / 7.0, 0.1 * weight});
     return moments;

@@ -204,13 +204,13 @@ TEST(OtherSchema, IsRejectedWithWhatHelps) {
   const ScratchFolder folder;
   const fs::path path = folder / "m.sila";
   save_model(path, stored(random_model(1)));
-  for (const int schema : {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 1000}) {
+  for (const int schema : {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 1000}) {
     run_sql(path, "PRAGMA user_version = " + std::to_string(schema));
     const std::string bytes = content_of(path), number = "schema " + std::to_string(schema) + " of ";
     const std::string rejection = message_of<FormatError>([&] { load_model(path); });
-    EXPECT_TRUE(says(rejection, number + (schema < 13 ? "an older" : "a newer") + " sila (this one writes 13)"));
+    EXPECT_TRUE(says(rejection, number + (schema < 14 ? "an older" : "a newer") + " sila (this one writes 14)"));
     EXPECT_TRUE(
-        says(rejection, schema > 13 ? "update sila" : "learn the model anew by `sila learn TRACKS --model NEW.sila`"));
+        says(rejection, schema > 14 ? "update sila" : "learn the model anew by `sila learn TRACKS --model NEW.sila`"));
     EXPECT_THROW(ModelFile::open_or_create(path), FormatError);
     EXPECT_THROW(save_model(path, stored(random_model(2))), FormatError);
     EXPECT_EQ(content_of(path), bytes);

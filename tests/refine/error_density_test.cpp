@@ -41,11 +41,11 @@ struct Windows {
 };
 
 /// Density of an error [1/m^2].
-double density_of(const ErrorDensity& density, std::size_t step, const Vector2& scale, const Vector2& error_m) {
+double density_of(const ErrorDensity& density, std::size_t step, const ErrorScale& scale, const Vector2& error_m) {
   double sum = 0.0;
   for (std::size_t c = 0; c < kMixtureComponents; ++c) {
     const Vector2 variances = density.variances_m2(c, step, scale);
-    sum += density.weights()[c] * std::exp(-0.5 * (error_m.array().square() / variances.array()).sum()) /
+    sum += scale.weights[c] * std::exp(-0.5 * (error_m.array().square() / variances.array()).sum()) /
            std::sqrt(variances.prod());
   }
   return sum / (2.0 * 3.14159265358979);
@@ -77,7 +77,7 @@ double mean_log_density(const ErrorDensity& density) {
 
 TEST(ErrorDensity, IntegratesToOne) {
   const ErrorDensity density = fitted(300);
-  const Vector2 scale = density.scale(features_at(0.1));
+  const ErrorScale scale = density.scale(features_at(0.1));
   const double cell_m = 0.05;
   double sum = 0.0;
   for (double x = -15.0; x < 15.0; x += cell_m) {
@@ -88,9 +88,32 @@ TEST(ErrorDensity, IntegratesToOne) {
 
 TEST(ErrorDensity, LearnsThatErrorsGrowWithTheChangeOfVelocity) {
   const ErrorDensity density = fitted(1500);
-  const Vector2 small = density.scale(features_at(0.05)), large = density.scale(features_at(0.4));
+  const Vector2 small = density.scale(features_at(0.05)).factors, large = density.scale(features_at(0.4)).factors;
   EXPECT_GT(large.x() / small.x(), 4.0);  // the true ratio of variances is 20
   EXPECT_GT(large.y() / small.y(), 4.0);
+}
+
+TEST(ErrorDensity, LearnsInWhichWindowsErrorsAreVerySmallOrLarge) {
+  DensityMoments moments = no_errors();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 3000; ++i) {
+    // The logarithm of the spread has the same mean in both, so that a scale cannot tell them apart.
+    const bool curved = i % 2 == 0;
+    const double spread_m = curved ? (i % 4 == 0 ? 0.03 : 0.9) : 0.164;
+    std::vector<Vector2> errors_m(kSteps);
+    for (Vector2& error_m : errors_m) error_m = spread_m * Vector2(normal(random), normal(random));
+    add_errors(moments, ErrorDensity(moments, kSteps, kInterval_s), features_at(curved ? 0.4 : 0.02), errors_m,
+               kInterval_s);
+  }
+  const ErrorDensity density(moments, kSteps, kInterval_s);
+  const ErrorScale curved = density.scale(features_at(0.4)), straight = density.scale(features_at(0.02));
+  const auto times = [&](double error_m) {
+    return density_of(density, 2, curved, {error_m, 0.0}) / density_of(density, 2, straight, {error_m, 0.0});
+  };
+  EXPECT_GT(times(0.0), 2.0);
+  EXPECT_LT(times(0.2), 0.5);
+  EXPECT_GT(times(1.2), 3.0);
 }
 
 TEST(ErrorDensity, BeatsTheBestSingleGaussian) {
@@ -122,16 +145,18 @@ TEST(ErrorDensity, AddsMomentsExactly) {
 TEST(ErrorDensity, BeginsNarrowerForPeopleWhoStand) {
   const ErrorDensity walking(no_errors(), kSteps, kInterval_s, kWalking),
       standing(no_errors(), kSteps, kInterval_s, kStanding);
-  const Vector2 scale = Vector2::Ones(), none = Vector2::Zero(), far(2.0, 0.0);
-  EXPECT_GT(density_of(standing, 0, scale, none), 2.0 * density_of(walking, 0, scale, none));
-  EXPECT_GT(density_of(standing, 0, scale, far), density_of(walking, 0, scale, far));  // who starts to walk is far off
+  const ErrorScale scale = walking.scale(features_at(0.1));
+  const ErrorScale still = standing.scale(features_at(0.1));
+  const Vector2 none = Vector2::Zero(), far(2.0, 0.0);
+  EXPECT_GT(density_of(standing, 0, still, none), 2.0 * density_of(walking, 0, scale, none));
+  EXPECT_GT(density_of(standing, 0, still, far), density_of(walking, 0, scale, far));  // who starts to walk is far off
 }
 
 TEST(ErrorDensity, GrowsBeyondTheFittedStepsAndNeverVanishes) {
   const ErrorDensity density = fitted(100);
-  const Vector2 last = density.variances_m2(0, kSteps - 1, {1.0, 1.0});
-  EXPECT_LT((density.variances_m2(0, 2 * kSteps - 1, {1.0, 1.0}) - 4.0 * last).norm(), 1e-12);
-  EXPECT_GE(density.variances_m2(0, 0, {1e-12, 1e-12}).minCoeff(), 1e-6);
+  const Vector2 last = density.variances_m2(0, kSteps - 1, {});
+  EXPECT_LT((density.variances_m2(0, 2 * kSteps - 1, {}) - 4.0 * last).norm(), 1e-12);
+  EXPECT_GE(density.variances_m2(0, 0, {{1e-12, 1e-12}, {}}).minCoeff(), 1e-6);
 }
 
 /// Statistics of one step from `windows` windows of each motion state, all of the first component.

@@ -99,11 +99,13 @@ void go_straight(Workspace& workspace, double weight) {
   workspace.prediction.modes[0].covariances_m2 = {Matrix2::Identity(), Matrix2::Identity()};
 }
 const ErrorDensity kUnseen(zero_error_statistics(2, 0.2, 3.2).density[kWalking], 2, 0.2);
+const ComponentWeights kWeights = kUnseen.scale(ScaleFeatures::Zero()).weights;
 
 TEST(ModeVariants, KeepWeightAndMeanOfTheirMode) {
   Workspace workspace;
   go_straight(workspace, 0.8);
-  add_variants(workspace, kUnseen, {1.0, 4.0}, {1.0, 2.0}, {});
+  const ErrorScale scale{{1.0, 4.0}, kWeights};
+  add_variants(workspace, kUnseen, scale, {1.0, 2.0}, {});
   double weight = 0.0;
   Vector2 mean = Vector2::Zero();
   for (const Mode& mode : workspace.prediction.modes) {
@@ -116,7 +118,7 @@ TEST(ModeVariants, KeepWeightAndMeanOfTheirMode) {
   const std::vector<VariantKind> kinds = {VariantKind::slower, VariantKind::left, VariantKind::faster,
                                           VariantKind::faster, VariantKind::right};
   for (std::size_t k = 0; k < kinds.size(); ++k) EXPECT_EQ(workspace.prediction.modes[k + 1].variant, kinds[k]);
-  const Vector2 deviation_m = kUnseen.total_variances_m2(1, {1.0, 4.0}).cwiseSqrt();
+  const Vector2 deviation_m = kUnseen.total_variances_m2(1, scale).cwiseSqrt();
   EXPECT_NEAR(workspace.prediction.modes[1].path_m[1].x(), 1.4 - deviation_m.x(), 1e-12);
   EXPECT_NEAR(workspace.prediction.modes[2].path_m[1].y(), 2.0 + std::sin(0.4 * std::numbers::pi) * deviation_m.y(),
               1e-12);
@@ -129,18 +131,18 @@ TEST(ModeVariants, AreAtLeastTwoAndOnlyWhereThereIsRoom) {
     config.max_modes = max_modes;
     Workspace workspace;
     go_straight(workspace, 1.0);
-    add_variants(workspace, kUnseen, {1.0, 1.0}, {1.0, 2.0}, config);
+    add_variants(workspace, kUnseen, {{1.0, 1.0}, kWeights}, {1.0, 2.0}, config);
     EXPECT_EQ(workspace.prediction.modes.size(), modes) << max_modes;
   }
   RefineConfig none;
   none.mode_variants = 0;
   Workspace workspace;
   go_straight(workspace, 1.0);
-  add_variants(workspace, kUnseen, {1.0, 1.0}, {1.0, 2.0}, none);
+  add_variants(workspace, kUnseen, {{1.0, 1.0}, kWeights}, {1.0, 2.0}, none);
   EXPECT_EQ(workspace.prediction.modes.size(), 1u);
 }
 
-double held_within_reach(const ComponentWeights& weights, std::size_t step, const Vector2& scale) {
+double held_within_reach(const ComponentWeights& weights, std::size_t step, const ErrorScale& scale) {
   double sum = 0.0;
   for (std::size_t c = 0; c < kMixtureComponents; ++c)
     sum += weights[c] * (1.0 - std::exp(-0.125 / kUnseen.variances_m2(c, step, scale).mean()));
@@ -149,8 +151,8 @@ double held_within_reach(const ComponentWeights& weights, std::size_t step, cons
 
 TEST(StandingWeights, AreHalfwayToThoseThatHoldTheProbabilityOfStaying) {
   constexpr std::size_t step = 17;
-  const Vector2 scale(0.5, 1.0);
-  const double untilted = held_within_reach(kUnseen.weights(), step, scale);
+  const ErrorScale scale{{0.5, 1.0}, kWeights};
+  const double untilted = held_within_reach(kWeights, step, scale);
   for (const double stays : {0.3, 0.5, 0.7}) {
     const ComponentWeights weights = standing_weights(kUnseen, step, scale, stays);
     EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0, 1e-12);
@@ -159,8 +161,8 @@ TEST(StandingWeights, AreHalfwayToThoseThatHoldTheProbabilityOfStaying) {
 }
 
 TEST(StandingWeights, AreThoseOfTheDensityWhereItsComponentsAreAlike) {
-  const Vector2 narrow = Vector2::Constant(1e-6);  // all within reach
-  EXPECT_EQ(standing_weights(kUnseen, 3, narrow, 0.5), kUnseen.weights());
+  const ErrorScale narrow{Vector2::Constant(1e-6), kWeights};  // all within reach
+  EXPECT_EQ(standing_weights(kUnseen, 3, narrow, 0.5), kWeights);
 }
 
 }  // namespace

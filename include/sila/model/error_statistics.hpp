@@ -19,6 +19,9 @@ inline constexpr int kStackedFeatures = kKinematicFeatures + 2;
 inline constexpr int kScaleFeatures = 8;
 /// Gaussians of the mixture of errors, from narrow to wide.
 inline constexpr int kMixtureComponents = 3;
+/// What is regressed on the features of the scale: logarithms of errors along and across, and the weight of each
+/// component.
+inline constexpr int kScaleOutputs = 2 + kMixtureComponents;
 /// Bins that nonconformity scores and raw novelties are counted in.
 inline constexpr int kScoreBins = 28;
 inline constexpr int kNoveltyBins = 50;
@@ -51,8 +54,8 @@ struct ErrorMoments {
 
 /// Sums from which the density of prediction errors is fitted (src/refine/error_density.hpp).
 struct DensityMoments {
-  /// Log of the mean squared error over the steps, along and across, on kScaleFeatures; errors relative to nominal
-  /// ones.
+  /// On kScaleFeatures: logarithms of the mean squared errors along and across, relative to the variances of the
+  /// component that made them; the probability that each component made them. Means over the steps.
   RegressionMoments scale;
   /// Expected squared errors of each component, relative to the scale: at step * kMixtureComponents + component.
   std::vector<ErrorMoments> components;
