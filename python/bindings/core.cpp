@@ -39,8 +39,9 @@ std::string id_from(nb::handle id) {
 }
 
 Track make_track(const std::string& id, nb::handle times_s, nb::handle positions_m,
-                 const std::optional<std::string>& input_id) {
+                 const std::optional<std::string>& input_id, std::size_t recording) {
   Track track{{id, numbers_from("times_s", times_s), points_from("positions_m", positions_m)}, input_id.value_or(id)};
+  track.trajectory.recording = recording;
   validate(track.trajectory);
   return track;
 }
@@ -52,17 +53,20 @@ void bind_track(nb::module_& module) {
       .def(
           "__init__",
           [](Track* self, nb::handle id, nb::handle times_s, nb::handle positions_m,
-             const std::optional<std::string>& input_id) {
-            new (self) Track(make_track(id_from(id), times_s, positions_m, input_id));
+             const std::optional<std::string>& input_id, std::size_t recording) {
+            new (self) Track(make_track(id_from(id), times_s, positions_m, input_id, recording));
           },
-          "id"_a, "times_s"_a, "positions_m"_a, nb::kw_only(), "input_id"_a = nb::none(),
+          "id"_a, "times_s"_a, "positions_m"_a, nb::kw_only(), "input_id"_a = nb::none(), "recording"_a = 0,
           nb::sig("def __init__(self, id: str | int, times_s: numpy.typing.ArrayLike, positions_m: "
-                  "numpy.typing.ArrayLike, *, input_id: str | None = None) -> None"),
+                  "numpy.typing.ArrayLike, *, input_id: str | None = None, recording: int = 0) -> None"),
           "times_s: shape (n,), seconds, strictly increasing. positions_m: shape (n, 2), metres, world frame.")
       .def_prop_ro(
           "id", [](const Track& track) { return track.trajectory.id; }, "Unique among the tracks read with it.")
       .def_prop_ro(
           "input_id", [](const Track& track) { return track.input_id; }, "The id that its rows had.")
+      .def_prop_ro(
+          "recording", [](const Track& track) { return track.trajectory.recording; },
+          "Number of its recording, from 0 among the tracks read with it: tracks of one recording have a common clock.")
       .def_prop_ro(
           "times_s", [](const Track& track) { return view_of(track.trajectory.times_s); },
           nb::rv_policy::reference_internal, "Shape (n,), seconds; a view that cannot be written.")
@@ -73,7 +77,7 @@ void bind_track(nb::module_& module) {
       .def("__eq__",
            [](const Track& a, const Track& b) {
              return a.trajectory.id == b.trajectory.id && a.input_id == b.input_id &&
-                    a.trajectory.times_s == b.trajectory.times_s &&
+                    a.trajectory.recording == b.trajectory.recording && a.trajectory.times_s == b.trajectory.times_s &&
                     a.trajectory.positions_m == b.trajectory.positions_m;
            })
       .def(
@@ -88,11 +92,11 @@ void bind_track(nb::module_& module) {
            [](const Track& track) {
              return nb::make_tuple(track.trajectory.id, track.input_id,
                                    array_of(track.trajectory.times_s, {track.trajectory.times_s.size()}),
-                                   array_of_points(track.trajectory.positions_m));
+                                   array_of_points(track.trajectory.positions_m), track.trajectory.recording);
            })
       .def("__setstate__", [](Track& track, const nb::tuple& state) {
-        new (&track)
-            Track(make_track(nb::cast<std::string>(state[0]), state[2], state[3], nb::cast<std::string>(state[1])));
+        new (&track) Track(make_track(nb::cast<std::string>(state[0]), state[2], state[3],
+                                      nb::cast<std::string>(state[1]), nb::cast<std::size_t>(state[4])));
       });
 }
 

@@ -39,7 +39,7 @@ class Predictions(Items[Prediction]):
         import pandas
 
         frames = [frame_of(prediction) for prediction in self]
-        return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=_COLUMNS)
+        return pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame(columns=_TYPES).astype(_TYPES)
 
     def to_ndjson(self, path: str | os.PathLike[str] | None = None, *, digits: int = 3) -> str:
         """The lines that `sila predict --digits` writes, 17: every number in full; also to a file if one is named."""
@@ -49,7 +49,9 @@ class Predictions(Items[Prediction]):
         return text
 
 
-_COLUMNS = "track_id t0 fallback novelty mode weight variant t x y cov_xx cov_xy cov_yy".split()
+#: Of the columns without a row, so that they can be joined with others.
+_TYPES = dict.fromkeys("track_id t0 fallback novelty mode weight variant t x y cov_xx cov_xy cov_yy".split(), "float64")
+_TYPES |= {"track_id": "string", "fallback": "bool", "mode": "int64", "variant": "string"}
 
 
 def frame_of(prediction: Prediction) -> pandas.DataFrame:

@@ -62,6 +62,8 @@ class Items(Sequence[Item]):
 
 def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str] = ()) -> Rows:
     """The rows of a data frame, which without a `track_id` has a column of them."""
+    if hasattr(frame, "column_names"):  # a pyarrow.Table
+        frame = frame.to_pandas()
     columns = _COLUMNS if track_id is None else _COLUMNS[1:]
     missing = [column for column in columns if column not in frame.columns]
     if missing:

@@ -8,6 +8,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
@@ -42,6 +43,7 @@ class Tracks(Items[Track]):
         self.report: dict[str, Any] = dict(report or {})
 
     def __add__(self, other: Tracks) -> Tracks:
+        """Tracks keep the numbers of their recordings; to join recordings, read their files by one `read_tracks`."""
         return Tracks([*self, *other])
 
     def __repr__(self) -> str:
@@ -52,7 +54,7 @@ class Tracks(Items[Track]):
         """A data frame with the columns track_id, t [s], x, y [m], one row a sample."""
         import pandas
 
-        self._require_different_ids("to_frame")
+        self._check_one_table("to_frame")
         lengths = [len(track) for track in self]
         xy = _stacked([track.positions_m for track in self], 2)
         return pandas.DataFrame(
@@ -66,15 +68,21 @@ class Tracks(Items[Track]):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes a CSV with the header track_id,t,x,y; every number reads back as the same double."""
-        self._require_different_ids("save")
+        self._check_one_table("save")
         _sila.write_csv(Path(path), self._items)
 
-    def _require_different_ids(self, verb: str) -> None:
-        """Two tracks under one id would be read as one person."""
+    def _check_one_table(self, verb: str) -> None:
+        """Two tracks under one id would be read as one person, and all tracks as of one recording."""
         counts = Counter(track.id for track in self)
         twice = next((name for name, count in counts.items() if count > 1), None)
         if twice is not None:
             raise ValueError(f"Tracks.{verb}: expected different ids, found {twice!r} twice; write recordings apart")
+        spans: dict[int, tuple[float, float]] = {}
+        for track in self:
+            begin, end = spans.get(track.recording, (np.inf, -np.inf))
+            spans[track.recording] = min(begin, track.times_s[0]), max(end, track.times_s[-1])
+        if any(second[0] <= first[1] for first, second in pairwise(sorted(spans.values()))):
+            warn([f"Tracks.{verb}: recordings that overlap in time become one, with companions; write recordings apart"])
 
 
 def read_tracks(

@@ -32,6 +32,17 @@ def halves(tmp_path):
     return tmp_path / "halves.csv", tmp_path / "scene.json"
 
 
+def test_an_arrow_table_is_read_by_the_names_of_its_columns():
+    class Table:
+        columns = WALK.T.tolist()
+        column_names = ["t", "x", "y", "track_id"]
+
+        def to_pandas(self):
+            return frame()
+
+    assert sila.as_tracks(Table()) == sila.as_tracks(frame())
+
+
 def test_a_path_is_read_by_the_scene_in_every_verb(halves, model):
     path, scene = halves
     tracks = sila.read_tracks(path, scene=scene)

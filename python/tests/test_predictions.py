@@ -58,7 +58,10 @@ def test_a_frame_has_a_row_a_mode_and_time(predictions):
     assert np.array_equal(second["t"].to_numpy(), prediction.times_s)
     assert set(second["weight"]) == {prediction.weights[1]}
     assert len(predictions.to_frame()) == sum(p.paths_m[..., 0].size for p in predictions)
-    assert list(sila.Predictions().to_frame().columns) == list(frame.columns)
+    empty = sila.Predictions().to_frame()
+    assert list(empty.columns) == list(frame.columns)
+    numbers = [name for name in frame if name not in ("track_id", "variant")]
+    assert (empty[numbers].dtypes == frame[numbers].dtypes).all()
 
 
 def test_a_region_says_of_each_point_whether_it_is_inside(predictions):

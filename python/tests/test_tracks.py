@@ -198,6 +198,38 @@ def test_tracks_pickle_and_copy(place):
     assert place.tracks[0] != "0"
 
 
+def two_recordings(folder):
+    """Files with clocks that overlap and ids of their own."""
+    for name in ("a", "b"):
+        rows = "".join(f"{name}{i},{0.1 * k},{k},{i}\n" for i in range(3) for k in range(20))
+        (folder / f"{name}.csv").write_text("track_id,t,x,y\n" + rows)
+    return sila.read_tracks([folder / "a.csv", folder / "b.csv"])
+
+
+def test_copies_keep_the_recordings(tmp_path):
+    both = two_recordings(tmp_path)
+    assert [track.recording for track in both] == [0, 0, 0, 1, 1, 1]
+    for copied in (pickle.loads(pickle.dumps(both)), copy.deepcopy(both)):
+        assert copied == both and [track.recording for track in copied] == [0, 0, 0, 1, 1, 1]
+    last = both[5]
+    made = sila.Track(last.id, last.times_s, last.positions_m, input_id=last.input_id, recording=1)
+    assert made == last
+    assert sila.Track(last.id, last.times_s, last.positions_m, input_id=last.input_id) != last
+
+
+def test_one_table_of_recordings_that_overlap_is_a_warning(tmp_path):
+    both = two_recordings(tmp_path)
+    with pytest.warns(UserWarning, match="Tracks.save: recordings that overlap in time become one"):
+        both.save(tmp_path / "both.csv")
+    with pytest.warns(UserWarning, match="Tracks.to_frame: recordings that overlap"):
+        both.to_frame()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        both[:3].to_frame()
+        apart = sila.Track("c", both[0].times_s + 100, both[0].positions_m, recording=2)
+        sila.Tracks([*both[:3], apart]).to_frame()
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(sila.FormatError) as caught:
         sila.read_tracks(tmp_path / "nobody.csv")

@@ -97,9 +97,9 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
 }
 
 /// Below this number of windows the slow class alone decides: a person who hardly moves is predicted to stay, or to
-/// continue at half the speed.
+/// continue at half the speed; one who has stopped, as stacking says.
 constexpr double kLeastSlowWindows = 10.0;
-constexpr std::array<SlowChoice, kSlowClasses> kUnfittedSlowChoices = {{{0.0, 0.0}, {0.5, 0.0}}};
+constexpr std::array<SlowChoice, kSlowClasses> kUnfittedSlowChoices = {{{0.0, 0.0}, {0.5, 0.0}, {0.0, 1.0}}};
 
 std::array<SlowChoice, kSlowClasses> choices_of(const ErrorStatistics& error_statistics) {
   std::array<SlowChoice, kSlowClasses> choices = kUnfittedSlowChoices;
@@ -132,15 +132,17 @@ double spread_m(const CurbTrajectory& observed) {
   return std::sqrt(sum_m2 / static_cast<double>(observed.positions.size()));
 }
 
-/// The slow class of a person, by the net displacement while observed. None if the person walks, or if fewer than two
-/// samples were observed.
+/// None if the person walks, or if fewer than two samples were observed.
 std::optional<std::size_t> slow_class(const CurbTrajectory& observed) {
   if (observed.positions.size() < 2) return std::nullopt;
   const Vector2 way = velocity_to_world(observed.frame, observed.positions.back() - observed.positions.front());
   const double net_mps = way.norm() / (observed.times_s.back() - observed.times_s.front());
   const auto limit = std::ranges::upper_bound(kSlowLimits_mps, net_mps);
-  if (limit == std::end(kSlowLimits_mps) || spread_m(observed) > kStandingSpread_m) return std::nullopt;
-  return static_cast<std::size_t>(limit - std::begin(kSlowLimits_mps));
+  if (limit != std::end(kSlowLimits_mps) && spread_m(observed) <= kStandingSpread_m)
+    return static_cast<std::size_t>(limit - std::begin(kSlowLimits_mps));
+  const double now_mps = mean_velocity_mps(observed, kConstantVelocityWindow_s).norm();
+  if (now_mps < *std::rbegin(kSlowLimits_mps)) return kStopped;
+  return std::nullopt;
 }
 
 KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
@@ -156,7 +158,7 @@ KinematicFeatures kinematic_features(const CurbTrajectory& observed) {
 }  // namespace
 
 int speed_class(const CurbTrajectory& observed) {
-  if (slow_class(observed)) return 0;
+  if (slow_class(observed).value_or(kStopped) != kStopped) return 0;
   const double mean_mps = mean_speed_mps(observed);
   int speed = 0;
   for (double limit_mps : kSpeedClassLimits_mps) speed += mean_mps >= limit_mps ? 1 : 0;
@@ -242,7 +244,7 @@ VelocityCorrection Stacking::global_motion(const ObservedFeatures& seen, const C
 }
 
 bool Stacking::corrects(const ObservedFeatures& seen) const {
-  return fitted() && seen.site && seen.fields_nearby && seen.person.walks();
+  return fitted() && seen.site && seen.fields_nearby && seen.person.walks() && !seen.person.stopped();
 }
 
 Corrections Stacking::corrections(const CurbTrajectory& observed, const ObservedFeatures& seen,

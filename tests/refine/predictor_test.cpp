@@ -94,6 +94,39 @@ Vector2 constant_velocity_m(const CurbTrajectory& observed, double seconds) {
          seconds * mean_velocity_mps(observed, kConstantVelocityWindow_s);
 }
 
+/// People who walk along curb 1 for 4 to 6 s and then stand for 9 s.
+std::vector<FramedTrajectory> people_who_stop(int count) {
+  std::vector<FramedTrajectory> tracks;
+  for (int i = 0; i < count; ++i) {
+    const auto number = static_cast<unsigned>(i);
+    const double length_m = 4.8 + 2.4 * i / count;
+    FramedTrajectory stops{
+        testing::walk("s" + std::to_string(i), {{9.0, 1.0}, {9.0 - length_m, 1.0}}, 1.2, 0.1, 0.01, number),
+        testing::square_frame()};
+    const Trajectory stands =
+        testing::walk("", {{9.0 - length_m, 1.0}, {9.0 - length_m, 1.009}}, 0.001, 0.1, 0.01, number);
+    for (const Vector2& position_m : stands.positions_m) {
+      stops.track.times_s.push_back(stops.track.times_s.back() + 0.1);
+      stops.track.positions_m.push_back(position_m);
+    }
+    stops.track.recording = number;
+    tracks.push_back(std::move(stops));
+  }
+  return tracks;
+}
+
+TEST(Predictor, APersonWhoHasJustStoppedStaysWhereOthersStayed) {
+  const Predictor predictor(testing::learnt(people_who_stop(60)), kConfig.predict);
+  const Trajectory track = people_who_stop(61).back().track;
+  std::size_t stop = 0;
+  while ((track.positions_m[stop] - track.positions_m.back()).norm() > 0.1) ++stop;
+  const Prediction prediction =
+      predictor.predict(observe(track, stop + 12, testing::square_frame(), 3.2, kConfig.sampling));
+  const std::vector<Vector2> path_m = mean_path(prediction, prediction.times_s.size());
+  EXPECT_LT((path_m.back() - track.positions_m.back()).norm(), 0.1);
+  EXPECT_LT(std::sqrt(prediction.modes[0].covariances_m2.back().trace()), 0.1);
+}
+
 TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
   const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});

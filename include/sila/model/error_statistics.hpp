@@ -64,11 +64,8 @@ struct DensityMoments {
 /// At observed class * kMotionStates + motion state.
 using Densities = std::array<DensityMoments, kErrorDensities>;
 
-/// Classes of people who hardly move, by the speed of their net displacement while observed.
-inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
-inline constexpr std::size_t kSlowClasses = std::size(kSlowLimits_mps);
-/// A prediction for such a person: this share of constant velocity plus this share of the stacked prediction. The first
-/// choice is to stay.
+/// A prediction for a person who hardly moves: this share of constant velocity plus this share of the stacked
+/// prediction. The first choice is to stay.
 struct SlowChoice {
   double constant_velocity = 0.0;
   double stacked = 0.0;

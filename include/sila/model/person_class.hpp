@@ -28,17 +28,25 @@ constexpr std::size_t motion_state(int speed_class) {
   return speed_class == 0 ? kStanding : kWalking;
 }
 
+/// Classes of people who hardly move, by the speed of their net displacement while observed. The last class is that of
+/// people who walked, but moved more slowly than the last limit in the last 0.8 s.
+inline constexpr double kSlowLimits_mps[] = {0.05, 0.17};
+inline constexpr std::size_t kStopped = std::size(kSlowLimits_mps), kSlowClasses = kStopped + 1;
+
 /// The classes that error statistics are kept for.
 struct PersonClass {
   int speed = 0;                    ///< see speed_class (src/refine/stacking.hpp)
-  std::optional<std::size_t> slow;  ///< of a person who hardly moves: see kSlowLimits_mps
+  std::optional<std::size_t> slow;  ///< see kSlowLimits_mps
   std::size_t observed = 0;         ///< see observed_class
 
   /// Neither stands nor hardly moves.
   bool walks() const { return motion_state(speed) == kWalking; }
-  std::size_t density() const { return observed * kMotionStates + motion_state(speed); }
+  bool stopped() const { return slow == kStopped; }
+  /// The errors of people who have stopped are like those of people who stand.
+  std::size_t density() const { return observed * kMotionStates + (stopped() ? kStanding : motion_state(speed)); }
   std::size_t score() const {
-    return observed == 0 ? static_cast<std::size_t>(speed) : kSpeedClasses - kMotionStates + density();
+    if (observed > 0) return kSpeedClasses - kMotionStates + density();
+    return stopped() ? 0 : static_cast<std::size_t>(speed);
   }
 };
 
