@@ -96,8 +96,8 @@ std::vector<Coefficients> solve(const ErrorStatistics& error_statistics,
                [&](std::size_t cell) { return walking[cell / kSpeedClasses]; });
 }
 
-/// Below this number of windows the slow class alone decides: a person who hardly moves is predicted to stay, or to
-/// continue at half the speed; one who has stopped, as stacking says.
+/// Below this number of windows each slow class has a fixed choice: to stay, constant velocity at half the speed, and
+/// the stacked prediction for people who have stopped.
 constexpr double kLeastSlowWindows = 10.0;
 constexpr std::array<SlowChoice, kSlowClasses> kUnfittedSlowChoices = {{{0.0, 0.0}, {0.5, 0.0}, {0.0, 1.0}}};
 

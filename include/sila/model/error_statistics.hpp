@@ -54,8 +54,9 @@ struct ErrorMoments {
 
 /// Sums from which the density of prediction errors is fitted (src/refine/error_density.hpp).
 struct DensityMoments {
-  /// On kScaleFeatures: logarithms of the mean squared errors along and across, relative to the variances of the
-  /// component that made them; the probability that each component made them. Means over the steps.
+  /// On kScaleFeatures: logarithms of the mean squared errors along and across, partly relative to the variances of
+  /// the component that made them, partly to nominal ones; the probability that each component made them. Means over
+  /// the steps.
   RegressionMoments scale;
   /// Expected squared errors of each component, relative to the scale: at step * kMixtureComponents + component.
   std::vector<ErrorMoments> components;

@@ -39,7 +39,7 @@ struct PersonClass {
   std::optional<std::size_t> slow;  ///< see kSlowLimits_mps
   std::size_t observed = 0;         ///< see observed_class
 
-  /// Neither stands nor hardly moves.
+  /// Includes people who have stopped.
   bool walks() const { return motion_state(speed) == kWalking; }
   bool stopped() const { return slow == kStopped; }
   /// The errors of people who have stopped are like those of people who stand.
