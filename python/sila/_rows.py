@@ -83,21 +83,31 @@ def rows_of_frame(frame: Any, track_id: Any = None, person_classes: Iterable[str
 
 
 def _seconds_of(column: Any) -> NDArray[np.float64]:
-    """Numbers as they are; dates, also as ISO text, since 1970 in UTC; durations."""
+    """Numbers, in the unit that their size tells; dates, also as ISO text, since 1970 in UTC; durations."""
     values = np.asarray(column)
     if values.dtype.kind not in "mM":
         try:
-            return floats_of(values)
+            numbers = floats_of(values)
+            return numbers * _unix_unit_s(numbers)
         except (TypeError, ValueError):
             import pandas
 
-            values = pandas.to_datetime(pandas.Series(column), utc=True, format="ISO8601").to_numpy("datetime64[ns]")
+            values = pandas.Series(column).infer_objects().to_numpy()  # durations among objects
+            if values.dtype.kind != "m":
+                dates = pandas.to_datetime(pandas.Series(column), utc=True, format="ISO8601")
+                values = dates.to_numpy("datetime64[ns]")
     if values.dtype.kind == "m":
         return np.asarray(values / np.timedelta64(1, "s"))
     # Whole seconds apart from their fraction, so that the doubles are those of the same text in a CSV.
     whole = values.astype("datetime64[s]")
     seconds = np.asarray((whole - np.datetime64(0, "s")) / np.timedelta64(1, "s"))
     return np.asarray(seconds + (values - whole) / np.timedelta64(1, "s"))
+
+
+def _unix_unit_s(numbers: NDArray[np.float64]) -> float:
+    """The unit of time stamps by the first of them, as in a column `t` of a CSV file."""
+    first = next(iter(numbers[np.isfinite(numbers)]), 0.0)
+    return float(10.0 ** (-3 * np.searchsorted([1e11, 1e14, 1e17], first, side="right")))
 
 
 def floats_of(values: Any) -> NDArray[np.float64]:

@@ -125,8 +125,17 @@ def test_dates_become_the_seconds_of_a_file(t, tmp_path):
     assert sila.as_tracks(frame(t=t)) == sila.read_tracks(tmp_path / "dates.csv")
 
 
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+def test_unix_times_are_read_in_the_unit_of_their_size_as_in_files(unit, tmp_path):
+    table = frame(t=pandas.Series(STAMPS).dt.as_unit(unit).astype("int64"))
+    table.to_csv(tmp_path / "unix.csv", index=False)
+    assert sila.as_tracks(table) == sila.read_tracks(tmp_path / "unix.csv")
+
+
 def test_durations_become_seconds_and_missing_ones_are_dropped():
-    assert np.array_equal(sila.as_tracks(frame(t=pandas.to_timedelta(WALK[:, 0], "s")))[0].times_s, WALK[:, 0])
+    durations = pandas.Series(pandas.to_timedelta(WALK[:, 0], "s"))
+    for t in (durations, durations.astype(object)):
+        assert np.array_equal(sila.as_tracks(frame(t=t))[0].times_s, WALK[:, 0])
     assert sila.as_tracks(frame(t=pandas.Series([pandas.NaT, *STAMPS[1:]]))).report["rows_kept"] == 47
     with pytest.raises(ValueError, match="numbers in the columns t, x, y, or dates in t"):
         sila.as_tracks(frame(t="soon"))

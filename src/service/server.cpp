@@ -22,6 +22,9 @@ namespace {
 using boost::asio::ip::tcp;
 using Local = boost::asio::local::stream_protocol;
 
+/// HTTP connections beyond `service.max_connections`: monitoring gets its answers while trackers have taken all places.
+constexpr std::size_t kHttpReserve = 8;
+
 std::string text_of(const tcp::endpoint& end) {
   const std::string host = end.address().to_string();
   return (end.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(end.port());
@@ -81,17 +84,18 @@ void turn_away(Socket socket) {
                            [held, text](const boost::system::error_code&, std::size_t) {});
 }
 
+/// `reserve`: how many connections beyond `service.max_connections` are accepted.
 template <class Acceptor, class Start>
-void accept_all(detail::ConnectionRegistry& registry, Acceptor& acceptor, Start start) {
-  acceptor.async_accept([&registry, &acceptor, start](const boost::system::error_code& error, auto socket) {
+void accept_all(detail::ConnectionRegistry& registry, Acceptor& acceptor, std::size_t reserve, Start start) {
+  acceptor.async_accept([&registry, &acceptor, reserve, start](const boost::system::error_code& error, auto socket) {
     if (!acceptor.is_open()) return;
-    if (!error && registry.open < static_cast<std::size_t>(registry.config.max_connections)) {
+    if (!error && registry.open < static_cast<std::size_t>(registry.config.max_connections) + reserve) {
       start(std::move(socket));
     } else if (!error) {
       registry.engine->reject(0, Rejection::too_many_connections);
       turn_away(std::move(socket));
     }
-    accept_all(registry, acceptor, start);
+    accept_all(registry, acceptor, reserve, start);
   });
 }
 
@@ -135,14 +139,15 @@ ServiceMetrics Server::State::metrics() const {
 
 void Server::State::listen_http() {
   http.emplace(listen_at(registry, "--http", registry.options.http));
-  accept_all(registry, *http, [this](tcp::socket socket) { detail::serve_web(registry, std::move(socket)); });
+  accept_all(registry, *http, kHttpReserve,
+             [this](tcp::socket socket) { detail::serve_web(registry, std::move(socket)); });
   const std::string end = text_of(http->local_endpoint());
   listening.push_back("page and metrics at http://" + end + "/, WebSocket at ws://" + end + "/stream");
 }
 
 void Server::State::listen_tcp() {
   lines.emplace(listen_at(registry, "--tcp", registry.options.tcp));
-  accept_all(registry, *lines, [this](tcp::socket socket) {
+  accept_all(registry, *lines, 0, [this](tcp::socket socket) {
     boost::system::error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     socket.set_option(boost::asio::socket_base::keep_alive(true), ignored);
@@ -153,7 +158,7 @@ void Server::State::listen_tcp() {
 
 void Server::State::listen_unix() {
   local.emplace(listen_at(registry.context, registry.options.unix_path));
-  accept_all(registry, *local, [this](Local::socket socket) {
+  accept_all(registry, *local, 0, [this](Local::socket socket) {
     std::make_shared<detail::SocketConnection<Local::socket>>(registry, std::move(socket))->start();
   });
   listening.push_back("lines at unix:" + registry.options.unix_path);

@@ -187,6 +187,7 @@ TEST(Server, RejectsConnectionsBeyondTheLimit) {
   Client first(service.server->tcp_port()), second(service.server->tcp_port()), third(service.server->tcp_port());
   EXPECT_EQ((*third.receive())["rejected"], "too_many_connections");
   EXPECT_FALSE(third.receive());
+  EXPECT_EQ(get(service.server->http_port(), "/healthz"), "200\nok\n") << "monitoring still gets answers";
 }
 
 TEST(Server, RejectsClientsWithoutTheToken) {
