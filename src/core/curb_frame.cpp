@@ -10,6 +10,8 @@ namespace {
 
 /// Below this |sin| (angles under 20.5 or over 159.5 degrees) the inverse map amplifies noise more than threefold.
 constexpr double kSmallestSine = 0.35;
+/// Axes with a smaller |cosine| stay as they are, bit for bit.
+constexpr double kRightAngle = 1e-9;
 
 template <class... Parts>
 [[noreturn]] void reject_frame(const Parts&... parts) {
@@ -40,7 +42,13 @@ CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const 
 }
 
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling) {
-  frame.unit_m = Vector2::Constant(scaling == CurbScaling::metres ? 1.0 : frame.sidewalk_width_m);
+  const bool metres = scaling == CurbScaling::metres;
+  frame.unit_m = Vector2::Constant(metres ? 1.0 : frame.sidewalk_width_m);
+  if (!metres || std::abs(frame.axis_1.dot(frame.axis_2)) < kRightAngle) return frame;
+  const Vector2 between = (frame.axis_1 + frame.axis_2).normalized();
+  const Vector2 across = (frame.axis_2 - frame.axis_1).normalized();
+  frame.axis_1 = (between - across).normalized();
+  frame.axis_2 = (between + across).normalized();
   return frame;
 }
 

@@ -37,7 +37,8 @@ Scene scene_of(const Model& model) {
   if (model.sites.empty()) throw std::invalid_argument("scene: the model has learnt nothing, so it has no frame");
   Scene scene;
   for (const Site& site : model.sites) {
-    Corner corner = scene_of(rescaled(site.frame, CurbScaling::metres)).corners.front();
+    Corner corner = scene_of(site.frame).corners.front();
+    corner.frame.unit_m = Vector2::Ones();
     corner.name = std::to_string(scene.corners.size() + 1);
     scene.corners.push_back(std::move(corner));
   }
@@ -96,13 +97,14 @@ std::string warning_of_another_place(const Model& model, std::span<const FramedT
 }
 
 std::string warning_of_moved_corner(const Model& model, const Scene& scene) {
+  const auto frame_of = [&](const Corner& corner) { return rescaled(corner.frame, model.settings.scaling); };
   for (const Corner& corner : scene.corners) {
-    if (find_site(model.sites, corner.frame)) continue;
+    if (find_site(model.sites, frame_of(corner))) continue;
     for (std::size_t site = 0; site < model.sites.size(); ++site) {
       const CurbFrame& known = model.sites[site].frame;
       const double distance_m = (known.origin_m - corner.frame.origin_m).norm();
       const bool in_scene =
-          std::ranges::any_of(scene.corners, [&](const Corner& other) { return same_site(other.frame, known); });
+          std::ranges::any_of(scene.corners, [&](const Corner& other) { return same_site(frame_of(other), known); });
       if (in_scene || distance_m > kSameCorner_m) continue;
       return concatenate("corner \"", corner.name, "\" of the scene is ", std::setprecision(2), distance_m,
                          " m from that of site ", site + 1,

@@ -18,6 +18,7 @@ ordered_json corner_json(const Corner& corner, CurbScaling scaling) {
           {"origin", point_json(frame.origin_m)},
           {"axis_1", point_json(frame.axis_1, 6)},
           {"axis_2", point_json(frame.axis_2, 6)},
+          {"curbs", {point_json(corner.frame.axis_1, 6), point_json(corner.frame.axis_2, 6)}},
           {"unit_m", point_json(frame.unit_m)},
           {"widths_m", {rounded(corner.widths.width_1_m, 3), rounded(corner.widths.width_2_m, 3)}}};
 }

@@ -33,6 +33,18 @@ TEST(CurbFrame, GivesTheContravariantCoordinatesOfTheWorkedExamples) {
   expect_near(to_curb(frame_of({1, 1}, 30, 100, 2.5), {5, 3}), 1.8246508582, -0.1140582299);
 }
 
+TEST(CurbFrame, HasARightAngleAndTheBisectorOfTheCurbsInMetres) {
+  for (const double between : {30.0, 90.0, 131.0, -70.0}) {
+    const CurbFrame curbs = frame_of({1, 1}, 20, 20 + between, 2.5);
+    const CurbFrame frame = rescaled(curbs, CurbScaling::metres);
+    const double side = between > 0.0 ? 45.0 : -45.0;
+    expect_near(frame.axis_1, axis(20 + between / 2 - side).x(), axis(20 + between / 2 - side).y());
+    expect_near(frame.axis_2, axis(20 + between / 2 + side).x(), axis(20 + between / 2 + side).y());
+    expect_near(rescaled(frame, CurbScaling::metres).axis_1, frame.axis_1.x(), frame.axis_1.y(), 1e-15);
+    EXPECT_EQ(rescaled(curbs, CurbScaling::mean_width).axis_1, curbs.axis_1) << "the paper's contravariant coordinates";
+  }
+}
+
 TEST(CurbFrame, ComesBackToTheWorldAndIsUnmovedByRotatingCornerAndPoint) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

@@ -2,12 +2,14 @@
 
 export type Point = [number, number];
 
-/** Where two curbs meet, in the world frame; `unit_m`: metres a curb unit, along each axis. */
+/** Where two curbs meet, in the world frame; `unit_m`: metres a curb unit, along each axis of the curb coordinates;
+    `curbs`: the directions of the curbs, where they differ from the axes. */
 export interface Corner {
   name: string;
   origin: Point;
   axis_1: Point;
   axis_2: Point;
+  curbs?: [Point, Point];
   unit_m: Point;
   widths_m: [number, number];
 }

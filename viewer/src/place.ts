@@ -257,7 +257,7 @@ export class PlaceMap {
     const length = 0.28 * Math.min(this.bounds.x1 - this.bounds.x0, this.bounds.y1 - this.bounds.y0);
     const shapes: SVGElement[] = [];
     ([1, 2] as const).forEach((name) => {
-      const axis = name === 1 ? corner.axis_1 : corner.axis_2;
+      const axis = (corner.curbs ?? [corner.axis_1, corner.axis_2])[name - 1]!;
       const tip: Point = [corner.origin[0] + length * axis[0], corner.origin[1] + length * axis[1]];
       const [[ax, ay], [bx, by]] = [this.project(corner.origin), this.project(tip)];
       const angle = Math.atan2(by - ay, bx - ax);

@@ -46,7 +46,8 @@ struct SidewalkWidths {
 CurbFrame make_curb_frame(const Vector2& origin_m, const Vector2& axis_1, const Vector2& axis_2,
                           double sidewalk_width_m);
 
-/// The same corner with another unit of the curb coordinates.
+/// The same corner with another unit of the curb coordinates. In metres the axes have a right angle and the bisector of
+/// the curbs: cells and kernels are as wide in one direction as in another.
 CurbFrame rescaled(CurbFrame frame, CurbScaling scaling);
 
 /// Throws std::invalid_argument if the invariant does not hold.
