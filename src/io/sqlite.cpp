@@ -120,11 +120,9 @@ std::int64_t Database::integer(std::string_view sql) {
 }
 
 std::string Database::bytes() const {
-  struct Free {
-    void operator()(unsigned char* bytes) const { sqlite3_free(bytes); }
-  };
   sqlite3_int64 size = 0;
-  const std::unique_ptr<unsigned char, Free> content(sqlite3_serialize(database_.get(), "main", &size, 0));
+  const std::unique_ptr<unsigned char, void (*)(void*)> content(sqlite3_serialize(database_.get(), "main", &size, 0),
+                                                                sqlite3_free);
   if (!content) throw Error(SQLITE_NOMEM, "out of memory");
   return {reinterpret_cast<const char*>(content.get()), static_cast<std::size_t>(size)};
 }

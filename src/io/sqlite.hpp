@@ -37,15 +37,12 @@ class Statement {
   std::string blob(int column) const;
 
  private:
-  struct Finalize {
-    void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
-  };
   void require(int code) const;
   std::string bytes(int column) const;
   void require_type(int column, int type, const char* name) const;
 
   sqlite3* database_;
-  std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+  std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement_{nullptr, sqlite3_finalize};
   int bound_ = 0;
 };
 
@@ -62,10 +59,7 @@ class Database {
   static Database of_bytes(std::string_view bytes);
 
  private:
-  struct Close {
-    void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
-  };
-  std::unique_ptr<sqlite3, Close> database_;
+  std::unique_ptr<sqlite3, int (*)(sqlite3*)> database_{nullptr, sqlite3_close_v2};
 };
 
 /// A transaction that is rolled back unless committed.
