@@ -50,32 +50,28 @@ std::string_view unquoted(std::string_view cell) {
 
 }  // namespace
 
-GzipFile::GzipFile(std::string path) : path_(std::move(path)) {
+GzipFile::GzipFile(std::string path) : path_(std::move(path)), file_(nullptr, gzclose_r) {
   require_file(path_);
   errno = 0;
-  file_ = gzopen(path_.c_str(), "rb");
-  if (file_ == nullptr) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
-  gzbuffer(file_, 1U << 17);
-}
-
-GzipFile::~GzipFile() {
-  gzclose_r(file_);
+  file_.reset(gzopen(path_.c_str(), "rb"));
+  if (!file_) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
+  gzbuffer(file_.get(), 1U << 17);
 }
 
 std::size_t GzipFile::read(std::span<char> into) {
   errno = 0;
-  const int count = gzread(file_, into.data(), static_cast<unsigned>(into.size()));
+  const int count = gzread(file_.get(), into.data(), static_cast<unsigned>(into.size()));
   if (count == static_cast<int>(into.size())) return into.size();
   // At the end of a truncated file gzread returns what it has; only the error code tells.
   int code = Z_OK;
-  gzerror(file_, &code);
+  gzerror(file_.get(), &code);
   if (code == Z_ERRNO) throw FormatError(path_, 0, std::string(kReadable), system_error_text());
   if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) reject_truncated(path_);
   return static_cast<std::size_t>(count);
 }
 
 void GzipFile::seek(std::size_t offset) {
-  if (gzseek(file_, static_cast<z_off_t>(offset), SEEK_SET) < 0) reject_truncated(path_);
+  if (gzseek(file_.get(), static_cast<z_off_t>(offset), SEEK_SET) < 0) reject_truncated(path_);
 }
 
 void reject_binary(const std::string& path, std::string_view bytes) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -17,9 +18,6 @@ namespace sila {
 class GzipFile {
  public:
   explicit GzipFile(std::string path);
-  GzipFile(const GzipFile&) = delete;
-  GzipFile& operator=(const GzipFile&) = delete;
-  ~GzipFile();
 
   /// As many bytes as there is room for; fewer only at the end.
   std::size_t read(std::span<char> into);
@@ -28,7 +26,7 @@ class GzipFile {
 
  private:
   std::string path_;
-  gzFile_s* file_ = nullptr;
+  std::unique_ptr<gzFile_s, int (*)(gzFile_s*)> file_;
 };
 
 inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
