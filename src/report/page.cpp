@@ -1,3 +1,4 @@
+#include <boost/algorithm/string/replace.hpp>
 #include <span>
 #include <stdexcept>
 
@@ -12,26 +13,13 @@ namespace {
 /// Where the data belong in the page; viewer/build.mjs sees to it that it is there once.
 constexpr std::string_view kMarker = "\"sila-report-data\"";
 
-/// JSON that cannot end the script element that it stands in.
-std::string script_text(const nlohmann::ordered_json& data) {
-  const std::string json = one_line(data);
-  std::string text;
-  text.reserve(json.size());
-  for (const char c : json) {
-    if (c == '<')
-      text += "\\u003c";
-    else
-      text += c;
-  }
-  return text;
-}
-
 std::string with_data(std::span<const char* const> pieces, const nlohmann::ordered_json& data) {
   std::string page;
   for (const char* piece : pieces) page += piece;
   const std::size_t at = page.find(kMarker);
   if (at == std::string::npos) throw std::logic_error("report: the page has no place for its data");
-  page.replace(at, kMarker.size(), script_text(data));
+  // Without a `<` the data cannot end the script element that they are in.
+  page.replace(at, kMarker.size(), boost::replace_all_copy(one_line(data), "<", "\\u003c"));
   return page;
 }
 
