@@ -9,11 +9,10 @@ namespace sila::detail {
 Connection::Connection(ConnectionRegistry& registry, std::size_t max_send_bytes)
     : registry_(registry), id_(registry.next_id++), queue_(max_send_bytes) {}
 
-void ReportAnnouncer::announce(const ConnectionRegistry& registry, const std::string& line, const char* input,
-                               const char* output) {
+void Connection::announce_first(const std::string& line, const char* input, const char* output) {
   const auto report = nlohmann::json::parse(line);
-  if (known_.insert(report.value("rejected", "dropped")).second)
-    registry.announce(std::string(input) + ": " + line + "; further reports of this kind are in " + output + " alone");
+  if (announced_reports_.insert(report.value("rejected", "dropped")).second)
+    registry_.announce(std::string(input) + ": " + line + "; further reports of this kind are in " + output + " alone");
 }
 
 LineReceiver::LineReceiver(ConnectionRegistry& registry, StreamId stream, std::function<void(double t_s)> before)

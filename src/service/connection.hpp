@@ -22,9 +22,16 @@ class Connection {
  protected:
   Connection(ConnectionRegistry& registry, std::size_t max_send_bytes);
 
+  /// Announces the first report of each kind to people, who may not see the output. `line`: the report for the client;
+  /// `input`, `output`: where its lines come from and go to.
+  void announce_first(const std::string& line, const char* input, const char* output);
+
   ConnectionRegistry& registry_;
   StreamId id_;
   SendQueue queue_;
+
+ private:
+  std::set<std::string> announced_reports_;
 };
 
 /// The connections of a service and their common state. Used by the thread that runs `context` alone, except the
@@ -46,16 +53,6 @@ struct ConnectionRegistry {
   boost::asio::io_context context{1};  ///< the last member: its handlers own connections that use the others
 
   std::size_t max_send_bytes() const { return static_cast<std::size_t>(config.max_send_queue_mb * 1e6); }
-};
-
-/// Announces the first report of each kind to a stream whose output people may not see.
-class ReportAnnouncer {
- public:
-  /// `line`: a report for the client; `input`, `output`: where its lines come from and go to.
-  void announce(const ConnectionRegistry& registry, const std::string& line, const char* input, const char* output);
-
- private:
-  std::set<std::string> known_;
 };
 
 /// Counts an open socket during its lifetime.

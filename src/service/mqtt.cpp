@@ -150,7 +150,7 @@ void MqttConnection::start() {
 
 void MqttConnection::send(std::string line, bool droppable) {
   const std::lock_guard lock(mutex_);
-  if (!droppable) announcer_.announce(registry_, line, "mqtt", "the topic of --mqtt-out");
+  if (!droppable) announce_first(line, "mqtt", "the topic of --mqtt-out");
   registry_.slow_reader_dropped += queue_.push(std::move(line), droppable);
   publish();
 }

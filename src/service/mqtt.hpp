@@ -57,7 +57,6 @@ class MqttConnection : public Connection, public std::enable_shared_from_this<Mq
   std::condition_variable changed_;
   std::size_t unacknowledged_ = 0;
   bool connected_ = false;
-  ReportAnnouncer announcer_;
   bool reported_rejection_ = false;  ///< that it rejects messages
   std::atomic<bool> stopping_ = false;
   std::thread thread_;

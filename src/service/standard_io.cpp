@@ -39,7 +39,7 @@ void StandardIo::start() {
 void StandardIo::send(std::string line, bool droppable) {
   {
     const std::lock_guard lock(mutex_);
-    if (!droppable) announcer_.announce(registry_, line, "standard input", "standard output");
+    if (!droppable) announce_first(line, "standard input", "standard output");
     registry_.slow_reader_dropped += queue_.push(std::move(line), droppable);
   }
   changed_.notify_all();

@@ -43,7 +43,6 @@ class StandardIo : public Connection, public std::enable_shared_from_this<Standa
   LineBuffer lines_;
   std::mutex mutex_;  // guards the queue, the flags of writing and the failure
   std::condition_variable changed_;
-  ReportAnnouncer announcer_;
   bool writing_ = false, closing_ = false;
   std::string failure_;
   std::atomic<bool> stopping_ = false;
