@@ -40,7 +40,6 @@ struct LiveStream::State {
   void start_learner();
   std::vector<LivePrediction> predict_due();
   void learn_finished();
-  void keep(const Model& previous, const Episode& episode, const OnlineCalibration& calibration);
 };
 
 LiveStream::State::State(LiveStreamOptions options) : path(options.file), stored(std::move(options.start)) {
@@ -75,7 +74,9 @@ void LiveStream::State::start_learner() {
     storage = storage_in(*file, stored, config.episode, [](const auto&) {});
   } else {
     storage.commit = [this](const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
-      keep(previous, episode, calibration);
+      const std::lock_guard lock(stored_mutex);
+      stored.model = episode.model;
+      stored.episodes.push_back(record_of(last_episode(stored) + 1, previous, episode, calibration));
     };
   }
   storage.failed = [this](const std::string& why) {
@@ -100,12 +101,6 @@ std::vector<LivePrediction> LiveStream::State::predict_due() {
 
 void LiveStream::State::learn_finished() {
   if (!core.finished.empty()) learner->add(std::exchange(core.finished, {}), core.online_calibration);
-}
-
-void LiveStream::State::keep(const Model& previous, const Episode& episode, const OnlineCalibration& calibration) {
-  const std::lock_guard lock(stored_mutex);
-  stored.model = episode.model;
-  stored.episodes.push_back(record_of(last_episode(stored) + 1, previous, episode, calibration));
 }
 
 LiveStream::LiveStream(LiveStreamOptions options) : state_(std::make_unique<State>(std::move(options))) {}
