@@ -145,14 +145,8 @@ double common_step(const std::vector<Detection>& rows) {
       if (stamps[i] > stamps[i - 1]) ++counts[stamps[i] - stamps[i - 1]];
     }
   }
-  double best = 1.0;
-  std::size_t most = 0;
-  for (const auto& [step, count] : counts) {
-    if (count <= most) continue;
-    best = step;
-    most = count;
-  }
-  return best;
+  const auto count = &std::map<double, std::size_t>::value_type::second;
+  return counts.empty() ? 1.0 : std::ranges::max_element(counts, {}, count)->first;
 }
 
 TrackFile at_rate(TrackFile file, double frames_per_second) {
