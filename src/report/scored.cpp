@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <numbers>
 
 #include "core/kinematics.hpp"
@@ -53,16 +52,12 @@ ScoredPrediction score_one(const Predictor& predictor, std::size_t track, Window
 
 /// The weight of the mode that came nearest to the truth.
 double weight_of_nearest(const ScoredPrediction& scored) {
-  double best_m = std::numeric_limits<double>::infinity(), weight = 0.0;
-  for (const Mode& mode : scored.prediction.modes) {
+  const auto distance_m = [&](const Mode& mode) {
     double sum_m = 0.0;
     for (std::size_t j = 0; j < scored.truth_m.size(); ++j) sum_m += (mode.path_m[j] - scored.truth_m[j]).norm();
-    if (sum_m < best_m) {
-      best_m = sum_m;
-      weight = mode.weight;
-    }
-  }
-  return weight;
+    return sum_m;
+  };
+  return std::ranges::min_element(scored.prediction.modes, {}, distance_m)->weight;
 }
 
 /// From how the person walked to how a way ends [rad].
