@@ -115,12 +115,6 @@ void write_checked(const Field& field, const FieldValue& value) {
   field.write(value);
 }
 
-std::optional<double> infinity_of(std::string_view text) {
-  if (text == "inf") return std::numeric_limits<double>::infinity();
-  if (text == "-inf") return -std::numeric_limits<double>::infinity();
-  return std::nullopt;
-}
-
 /// A JSON value as the type of the field; nothing if it has another type.
 std::optional<FieldValue> typed(const Field& field, const json& given) {
   const FieldValue present = field.read();
@@ -131,9 +125,9 @@ std::optional<FieldValue> typed(const Field& field, const json& given) {
     return given.is_string() ? std::optional<FieldValue>(given.get<std::string>()) : std::nullopt;
   }
   if (std::holds_alternative<double>(present)) {
-    if (given.is_number()) return given.get<double>();
-    const std::optional<double> infinite = given.is_string() ? infinity_of(given.get<std::string>()) : std::nullopt;
-    return infinite ? std::optional<FieldValue>(*infinite) : std::nullopt;
+    if (given == "inf") return std::numeric_limits<double>::infinity();
+    if (given == "-inf") return -std::numeric_limits<double>::infinity();
+    return given.is_number() ? std::optional<FieldValue>(given.get<double>()) : std::nullopt;
   }
   if (!given.is_number()) return std::nullopt;
   if (given.is_number_integer() && !given.is_number_unsigned()) return given.get<std::int64_t>();
