@@ -51,10 +51,7 @@ CameraFile camera_of_json(const std::string& file, const nlohmann::json& json, c
       throw std::invalid_argument(fields.has("homography") ? "both" : "neither");
     if (!fields.has("homography")) return fitted(fields, file);
     std::optional<Vector2> seen_px;
-    if (fields.has("seen")) {
-      const auto [u, v] = fields.pair("seen");
-      seen_px = Vector2(u, v);
-    }
+    if (fields.has("seen")) seen_px = fields.point("seen");
     return {camera_of(homography_in(fields), seen_px), {}};
   } catch (const std::invalid_argument& error) {
     throw FormatError(file, 0, "camera: image_points and ground_points of at least four places, or a homography",

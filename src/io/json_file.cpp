@@ -126,8 +126,9 @@ std::string JsonFields::text(const char* key) const {
   return at(key, "a text", [](const Json& value) { return value.is_string(); }).get<std::string>();
 }
 
-std::array<double, 2> JsonFields::pair(const char* key) const {
-  return at(key, "[x, y]", [](const Json& value) { return is_row(value, 2); }).get<std::array<double, 2>>();
+Vector2 JsonFields::point(const char* key) const {
+  const Json& row = at(key, "[x, y]", [](const Json& value) { return is_row(value, 2); });
+  return {row[0].get<double>(), row[1].get<double>()};
 }
 
 std::vector<std::vector<double>> JsonFields::rows(const char* key, std::size_t columns,

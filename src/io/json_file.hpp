@@ -1,11 +1,11 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sila/core/trajectory.hpp"
 #include "sila/io/files.hpp"
 
 namespace sila {
@@ -35,7 +35,7 @@ class JsonFields {
   int whole(const char* key) const;
   bool flag(const char* key) const;
   std::string text(const char* key) const;
-  std::array<double, 2> pair(const char* key) const;
+  Vector2 point(const char* key) const;
   JsonFields object(const char* key) const;
   std::vector<JsonFields> objects(const char* key) const;  ///< the objects of an array; empty if the key is absent
   std::vector<std::string> texts(const char* key) const;   ///< of an array of texts; empty if the key is absent

@@ -15,24 +15,13 @@
 namespace sila {
 namespace {
 
-Vector2 vector_in(const JsonFields& fields, const char* key) {
-  const auto [x, y] = fields.pair(key);
-  return {x, y};
-}
-
-SidewalkWidths widths_in(const JsonFields& fields) {
-  const double mean = fields.positive("sidewalk_width_m");
-  return {mean, fields.optional_positive("sidewalk_width_1_m").value_or(mean),
-          fields.optional_positive("sidewalk_width_2_m").value_or(mean)};
-}
-
-Corner corner_in(const JsonFields& fields, const std::string& name, const SidewalkWidths& widths,
-                 const std::string& file) {
-  const Vector2 origin = vector_in(fields, "origin");
-  const Vector2 axis_1 = vector_in(fields, "axis_1");
-  const Vector2 axis_2 = vector_in(fields, "axis_2");
+Corner corner_in(const JsonFields& fields, const std::string& name, const std::string& file) {
+  const double mean_m = fields.positive("sidewalk_width_m");
+  const SidewalkWidths widths{mean_m, fields.optional_positive("sidewalk_width_1_m").value_or(mean_m),
+                              fields.optional_positive("sidewalk_width_2_m").value_or(mean_m)};
+  const Vector2 origin = fields.point("origin"), axis_1 = fields.point("axis_1"), axis_2 = fields.point("axis_2");
   try {
-    return {name, make_curb_frame(origin, axis_1, axis_2, widths.mean_m), widths};
+    return {name, make_curb_frame(origin, axis_1, axis_2, mean_m), widths};
   } catch (const std::invalid_argument& error) {
     throw FormatError(file, 0, fields.where() + "axis_1, axis_2: the directions of two curbs",
                       std::string(error.what()));
@@ -60,10 +49,10 @@ bool same_place(const Corner& a, const Corner& b) {
 void read_corners(Scene& scene, const JsonFields& fields) {
   const std::string file = scene.path.string();
   const std::string primary_name = fields.text_or("primary_corner", "");
-  const Corner first_level = corner_in(fields, primary_name, widths_in(fields), file);
+  const Corner first_level = corner_in(fields, primary_name, file);
   for (const JsonFields& entry : fields.objects("corners")) {
     const std::string name = entry.text_or("name", std::to_string(scene.corners.size() + 1));
-    Corner corner = corner_in(entry, name, widths_in(entry), file);
+    Corner corner = corner_in(entry, name, file);
     if (is_primary(entry, primary_name)) {
       scene.primary = scene.corners.size();
       if (!same_place(corner, first_level)) {
