@@ -22,10 +22,6 @@ struct MakeOptions {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-double heading_deg(const Vector2& axis) {
-  return std::atan2(axis.y(), axis.x()) * kDegrees;
-}
-
 /// The y axis of a scene that comes without a file is that of its camera.
 void take_y_axis(Scene& scene, const TrackOptions& options) {
   if (options.scene.empty() && scene.camera) scene.y_axis = y_axis_of(*scene.camera);
@@ -39,8 +35,9 @@ std::string describe(const CornerProposal& made) {
        << " m, y = " << frame.origin_m.y() << " m (standard error " << made.origin_error_m << " m), at which "
        << counted(made.turning_tracks, "track") << (made.turning_tracks == 1 ? " turns\n" : " turn\n");
   const auto axis = [&](int number, const Vector2& direction, double share, double width_m) {
-    text << "axis " << number << ": heading " << std::setprecision(0) << heading_deg(direction) << " degrees, "
-         << 100.0 * share << " % of the distance walked, in a strip of " << std::setprecision(1) << width_m << " m\n";
+    const double heading_deg = std::atan2(direction.y(), direction.x()) * kDegrees;
+    text << "axis " << number << ": heading " << std::setprecision(0) << heading_deg << " degrees, " << 100.0 * share
+         << " % of the distance walked, in a strip of " << std::setprecision(1) << width_m << " m\n";
   };
   axis(1, frame.axis_1, made.share_1, made.widths.width_1_m);
   axis(2, frame.axis_2, made.share_2, made.widths.width_2_m);

@@ -24,10 +24,7 @@ std::filesystem::path scene_path(std::filesystem::path tracks) {
 
 Scene scene_of(const Simulation& simulation, const std::filesystem::path& tracks) {
   Scene scene = scene_of(simulation.scene);
-  SceneFile file;
-  file.path = tracks.filename().string();
-  file.options.format = TrackFormat::csv;
-  scene.files.push_back(file);
+  scene.files.push_back({tracks.filename().string(), {}, {.format = TrackFormat::csv}, {}});
   return scene;
 }
 
