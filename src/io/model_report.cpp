@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/concatenate.hpp"
 #include "sila/core/counted.hpp"
 #include "sila/io/reports.hpp"
 #include "sila/model/packing.hpp"
@@ -135,16 +136,12 @@ std::string when(const EpisodeRecord& episode) {
   const auto time = static_cast<std::time_t>(episode.committed_s);
   std::tm parts{};
   if (episode.committed_s <= 0 || gmtime_r(&time, &parts) == nullptr) return "-";
-  std::ostringstream text;
-  text << std::put_time(&parts, "%FT%TZ");
-  return std::move(text).str();
+  return concatenate(std::put_time(&parts, "%FT%TZ"));
 }
 
 std::string line_of(const char* name, std::size_t same, std::size_t changed, std::size_t only_a, std::size_t only_b) {
-  std::ostringstream text;
-  text << std::left << std::setw(13) << name << same << " the same, " << changed << " changed, " << only_a
-       << " only in A, " << only_b << " only in B\n";
-  return std::move(text).str();
+  return concatenate(std::left, std::setw(13), name, same, " the same, ", changed, " changed, ", only_a, " only in A, ",
+                     only_b, " only in B\n");
 }
 
 template <class List, class Text>
@@ -192,13 +189,11 @@ std::string describe_learning(const Model& model, std::span<const LearningPoint>
   if (!curve) return {};
   const Estimate now = expected_error(*curve, static_cast<double>(model.tracks));
   const Estimate later = expected_error(*curve, with_more(model));
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(3) << now.value << " of constant velocity after "
-       << counted(model.tracks, "track") << " (fitted to " << counted(curve->points, "episode") << "); with "
-       << more_tracks(model) << " more expect " << later.value << " (" << later.lower << " to " << later.upper << "), "
-       << std::setprecision(1) << 100.0 * std::abs(1.0 - later.value / now.value) << " % "
-       << (later.value > now.value ? "more" : "less");
-  return std::move(text).str();
+  return concatenate(std::fixed, std::setprecision(3), now.value, " of constant velocity after ",
+                     counted(model.tracks, "track"), " (fitted to ", counted(curve->points, "episode"), "); with ",
+                     more_tracks(model), " more expect ", later.value, " (", later.lower, " to ", later.upper, "), ",
+                     std::setprecision(1), 100.0 * std::abs(1.0 - later.value / now.value), " % ",
+                     later.value > now.value ? "more" : "less");
 }
 
 ordered_json learning_json(const StoredModel& stored) {
@@ -314,9 +309,7 @@ std::string describe_log(const StoredModel& stored, int oldest) {
     column(7) << number("split");
     column(6) << number("gone");
     const auto error = prequential_of(episode);
-    std::ostringstream ratio;
-    if (error) ratio << std::fixed << std::setprecision(3) << error->ratio();
-    column(7) << (error ? ratio.str() : "-") << '\n';
+    column(7) << (error ? concatenate(std::fixed, std::setprecision(3), error->ratio()) : "-") << '\n';
   }
   if (stored.episodes.empty()) return "no episode is recorded\n";
   if (oldest == stored.episodes.back().number)
