@@ -16,8 +16,6 @@ namespace {
 /// Pedestrians of a simulated prior: with 80 it predicts worse, with 1000 no better.
 constexpr int kPriorTracks = 400;
 
-constexpr std::array<const char*, 3> kNames = {"default", "paper", "paper-literal"};
-
 /// A field that a profile sets.
 struct Setting {
   const char* path;
@@ -54,20 +52,16 @@ constexpr Setting kSettings[] = {
 };
 
 std::optional<std::size_t> number_of(std::string_view name) {
-  const auto found = std::ranges::find(kNames, name);
-  if (found == kNames.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - kNames.begin());
+  const auto found = std::ranges::find(kProfiles, name);
+  if (found == std::end(kProfiles)) return std::nullopt;
+  return static_cast<std::size_t>(found - std::begin(kProfiles));
 }
 
 std::string expected_instead(std::string_view name) {
-  return "a known profile (the nearest is " + nearest_name(name, profile_names()) + ")";
+  return "a known profile (the nearest is " + nearest_name(name, kProfiles) + ")";
 }
 
 }  // namespace
-
-std::vector<std::string> profile_names() {
-  return {kNames.begin(), kNames.end()};
-}
 
 Config with_profile(Config config, std::string_view name) {
   const std::optional<std::size_t> number = number_of(name);

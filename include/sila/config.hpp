@@ -48,9 +48,9 @@ void fields(MaybeConst<Config> auto& config, auto&& visit) {
   visit.group("simulate", config.simulate);
 }
 
-/// Names of the profiles: `default`; `paper`, the published method with one assumption where the paper is silent;
+/// The profiles: `default`; `paper`, the published method with one assumption where the paper is silent;
 /// `paper-literal`, the literal text. Source: docs/decisions/0100-profiles.md.
-std::vector<std::string> profile_names();
+inline constexpr const char* kProfiles[] = {"default", "paper", "paper-literal"};
 
 /// The configuration with the values of the named profile for all fields that some profile sets; other fields stay.
 /// Throws: std::invalid_argument for an unknown name (with the nearest known one).

@@ -197,8 +197,7 @@ void FieldCollector::add(const char* name, const char* text, std::function<Field
   list_.push_back({prefix_ + name, "", text, {}, {}, {}, std::move(read), std::move(write)});
 }
 
-std::string nearest_name(std::string_view name, std::span<const std::string> known) {
-  if (known.empty()) throw std::invalid_argument("nearest_name: known is empty, must have at least one name");
+std::string nearest_name(std::string_view name, std::span<const char* const> known) {
   return known[nearest_word(name, {known.begin(), known.end()})];
 }
 

@@ -12,7 +12,7 @@ using nlohmann::json;
 
 TEST(Profile, DefaultIsTheDefaultConfigurationAndUndoesTheOthers) {
   EXPECT_EQ(to_json(with_profile({}, "default")), to_json(Config{}));
-  for (const std::string& name : profile_names())
+  for (const char* const name : kProfiles)
     EXPECT_EQ(to_json(with_profile(with_profile({}, name), "default")), to_json(Config{})) << name;
   EXPECT_EQ(to_json(with_profile(with_profile({}, "paper-literal"), "paper")), to_json(with_profile({}, "paper")));
 }

@@ -104,8 +104,8 @@ struct FieldInfo {
   std::string path, value, unit, range, text;
 };
 
-/// The known name that is nearest to `name` by edit distance. Throws: std::invalid_argument if `known` is empty.
-std::string nearest_name(std::string_view name, std::span<const std::string> known);
+/// The name that is nearest to `name` by edit distance. `known`: at least one.
+std::string nearest_name(std::string_view name, std::span<const char* const> known);
 
 // These do not depend on the type of the configuration; the templates below do the same for whole configurations.
 nlohmann::ordered_json fields_to_json(std::span<const Field> list);
