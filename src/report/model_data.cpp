@@ -32,10 +32,6 @@ Scene right_angled(double width_m) {
   return scene;
 }
 
-ordered_json primitive_json(const MotionPrimitive& primitive) {
-  return {{"weight", rounded(primitive.weight, 3)}, {"cells", cells_json(primitive)}};
-}
-
 }  // namespace
 
 ordered_json scene_json(const Scene& scene, const ModelSettings& settings) {
@@ -90,7 +86,8 @@ ordered_json model_json(const Model& model) {
   const Grid& grid = model.settings.grid;
   json["grid"] = {{"cell", grid.cell}, {"origin", point_json(grid.origin)}, {"tile_cells", grid.tile_cells}};
   json["primitives"] = ordered_json::array();
-  for (const MotionPrimitive& primitive : model.primitives) json["primitives"].push_back(primitive_json(primitive));
+  for (const MotionPrimitive& primitive : model.primitives)
+    json["primitives"].push_back({{"weight", rounded(primitive.weight, 3)}, {"cells", cells_json(primitive)}});
   json["transitions"] = ordered_json::array();
   for (const Transition& edge : model.transitions)
     json["transitions"].push_back({edge.from, edge.to, rounded(edge.count, 3)});

@@ -24,14 +24,6 @@ using detail::path_json;
 using detail::rounded;
 using nlohmann::ordered_json;
 
-/// `how_many` of `count` indices, evenly spread.
-std::vector<std::size_t> spread(std::size_t count, std::size_t how_many) {
-  std::vector<std::size_t> chosen;
-  const std::size_t n = std::min(count, how_many);
-  for (std::size_t k = 0; k < n; ++k) chosen.push_back(k * count / n);
-  return chosen;
-}
-
 /// The worst prediction of each track, the worst track first.
 std::vector<std::size_t> worst_of(std::span<const ScoredPrediction> scored) {
   std::vector<std::size_t> order(scored.size());
@@ -84,9 +76,8 @@ std::vector<std::size_t> played_tracks(std::span<const ScoredPrediction> scored,
                                        std::size_t most, std::size_t most_worst) {
   std::set<std::size_t> chosen;
   for (std::size_t k = 0; k < std::min({worst.size(), most_worst, most}); ++k) chosen.insert(scored[worst[k]].track);
-  for (const std::size_t k : spread(worst.size(), most)) {
-    if (chosen.size() < most) chosen.insert(scored[worst[k]].track);
-  }
+  const std::size_t n = std::min(worst.size(), most);
+  for (std::size_t k = 0; k < n && chosen.size() < most; ++k) chosen.insert(scored[worst[k * worst.size() / n]].track);
   return {chosen.begin(), chosen.end()};
 }
 
