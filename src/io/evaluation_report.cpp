@@ -9,14 +9,6 @@
 namespace sila {
 namespace {
 
-/// Share of windows whose true position lies in the region of each nominal probability.
-nlohmann::ordered_json coverage_json(const Metrics& m) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (std::size_t p = 0; p < m.coverage.size(); ++p)
-    list.push_back({{"nominal", kRegionProbabilities[p]}, {"observed", m.coverage[p]}});
-  return list;
-}
-
 nlohmann::ordered_json to_json(const GroupScore& group, const std::vector<double>& horizons_s) {
   nlohmann::ordered_json entry{
       {"windows", group.windows}, {"fallback_rate", group.fallback_rate}, {"modes", group.modes}};
@@ -117,7 +109,8 @@ std::size_t count_learnt(const StoredModel& stored, std::span<const FramedTrajec
 nlohmann::ordered_json to_json(const Metrics& m) {
   nlohmann::ordered_json json;
   for (const auto& [name, member] : kMetrics) json[name] = m.*member;
-  json["coverage"] = coverage_json(m);
+  for (std::size_t p = 0; p < m.coverage.size(); ++p)
+    json["coverage"].push_back({{"nominal", kRegionProbabilities[p]}, {"observed", m.coverage[p]}});
   return json;
 }
 

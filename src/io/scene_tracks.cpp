@@ -24,13 +24,6 @@ std::size_t common_tail(const std::filesystem::path& a, const std::filesystem::p
   return static_cast<std::size_t>(end - left.rbegin());
 }
 
-/// The camera of the scene, where nothing else says how positions become metres.
-ReadOptions with_camera(const ReadOptions& options, const Scene& scene) {
-  ReadOptions of_scene;
-  of_scene.camera = scene.camera;
-  return first_of(options, of_scene);
-}
-
 }  // namespace
 
 const SceneFile* matching_entry(const Scene& scene, const std::filesystem::path& path) {
@@ -55,8 +48,9 @@ std::vector<SceneFile> sources_of(std::span<const std::filesystem::path> paths, 
   if (paths.empty() && scene.files.empty())
     throw FormatError(scene.path.string(), 0, "files = a list of track files", "none");
   std::vector<SceneFile> sources;
+  const ReadOptions of_scene{.camera = scene.camera};  // counts if nothing else says how positions become metres
   const auto add = [&](const std::filesystem::path& path, const SceneFile& entry) {
-    sources.push_back({path.string(), path, with_camera(first_of(options, entry.options), scene), entry.to_scene});
+    sources.push_back({path.string(), path, first_of(first_of(options, entry.options), of_scene), entry.to_scene});
   };
   for (const std::filesystem::path& path : paths) {
     const SceneFile* entry = matching_entry(scene, path);
