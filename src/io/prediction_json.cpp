@@ -46,19 +46,6 @@ nlohmann::ordered_json explanation_json(const Explanation& explanation) {
   return result;
 }
 
-/// Mean and covariance in the image [pixels], at one time of a mode.
-struct ImagePoint {
-  Vector2 mean_px;
-  Matrix2 covariance_px2;
-};
-
-std::optional<ImagePoint> image_point(const Mode& mode, std::size_t j, const Camera& camera) {
-  const std::optional<Vector2> image_px = to_image(camera, mode.path_m[j]);
-  if (!image_px) return std::nullopt;
-  const Matrix2 jacobian = image_jacobian(camera, mode.path_m[j]);
-  return ImagePoint{*image_px, jacobian * mode.covariances_m2[j] * jacobian.transpose()};
-}
-
 Mode mode_of(const json& object) {
   Mode mode;
   mode.weight = object.at("weight").get<double>();
@@ -223,16 +210,18 @@ std::vector<double> rounded_weights(const std::vector<Mode>& modes, int decimals
 
 /// Appends u, v and cov_uv.
 void add_image(std::string& text, const Mode& mode, const Camera& camera, const LineFormat& format) {
-  std::vector<std::optional<ImagePoint>> points;
-  for (std::size_t j = 0; j < mode.path_m.size(); ++j) points.push_back(image_point(mode, j, camera));
+  std::vector<std::optional<Vector2>> path_px;
+  for (const Vector2& position_m : mode.path_m) path_px.push_back(to_image(camera, position_m));
   const auto add_points = [&](const char* key, const auto& add_point) {
-    add_list(text, key, points.size(),
-             [&](std::size_t j) { points[j] ? add_point(*points[j]) : void(text += "null,"); });
+    add_list(text, key, path_px.size(), [&](std::size_t j) { path_px[j] ? add_point(j) : void(text += "null,"); });
   };
-  add_points("u", [&](const ImagePoint& point) { add(text, point.mean_px.x(), format.digits); });
-  add_points("v", [&](const ImagePoint& point) { add(text, point.mean_px.y(), format.digits); });
+  add_points("u", [&](std::size_t j) { add(text, path_px[j]->x(), format.digits); });
+  add_points("v", [&](std::size_t j) { add(text, path_px[j]->y(), format.digits); });
   if (!format.covariances) return;
-  add_points("cov_uv", [&](const ImagePoint& point) { add_covariance(text, point.covariance_px2, format.digits + 1); });
+  add_points("cov_uv", [&](std::size_t j) {
+    const Matrix2 jacobian = image_jacobian(camera, mode.path_m[j]);
+    add_covariance(text, jacobian * mode.covariances_m2[j] * jacobian.transpose(), format.digits + 1);
+  });
 }
 
 void add_times(std::string& text, const std::vector<double>& times_s, int digits) {
