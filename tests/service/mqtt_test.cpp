@@ -35,9 +35,6 @@ using tests::ScratchFolder;
 
 constexpr const char* kMosquitto = "/usr/sbin/mosquitto";
 
-#define NEEDS_BROKER() \
-  if (access(kMosquitto, X_OK) != 0) GTEST_SKIP() << "there is no mosquitto (tools/setup --check installs it)"
-
 bool comes_true(const std::function<bool()>& condition) {
   for (int k = 0; k < 3000 && !condition(); ++k) usleep(10000);
   return condition();
@@ -60,13 +57,11 @@ bool answers(unsigned port) {
 
 class Broker {
  public:
-  explicit Broker(const std::string& settings = "allow_anonymous true\n") {
-    folder.write("mosquitto.conf",
-                 "user root\nlog_dest none\nlistener " + std::to_string(port) + " 127.0.0.1\n" + settings);
-  }
   ~Broker() { stop(); }
 
-  void start() {
+  void start(const std::string& settings = "allow_anonymous true\n") {
+    folder.write("mosquitto.conf",
+                 "user root\nlog_dest none\nlistener " + std::to_string(port) + " 127.0.0.1\n" + settings);
     process_ = fork();
     if (process_ == 0) {
       execl(kMosquitto, kMosquitto, "-c", (folder / "mosquitto.conf").c_str(), nullptr);
@@ -168,9 +163,16 @@ bool says(const Running& service, const std::string& text, std::size_t times = 1
   });
 }
 
-TEST(Mqtt, DetectionsOfOneTopicArePredictedToAnother) {
-  NEEDS_BROKER();
+/// Tests with a broker, which they start.
+class Mqtt : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (access(kMosquitto, X_OK) != 0) GTEST_SKIP() << "there is no mosquitto (tools/setup --check installs it)";
+  }
   Broker broker;
+};
+
+TEST_F(Mqtt, DetectionsOfOneTopicArePredictedToAnother) {
   broker.start();
   Listener listener(broker);
   listener.send(R"({"t": 99, "id": "old", "x": 0, "y": 0})", true);  // kept by the broker, and not sent again
@@ -184,9 +186,7 @@ TEST(Mqtt, DetectionsOfOneTopicArePredictedToAnother) {
   EXPECT_EQ(service.server->metrics().slow_reader_dropped, 0U);
 }
 
-TEST(Mqtt, ABrokerMayBeAbsentAtFirstAndRestart) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, ABrokerMayBeAbsentAtFirstAndRestart) {
   Running service({}, broker.options());
   ASSERT_TRUE(says(service, "not reachable (Connection refused); trying again"));
   broker.start();
@@ -203,9 +203,7 @@ TEST(Mqtt, ABrokerMayBeAbsentAtFirstAndRestart) {
   EXPECT_EQ(service.announced("mqtt: ").size(), 4U) << "one sentence for each change";
 }
 
-TEST(Mqtt, PredictionsGoOnAfterMessagesThatWaitedForAConnection) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, PredictionsGoOnAfterMessagesThatWaitedForAConnection) {
   broker.start();
   Listener listener(broker);
   Running service({}, broker.options());
@@ -217,9 +215,7 @@ TEST(Mqtt, PredictionsGoOnAfterMessagesThatWaitedForAConnection) {
   EXPECT_EQ(service.server->metrics().slow_reader_dropped, 0U);
 }
 
-TEST(Mqtt, NothingIsLostWhileTheServiceRestarts) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, NothingIsLostWhileTheServiceRestarts) {
   broker.start();
   Listener listener(broker);
   {
@@ -233,9 +229,7 @@ TEST(Mqtt, NothingIsLostWhileTheServiceRestarts) {
   EXPECT_EQ(service.server->metrics().lines, 10U);
 }
 
-TEST(Mqtt, TracksThatWaitAreLearntWhenTheServiceStops) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, TracksThatWaitAreLearntWhenTheServiceStops) {
   broker.start();
   Listener listener(broker);
   Running service({}, broker.options());
@@ -247,9 +241,7 @@ TEST(Mqtt, TracksThatWaitAreLearntWhenTheServiceStops) {
   EXPECT_EQ(service.stored, 1);
 }
 
-TEST(Mqtt, MessagesThatAreNoDetectionsAreCountedAndReported) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, MessagesThatAreNoDetectionsAreCountedAndReported) {
   broker.start();
   Listener listener(broker);
   ServiceConfig config;
@@ -270,9 +262,7 @@ TEST(Mqtt, MessagesThatAreNoDetectionsAreCountedAndReported) {
   EXPECT_TRUE(says(service, R"("rejected":"not_json")"));
 }
 
-TEST(Mqtt, EventsOfOneFrigateCameraArePredictedInPixels) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, EventsOfOneFrigateCameraArePredictedInPixels) {
   broker.start();
   Listener listener(broker);
   ServerOptions options = broker.options("in");
@@ -294,23 +284,20 @@ TEST(Mqtt, EventsOfOneFrigateCameraArePredictedInPixels) {
   EXPECT_TRUE(says(service, R"("rejected":"other_camera")"));
 }
 
-TEST(Mqtt, TheCertificateOfTheBrokerIsChecked) {
-  NEEDS_BROKER();
-  Broker broker;
+TEST_F(Mqtt, TheCertificateOfTheBrokerIsChecked) {
   const std::string key = broker.folder / "key.pem", certificate = broker.folder / "certificate.pem";
   const std::string command =
       "openssl req -x509 -newkey rsa:2048 -nodes -subj /CN=broker -addext subjectAltName=IP:127.0.0.1 -keyout " + key +
       " -out " + certificate + " 2>/dev/null";
   ASSERT_EQ(std::system(command.c_str()), 0);
-  std::ofstream(broker.folder / "mosquitto.conf", std::ios::app)
-      << "allow_anonymous true\ncertfile " << certificate << "\nkeyfile " << key << "\n";
+  const std::string with_tls = "allow_anonymous true\ncertfile " + certificate + "\nkeyfile " + key + "\n";
   ServerOptions options = broker.options();
   options.mqtt.insert(4, "s");
   {
     Running absent({}, options);
     EXPECT_TRUE(says(absent, "not reachable (no connection); trying again"));
   }
-  broker.start();
+  broker.start(with_tls);
   {
     ServerOptions without_tls = options;
     without_tls.mqtt.erase(4, 1);
@@ -328,16 +315,14 @@ TEST(Mqtt, TheCertificateOfTheBrokerIsChecked) {
     EXPECT_TRUE(says(trusting, ": connected"));
     broker.stop();
     EXPECT_TRUE(says(trusting, "not reachable"));
-    broker.start();
+    broker.start(with_tls);
     EXPECT_TRUE(says(trusting, ": connected", 2)) << "the certificate of " << (ca.empty() ? "the system" : "--mqtt-ca");
   }
   unsetenv("SSL_CERT_FILE");
 }
 
-TEST(Mqtt, ARejectedPasswordIsSaid) {
-  NEEDS_BROKER();
-  Broker broker("allow_anonymous false\n");
-  broker.start();
+TEST_F(Mqtt, ARejectedPasswordIsSaid) {
+  broker.start("allow_anonymous false\n");
   ServerOptions options = broker.options();
   options.mqtt.insert(7, "me@");
   options.mqtt_password = "secret";
@@ -345,7 +330,7 @@ TEST(Mqtt, ARejectedPasswordIsSaid) {
   EXPECT_TRUE(says(service, "not reachable (Not authorized); trying again"));
 }
 
-TEST(Mqtt, AnAddressIsABrokerAndATopic) {
+TEST(MqttOptions, AnAddressIsABrokerAndATopic) {
   const detail::MqttAddress plain = detail::parse_mqtt_address("mqtt://broker/frigate/+/events");
   EXPECT_EQ(std::tie(plain.tls, plain.user, plain.host, plain.port, plain.topic),
             std::make_tuple(false, "", "broker", 1883, "frigate/+/events"));
@@ -358,7 +343,7 @@ TEST(Mqtt, AnAddressIsABrokerAndATopic) {
     EXPECT_THROW(detail::parse_mqtt_address(wrong), std::invalid_argument) << wrong;
 }
 
-TEST(Mqtt, OptionsThatCannotBeUsedAreNamed) {
+TEST(MqttOptions, OptionsThatCannotBeUsedAreNamed) {
   const auto message = [](const std::string& address, const std::string& out, const std::string& ca = {}) {
     ServerOptions options;
     options.mqtt = address;
