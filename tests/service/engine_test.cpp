@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <thread>
 
 #include "service/streams.hpp"
 #include "sila/train/episode.hpp"
@@ -37,10 +35,7 @@ TEST(Engine, DoesNotEndTheTracksOfAStreamWhoseLinesItIsLateToRead) {
   all_offered.notify_one();
   engine.drain();
   Counters counters;
-  for (int tries = 0; tries < 200 && counters.detections < rows.size(); ++tries) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    counters = engine.metrics().counters;
-  }
+  testing::comes_true([&] { return (counters = engine.metrics().counters).detections >= rows.size(); });
   EXPECT_EQ(counters.detections, rows.size());
   EXPECT_EQ(counters.tracks, tracks.size());
 }

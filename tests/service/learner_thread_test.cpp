@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "core/track_frame.hpp"
@@ -171,8 +169,7 @@ TEST(LearnerThread, ReloadsAModelThatAnotherProcessReplaced) {
   learn(learner, corner_walks(10, 1));
   ASSERT_EQ(learner.snapshot()->model.episodes, 1);
   stored.replace(Model{});  // rolled back
-  for (int i = 0; i < 200 && learner.status().reloads == 0; ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  testing::comes_true([&] { return learner.status().reloads > 0; });
   EXPECT_EQ(learner.status().reloads, 1u);
   EXPECT_TRUE(learner.snapshot()->model.empty());
 }
@@ -188,8 +185,7 @@ TEST(LearnerThread, TakesNoModelThatContradictsItsConfiguration) {
   sila::StoredModel stored;
   stored.model = other;
   save_model(folder / "m.sila", stored);
-  for (int i = 0; i < 200 && learner.status().last_error.empty(); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  testing::comes_true([&] { return !learner.status().last_error.empty(); });
   EXPECT_TRUE(says(learner.status().last_error, "sampling.interval_s"));
   EXPECT_EQ(learner.status().reloads, 0u);
   EXPECT_EQ(learner.snapshot()->model.episodes, 0);

@@ -10,7 +10,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <csignal>
-#include <functional>
 
 #include "service/running.hpp"
 #include "support/message_of.hpp"
@@ -30,15 +29,11 @@ int mosquitto_publish(mosquitto* client, int* id, const char* topic, int size, c
 namespace sila {
 namespace {
 
+using testing::comes_true;
 using testing::Running;
 using tests::ScratchFolder;
 
 constexpr const char* kMosquitto = "/usr/sbin/mosquitto";
-
-bool comes_true(const std::function<bool()>& condition) {
-  for (int k = 0; k < 3000 && !condition(); ++k) usleep(10000);
-  return condition();
-}
 
 unsigned free_port() {
   boost::asio::io_context context;

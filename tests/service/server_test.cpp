@@ -24,6 +24,7 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
+using testing::comes_true;
 using testing::corner_walks;
 using testing::Running;
 
@@ -72,11 +73,6 @@ std::string get(unsigned port, const std::string& target, const std::string& aut
   return std::to_string(response.result_int()) + "\n" + response.body();
 }
 
-/// Waits until it is true, at most two minutes.
-void wait_until(const std::function<bool()>& condition) {
-  for (int tries = 0; tries < 2400 && !condition(); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-}
-
 std::vector<Detection> one_walker(double seconds) {
   std::vector<Detection> rows;
   for (int k = 0; k <= static_cast<int>(10.0 * seconds); ++k) rows.push_back({"17", 0.1 * k, {0.13 * k, 1.0}});
@@ -110,8 +106,7 @@ TEST(Server, AnswersAClientThatHasClosedItsSendingSide) {
   };
   EXPECT_TRUE(has("rejected"));
   EXPECT_TRUE(has("modes"));
-  wait_until([&] { return service.server->metrics().connections == 0; });
-  EXPECT_EQ(service.server->metrics().connections, 0u);
+  EXPECT_TRUE(comes_true([&] { return service.server->metrics().connections == 0; }));
 }
 
 TEST(Server, ReportsRejectedLines) {
@@ -254,7 +249,7 @@ TEST(Server, ServesThePageAndTheMetrics) {
     }
   }
   std::string metrics;
-  wait_until([&] { return (metrics = get(port, "/metrics")).find("sila_predictions_total 37") != std::string::npos; });
+  comes_true([&] { return (metrics = get(port, "/metrics")).find("sila_predictions_total 37") != std::string::npos; });
   for (const char* sample :
        {"sila_lines_total 41", "sila_detections_total 41", "sila_predictions_total 37", "sila_pedestrians 1",
         "sila_prediction_seconds_bucket{le=\"+Inf\"} 37", "# TYPE sila_prediction_seconds histogram"})
@@ -321,13 +316,13 @@ TEST(Server, LearnsWhilePredictingAndTheRestAtItsEnd) {
   EXPECT_EQ(report.sent, lines.size());
   EXPECT_GT(report.predictions, 0u);
   EXPECT_EQ(report.rejected, 0u);
-  wait_until([&] { return service.stored >= 2; });
+  comes_true([&] { return service.stored >= 2; });
   EXPECT_EQ(service.stored, 2);
   Counters counters;  // at most half a second old
-  wait_until([&] { return (counters = service.server->metrics().counters).detections >= lines.size(); });
+  comes_true([&] { return (counters = service.server->metrics().counters).detections >= lines.size(); });
   EXPECT_EQ(counters.detections, lines.size());
   EXPECT_EQ(counters.detections, counters.not_due + counters.predictions + counters.superseded);
-  wait_until([&] { return service.learner->status().waiting_tracks > 0; });
+  EXPECT_TRUE(comes_true([&] { return service.learner->status().waiting_tracks > 0; }));
   service.stop();
   EXPECT_EQ(service.stored, 3);
 }
@@ -344,7 +339,7 @@ TEST(Server, LearnsTheOpenTracksOfAllConnectionsWhenItStops) {
     const nlohmann::json line{{"t", row.t_s}, {"id", row.track}, {"x", row.position_m.x()}, {"y", 2.0}};
     socket.write(asio::buffer(line.dump()));
   }
-  wait_until([&] { return service.server->metrics().counters.detections >= 82; });
+  EXPECT_TRUE(comes_true([&] { return service.server->metrics().counters.detections >= 82; }));
   EXPECT_EQ(service.learner->status().waiting_tracks, 0u);
   service.stop();
   EXPECT_EQ(service.learner->status().learnt_tracks, 2u);
@@ -368,7 +363,7 @@ TEST(Server, AReplayEndsWhenTheServiceDoes) {
   std::vector<TimedLine> lines;
   for (int k = 0; k < 1200; ++k) lines.push_back({0.05 * k, "a", 0.05 * k, R"({"t": 0, "id": "a", "x": 1, "y": 1})"});
   std::thread end([&] {
-    wait_until([&] { return service.server->metrics().connections > 0; });
+    comes_true([&] { return service.server->metrics().connections > 0; });
     service.server->stop();
   });
   try {

@@ -3,13 +3,23 @@
 // Streams of detections for tests.
 
 #include <algorithm>
+#include <chrono>
 #include <random>
+#include <thread>
 #include <vector>
 
 #include "sila/service/stream.hpp"
 #include "support/walks.hpp"
 
 namespace sila::testing {
+
+/// Waits until a condition holds, at most two minutes; whether it does.
+template <class Condition>
+bool comes_true(Condition&& condition) {
+  for (int tries = 0; tries < 12000 && !condition(); ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  return condition();
+}
 
 inline ServiceSettings service_settings() {
   ServiceSettings settings;
