@@ -127,19 +127,18 @@ TEST(BadScene, IsRejectedNamingFileFieldExpectedAndFound) {
     json.merge_patch(Json::parse(bad.change));
     const auto path = folder.write("s.json", json.dump());
     const auto error = tests::format_error_of([&] { read_scene(path); });
-    ASSERT_TRUE(error);
-    EXPECT_EQ(error->path, path.string());
-    EXPECT_TRUE(says(error->expected, bad.field));
+    EXPECT_EQ(error.path, path.string());
+    EXPECT_TRUE(says(error.expected, bad.field));
     const bool gone = std::string(bad.found) == "null";  // a merge patch with null removes the field
-    EXPECT_TRUE(says(error->found, gone ? "no such field" : bad.found));
-    EXPECT_FALSE(says(error->found, R"("")"));  // a text is shown in one pair of quotes
+    EXPECT_TRUE(says(error.found, gone ? "no such field" : bad.found));
+    EXPECT_FALSE(says(error.found, R"("")"));  // a text is shown in one pair of quotes
   }
 }
 
 TEST(BadScene, IsRejectedWithTheLineIfItIsNotJson) {
   const TempFolder folder;
   const auto path = folder.write("s.json", "{\"origin\": [1, 2],\n\"axis_1\": oops}\n");
-  EXPECT_EQ(tests::format_error_of([&] { read_scene(path); })->line, 2U);
+  EXPECT_EQ(tests::format_error_of([&] { read_scene(path); }).line, 2U);
   EXPECT_THROW(read_scene(folder.write("t.json", "[1, 2]")), FormatError);
   EXPECT_THROW(read_scene(folder.write("u.json", "")), FormatError);
   EXPECT_THROW(read_scene(folder.path() / "none.json"), FormatError);
@@ -171,15 +170,15 @@ TEST_F(SceneFiles, AreFoundBesideTheSceneInItsParentAndInTheDataFolder) {
   EXPECT_EQ(scene.files[2].resolved, folder.path() / "data/c.csv");
   EXPECT_TRUE(scene.files[3].resolved.empty());
   const auto error = tests::format_error_of([&] { read_tracks({}, scene, {}, {}); });
-  EXPECT_TRUE(says(error->expected, "files[3].path"));
+  EXPECT_TRUE(says(error.expected, "files[3].path"));
 }
 
 TEST_F(SceneFiles, ThatAreNowhereAreRejectedNamingTheEntryAndTheFolders) {
   json["files"] = {{{"path", "gone.csv"}}};
   const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
-  EXPECT_TRUE(says(error->expected, "files[0].path"));
-  EXPECT_TRUE(says(error->expected, (folder.path() / "data").string()));
-  EXPECT_TRUE(says(error->found, "gone.csv"));
+  EXPECT_TRUE(says(error.expected, "files[0].path"));
+  EXPECT_TRUE(says(error.expected, (folder.path() / "data").string()));
+  EXPECT_TRUE(says(error.found, "gone.csv"));
 }
 
 TEST_F(SceneFiles, AreReadWithTheirOwnRatesScalesAndPlacement) {
@@ -230,10 +229,10 @@ TEST_F(SceneFiles, WithoutOneUsableTrackAreRejectedWithTheCounts) {
   folder.write("data/a.csv", "track_id,t,x,y,label\n1,0,0,0,car\n1,0.5,1,0,car\n");
   json["files"] = {{{"path", "a.csv"}}};
   const auto error = tests::format_error_of([&] { read_tracks({}, read(), {}, {}); });
-  EXPECT_TRUE(says(error->expected, "at least one track"));
-  EXPECT_TRUE(says(error->found, "dropped rows that are not pedestrians: 2"));
+  EXPECT_TRUE(says(error.expected, "at least one track"));
+  EXPECT_TRUE(says(error.found, "dropped rows that are not pedestrians: 2"));
   json.erase("files");
-  EXPECT_TRUE(says(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); })->expected, "files"));
+  EXPECT_TRUE(says(tests::format_error_of([&] { read_tracks({}, read(), {}, {}); }).expected, "files"));
 }
 
 TEST(NearestCorner, GoesByTheFirstPosition) {
