@@ -16,10 +16,8 @@ TEST(Evaluate, OutcomesOfSimulatedPeopleAreCalibrated) {
   simulation_config.seed = 11;
   const Simulation simulation = simulate(simulation_config);
   const EpisodeConfig config;
-  std::vector<FramedTrajectory> tracks;
-  for (const Trajectory& track : simulation.tracks)
-    tracks.push_back({track, rescaled(primary_corner(simulation.scene).frame, config.scaling)});
-  const Split split = split_tracks(std::move(tracks), 0.3, 7, SplitBy::track);
+  const CurbFrame frame = rescaled(primary_corner(simulation.scene).frame, config.scaling);
+  const Split split = split_tracks(testing::framed(simulation.tracks, frame), 0.3, 7, SplitBy::track);
   const Model model = testing::learnt(split.train, config);
   const std::vector<OutcomeScore> outcomes = evaluate(model, split.test, config, {}).outcomes;
   ASSERT_EQ(outcomes.size(), 10);  // of people who stand and who walk, at five horizons

@@ -7,6 +7,7 @@
 #include "sila/evaluate/training_support.hpp"
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -17,10 +18,8 @@ Split simulated_split(CurbScaling scaling) {
   config.seed = 4;
   config.occlusions_per_min = 0.0;
   const Simulation simulation = simulate(config);
-  std::vector<FramedTrajectory> tracks;
-  for (const Trajectory& track : simulation.tracks)
-    tracks.push_back({track, rescaled(primary_corner(simulation.scene).frame, scaling)});
-  return split_tracks(std::move(tracks), 0.25, 7, SplitBy::track);
+  const CurbFrame frame = rescaled(primary_corner(simulation.scene).frame, scaling);
+  return split_tracks(testing::framed(simulation.tracks, frame), 0.25, 7, SplitBy::track);
 }
 
 /// Weighted error over that of constant velocity on the same moving windows.

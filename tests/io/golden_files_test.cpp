@@ -13,6 +13,7 @@
 #include "sila/train/episode.hpp"
 #include "support/message_of.hpp"
 #include "support/scratch.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -32,10 +33,7 @@ std::vector<FramedTrajectory> simulated_tracks() {
   SimulationConfig config;
   config.tracks = 8;
   const Simulation simulation = simulate(config);
-  CurbFrame frame = primary_corner(simulation.scene).frame;
-  std::vector<FramedTrajectory> tracks;
-  for (const Trajectory& track : simulation.tracks) tracks.push_back({track, frame});
-  return tracks;
+  return testing::framed(simulation.tracks, primary_corner(simulation.scene).frame);
 }
 
 StoredModel learnt(const EpisodeConfig& config) {

@@ -18,6 +18,7 @@
 #include "sila/sim/simulate.hpp"
 #include "sila/train/episode.hpp"
 #include "support/data.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -156,11 +157,9 @@ std::vector<FramedTrajectory> recorded(const std::string& name, std::size_t most
   if (!std::filesystem::exists(path)) path = tests::scenes_of_experiments() / (name + ".json");
   if (!std::filesystem::exists(path)) return {};
   const Scene scene = read_scene(path, *data);
-  std::vector<FramedTrajectory> tracks;
-  for (Trajectory& track : read_tracks({}, scene, {}, CleanConfig{}).trajectories) {
-    const CurbFrame frame = frame_for(scene, track, CornerChoice::primary, CurbScaling::metres);
-    if (tracks.size() < most) tracks.push_back({std::move(track), frame});
-  }
+  std::vector<FramedTrajectory> tracks = without_frames(read_tracks({}, scene, {}, CleanConfig{}).trajectories);
+  tracks.resize(std::min(tracks.size(), most));
+  place(tracks, scene, CornerChoice::primary, CurbScaling::metres);
   return tracks;
 }
 
@@ -200,11 +199,8 @@ TEST(Privacy, WhatWasRolledBackIsNotLeftInUnusedPages) {
 TEST(Privacy, AModelOfSimulatedPeopleHoldsNoneOfTheirCoordinates) {
   SimulationConfig config;
   config.tracks = 80;
-  const Simulation simulation = simulate(config);
   const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0.02}, {-0.03, 1}, 2.3);
-  std::vector<FramedTrajectory> tracks;
-  for (const Trajectory& track : simulation.tracks) tracks.push_back({track, frame});
-  expect_no_track_in_the_model(tracks, 20);
+  expect_no_track_in_the_model(testing::framed(simulate(config).tracks, frame), 20);
 }
 
 TEST(Privacy, AModelOfOnePersonAtATimeHoldsNoneOfTheirCoordinates) {
@@ -212,9 +208,7 @@ TEST(Privacy, AModelOfOnePersonAtATimeHoldsNoneOfTheirCoordinates) {
   config.tracks = 12;
   config.seed = 5;
   const CurbFrame frame = make_curb_frame({3.1, 2.7}, {1, 0}, {0, 1}, 2.3);
-  std::vector<FramedTrajectory> tracks;
-  for (const Trajectory& track : simulate(config).tracks) tracks.push_back({track, frame});
-  expect_no_track_in_the_model(tracks, 1);
+  expect_no_track_in_the_model(testing::framed(simulate(config).tracks, frame), 1);
 }
 
 TEST(Privacy, ModelsOfRecordedPeopleHoldNoneOfTheirCoordinates) {

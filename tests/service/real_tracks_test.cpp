@@ -19,14 +19,12 @@ struct Site {
   std::vector<FramedTrajectory> tracks;
 };
 
-std::optional<Site> read_site(const std::string& name, const CleanConfig& clean) {
+std::optional<Site> read_site(const std::string& name) {
   const auto recordings = testing::recordings();
   if (!recordings) return std::nullopt;
-  Site site{read_scene(*recordings / "scenes" / (name + ".json"), *recordings), {}};
-  for (Trajectory& track : read_tracks({}, site.scene, {}, clean).trajectories) {
-    const CurbFrame frame = frame_for(site.scene, track, CornerChoice::primary, CurbScaling::metres);
-    site.tracks.push_back({std::move(track), frame});
-  }
+  const Scene scene = read_scene(*recordings / "scenes" / (name + ".json"), *recordings);
+  Site site{scene, without_frames(read_tracks({}, scene, {}, CleanConfig{}).trajectories)};
+  place(site.tracks, scene, CornerChoice::primary, CurbScaling::metres);
   return site;
 }
 
@@ -45,17 +43,11 @@ struct Replayed {
   Model model;
 };
 Replayed replay(const Site& site, const ServiceSettings& settings) {
-  std::vector<Detection> rows;
-  for (const FramedTrajectory& framed : site.tracks) {
-    for (std::size_t k = 0; k < framed.track.times_s.size(); ++k)
-      rows.push_back({framed.track.id, framed.track.times_s[k], framed.track.positions_m[k]});
-  }
-  std::stable_sort(rows.begin(), rows.end(), [](const Detection& a, const Detection& b) { return a.t_s < b.t_s; });
   Replayed run;
   run.core.keep_windows = true;
   run.model.settings.sample_interval_s = settings.episode.sampling.interval_s;
   auto snapshot = std::make_unique<Snapshot>(run.model, settings.episode.predict);
-  for (const Detection& row : rows) {
+  for (const Detection& row : testing::stream_of(testing::paths_of(site.tracks), 0.0)) {
     EXPECT_FALSE(ingest(run.core, 1, row, 0.0, settings).rejection);
     for (const PredictionRequest& request : take_due_requests(run.core, 100, settings)) {
       retain(run.core, request, calibrated(snapshot->predictor.predict(request.observed), run.core.online_calibration),
@@ -79,12 +71,11 @@ ServiceSettings settings_for(const Site& site) {
 }
 
 TEST(ServiceRealTracks, NominalRegionsCoverTheLastThousandPedestrians) {
-  ServiceSettings settings;
-  std::optional<Site> read = read_site("vru_aschaffenburg", settings.clean);
+  std::optional<Site> read = read_site("vru_aschaffenburg");
   if (!read) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
   Site& site = *read;
   set_apart(site, 2.0, 1);
-  settings = settings_for(site);
+  ServiceSettings settings = settings_for(site);
   settings.episode.predict.observe_s = 1.6;
   settings.episode.predict.horizon_s = 2.4;  // each track is at least 4 s long
   settings.service.stride_s = 0.4;
@@ -101,11 +92,10 @@ TEST(ServiceRealTracks, NominalRegionsCoverTheLastThousandPedestrians) {
 }
 
 TEST(ServiceRealTracks, LiveErrorEqualsThatOfEvaluate) {
-  ServiceSettings settings;
-  const std::optional<Site> read = read_site("sdd_deathCircle", settings.clean);
+  const std::optional<Site> read = read_site("sdd_deathCircle");
   if (!read) GTEST_SKIP() << "no recordings on this machine; set SILA_DATA_DIR";
   const Site& site = *read;
-  settings = settings_for(site);
+  ServiceSettings settings = settings_for(site);
   settings.service.stride_s = settings.evaluate.stride_s;
   settings.episode.predict.min_observe_s = settings.episode.predict.observe_s;
   settings.service.batch = 100;

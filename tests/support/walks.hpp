@@ -14,6 +14,13 @@ inline CurbFrame square_frame(double width_m = 2.5, CurbScaling scaling = CurbSc
   return rescaled(make_curb_frame({0, 0}, {1, 0}, {0, 1}, width_m), scaling);
 }
 
+/// Tracks of one frame.
+inline std::vector<FramedTrajectory> framed(const std::vector<Trajectory>& tracks, const CurbFrame& frame) {
+  std::vector<FramedTrajectory> result;
+  for (const Trajectory& track : tracks) result.push_back({track, frame});
+  return result;
+}
+
 /// A walk through way points at a constant speed, sampled every `interval_s`, with Gaussian noise.
 inline Trajectory walk(const std::string& id, const std::vector<Vector2>& way, double speed_mps,
                        double interval_s = 0.1, double noise_m = 0.0, unsigned seed = 1) {

@@ -13,6 +13,7 @@
 #include "sila/sim/simulate.hpp"
 #include "support/sanitized.hpp"
 #include "support/sound.hpp"
+#include "support/walks.hpp"
 
 namespace sila {
 namespace {
@@ -62,9 +63,7 @@ std::vector<FramedTrajectory> simulated_tracks(Random& random, CurbScaling scali
   const Simulation simulation = simulate(config);
   const CurbFrame& corner = primary_corner(simulation.scene).frame;
   const CurbFrame frame = rescaled(make_curb_frame(corner.origin_m, corner.axis_1, corner.axis_2, 2.5), scaling);
-  std::vector<FramedTrajectory> tracks;
-  for (const Trajectory& track : simulation.tracks) tracks.push_back({track, frame});
-  return tracks;
+  return testing::framed(simulation.tracks, frame);
 }
 
 /// Predicts as `sila predict` does, from 0.4 s on.
