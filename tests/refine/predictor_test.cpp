@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
 
@@ -12,38 +11,21 @@
 #include "sila/config.hpp"
 #include "sila/train/episode.hpp"
 #include "support/learnt.hpp"
+#include "support/sound.hpp"
 
 namespace sila {
 namespace {
 
 using testing::corner_model;
+using testing::expect_sound;
 
 const EpisodeConfig kConfig;
-
-void expect_valid(const Prediction& prediction) {
-  ASSERT_FALSE(prediction.modes.empty());
-  double sum = 0.0, last = 1.0;
-  for (const Mode& mode : prediction.modes) {
-    sum += mode.weight;
-    EXPECT_LE(mode.weight, last + 1e-15);
-    last = mode.weight;
-    ASSERT_EQ(mode.path_m.size(), prediction.times_s.size());
-    ASSERT_EQ(mode.covariances_m2.size(), prediction.times_s.size());
-    for (std::size_t j = 0; j < mode.path_m.size(); ++j) {
-      EXPECT_TRUE(mode.path_m[j].allFinite());
-      EXPECT_GT(mode.covariances_m2[j].selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0.0);
-    }
-  }
-  EXPECT_NEAR(sum, 1.0, 1e-12);
-  EXPECT_GE(prediction.novelty, 0.0);
-  EXPECT_LE(prediction.novelty, 1.0);
-}
 
 TEST(Predictor, GivesWeightsThatSumToOneAndFiniteCovariancesEverywhere) {
   const Predictor predictor(corner_model(), kConfig.predict);
   const auto windows = windows_of(testing::corner_walks(20, 99), kConfig.sampling, kConfig.predict, 1.0);
   ASSERT_FALSE(windows.empty());
-  for (const Window& window : windows) expect_valid(predictor.predict(window.observed));
+  for (const Window& window : windows) expect_sound(predictor.predict(window.observed));
 }
 
 TEST(Predictor, GivesAtMostTheModesAskedFor) {
@@ -57,7 +39,7 @@ TEST(Predictor, GivesAtMostTheModesAskedFor) {
       const Predictor predictor(corner_model(), config);
       for (const Window& window : windows) {
         const Prediction prediction = predictor.predict(window.observed);
-        expect_valid(prediction);
+        expect_sound(prediction);
         EXPECT_LE(prediction.modes.size(), static_cast<std::size_t>(most)) << variants;
       }
     }
@@ -70,7 +52,7 @@ TEST(Predictor, PredictsATrackFromItsSecondSampleOn) {
   for (std::size_t last : prediction_samples(track, kConfig.predict.min_observe_s, 0.1)) {
     const CurbTrajectory observed = observe(track, last, testing::square_frame(), 3.2, {});
     const Prediction prediction = predictor.predict(observed);
-    expect_valid(prediction);
+    expect_sound(prediction);
     EXPECT_EQ(prediction.regions.size(), kRegionProbabilities.size());
     const double error_m =
         (prediction.modes.front().path_m[4] - to_world(observed.frame, observed.positions.back()) - Vector2(1.3, 0.0))
@@ -131,7 +113,7 @@ TEST(Predictor, FallsBackToKinematicsWhereNobodyWasEverSeen) {
   const Trajectory far = testing::walk("far", {{500, 500}, {520, 500}}, 1.4);
   const CurbTrajectory observed = observe(far, 60, testing::square_frame(), 3.2, {});
   const Prediction prediction = Predictor(corner_model(), kConfig.predict).predict(observed);
-  expect_valid(prediction);
+  expect_sound(prediction);
   EXPECT_TRUE(prediction.fallback);
   EXPECT_GT(prediction.novelty, 0.99);
   RefineConfig plain = kConfig.predict;
@@ -149,7 +131,7 @@ double mean_miss_m(const Model& model, std::span<const Window> windows, const Re
   for (const Window& window : windows) {
     if (window.future_m.size() < 25) continue;
     const Prediction prediction = predictor.predict(window.observed);
-    expect_valid(prediction);
+    expect_sound(prediction);
     Vector2 end = Vector2::Zero();
     for (const Mode& mode : prediction.modes) end += mode.weight * mode.path_m[24];
     sum += (end - window.future_m[24]).norm();
@@ -185,7 +167,7 @@ TEST(Predictor, AnswersWithAnEmptyModel) {
   const CurbTrajectory observed =
       observe(testing::walk("a", {{0, 0}, {10, 0}}, 1.0), 50, testing::square_frame(), 3.2, {});
   const Prediction prediction = predict(Model{}, observed, kConfig.predict);
-  expect_valid(prediction);
+  expect_sound(prediction);
   EXPECT_TRUE(prediction.fallback);
 }
 

@@ -57,14 +57,18 @@ inline void expect_sound(const Model& model, const EpisodeConfig& config) {
   }
 }
 
-/// Covariances are at least that of an error of a millimetre.
+/// The heaviest mode is first; covariances are at least that of an error of a millimetre.
 inline void expect_sound(const Prediction& prediction) {
   constexpr double floor_m2 = 1e-6 * (1.0 - 1e-3);
   ASSERT_FALSE(prediction.modes.empty());
-  double sum = 0.0;
+  double sum = 0.0, last = 1.0;
   for (const Mode& mode : prediction.modes) {
     EXPECT_GE(mode.weight, 0.0);
+    EXPECT_LE(mode.weight, last + 1e-15);
+    last = mode.weight;
     sum += mode.weight;
+    ASSERT_EQ(mode.path_m.size(), prediction.times_s.size());
+    ASSERT_EQ(mode.covariances_m2.size(), prediction.times_s.size());
     for (std::size_t j = 0; j < prediction.times_s.size(); ++j) {
       ASSERT_TRUE(mode.path_m[j].allFinite());
       ASSERT_TRUE(mode.covariances_m2[j].allFinite());
